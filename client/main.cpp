@@ -62,7 +62,9 @@ public:
             if (::mkdtemp(folder.path_.data())) return folder;
             folder.path_.clear();
         }
-        return fail(ErrorCode::kFailed, fmt::format("no folder for the pictures of --window can be made ({}); --output names one", std::strerror(errno)));
+        return fail(ErrorCode::kFailed,
+                    fmt::format("no folder for the pictures of --window can be made ({}); --output names one",
+                                std::strerror(errno)));
     }
     ~OwnFolder() {
         std::error_code ignored;
@@ -152,7 +154,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
     options.threads = static_cast<unsigned>(std::max(1, setDrawThreads(arguments.threads, *server)));
     std::optional<OwnFolder> own;
     if (options.window = arguments.window; options.window) {
-        if (options.surface == "none") return fail(ErrorCode::kUsage, "--window shows pictures, and --surface none draws none");
+        if (options.surface == "none")
+            return fail(ErrorCode::kUsage, "--window shows pictures, and --surface none draws none");
         if (options.output.empty()) {
             auto made = OwnFolder::make();
             if (!made) return tl::unexpected(made.error());
@@ -167,11 +170,13 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                            .logFolder = arguments.windowLog};
         std::error_code error;
         if (!std::filesystem::exists(options.windows.program, error))
-            return fail(ErrorCode::kNotFound, options.windows.program + " is missing: it is looked for beside this program");
+            return fail(ErrorCode::kNotFound,
+                        options.windows.program + " is missing: it is looked for beside this program");
     }
     std::optional<LifeLine> lifeLine;
     if (arguments.whileInput > 0) {
-        auto held = LifeLine::hold(std::chrono::seconds(arguments.whileInput), [&own] { own.reset(); }, log);
+        auto held = LifeLine::hold(
+            std::chrono::seconds(arguments.whileInput), [&own] { own.reset(); }, log);
         if (!held) return tl::unexpected(held.error());
         lifeLine.emplace(std::move(*held));
     }
@@ -187,7 +192,8 @@ int main(int argc, char** argv) {
         "One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have "
         "drawn it.",
         versionText("tessera-client"));
-    const Option server = options.option("--server", arguments.server, "Where the server listens").typeName("ADDR:PORT");
+    const Option server =
+        options.option("--server", arguments.server, "Where the server listens").typeName("ADDR:PORT");
     const Option host = options.option("--host", arguments.host, "Name of this host in the wall").typeName("NAME");
     options
         .option("--token-file", arguments.tokenFile,
@@ -195,13 +201,19 @@ int main(int argc, char** argv) {
                 "TESSERA_TOKEN_FILE, else of this user's server on\nthis machine)")
         .typeName("FILE");
     options
-        .option("--keys", arguments.keys,
-                "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
+        .option(
+            "--keys", arguments.keys,
+            "With this host's key (tessera-keys host NAME):\nlinks are sealed, and only the wall's server is\nbelieved")
         .typeName("DIR");
     options.option("--output", arguments.output, "Keep images below DIR/tiles").typeName("DIR");
     options.flag("--keep-frames", arguments.keepFrames, "Write every shown image, not only the last");
-    options.option("--surface", arguments.surface, "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing").typeName("NAME");
-    options.option("--device", arguments.device, "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
+    options
+        .option("--surface", arguments.surface,
+                "What draws: osmesa (default), egl, or\nnone: follow the scene without drawing")
+        .typeName("NAME");
+    options
+        .option("--device", arguments.device,
+                "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
         .typeName("N")
         .range(0, 63);
     // Two lines of the help.
@@ -209,19 +221,26 @@ int main(int argc, char** argv) {
     if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';
     options.option("--culler", arguments.culler, cullers + " (the wall's, else auto)").typeName("K");
     options.option("--cache", arguments.cache, "Keep meshes and images in DIR/NAME").typeName("DIR");
-    options.option("--threads", arguments.threads,
-                   "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
+    options
+        .option("--threads", arguments.threads,
+                "Draw threads beside the main one (0 with\na server on loopback, else cores - 1)")
         .typeName("N")
         .range(0, 256);
-    options.option("--share", arguments.share,
-                   "Arrays, and parts of tiles, with hosts on this\nmachine: auto (default) or off")
+    options
+        .option("--share", arguments.share,
+                "Arrays, and parts of tiles, with hosts on this\nmachine: auto (default) or off")
         .typeName("S");
-    const Option window = options.option("--window", arguments.monitors, "Show each tile on this machine; on the monitors M,\nby number or name, first tile first")
-        .typeName("[M...]")
-        .expected(0, 64);
+    const Option window =
+        options
+            .option("--window", arguments.monitors,
+                    "Show each tile on this machine; on the monitors M,\nby number or name, first tile first")
+            .typeName("[M...]")
+            .expected(0, 64);
     options.flag("--full-screen", arguments.fullScreen, "Windows take their whole monitor");
     options.flag("--vsync", arguments.vsync, "Windows in step with the monitor, by the\ngraphics driver");
-    options.option("--while-input", arguments.whileInput, "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
+    options
+        .option("--while-input", arguments.whileInput,
+                "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
         .typeName("S")
         .range(1, 86'400);
     options.flag("--check", arguments.check, "Say what this machine lacks for this, and end");
@@ -243,7 +262,10 @@ int main(int argc, char** argv) {
     if (arguments.fullScreen) {
         for (auto monitor = arguments.monitors.begin(); monitor != arguments.monitors.end(); ++monitor) {
             if (std::find(arguments.monitors.begin(), monitor, *monitor) == monitor) continue;
-            fmt::print(stderr, "tessera-client: --window names monitor \"{}\" twice: with --full-screen one window would lie on the other\n", *monitor);
+            fmt::print(stderr,
+                       "tessera-client: --window names monitor \"{}\" twice: with --full-screen one window would lie "
+                       "on the other\n",
+                       *monitor);
             return exitCode(ErrorCode::kUsage);
         }
     }

@@ -105,7 +105,8 @@ Expected<std::vector<ServedPanel>> readPanels(const std::vector<std::string>& fi
         if (!text) return failWith("--panel", text.error());
         const Expected<Panel> panel = parsePanel(*text, file);
         if (!panel) return failWith("--panel", panel.error());
-        panels.push_back({file, {freshToken(), KeyFolder::panelName(*text), panel->title},
+        panels.push_back({file,
+                          {freshToken(), KeyFolder::panelName(*text), panel->title},
                           std::make_shared<const std::string>(std::move(*text))});
     }
     return panels;
@@ -211,9 +212,10 @@ private:
     std::unique_ptr<Door> door_;
 };
 
-/// Large edits are made and let go again in each frame. Their blocks stay in the heap: mapped anew each time, page by page,
-/// they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md). No more stays than that: with a pad of
-/// a whole heap (64 MiB) glibc's heaps of threads would never be given back, and a refused load would keep its gigabyte.
+/// Large edits are made and let go again in each frame. Their blocks stay in the heap: mapped anew each time, page by
+/// page, they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md). No more stays than that: with
+/// a pad of a whole heap (64 MiB) glibc's heaps of threads would never be given back, and a refused load would keep its
+/// gigabyte.
 void keepBlocks() {
     constexpr int kLargest = 32 << 20, kSpare = 32 << 20, kStep = 4 << 20;
     mallopt(M_MMAP_THRESHOLD, kLargest);
@@ -229,9 +231,8 @@ Expected<void> takeKeys(const Arguments& arguments, ServerOptions& options) {
         if (!keys) return failWith("--keys", keys.error());
         const Certificate& own = *(*keys)->current()->own();
         if (own.holder->kind != Identity::Kind::kServer || own.holder->wall != options.wall.name)
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("--keys {}: the key is of {}, and this is the wall '{}'", arguments.keys,
-                                    describe(*own.holder), options.wall.name));
+            return fail(ErrorCode::kBadInput, fmt::format("--keys {}: the key is of {}, and this is the wall '{}'",
+                                                          arguments.keys, describe(*own.holder), options.wall.name));
         if (const std::string fault = (*keys)->current()->faultOf(own, std::chrono::system_clock::now(), {});
             !fault.empty())
             return fail(ErrorCode::kBadInput, fmt::format("--keys {}: {}", arguments.keys, fault));
@@ -245,8 +246,8 @@ Expected<void> takeKeys(const Arguments& arguments, ServerOptions& options) {
                             arguments.listen, arguments.wall));
 }
 
-/// Where people's files lie. What a scene of a journal names of them is there after a restart, with a console or without.
-/// Null: there is nobody to bring any, or no place for them.
+/// Where people's files lie. What a scene of a journal names of them is there after a restart, with a console or
+/// without. Null: there is nobody to bring any, or no place for them.
 Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, Log& log) {
     std::error_code error;
     const std::string kept = arguments.journal + "/uploads";
@@ -327,8 +328,12 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     if (*uploads) options.allowed.push_back((*uploads)->path());
     entrance.setFiles(*uploads, [&](const Entrant& who, std::string_view did, const std::string& path) {
         if (auditLog)
-            auditLog->write({{.at = std::chrono::system_clock::now(), .who = who, .program = "console", .from = who.from,
-                              .did = std::string(did), .objects = {path}}});
+            auditLog->write({{.at = std::chrono::system_clock::now(),
+                              .who = who,
+                              .program = "console",
+                              .from = who.from,
+                              .did = std::string(did),
+                              .objects = {path}}});
     });
     options.access = entrance.tokens();
     options.owner = nameOfUser();
@@ -377,18 +382,35 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 int main(int argc, char** argv) {
     keepBlocks();
     Arguments arguments;
-    Options options("tessera-server", "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
+    Options options("tessera-server",
+                    "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
                     versionText("tessera-server"));
     options.option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)").typeName("W");
     // A variable of a script that is empty is no folder.
     const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
-    options.option("--scene", arguments.scenes, "Scene or model file, or a shipped scene's name;\nmay be repeated").typeName("S").check(named);
-    options.option("--up", arguments.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
+    options.option("--scene", arguments.scenes, "Scene or model file, or a shipped scene's name;\nmay be repeated")
+        .typeName("S")
+        .check(named);
+    options
+        .option("--up", arguments.up,
+                "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds "
+                "of\npoints, +Y of others)")
         .typeName("y|z")
         .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);
-    const Option at = options.option("--at", arguments.at, "Where each file's origin comes, in metres of the\nwall, whose coordinates are then the world's; with\n--fit the middle of its underside").typeName("X Y Z").expected(3);
-    const Option fit = options.option("--fit", arguments.fit, "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; --camera does").typeName("METRES");
-    const Option radius = options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units").typeName("R");
+    const Option at = options
+                          .option("--at", arguments.at,
+                                  "Where each file's origin comes, in metres of the\nwall, whose coordinates are then "
+                                  "the world's; with\n--fit the middle of its underside")
+                          .typeName("X Y Z")
+                          .expected(3);
+    const Option fit = options
+                           .option("--fit", arguments.fit,
+                                   "So long becomes the longest side of each. With\n--fit or --at no camera of the "
+                                   "files takes the\nview; --camera does")
+                           .typeName("METRES");
+    const Option radius =
+        options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units")
+            .typeName("R");
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
     options
         .option("--console", arguments.console,
@@ -414,7 +436,9 @@ int main(int argc, char** argv) {
     options.option("--allow", arguments.allowed, "Folders whose files applications may load\n(assets alone)")
         .typeName("DIR")
         .check(named);
-    options.option("--uploads", arguments.uploads, "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
+    options
+        .option("--uploads", arguments.uploads,
+                "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
         .typeName("DIR")
         .check(named);
     options.option("--uploads-mib", arguments.uploadsMib, "All of them together (2048)")
@@ -424,17 +448,19 @@ int main(int argc, char** argv) {
     options.option("--rate", arguments.rate, "Frames per second at most; 0: no limit")
         .typeName("HZ")
         .range(0.0, 1000.0)
-        .check([](const std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : ""; });
+        .check([](const std::string& text) {
+            return std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : "";
+        });
     const auto budgetFault = [](const std::string& text) {
         char* end = nullptr;
         const double number = std::strtod(text.c_str(), &end);
         return end != text.c_str() && *end == '\0' && isBudget(number) ? "" : "0, or 0.1 to 60000 milliseconds";
     };
     options.option("--size", arguments.size, "Visible pixels of the whole wall").typeName("WxH");
-    options.option("--samples", arguments.samples, "Samples per pixel: 1 or 4")
-        .typeName("N")
-        .oneOf({1, 4});
-    options.option("--budget", arguments.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
+    options.option("--samples", arguments.samples, "Samples per pixel: 1 or 4").typeName("N").oneOf({1, 4});
+    options
+        .option("--budget", arguments.budget,
+                "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
         .typeName("MS")
         .check(budgetFault);
     options.option("--camera", arguments.camera, "Node of the camera to use").typeName("NODE");
@@ -446,13 +472,15 @@ int main(int argc, char** argv) {
     options.option("--audit", arguments.audit, "Who changed what, a line each; FILE.1 is the one\nbefore it, and so on")
         .typeName("FILE")
         .check(named);
-    options.option("--threads", arguments.threads, "Of the collision pipeline (1)")
-        .typeName("N")
-        .range(1, 256);
+    options.option("--threads", arguments.threads, "Of the collision pipeline (1)").typeName("N").range(1, 256);
     options.flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
-    options.flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
-    options.flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
-    options.flag("--reload", arguments.reload, "Files that change on disk, those of --scene and\nothers, are taken in again in their place; what\npeople changed since is kept");
+    options.flag("--no-input", arguments.noInput,
+                 "Nobody flies: windows and applications move the\nview by `view` alone");
+    options.flag("--no-notices", arguments.noNotices,
+                 "The wall does not say what is wrong with programs\nof materials (the log does)");
+    options.flag("--reload", arguments.reload,
+                 "Files that change on disk, those of --scene and\nothers, are taken in again in their place; "
+                 "what\npeople changed since is kept");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");

@@ -51,9 +51,8 @@ Expected<Answer> linkOf(const CommandLine& line, const verb::Link& wanted) {
     if (!wall->console)
         return fail(ErrorCode::kNotFound, fmt::format("link: the server at {} has no console", toString(*server)));
     const bool sealed = !wall->authority.empty();
-    const std::string link =
-        fmt::format("{}://{}/?token={}{}", sealed ? "https" : "http", toString(*wall->console),
-                    wall->tokens.of(wanted.role), sealed ? "&authority=" + wall->authority : "");
+    const std::string link = fmt::format("{}://{}/?token={}{}", sealed ? "https" : "http", toString(*wall->console),
+                                         wall->tokens.of(wanted.role), sealed ? "&authority=" + wall->authority : "");
     return Answer{link + "\n", {{"link", link}, {"role", nameOf(wanted.role)}}, {}};
 }
 

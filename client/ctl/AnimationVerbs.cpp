@@ -86,7 +86,8 @@ void countKeys(Application& application, std::vector<PlayerLine>& lines) {
     if (!told) return;
     for (PlayerLine& line : lines)
         for (const ObjectId track : line.tracks)
-            if (const KeyFrames* frames = told->get<KeyFrames>(track)) line.keys = std::max<std::size_t>(line.keys, frames->times.sizeBytes() / sizeof(double));
+            if (const KeyFrames* frames = told->get<KeyFrames>(track))
+                line.keys = std::max<std::size_t>(line.keys, frames->times.sizeBytes() / sizeof(double));
 }
 
 /// Where a seek leads, and how long what is sought lasts; nothing where that is not known (yet).
@@ -97,10 +98,12 @@ struct Sought {
     std::optional<double> shown = {};  ///< s, of what goes to and fro: where on its way back
 };
 
-/// Beyond an end the time stays there, or goes round, as it would if it played. What no time is stays, and the server refuses it.
+/// Beyond an end the time stays there, or goes round, as it would if it played. What no time is stays, and the server
+/// refuses it.
 Sought soughtTime(Application& application, const ObjectInfo& node, double seconds) {
     Sought sought{.time = seconds};
-    const Expected<SceneExcerpt> told = application.fetchTree({.node = node.id, .levels = 0, .coreType = node.coreType});
+    const Expected<SceneExcerpt> told =
+        application.fetchTree({.node = node.id, .levels = 0, .coreType = node.coreType});
     if (!told || !std::isfinite(seconds)) return sought;
     sought.length = told->lengthOf(node.core);
     const Object core = told->find(node.core);
@@ -108,11 +111,18 @@ Sought soughtTime(Application& application, const ObjectInfo& node, double secon
     const auto* animation = core.as<Animation>();
     const auto* motion = core.as<Motion>();
     const auto* movie = core.as<Movie>();
-    const bool once = animation ? animation->mode == Animation::kOnce : motion ? motion->mode == Motion::kOnce : movie && movie->mode == Movie::kOnce;
+    const bool once = animation ? animation->mode == Animation::kOnce
+                      : motion  ? motion->mode == Motion::kOnce
+                                : movie && movie->mode == Movie::kOnce;
     sought.goesRound = !once;
     // A motion that goes round counts on.
-    if (once || !motion) sought.time = foldedTime(seconds, *sought.length, once ? Animation::kOnce : animation ? animation->mode : Animation::kLoop);
-    if (animation && animation->mode == Animation::kPingPong && sought.time > *sought.length) sought.shown = shownTime(sought.time, *sought.length, animation->mode);
+    if (once || !motion)
+        sought.time = foldedTime(seconds, *sought.length,
+                                 once        ? Animation::kOnce
+                                 : animation ? animation->mode
+                                             : Animation::kLoop);
+    if (animation && animation->mode == Animation::kPingPong && sought.time > *sought.length)
+        sought.shown = shownTime(sought.time, *sought.length, animation->mode);
     return sought;
 }
 
@@ -120,9 +130,12 @@ std::string soughtText(const Sought& sought, double seconds) {
     if (!sought.length || (seconds >= 0 && seconds <= *sought.length)) return fmt::format("is at {:g} s", sought.time);
     // As short as tells the two apart.
     const bool alike = fmt::format("{:g}", seconds) == fmt::format("{:g}", *sought.length);
-    const std::string end = alike ? fmt::format("{} s is beyond its end, {} s", seconds, *sought.length) : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
+    const std::string end = alike ? fmt::format("{} s is beyond its end, {} s", seconds, *sought.length)
+                                  : fmt::format("{:g} s is beyond its end, {:g} s", seconds, *sought.length);
     const std::string beyond = seconds < 0 ? fmt::format("{:g} s is before its beginning", seconds) : end;
-    if (sought.shown) return fmt::format("is at {:g} s: {}, and it is on its way back, at {:g} s", sought.time, beyond, *sought.shown);
+    if (sought.shown)
+        return fmt::format("is at {:g} s: {}, and it is on its way back, at {:g} s", sought.time, beyond,
+                           *sought.shown);
     if (sought.goesRound) return fmt::format("is at {:g} s: {}, and it goes round", sought.time, beyond);
     return fmt::format("stopped at {:g} s: {}", sought.time, beyond);
 }
@@ -143,7 +156,8 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
             lines.push_back(std::move(*line));
         }
     }
-    if (lines.empty()) return Answer{"the scene has no animations\n", {{"animations", nlohmann::ordered_json::array()}}, {}};
+    if (lines.empty())
+        return Answer{"the scene has no animations\n", {{"animations", nlohmann::ordered_json::array()}}, {}};
     SceneNames names(application);
     std::vector<ObjectId> nodes;
     for (const PlayerLine& line : lines) nodes.push_back(line.node);
@@ -155,11 +169,25 @@ Expected<Answer> run(Application& application, const verb::Animations&) {
         // To and fro its time runs to twice its length.
         const bool back = line.toAndFro && line.length && line.time > *line.length;
         const double shown = back ? shownTime(line.time, *line.length, Animation::kPingPong) : line.time;
-        const std::string state = (!line.problem.empty() ? "problem: " + line.problem : line.playing ? "plays" : "stands") + (back ? ", on its way back" : "");
-        table.add({names.node(line.node), line.kind, std::to_string(line.channels), line.keys > 0 ? std::to_string(line.keys) : "-", line.mode,
-                   fmt::format("{:.3f}", shown), line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
-        entries.push_back({{"node", names.node(line.node)}, {"id", line.node.value}, {"kind", line.kind}, {"channels", line.channels}, {"keys", line.keys},
-                           {"problem", line.problem}, {"mode", line.mode}, {"time", line.time}, {"shown", shown}, {"length", nullptr}, {"speed", line.speed}, {"playing", line.playing}});
+        const std::string state = (!line.problem.empty() ? "problem: " + line.problem
+                                   : line.playing        ? "plays"
+                                                         : "stands") +
+                                  (back ? ", on its way back" : "");
+        table.add({names.node(line.node), line.kind, std::to_string(line.channels),
+                   line.keys > 0 ? std::to_string(line.keys) : "-", line.mode, fmt::format("{:.3f}", shown),
+                   line.length ? fmt::format("{:.3f}", *line.length) : "-", fmt::format("{:g}", line.speed), state});
+        entries.push_back({{"node", names.node(line.node)},
+                           {"id", line.node.value},
+                           {"kind", line.kind},
+                           {"channels", line.channels},
+                           {"keys", line.keys},
+                           {"problem", line.problem},
+                           {"mode", line.mode},
+                           {"time", line.time},
+                           {"shown", shown},
+                           {"length", nullptr},
+                           {"speed", line.speed},
+                           {"playing", line.playing}});
         if (line.length) entries.back()["length"] = *line.length;
     }
     return Answer{table.text(), {{"animations", std::move(entries)}}, {}};

@@ -21,7 +21,8 @@ std::string withoutControls(std::string text) {
         const auto c = static_cast<unsigned char>(text[i]);
         if ((c < 0x20 && c != '\n' && c != '\t') || c == 0x7f) text[i] = '?';
         // U+0080 to U+009f: some terminals take them as the beginning of a sequence, too.
-        if (c == 0xc2 && i + 1 < text.size() && (static_cast<unsigned char>(text[i + 1]) & 0xe0) == 0x80) text.replace(i, 2, "?");
+        if (c == 0xc2 && i + 1 < text.size() && (static_cast<unsigned char>(text[i + 1]) & 0xe0) == 0x80)
+            text.replace(i, 2, "?");
     }
     return text;
 }

@@ -105,19 +105,21 @@ void list(Listing& listing, const std::vector<Value>& values, SceneNames& names,
 Listing listed(const answer::Contacts& told, SceneNames& names, const verb::Contacts& wanted, ObjectId interest) {
     Listing out{.table = TextTable({"objects", "faces", "point", "normal", "depth", "time", "interest"})};
     list(out, told.contacts, names, wanted, interest, [&](const ContactValue& c) {
-        out.table.add({names.pair(c.objectA, c.objectB), placeText(c.faceA, c.patchA, c.patchUvA) + " - " + placeText(c.faceB, c.patchB, c.patchUvB), textOf(c.point),
-                       textOf(c.normal), depthText(c.depth), fmt::format("{:.4g}", c.time),
+        out.table.add({names.pair(c.objectA, c.objectB),
+                       placeText(c.faceA, c.patchA, c.patchUvA) + " - " + placeText(c.faceB, c.patchB, c.patchUvB),
+                       textOf(c.point), textOf(c.normal), depthText(c.depth), fmt::format("{:.4g}", c.time),
                        names.interest(c.interest)});
-        out.entries.push_back({{"objects", names.pairJson(c.objectA, c.objectB)},
-                               {"faces", Json::array({faceJson(c.faceA), faceJson(c.faceB)})},
-                               {"point", jsonOf(c.point)},
-                               {"places", Json::array({placeJson(c.uvA), placeJson(c.uvB)})},
-                               {"patches", Json::array({patchJson(c.patchA, c.patchUvA), patchJson(c.patchB, c.patchUvB)})},
-                               {"normal", jsonOf(c.normal)},
-                               {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
-                               {"error", c.error},
-                               {"interest", names.interestJson(c.interest)},
-                               {"time", c.time}});
+        out.entries.push_back(
+            {{"objects", names.pairJson(c.objectA, c.objectB)},
+             {"faces", Json::array({faceJson(c.faceA), faceJson(c.faceB)})},
+             {"point", jsonOf(c.point)},
+             {"places", Json::array({placeJson(c.uvA), placeJson(c.uvB)})},
+             {"patches", Json::array({patchJson(c.patchA, c.patchUvA), patchJson(c.patchB, c.patchUvB)})},
+             {"normal", jsonOf(c.normal)},
+             {"depth", c.depth < 0 ? Json(nullptr) : Json(c.depth)},
+             {"error", c.error},
+             {"interest", names.interestJson(c.interest)},
+             {"time", c.time}});
     });
     return out;
 }
@@ -145,8 +147,7 @@ Listing listed(const answer::Distances& told, SceneNames& names, const verb::Con
     list(out, told.distances, names, wanted, interest, [&](const PairDistanceValue& d) {
         out.table.add({std::string(nameOf(d.phase)), names.pair(d.objectA, d.objectB),
                        fmt::format("{:.6g}", d.distance) + (d.error > 0 ? fmt::format(" +- {:.2g}", d.error) : ""),
-                       textOf(d.pointA) + " - " + textOf(d.pointB),
-                       names.interest(d.interest)});
+                       textOf(d.pointA) + " - " + textOf(d.pointB), names.interest(d.interest)});
         out.entries.push_back({{"phase", nameOf(d.phase)},
                                {"objects", names.pairJson(d.objectA, d.objectB)},
                                {"distance", d.distance},
@@ -230,12 +231,16 @@ Expected<Answer> showEventsAndDistances(Application& application, const verb::Co
 class Follower {
 public:
     Follower(Application& application, const verb::Contacts& wanted, ObjectId interest, bool json, const Print& print)
-        : application_(application), names_(application), wanted_(wanted), interest_(interest), json_(json), print_(print) {}
+        : application_(application),
+          names_(application),
+          wanted_(wanted),
+          interest_(interest),
+          json_(json),
+          print_(print) {}
 
     Expected<Answer> run() {
-        application_.onLost([](const Error& why) {
-            std::fprintf(stderr, "tessera-ctl: %s; dialling again\n", why.message.c_str());
-        });
+        application_.onLost(
+            [](const Error& why) { std::fprintf(stderr, "tessera-ctl: %s; dialling again\n", why.message.c_str()); });
         const bool events = wanted_.events || !wanted_.distances;
         if (events)
             if (auto done = application_.onPairEvents(
@@ -306,7 +311,9 @@ Expected<Answer> drawContacts(Application& application, std::int64_t show, Objec
     for (const ObjectId id : interests) names.push_back(places.interest(id));
     return Answer{fmt::format("drawn of the contacts of {} interests: {} (change {})\n", interests.size(),
                               *wordOfNumber(showField(), show), committed->sequence.value),
-                  {{"sequence", committed->sequence.value}, {"show", *wordOfNumber(showField(), show)}, {"interests", std::move(names)}},
+                  {{"sequence", committed->sequence.value},
+                   {"show", *wordOfNumber(showField(), show)},
+                   {"interests", std::move(names)}},
                   {}};
 }
 
@@ -387,7 +394,8 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     std::vector<ObjectId> nodes;
     for (const ContactValue& c : told->contacts) nodes.insert(nodes.end(), {c.objectA, c.objectB});
     names.learnWithAncestors(nodes);
-    // Of those with others, that are more than reported; what something rests on has not stopped it, if anything else has.
+    // Of those with others, that are more than reported; what something rests on has not stopped it, if anything else
+    // has.
     std::vector<ObjectId> interests;
     for (const ContactValue& c : told->contacts)
         if (c.interest) interests.push_back(c.interest);
@@ -401,7 +409,8 @@ Answer whatStopped(Application& application, std::span<const ObjectId> transform
     const auto concerns = [&](const ContactValue& c) {
         return !reports(c.interest) && names.hangsOn(c.objectA, transforms) != names.hangsOn(c.objectB, transforms);
     };
-    const bool met = std::ranges::any_of(told->contacts, [&](const ContactValue& c) { return c.time < 1 && concerns(c); });
+    const bool met =
+        std::ranges::any_of(told->contacts, [&](const ContactValue& c) { return c.time < 1 && concerns(c); });
     std::set<std::pair<ObjectId, ObjectId>> pairs;
     for (const ContactValue& c : told->contacts) {
         if (!concerns(c) || (met && c.time >= 1)) continue;

@@ -55,10 +55,10 @@ struct Clone {
 };
 struct Find {
     std::string expression;
-    std::string under = "/";      ///< the expression's "/"
-    std::string type;             ///< of cores; empty: any
+    std::string under = "/";  ///< the expression's "/"
+    std::string type;         ///< of cores; empty: any
     std::uint32_t pageSize = 256;
-    std::int64_t limit = -1;      ///< nodes; -1: all
+    std::int64_t limit = -1;  ///< nodes; -1: all
 };
 struct Undo {};
 struct Redo {};
@@ -144,11 +144,12 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move, verb::Set, verb::Get,
-                          verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick,
-                          verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                          verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                          verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
+using Verb =
+    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move,
+                 verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
+                 verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                 verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
+                 verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;
@@ -164,8 +165,5 @@ struct HelpText {
 
 /// `words` without the program's name. kUsage: says what is wrong and where help is.
 [[nodiscard]] Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words);
-
-/// The rotation that turns -Z towards `direction` and keeps +Y as far up as it can.
-[[nodiscard]] Expected<Quatd> lookAlong(const Vec3d& direction);
 
 }  // namespace tessera

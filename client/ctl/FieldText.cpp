@@ -25,7 +25,8 @@ bool readWholeNumber(std::string_view word, std::int64_t& value) {
 
 std::string_view wanted(FieldKind kind) {
     static constexpr std::array<std::string_view, kFieldKinds> kWanted = {
-        "number", "number", "whole number", "node, #id or none", "text", "blob", "true or false", "node or #id", "number"};
+        "number",        "number",      "whole number", "node, #id or none", "text", "blob",
+        "true or false", "node or #id", "number"};
     return kWanted[static_cast<std::size_t>(kind)];
 }
 
@@ -60,9 +61,9 @@ Expected<FieldValue> parseInteger(const FieldInfo& field, const std::string& wor
     std::vector<std::string_view> known;
     if (field.wordUse == WordUse::kFlags) known.push_back("none");
     for (const FieldWord& other : field.words()) known.push_back(other.word);
-    return fail(ErrorCode::kUsage, fmt::format("{}: \"{}\" is {}none of {}", field.name, word,
-                                               field.wordUse == WordUse::kNamed ? "no whole number and " : "",
-                                               fmt::join(known, ", ")));
+    return fail(ErrorCode::kUsage,
+                fmt::format("{}: \"{}\" is {}none of {}", field.name, word,
+                            field.wordUse == WordUse::kNamed ? "no whole number and " : "", fmt::join(known, ", ")));
 }
 
 Expected<FieldValue> parseRef(const FindObject& find, const std::string& word) {
@@ -113,11 +114,12 @@ Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, 
         if (!elements) return failWith("all of it, or none", elements.error());
         return std::move(*elements);
     }
-    if (field.kind == FieldKind::kBlob) return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
+    if (field.kind == FieldKind::kBlob)
+        return fail(ErrorCode::kUsage, fmt::format("{} holds bulk data, which cannot be set from here", field.name));
     const std::size_t count = field.kind == FieldKind::kMatrix ? 16 : field.width;
     if (field.kind != FieldKind::kRefs && words.size() != count)
-        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count,
-                                                   wanted(field.kind), count == 1 ? "" : "s", words.size()));
+        return fail(ErrorCode::kUsage, fmt::format("{} takes {} {}{}, not {}", field.name, count, wanted(field.kind),
+                                                   count == 1 ? "" : "s", words.size()));
     switch (field.kind) {
         case FieldKind::kFloat:
             return parseNumbers<Floats>(field, words);
@@ -155,9 +157,11 @@ Expected<std::optional<ArrayPart>> parseArrayPart(const std::string& field) {
 
 Expected<Blob> parseElements(const FieldInfo& field, const std::vector<std::string>& words) {
     const std::size_t each = field.numbersEach;
-    if (each == 0) return fail(ErrorCode::kUsage, fmt::format("{} is no array of numbers that could be set in part", field.name));
+    if (each == 0)
+        return fail(ErrorCode::kUsage, fmt::format("{} is no array of numbers that could be set in part", field.name));
     if (words.empty() || words.size() % each != 0)
-        return fail(ErrorCode::kUsage, fmt::format("{} takes {} number{} for each element, not {}", field.name, each, each == 1 ? "" : "s", words.size()));
+        return fail(ErrorCode::kUsage, fmt::format("{} takes {} number{} for each element, not {}", field.name, each,
+                                                   each == 1 ? "" : "s", words.size()));
     std::vector<double> numbers;
     for (const std::string& word : words) {
         const Expected<double> number = finiteNumber(word, field.name);

@@ -25,9 +25,9 @@ struct FieldPlace {
 /// The object at a node's path or "#id".
 using FindObject = std::function<Expected<ObjectId>(const std::string& name)>;
 
-/// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as many as
-/// are wanted, and of arrays of numbers all numbers of as many elements, or "none". Numbers that have words may be said by
-/// them. kUsage says what it wants.
+/// Numbers, one text, true or false, a node's path, "#id" or "none"; as many as the field is wide. Of references as
+/// many as are wanted, and of arrays of numbers all numbers of as many elements, or "none". Numbers that have words may
+/// be said by them. kUsage says what it wants.
 [[nodiscard]] Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field,
                                               const std::vector<std::string>& words);
 

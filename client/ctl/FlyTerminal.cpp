@@ -17,18 +17,21 @@ public:
     static Expected<RawTerminal> open() {
         RawTerminal terminal;
         if (::tcgetattr(STDIN_FILENO, &terminal.before_) != 0)
-            return fail(ErrorCode::kUsage, "fly: standard input is no terminal; `navigate` and `view` move the wall without one");
+            return fail(ErrorCode::kUsage,
+                        "fly: standard input is no terminal; `navigate` and `view` move the wall without one");
         termios raw = terminal.before_;
         ::cfmakeraw(&raw);
         raw.c_oflag |= OPOST;  // lines of help begin where lines begin
-        if (::tcsetattr(STDIN_FILENO, TCSANOW, &raw) != 0) return fail(ErrorCode::kFailed, "fly: the terminal cannot be set to single keys");
+        if (::tcsetattr(STDIN_FILENO, TCSANOW, &raw) != 0)
+            return fail(ErrorCode::kFailed, "fly: the terminal cannot be set to single keys");
         terminal.changed_ = true;
         return terminal;
     }
     ~RawTerminal() {
         if (changed_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
     }
-    RawTerminal(RawTerminal&& other) noexcept : before_(other.before_), changed_(std::exchange(other.changed_, false)) {}
+    RawTerminal(RawTerminal&& other) noexcept
+        : before_(other.before_), changed_(std::exchange(other.changed_, false)) {}
     RawTerminal& operator=(RawTerminal&&) = delete;
 
 private:
@@ -40,7 +43,8 @@ private:
 }  // namespace
 
 std::string_view TerminalKeys::help() {
-    return "w a s d  go and step aside     q e  down, up     capitals: faster     + -  the pace; orbit: nearer, farther\n"
+    return "w a s d  go and step aside     q e  down, up     capitals: faster     + -  the pace; orbit: nearer, "
+           "farther\n"
            "arrows   look; orbit: around   z c  roll         l  upright           Tab  fly, orbit, walk\n"
            "f  fit all   Backspace, Home  the first view   1 … 9  to a bookmark, k 1 … 9 keeps one\n"
            "g  takes hold of the manipulator's handle in the middle of the wall: arrows lead it, g or Space lets go\n"
@@ -112,7 +116,8 @@ void TerminalKeys::key(char c, Clock::time_point now) {
 
 /// The last letter of what arrows and the like send behind Escape and a bracket.
 void TerminalKeys::sequence(char last, Clock::time_point now) {
-    if (hand_ && last >= 'A' && last <= 'D') return leadHand(last == 'C' ? 1 : last == 'D' ? -1 : 0, last == 'B' ? 1 : last == 'A' ? -1 : 0);
+    if (hand_ && last >= 'A' && last <= 'D')
+        return leadHand(last == 'C' ? 1 : last == 'D' ? -1 : 0, last == 'B' ? 1 : last == 'A' ? -1 : 0);
     switch (last) {
         case 'A':
         case 'B':
@@ -180,7 +185,8 @@ const InputState& TerminalKeys::at(Clock::time_point now) {
 
 Expected<Answer> flyByTerminal(Application& application, const Print& print) {
     // Says what is wrong, if anything is, before the terminal is touched.
-    if (const Expected<void> begun = application.navigate({.input = InputState{}}); !begun) return tl::unexpected(begun.error());
+    if (const Expected<void> begun = application.navigate({.input = InputState{}}); !begun)
+        return tl::unexpected(begun.error());
     const Expected<RawTerminal> terminal = RawTerminal::open();
     if (!terminal) return tl::unexpected(terminal.error());
     print(std::string(TerminalKeys::help()));
@@ -206,7 +212,8 @@ Expected<Answer> flyByTerminal(Application& application, const Print& print) {
             return tl::unexpected(there.error());
         }
         if (const InputState& now = keys.at(looked); now != said) {
-            if (const Expected<void> done = application.navigate({.input = now}); !done) return tl::unexpected(done.error());
+            if (const Expected<void> done = application.navigate({.input = now}); !done)
+                return tl::unexpected(done.error());
             said = now;
         }
     }

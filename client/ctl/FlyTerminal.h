@@ -13,17 +13,19 @@
 
 namespace tessera {
 
-/// A terminal says that a key was pressed and never that it was let go: each press holds for a moment, and the repeats of a key
-/// that stays down hold on. Times are the caller's.
+/// A terminal says that a key was pressed and never that it was let go: each press holds for a moment, and the repeats
+/// of a key that stays down hold on. Times are the caller's.
 class TerminalKeys {
 public:
     using Clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds kHold{300};
-    static constexpr std::int64_t kHandStep = InputState::kUnit / 50;  ///< of an arrow, while the hand holds something: a part of the wall's height
-    static constexpr std::chrono::milliseconds kLoneEscape{150};  ///< an Escape with nothing behind it for so long is one
+    static constexpr std::int64_t kHandStep =
+        InputState::kUnit / 50;  ///< of an arrow, while the hand holds something: a part of the wall's height
+    static constexpr std::chrono::milliseconds kLoneEscape{
+        150};  ///< an Escape with nothing behind it for so long is one
 
-    /// What the terminal has sent, however it was cut on its way: the begin of a sequence waits for its rest. A lone Escape,
-    /// x, Ctrl+C and Ctrl+D end it.
+    /// What the terminal has sent, however it was cut on its way: the begin of a sequence waits for its rest. A lone
+    /// Escape, x, Ctrl+C and Ctrl+D end it.
     void feed(std::string_view bytes, Clock::time_point now);
     /// As it is at `now`, up to which all that had come has been fed.
     [[nodiscard]] const InputState& at(Clock::time_point now);
@@ -46,7 +48,12 @@ private:
         int direction = 0;
         Clock::time_point until{};
     };
-    std::array<Held, 6> held_{{{&InputState::right}, {&InputState::up}, {&InputState::back}, {&InputState::turnRight}, {&InputState::turnUp}, {&InputState::rollRight}}};
+    std::array<Held, 6> held_{{{&InputState::right},
+                               {&InputState::up},
+                               {&InputState::back},
+                               {&InputState::turnRight},
+                               {&InputState::turnUp},
+                               {&InputState::rollRight}}};
     Clock::time_point fasterUntil_{}, escapeAt_{};
     Place place_ = Place::kBetween;
     std::string parameters_;  ///< of the sequence so far; no more than any that counts has

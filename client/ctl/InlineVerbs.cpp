@@ -17,8 +17,9 @@ std::string wordIn(const Object& core, std::string_view field) {
 
 template <typename Core>
 nlohmann::ordered_json entryOf(const Object& object, const Core& core) {
-    return {{"kind", object.info().name}, {"load", wordIn(object, "load")}, {"distance", core.distance}, {"wanted", core.wanted},
-            {"state", wordIn(object, "state")}, {"file", core.file}, {"problem", core.problem}};
+    return {{"kind", object.info().name}, {"load", wordIn(object, "load")},   {"distance", core.distance},
+            {"wanted", core.wanted},      {"state", wordIn(object, "state")}, {"file", core.file},
+            {"problem", core.problem}};
 }
 
 }  // namespace
@@ -36,7 +37,8 @@ Expected<Answer> run(Application& application, const verb::Inlines&) {
         }
     }
     nlohmann::ordered_json entries = nlohmann::ordered_json::array();
-    if (found.empty()) return Answer{"no node of the scene holds another file\n", {{"inlines", std::move(entries)}}, {}};
+    if (found.empty())
+        return Answer{"no node of the scene holds another file\n", {{"inlines", std::move(entries)}}, {}};
     SceneNames names(application);
     std::vector<ObjectId> nodes;
     for (const auto& [node, entry] : found) nodes.push_back(node);
@@ -45,8 +47,8 @@ Expected<Answer> run(Application& application, const verb::Inlines&) {
     for (auto& [node, entry] : found) {
         const std::string problem = entry["problem"], load = entry["load"];
         const std::string when = load == "near" ? fmt::format("near {:g}", entry["distance"].get<double>()) : load;
-        table.add({names.node(node), entry["kind"], entry["wanted"].get<bool>() ? when + ", wanted" : when, entry["state"],
-                   entry["file"].get<std::string>() + (problem.empty() ? "" : ": " + problem)});
+        table.add({names.node(node), entry["kind"], entry["wanted"].get<bool>() ? when + ", wanted" : when,
+                   entry["state"], entry["file"].get<std::string>() + (problem.empty() ? "" : ": " + problem)});
         nlohmann::ordered_json whole = {{"node", names.node(node)}, {"id", node.value}};
         whole.update(entry);
         entries.push_back(std::move(whole));

@@ -35,7 +35,8 @@ std::string numberFault(const std::string& text) {
 }
 
 Expected<double> finiteNumber(const std::string& text, std::string_view what) {
-    if (const std::string fault = numberFault(text); !fault.empty()) return fail(ErrorCode::kUsage, fmt::format("{}: {}", what, fault));
+    if (const std::string fault = numberFault(text); !fault.empty())
+        return fail(ErrorCode::kUsage, fmt::format("{}: {}", what, fault));
     return readWhole(text).value;
 }
 

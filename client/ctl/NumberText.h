@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// -0.17, .5, -.5, +1, 1e-3 are numbers: empty. Else what is wrong: not a number, not a finite one, or too large for one.
+/// -0.17, .5, -.5, +1, 1e-3 are numbers: empty. Else what is wrong: not a number, not a finite one, or too large for
+/// one.
 [[nodiscard]] std::string numberFault(const std::string& text);
 /// The same as a value; kUsage, with `what` in front.
 [[nodiscard]] Expected<double> finiteNumber(const std::string& text, std::string_view what);

@@ -49,8 +49,10 @@ public:
         hints.ai_socktype = SOCK_DGRAM;
         std::uint16_t port = 0;
         const char* const end = to.data() + to.size();
-        if (const auto [stop, error] = std::from_chars(to.data() + colon + 1, end, port); error != std::errc() || stop != end || port == 0)
-            return fail(ErrorCode::kUsage, fmt::format("play-tracker: \"{}\": its port is not a number from 1 to 65535", to));
+        if (const auto [stop, error] = std::from_chars(to.data() + colon + 1, end, port);
+            error != std::errc() || stop != end || port == 0)
+            return fail(ErrorCode::kUsage,
+                        fmt::format("play-tracker: \"{}\": its port is not a number from 1 to 65535", to));
         if (const int error = getaddrinfo(host.c_str(), to.c_str() + colon + 1, &hints, &found); error != 0)
             return fail(ErrorCode::kNetwork, fmt::format("play-tracker: {}: {}", to, gai_strerror(error)));
         fd_ = socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -97,7 +99,8 @@ Expected<std::vector<PlayedPose>> readPoses(const std::string& path) {
             return refuse("a number that is not finite");
         PlayedPose pose{.time = values[0], .position = {values[1], values[2], values[3]}};
         if (values.size() == 8) pose.orientation = Quatd(values[4], values[5], values[6], values[7]);
-        if (!tellsRotation(pose.orientation.squaredNorm())) return refuse("a quaternion whose length is 0, or nearly, or beyond what numbers can hold");
+        if (!tellsRotation(pose.orientation.squaredNorm()))
+            return refuse("a quaternion whose length is 0, or nearly, or beyond what numbers can hold");
         pose.orientation.normalize();
         if (!poses.empty() && pose.time <= poses.back().time)
             return refuse("its time is not after that of the line before");

@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// Asks the server for what it does not know yet. An object whose place cannot be told goes by its number: names are for
-/// reading, and no reason to fail.
+/// Asks the server for what it does not know yet. An object whose place cannot be told goes by its number: names are
+/// for reading, and no reason to fail.
 class SceneNames {
 public:
     explicit SceneNames(Application& application) : application_(application) {}

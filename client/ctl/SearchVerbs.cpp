@@ -17,7 +17,8 @@ Expected<Answer> run(Application& application, const verb::Find& find, bool json
     if (!find.type.empty()) {
         const TypeInfo* type = findType(find.type);
         if (!type || !type->isCore)
-            return fail(ErrorCode::kUsage, fmt::format("find: \"{}\" is no type of core; tessera-ctl types lists them", find.type));
+            return fail(ErrorCode::kUsage,
+                        fmt::format("find: \"{}\" is no type of core; tessera-ctl types lists them", find.type));
         wanted.coreType = type->type;
     }
     if (find.under != "/") {
@@ -36,7 +37,8 @@ Expected<Answer> run(Application& application, const verb::Find& find, bool json
             if (left-- == 0) break;
             const TypeInfo* core = findType(node.coreType);
             if (json)
-                answer.json["nodes"].push_back({{"node", node.id.value}, {"path", node.path}, {"core", core ? core->name : std::string_view()}});
+                answer.json["nodes"].push_back(
+                    {{"node", node.id.value}, {"path", node.path}, {"core", core ? core->name : std::string_view()}});
             else
                 lines += fmt::format("{}{}{}\n", node.path, core ? "  " : "", core ? core->name : std::string_view());
         }
@@ -95,7 +97,8 @@ Expected<Answer> run(Application& application, const verb::Get& get) {
             if (one && (one->object != id || one->field != &field)) continue;
             const FieldValue value = field.load(here);
             fields[std::string(field.name)] = valueJson(value);
-            answer.text += one ? fmt::format("{}\n", wordOf(field, value)) : fmt::format("  {:<20} {}\n", field.name, wordOf(field, value));
+            answer.text += one ? fmt::format("{}\n", wordOf(field, value))
+                               : fmt::format("  {:<20} {}\n", field.name, wordOf(field, value));
         }
         if (!one || one->object == id) answer.json[id == object->id ? "object" : "core"] = std::move(fields);
     }

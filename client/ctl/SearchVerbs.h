@@ -17,7 +17,8 @@ namespace tessera {
     return get.field == "bounds";
 }
 
-/// Names to numbers: a word of the share list is a type where there is one of that name, else a node's path or an object's "#17".
+/// Names to numbers: a word of the share list is a type where there is one of that name, else a node's path or an
+/// object's "#17".
 [[nodiscard]] Expected<CloneWish> cloneWish(Application& application, const verb::Clone& clone);
 
 }  // namespace tessera

@@ -18,7 +18,8 @@ std::string kindText(const FieldInfo& field) {
     if (field.width > 1) text += fmt::format(" × {}", field.width);
     if (field.holdsRefs()) text += fmt::format(" to {}", targetName(field));
     if (field.numbersEach > 0)
-        text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float", field.numbersEach > 1 ? "s" : "");
+        text += fmt::format(", elements of {} {}{}", field.numbersEach, field.doubles ? "double" : "float",
+                            field.numbersEach > 1 ? "s" : "");
     if (field.integersEach > 0)
         text += fmt::format(", elements of {} uint{}{}", field.integersEach, 8 * field.integerBytes,
                             field.integersEach > 1 ? "s" : "");

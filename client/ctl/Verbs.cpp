@@ -67,7 +67,8 @@ Answer committedAnswer(Application& application, const answer::Committed& commit
 
 std::string budgetText(const answer::Status& status) {
     if (status.budgetMs == 0) return "none: all of the scene's detail is drawn";
-    return fmt::format("{} ms a frame, step {} of {} of detail left away", status.budgetMs, status.detail, kDetailSteps.size() - 1);
+    return fmt::format("{} ms a frame, step {} of {} of detail left away", status.budgetMs, status.detail,
+                       kDetailSteps.size() - 1);
 }
 
 Expected<Answer> run(Application& application, const verb::Status&) {
@@ -92,8 +93,8 @@ Expected<Answer> run(Application& application, const verb::Status&) {
     Json waits = Json::array();
     for (const answer::TileWait& wait : status->waits) {
         const double each = wait.ms / static_cast<double>(std::max<std::uint64_t>(1, wait.frames));
-        answer.text += fmt::format("waits   {} of host {} in {} of {} frames, {:.1f} ms each: {}\n", wait.tile, wait.host,
-                                   wait.frames, status->waitFrames, each, wait.reason);
+        answer.text += fmt::format("waits   {} of host {} in {} of {} frames, {:.1f} ms each: {}\n", wait.tile,
+                                   wait.host, wait.frames, status->waitFrames, each, wait.reason);
         waits.push_back({{"tile", wait.tile},
                          {"host", wait.host},
                          {"frames", wait.frames},
@@ -104,9 +105,10 @@ Expected<Answer> run(Application& application, const verb::Status&) {
                                toHex(status->stateHash));
     answer.text += fmt::format("undo    {} changes\nredo    {} changes\napplications  {}\n", status->undoDepth,
                                status->redoDepth, status->applications);
-    answer.text += status->navigation.empty() ? std::string("flown   not here: the server takes no input\n")
-                                              : fmt::format("flown   {}{}{}\n", status->navigation, status->steering.empty() ? "" : ", by ",
-                                                            fmt::join(status->steering, ", "));
+    answer.text += status->navigation.empty()
+                       ? std::string("flown   not here: the server takes no input\n")
+                       : fmt::format("flown   {}{}{}\n", status->navigation, status->steering.empty() ? "" : ", by ",
+                                     fmt::join(status->steering, ", "));
     if (status->budgetMs > 0) answer.text += fmt::format("budget  {}\n", budgetText(*status));
     if (!status->journal.empty())
         answer.text += fmt::format("journal {}{}{}\n", status->journal, status->journalTrouble.empty() ? "" : ": ",
@@ -171,20 +173,30 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
                         fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
     }
     const auto reload = load.reload ? Application::Reload::kIfThere : Application::Reload::kNever;
-    const Expected<answer::Loaded> loaded = application.load(path, parent, std::chrono::minutes(2), load.placing, reload);
+    const Expected<answer::Loaded> loaded =
+        application.load(path, parent, std::chrono::minutes(2), load.placing, reload);
     if (!loaded) return tl::unexpected(loaded.error());
     // Somebody may have taken it away again already.
     const std::string number = fmt::format("#{}", loaded->node.value);
     const Expected<ObjectInfo> node = application.describeNode(number);
     const std::string where = node && !node->path.empty() ? node->path : number;
-    std::string text = fmt::format("loaded {} as {}: {} objects, {} triangles\n", load.file, where, loaded->objects, loaded->triangles);
+    std::string text = fmt::format("loaded {} as {}: {} objects, {} triangles\n", load.file, where, loaded->objects,
+                                   loaded->triangles);
     if (loaded->reloaded)
-        text = fmt::format("took {} in again at {}: {} values changed, {} objects made, {} removed, {} values kept as they are\n", load.file,
-                           where, loaded->changed, loaded->created, loaded->removed, loaded->kept);
+        text = fmt::format(
+            "took {} in again at {}: {} values changed, {} objects made, {} removed, {} values kept as they are\n",
+            load.file, where, loaded->changed, loaded->created, loaded->removed, loaded->kept);
     for (const std::string& note : loaded->notes) text += fmt::format("  {}\n", note);
-    Json told = {{"node", loaded->node.value}, {"path", where}, {"objects", loaded->objects}, {"triangles", loaded->triangles}, {"notes", loaded->notes}};
+    Json told = {{"node", loaded->node.value},
+                 {"path", where},
+                 {"objects", loaded->objects},
+                 {"triangles", loaded->triangles},
+                 {"notes", loaded->notes}};
     if (loaded->reloaded)
-        told["reloaded"] = {{"changed", loaded->changed}, {"created", loaded->created}, {"removed", loaded->removed}, {"kept", loaded->kept}};
+        told["reloaded"] = {{"changed", loaded->changed},
+                            {"created", loaded->created},
+                            {"removed", loaded->removed},
+                            {"kept", loaded->kept}};
     return Answer{std::move(text), std::move(told), {}};
 }
 
@@ -210,19 +222,21 @@ Expected<Answer> run(Application& application, const verb::Move& move) {
     return answer;
 }
 
-Expected<Answer> setElements(Application& application, const ObjectInfo& object, const FieldPlace& place, const ArrayPart& part,
-                             const std::vector<std::string>& words) {
+Expected<Answer> setElements(Application& application, const ObjectInfo& object, const FieldPlace& place,
+                             const ArrayPart& part, const std::vector<std::string>& words) {
     const Expected<Blob> elements = parseElements(*place.field, words);
     if (!elements) return tl::unexpected(elements.error());
     ChangeListBuilder edits;
-    edits.setRange(place.object, place.type->type, place.field->id, part.first * place.field->elementBytes(), *elements);
+    edits.setRange(place.object, place.type->type, place.field->id, part.first * place.field->elementBytes(),
+                   *elements);
     const Expected<answer::Committed> committed = application.propose(edits.take());
     if (!committed) return tl::unexpected(committed.error());
     SceneNames names(application);
     names.learn(std::span(&object.id, 1));
     return committedAnswer(application, *committed,
                            fmt::format("{} of {}: {} from {} on {} set", part.field, names.node(object.id),
-                                       words.size() / place.field->numbersEach, part.first, committed->stopped.empty() ? "are" : "were to be"));
+                                       words.size() / place.field->numbersEach, part.first,
+                                       committed->stopped.empty() ? "are" : "were to be"));
 }
 
 Expected<Answer> run(Application& application, const verb::Set& set) {
@@ -272,8 +286,8 @@ Expected<Answer> run(Application& application, const verb::Clone& clone) {
     SceneNames names(application);
     names.learn(std::span(&copy, 1));
     const std::string path = names.node(copy);
-    Answer answer = committedAnswer(application, *committed,
-                                    fmt::format("cloned {} as {}: {} new objects", clone.node, path, committed->created));
+    Answer answer = committedAnswer(
+        application, *committed, fmt::format("cloned {} as {}: {} new objects", clone.node, path, committed->created));
     answer.json["node"] = copy.value;
     answer.json["path"] = path;
     answer.json["objects"] = committed->created;
@@ -316,15 +330,20 @@ Expected<Answer> run(Application& application, const verb::Show& show) {
     const Expected<void> done = application.show(show.showing);
     if (!done) return tl::unexpected(done.error());
     const std::string what = show.showing == Showing::kScene ? "scene" : "test-picture";
-    return Answer{fmt::format("all tiles show the {}\n", show.showing == Showing::kScene ? "scene" : "test picture"), {{"shown", what}}, {}};
+    return Answer{fmt::format("all tiles show the {}\n", show.showing == Showing::kScene ? "scene" : "test picture"),
+                  {{"shown", what}},
+                  {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Budget& budget) {
     if (budget.milliseconds)
-        if (const Expected<void> done = application.setBudget(*budget.milliseconds); !done) return tl::unexpected(done.error());
+        if (const Expected<void> done = application.setBudget(*budget.milliseconds); !done)
+            return tl::unexpected(done.error());
     const Expected<answer::Status> status = application.status();
     if (!status) return tl::unexpected(status.error());
-    return Answer{fmt::format("budget  {}\n", budgetText(*status)), {{"budget_ms", status->budgetMs}, {"detail", status->detail}}, {}};
+    return Answer{fmt::format("budget  {}\n", budgetText(*status)),
+                  {{"budget_ms", status->budgetMs}, {"detail", status->detail}},
+                  {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
@@ -400,7 +419,8 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
     if (const Expected<void> done = application.release(); !done) return tl::unexpected(done.error());
     SceneNames names(application);
     names.learn(std::span(&held->node, 1));
-    Answer answer = committedAnswer(application, last, fmt::format("dragged handle {} of {}", held->face, names.node(held->node)));
+    Answer answer =
+        committedAnswer(application, last, fmt::format("dragged handle {} of {}", held->face, names.node(held->node)));
     answer.json["node"] = held->node.value;
     answer.json["path"] = names.node(held->node);
     answer.json["handle"] = held->face;
@@ -454,9 +474,11 @@ Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {
 bool isEdit(const Verb& verb) {
     return std::visit(
         []<typename One>(const One&) {
-            return std::is_same_v<One, verb::Load> || std::is_same_v<One, verb::Move> || std::is_same_v<One, verb::Set> ||
-                   std::is_same_v<One, verb::Remove> || std::is_same_v<One, verb::Clone> || std::is_same_v<One, verb::Undo> ||
-                   std::is_same_v<One, verb::Redo> || std::is_same_v<One, verb::Play> || std::is_same_v<One, verb::Drag>;
+            return std::is_same_v<One, verb::Load> || std::is_same_v<One, verb::Move> ||
+                   std::is_same_v<One, verb::Set> || std::is_same_v<One, verb::Remove> ||
+                   std::is_same_v<One, verb::Clone> || std::is_same_v<One, verb::Undo> ||
+                   std::is_same_v<One, verb::Redo> || std::is_same_v<One, verb::Play> ||
+                   std::is_same_v<One, verb::Drag>;
         },
         verb);
 }
@@ -473,9 +495,11 @@ std::string whyNoFrame(Application& application, const std::string& server) {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));  // several frames, at any usual rate
     const Expected<answer::Status> later = application.status();
     if (!later || later->frame != status->frame) return {};
-    return withoutControls(fmt::format("no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
-                                       "tessera-client --server {} --host {} starts one",
-                                       fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000, server, status->hosts.front().name));
+    return withoutControls(fmt::format(
+        "no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
+        "tessera-client --server {} --host {} starts one",
+        fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000, server,
+        status->hosts.front().name));
 }
 
 /// One verb prints as it goes, one says much in either form.

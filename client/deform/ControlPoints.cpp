@@ -35,7 +35,8 @@ template <typename Number>
 std::vector<Vec3d> pointsOf(std::span<const Number> numbers) {
     std::vector<Vec3d> points;
     points.reserve(numbers.size() / 3);
-    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+        points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
     return points;
 }
 
@@ -72,7 +73,8 @@ Expected<std::vector<ControlPoints>> controlPointsBelow(const Aspect& scene, con
         return Descend::kInto;
     });
     action.run(scene, *top);
-    if (bodies.empty()) return fail(ErrorCode::kNotFound, fmt::format("{} has no control points, and nothing below it has", node));
+    if (bodies.empty())
+        return fail(ErrorCode::kNotFound, fmt::format("{} has no control points, and nothing below it has", node));
     return bodies;
 }
 

@@ -21,8 +21,8 @@ struct ControlPoints {
     std::string path;  ///< of the first node that bears it
 };
 
-/// Of all bodies at or below a node, each core once, in the order of the document. kNotFound: there is no such node, or none
-/// of them has control points that were fetched (a lattice at rest may have none).
+/// Of all bodies at or below a node, each core once, in the order of the document. kNotFound: there is no such node, or
+/// none of them has control points that were fetched (a lattice at rest may have none).
 [[nodiscard]] Expected<std::vector<ControlPoints>> controlPointsBelow(const Aspect& scene, const std::string& node);
 
 /// Leads them there, unless nothing of the kind is there any more or their number has changed.

@@ -35,9 +35,10 @@ std::pair<double, double> arcOf(double x) {
 
 Expected<Deforming> Deforming::parse(std::string_view words) {
     const auto refuse = [&](std::string_view why) {
-        return fail(ErrorCode::kUsage, fmt::format("\"{}\": {}; write KIND[-AXIS]:AMOUNT:SECONDS:NODE, such as bend:25:4:/court or "
-                                                   "swell-y:-20..60:3:/court/ball",
-                                                   words, why));
+        return fail(ErrorCode::kUsage,
+                    fmt::format("\"{}\": {}; write KIND[-AXIS]:AMOUNT:SECONDS:NODE, such as bend:25:4:/court or "
+                                "swell-y:-20..60:3:/court/ball",
+                                words, why));
     };
     std::array<std::string_view, 3> parts;
     std::string_view rest = words;
@@ -60,7 +61,8 @@ Expected<Deforming> Deforming::parse(std::string_view words) {
     if (known == kKinds.end()) return refuse("the kinds are bend, twist and swell");
     deforming.kind = static_cast<DeformingKind>(known - kKinds.begin());
     const std::size_t dots = amount.find("..");
-    const std::optional<double> to = numberIn(dots == std::string_view::npos ? amount : amount.substr(dots + 2), kMostAmount);
+    const std::optional<double> to =
+        numberIn(dots == std::string_view::npos ? amount : amount.substr(dots + 2), kMostAmount);
     if (!to) return refuse("an amount is a number from -10000 to 10000, or two with .. between them");
     deforming.to = *to;
     deforming.from = -*to;

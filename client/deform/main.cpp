@@ -80,7 +80,8 @@ int run(const DeformOptions& options) {
         for (const Led& led : all) {
             const double at = time - led.later;
             lead(list, wall.scene(), led.body,
-                 at <= 0 || last ? led.body.rest : deformed(led.body.rest, led.by.kind, led.by.axis, led.by.amountAt(at)));
+                 at <= 0 || last ? led.body.rest
+                                 : deformed(led.body.rest, led.by.kind, led.by.axis, led.by.amountAt(at)));
         }
         const Expected<answer::Committed> committed = wall.propose(list.take(), kGesture);
         if (committed) continue;
@@ -102,7 +103,9 @@ int run(const DeformOptions& options) {
 int main(int argc, char** argv) {
     using namespace tessera;
     DeformOptions options;
-    Options commandLine("tessera-deform", "Leads the control points of a running wall's surfaces and lattices to\nand fro.", versionText("tessera-deform"));
+    Options commandLine("tessera-deform",
+                        "Leads the control points of a running wall's surfaces and lattices to\nand fro.",
+                        versionText("tessera-deform"));
     // A range lets pass what is no number.
     const auto numberOfSeconds = [](const std::string& text) {
         char* end = nullptr;
@@ -111,11 +114,24 @@ int main(int argc, char** argv) {
         return fits ? std::string() : text + " is not a number of seconds from 0 to 1000000";
     };
     commandLine.option("--server", options.server, "The wall's server").typeName("ADDR:PORT").showDefault();
-    commandLine.option("deformings", options.deformings, "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist\n(degrees) or swell (per cent); AMOUNT A or\nFROM..TO").required().typeName("HOW");
-    commandLine.option("--stagger", options.stagger, "How much later each further body of a NODE begins,\nseconds").check(numberOfSeconds, "0 to 1000000").showDefault();
-    commandLine.option("--seconds", options.seconds, "Then all is led back (0: as long as the wall\nruns). Of the wall's own time, 60 frames a second:\na slow wall takes longer").check(numberOfSeconds, "0 to 1000000");
-    commandLine.option("--wait", options.wait, "So many seconds for a wall that is not there yet").check(numberOfSeconds, "0 to 1000000");
-    const Expected<std::optional<std::string>> instead = commandLine.read(std::vector<std::string>(argv + 1, argv + argc));
+    commandLine
+        .option(
+            "deformings", options.deformings,
+            "KIND[-AXIS]:AMOUNT:SECONDS:NODE; KIND bend, twist\n(degrees) or swell (per cent); AMOUNT A or\nFROM..TO")
+        .required()
+        .typeName("HOW");
+    commandLine.option("--stagger", options.stagger, "How much later each further body of a NODE begins,\nseconds")
+        .check(numberOfSeconds, "0 to 1000000")
+        .showDefault();
+    commandLine
+        .option("--seconds", options.seconds,
+                "Then all is led back (0: as long as the wall\nruns). Of the wall's own time, 60 frames a second:\na "
+                "slow wall takes longer")
+        .check(numberOfSeconds, "0 to 1000000");
+    commandLine.option("--wait", options.wait, "So many seconds for a wall that is not there yet")
+        .check(numberOfSeconds, "0 to 1000000");
+    const Expected<std::optional<std::string>> instead =
+        commandLine.read(std::vector<std::string>(argv + 1, argv + argc));
     if (!instead) {
         fmt::print(stderr, "{}\nRun with --help for more information.\n", instead.error().message);
         return exitCode(instead.error().code);

@@ -15,10 +15,12 @@ unsigned byteAt(const std::byte* block, std::size_t i) {
     return std::to_integer<unsigned>(block[i]);
 }
 
-/// Two ends of 5, 6 and 5 bits and what lies between them. `punched`: bc1, whose fourth is nothing where the first end is not the larger.
+/// Two ends of 5, 6 and 5 bits and what lies between them. `punched`: bc1, whose fourth is nothing where the first end
+/// is not the larger.
 void colorsOf(const std::byte* block, bool punched, BlockColors& out) {
     std::array<std::array<unsigned, 4>, 4> palette{};
-    const std::array<unsigned, 2> ends = {byteAt(block, 0) | byteAt(block, 1) << 8, byteAt(block, 2) | byteAt(block, 3) << 8};
+    const std::array<unsigned, 2> ends = {byteAt(block, 0) | byteAt(block, 1) << 8, byteAt(block, 2) | byteAt(block, 3)
+                                                                                                           << 8};
     for (std::size_t i = 0; i < 2; ++i) {
         const unsigned r = ends[i] >> 11, g = ends[i] >> 5 & 63, b = ends[i] & 31;
         palette[i] = {r << 3 | r >> 2, g << 2 | g >> 4, b << 3 | b >> 2, 255};
@@ -57,7 +59,8 @@ void decodeBlock(const std::byte* block, std::int64_t encoding, BlockColors& out
             return colorsOf(block, true, out);
         case Image::kBc2:
             colorsOf(block + 8, false, out);
-            for (std::size_t i = 0; i < 16; ++i) out[i][3] = static_cast<std::uint8_t>(17 * (byteAt(block, i / 2) >> 4 * (i % 2) & 15));
+            for (std::size_t i = 0; i < 16; ++i)
+                out[i][3] = static_cast<std::uint8_t>(17 * (byteAt(block, i / 2) >> 4 * (i % 2) & 15));
             return;
         case Image::kBc3:
             colorsOf(block + 8, false, out);
@@ -71,7 +74,8 @@ void decodeBlock(const std::byte* block, std::int64_t encoding, BlockColors& out
             stepsOf(block + 8, 1, out);
             for (auto& pixel : out) {
                 const double x = pixel[0] / 127.5 - 1, y = pixel[1] / 127.5 - 1;
-                pixel[2] = static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::sqrt(std::max(0.0, 1 - x * x - y * y))));
+                pixel[2] =
+                    static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::sqrt(std::max(0.0, 1 - x * x - y * y))));
                 pixel[3] = 255;
             }
     }
@@ -90,7 +94,8 @@ Bytes decodeBlocks(ByteSpan blocks, std::int64_t encoding, std::int64_t widthPx,
         const std::size_t left = i % across * 4, top = i / across * 4;
         for (std::size_t y = top; y < std::min(top + 4, height); ++y)
             for (std::size_t x = left; x < std::min(left + 4, width); ++x)
-                for (std::size_t c = 0; c < 4; ++c) pixels[4 * (y * width + x) + c] = static_cast<std::byte>(colors[4 * (y - top) + x - left][c]);
+                for (std::size_t c = 0; c < 4; ++c)
+                    pixels[4 * (y * width + x) + c] = static_cast<std::byte>(colors[4 * (y - top) + x - left][c]);
     }
     return pixels;
 }

@@ -46,7 +46,8 @@ Expected<void> DepthQueries::begin(const Part& part) {
     gl_.restore();
     meshes_.beginDraw();
     const PixelRect& pixels = part.pixels;
-    if (const int samples = std::min(mostSamples_, detailStep(part.camera.detail).mostSamples); std::exchange(samples_, samples) != samples) {
+    if (const int samples = std::min(mostSamples_, detailStep(part.camera.detail).mostSamples);
+        std::exchange(samples_, samples) != samples) {
         destroyBuffers();
         widthPx_ = heightPx_ = 0;
     }
@@ -75,8 +76,10 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
         const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
         if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
         const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;
-        calls_.push_back({*mesh, item.mirrored && item.kind != DrawKind::kPoints, (material ? *material : Material()).doubleSided != 0, &item});
-        if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) calls_.back().mesh.pointParts |= kPointStretched;
+        calls_.push_back({*mesh, item.mirrored && item.kind != DrawKind::kPoints,
+                          (material ? *material : Material()).doubleSided != 0, &item});
+        if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
+            calls_.back().mesh.pointParts |= kPointStretched;
     }
     if (calls_.empty()) return {};
     // Depths are the same in any order: instances of one mesh stand together.
@@ -96,7 +99,11 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
         for (next = i + 1; next < calls_.size() && calls_[next].state() == call.state();) ++next;
         const MeshRange* before = i > 0 ? &calls_[i - 1].mesh : nullptr;
         if (!before || before->kind != call.mesh.kind || before->pointParts != call.mesh.pointParts)
-            if (auto used = useProgram({.use = ProgramKind::Use::kDepth, .items = call.mesh.kind, .pointParts = call.mesh.pointParts, .samples = samples_}); !used)
+            if (auto used = useProgram({.use = ProgramKind::Use::kDepth,
+                                        .items = call.mesh.kind,
+                                        .pointParts = call.mesh.pointParts,
+                                        .samples = samples_});
+                !used)
                 return used;
         call.doubleSided ? gl_.Disable(GL_CULL_FACE) : gl_.Enable(GL_CULL_FACE);
         gl_.FrontFace(call.mirrored ? GL_CW : GL_CCW);
@@ -105,7 +112,8 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     return gl_.check("drawing depths");
 }
 
-Expected<VisibilityDevice::Ticket> DepthQueries::ask(std::span<const Plate> plates, std::span<const std::uint32_t> sizes) {
+Expected<VisibilityDevice::Ticket> DepthQueries::ask(std::span<const Plate> plates,
+                                                     std::span<const std::uint32_t> sizes) {
     const std::size_t first = asked_;
     asked_ += sizes.size();
     if (asked_ > queries_.size()) {
@@ -113,7 +121,8 @@ Expected<VisibilityDevice::Ticket> DepthQueries::ask(std::span<const Plate> plat
         queries_.resize(2 * asked_);
         gl_.CreateQueries(GL_ANY_SAMPLES_PASSED, static_cast<GLsizei>(queries_.size() - known), &queries_[known]);
     }
-    // Whole pixels of a cell, whose sizes have few bits: the corners are those very numbers, within a thousandth of a pixel.
+    // Whole pixels of a cell, whose sizes have few bits: the corners are those very numbers, within a thousandth of a
+    // pixel.
     const auto x = [&](int px) {
         return static_cast<float>(2.0 * (part_->pixels.x + px) / part_->camera.pixels.width - 1);
     };
@@ -163,8 +172,8 @@ Expected<std::span<const float>> DepthQueries::farthest() {
     if (samples_ > 1)
         if (auto gathered = gatherSamples(); !gathered) return tl::unexpected(gathered.error());
     gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, samples_ > 1 ? farthestFramebuffer_ : depthFramebuffer_);
-    gl_.ReadPixels(pixels.x, pixels.y, pixels.width, pixels.height, samples_ > 1 ? GL_RED : GL_DEPTH_COMPONENT, GL_FLOAT,
-                   read_.data());
+    gl_.ReadPixels(pixels.x, pixels.y, pixels.width, pixels.height, samples_ > 1 ? GL_RED : GL_DEPTH_COMPONENT,
+                   GL_FLOAT, read_.data());
     if (auto good = gl_.check("reading depths"); !good) return tl::unexpected(good.error());
     return std::span<const float>(read_);
 }
@@ -224,8 +233,8 @@ Expected<void> DepthQueries::reach(int widthPx, int heightPx) {
 Expected<void> DepthQueries::checkFramebuffer(GLuint framebuffer) const {
     if (auto good = gl_.check("making a depth buffer"); !good) return good;
     if (gl_.CheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
-    return fail(ErrorCode::kUnsupported,
-                fmt::format("the surface cannot draw depths into {}x{} with {} samples", widthPx_, heightPx_, samples_));
+    return fail(ErrorCode::kUnsupported, fmt::format("the surface cannot draw depths into {}x{} with {} samples",
+                                                     widthPx_, heightPx_, samples_));
 }
 
 void DepthQueries::destroyBuffers() {

@@ -14,8 +14,8 @@
 
 namespace tessera {
 
-/// A depth buffer of its own, of at most a cell, made when first needed. Belongs to a renderer and its thread; shares its
-/// meshes.
+/// A depth buffer of its own, of at most a cell, made when first needed. Belongs to a renderer and its thread; shares
+/// its meshes.
 class DepthQueries : public VisibilityDevice {
 public:
     /// `meshArray`: the vertex array of `meshes`.
@@ -63,7 +63,9 @@ private:
         bool mirrored, doubleSided;
         const DrawItem* item;
         /// Calls with the same one differ in their place alone.
-        [[nodiscard]] auto state() const { return std::tuple(mesh.kind, mesh.pointParts, doubleSided, mirrored, mesh.firstIndex, mesh.baseVertex); }
+        [[nodiscard]] auto state() const {
+            return std::tuple(mesh.kind, mesh.pointParts, doubleSided, mirrored, mesh.firstIndex, mesh.baseVertex);
+        }
     };
     std::vector<Call> calls_;
     std::vector<ItemRecord> records_;

@@ -41,7 +41,8 @@ LookBlock::Placed placeOf(const Image& image) {
             .v = {-s * image.scale.x(), c * image.scale.y(), image.offset.y(), 0}};
 }
 
-/// Fresnel's reflection straight on of what is no metal, tinted (KHR_materials_ior, KHR_materials_specular); w at a glancing angle.
+/// Fresnel's reflection straight on of what is no metal, tinted (KHR_materials_ior, KHR_materials_specular); w at a
+/// glancing angle.
 std::array<float, 4> specularOf(const Material& material) {
     if (material.shading == Material::kPhong) return four(material.specular * material.specularColor, 0);
     const float root = (material.ior - 1) / (material.ior + 1);
@@ -51,9 +52,11 @@ std::array<float, 4> specularOf(const Material& material) {
 MaterialTexels texelsOf(const Material& material, bool unlit, std::uint32_t scopes) {
     const bool phong = material.shading == Material::kPhong;
     return {.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
-            .metallicLitAndCoat = {phong ? 0 : material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat, material.clearcoatRoughness},
+            .metallicLitAndCoat = {phong ? 0 : material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat,
+                                   material.clearcoatRoughness},
             .specular = specularOf(material),
-            .shininessAndScopes = {phong ? material.shininess : -1.0f, 0, static_cast<float>(scopes & 0xffffu), static_cast<float>(scopes >> 16u)}};
+            .shininessAndScopes = {phong ? material.shininess : -1.0f, 0, static_cast<float>(scopes & 0xffffu),
+                                   static_cast<float>(scopes >> 16u)}};
 }
 
 std::vector<ObjectId> passIds(const Aspect& aspect, ObjectId id) {
@@ -101,7 +104,8 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         // Of what is at one depth the first is seen: the last pass comes first, the material itself last.
         const std::vector<ObjectId> passes = passIds(aspect, item.material);
         for (auto pass = passes.rbegin(); pass != passes.rend(); ++pass)
-            if (!isBlended(*aspect.get<Material>(*pass))) collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures, volumes);
+            if (!isBlended(*aspect.get<Material>(*pass)))
+                collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures, volumes);
         collect(aspect, item, camera, meshes, textures, volumes);
     }
     opaqueCount_ = calls_.size();
@@ -112,7 +116,9 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
             counts_.items += !item.over;
             if (!item.over) collect(aspect, item, camera, meshes, textures, volumes);
             for (const ObjectId pass : passes)
-                if ((!item.over || isBlended(*aspect.get<Material>(pass))) && collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes)) calls_.back().equal = item.over;
+                if ((!item.over || isBlended(*aspect.get<Material>(pass))) &&
+                    collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes))
+                    calls_.back().equal = item.over;
             continue;
         }
         const auto [seen, isNew] = parts_.try_emplace(item.node);
@@ -148,32 +154,37 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures, VolumeTextures& volumes) {
     const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
-    const std::optional<MeshRange> mesh = !drawable ? std::nullopt : item.fill == Material::kFilled ? meshes.find(drawable) : meshes.findOutline(drawable, item.fill);
+    const std::optional<MeshRange> mesh = !drawable                        ? std::nullopt
+                                          : item.fill == Material::kFilled ? meshes.find(drawable)
+                                                                           : meshes.findOutline(drawable, item.fill);
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;
     if (!fits || mesh->indexCount == 0) return false;
-    const std::uint32_t index = look(aspect, item.material, scoped_ ? item.scopes : 0, rowOf(item.kind).surface, textures);
+    const std::uint32_t index =
+        look(aspect, item.material, scoped_ ? item.scopes : 0, rowOf(item.kind).surface, textures);
     const DrawLook& look = looks_[index];
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
     DrawCall call{.mesh = *mesh,
-                      .record = static_cast<std::uint32_t>(records_.size()),
-                      .block = static_cast<std::uint32_t>(blocks_.size()),
-                      .look = index,
-                      .mirrored = item.mirrored,
-                      .item = &item};
+                  .record = static_cast<std::uint32_t>(records_.size()),
+                  .block = static_cast<std::uint32_t>(blocks_.size()),
+                  .look = index,
+                  .mirrored = item.mirrored,
+                  .item = &item};
     if (rowOf(item.kind).volume && !addVolume(aspect, item, camera, volumes, call)) {
         ++counts_.skipped;
         return false;
     }
-    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) call.mesh.pointParts |= kPointStretched;
+    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
+        call.mesh.pointParts |= kPointStretched;
     calls_.push_back(call);
     records_.push_back(tessera::recordOf(item, camera));
     if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
     return true;
 }
 
-bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes, DrawCall& call) {
+bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera,
+                          VolumeTextures& volumes, DrawCall& call) {
     const auto* volume = aspect.get<Volume>(item.geometry);
     if (volume) call.voxels = volumes.find(*volume);
     if (call.voxels.voxels == 0) return false;
@@ -185,7 +196,8 @@ bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const Scre
     return true;
 }
 
-// By the head and the screen's scale: the same for all tiles, and for both eyes of a head that looks straight at the screen.
+// By the head and the screen's scale: the same for all tiles, and for both eyes of a head that looks straight at the
+// screen.
 const DrawItem& DrawCalls::shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera) {
     const auto* material = item.radius > 0 && item.material ? aspect.get<Material>(item.material) : nullptr;
     if (!material || !material->coarser) return item;
@@ -215,12 +227,15 @@ const DrawItem& DrawCalls::passOf(const Aspect& aspect, const DrawItem& item, Ob
     if (item.fill == Material::kFilled && item.kind != DrawKind::kTriangles) return copy;
     copy.fill = material.fill;
     copy.kind = material.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
-    copy.lineWidth = std::min(item.widestLinePx, material.fill == Material::kEdges ? material.lineWidth : material.fill == Material::kCorners ? material.pointSize : 0);
+    copy.lineWidth = std::min(item.widestLinePx, material.fill == Material::kEdges     ? material.lineWidth
+                                                 : material.fill == Material::kCorners ? material.pointSize
+                                                                                       : 0);
     if (material.fill != Material::kFilled) copy.clusters = {};
     return copy;
 }
 
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, bool surface, TextureCache& textures) {
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, bool surface,
+                              TextureCache& textures) {
     auto& known = lookIndices_[surface][id];
     for (const auto& [in, index] : known)
         if (in == scopes) return index;
@@ -259,7 +274,8 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t s
         block.places[i] = placeOf(*image);
     }
     block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
-    block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat, material.clearcoatRoughness};
+    block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat,
+                     material.clearcoatRoughness};
     if (surface) addLayers(aspect, material, textures, look, block);
     if (own && surface) {
         look.person = persons_.find(aspect, *own);
@@ -271,7 +287,8 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t s
 }
 
 /// One without an image is nothing, and takes no place.
-void DrawCalls::addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look, LookBlock& block) {
+void DrawCalls::addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look,
+                          LookBlock& block) {
     std::size_t count = 0;
     for (const ObjectId id : material.layers) {
         const auto* layer = aspect.get<TextureLayer>(id);
@@ -284,7 +301,8 @@ void DrawCalls::addLayers(const Aspect& aspect, const Material& material, Textur
             continue;
         }
         look.layers[count] = {texture, textures.sampler(*image)};
-        look.layerBits = static_cast<std::uint16_t>(look.layerBits | static_cast<unsigned>(lookup) << (kLayerBits * count));
+        look.layerBits =
+            static_cast<std::uint16_t>(look.layerBits | static_cast<unsigned>(lookup) << (kLayerBits * count));
         block.layerPlaces[count] = placeOf(*image);
         block.layers[count] = {static_cast<float>(layer->mode), layer->strength, 0, 0};
         ++count;
@@ -305,8 +323,8 @@ std::uint32_t DrawCalls::materialIndex(const MaterialTexels& texels) {
 
 namespace {
 
-/// The inverse transpose of what makes an ellipsoid of a ball of radius 1. One that is nearly flat is made a little thicker: of what is flatter
-/// single precision knows nothing.
+/// The inverse transpose of what makes an ellipsoid of a ball of radius 1. One that is nearly flat is made a little
+/// thicker: of what is flatter single precision knows nothing.
 Mat3d roundOf(const Mat3d& linear, double radius) {
     constexpr double kThinnest = 1.0 / 256;
     const SingularValues parts = singularValuesOf(radius * linear);
@@ -327,7 +345,8 @@ ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
     cofactors.row(2) = m.row(0).cross(m.row(1));
     const double largest = cofactors.cwiseAbs().maxCoeff();
     if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
-    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear())) cofactors = roundOf(m, item.pointRadius);
+    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
+        cofactors = roundOf(m, item.pointRadius);
 
     ItemRecord record{};
     for (int r = 0; r < 3; ++r)
@@ -360,7 +379,9 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     block.ground = four(list.environment.ground, 0);
     const Affine3d world_T_eye = camera.eye_T_world.inverse();
     for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c) block.world_T_eye[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = static_cast<float>(world_T_eye(r, c));
+        for (int c = 0; c < 4; ++c)
+            block.world_T_eye[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
+                static_cast<float>(world_T_eye(r, c));
     block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
     const Vec3d head = camera.eye_T_world * camera.headWorld;
@@ -373,9 +394,12 @@ std::array<float, 4> pixelRaysOf(const ScreenCamera& camera, int left, int botto
     const Mat4d& clip = camera.clip_T_eye;
     const bool parallel = clip(3, 3) == 1;
     const auto scale = [&](int row, int sizePx) { return 2 / (sizePx * clip(row, row)); };
-    const auto offset = [&](int row, int sizePx, int from) { return ((parallel ? -clip(row, 3) : clip(row, 2)) - 1 - 2.0 * from / sizePx) / clip(row, row); };
+    const auto offset = [&](int row, int sizePx, int from) {
+        return ((parallel ? -clip(row, 3) : clip(row, 2)) - 1 - 2.0 * from / sizePx) / clip(row, row);
+    };
     return {static_cast<float>(scale(0, camera.pixels.width)), static_cast<float>(scale(1, camera.pixels.height)),
-            static_cast<float>(offset(0, camera.pixels.width, left)), static_cast<float>(offset(1, camera.pixels.height, bottom))};
+            static_cast<float>(offset(0, camera.pixels.width, left)),
+            static_cast<float>(offset(1, camera.pixels.height, bottom))};
 }
 
 }  // namespace tessera

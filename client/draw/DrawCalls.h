@@ -30,7 +30,7 @@ struct DrawLook {
     std::uint16_t layerBits = 0;  ///< of LayerLookup, see ProgramKind::layers
     bool masked = false;
     bool doubleSided = false;
-    bool incomplete = false;  ///< it has an image that is not here
+    bool incomplete = false;                       ///< it has an image that is not here
     std::uint32_t person = PersonPrograms::kNone;  ///< a person's program
     PersonValues said;                             ///< what the material says to it
 };
@@ -41,11 +41,12 @@ struct DrawCall {
     std::uint32_t record = 0;  ///< its ItemRecord
     std::uint32_t block = 0;   ///< its ItemBlock, where it is large
     std::uint32_t look = 0;
-    std::uint32_t firstSorted = 0, sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
-    VolumeTextures::Found voxels;  ///< of volumes: their textures, and which of `volumes` says the rest
+    std::uint32_t firstSorted = 0,
+                  sortedCount = 0;  ///< these of the sorted indices, where there are some, not the mesh's
+    VolumeTextures::Found voxels;   ///< of volumes: their textures, and which of `volumes` says the rest
     std::uint32_t volume = 0;
     bool mirrored = false;
-    bool equal = false;  ///< blended over a surface that is there: where depth is equal, too
+    bool equal = false;              ///< blended over a surface that is there: where depth is equal, too
     const DrawItem* item = nullptr;  ///< of the list that is drawn
 };
 
@@ -64,8 +65,8 @@ public:
     [[nodiscard]] const ItemRecord& recordOf(const DrawCall& call) const { return records_[call.record]; }
     /// The same mesh, whole, in the same state: as instances of one call they are what they are one after the other.
     [[nodiscard]] static bool sameButPlace(const DrawCall& a, const DrawCall& b) {
-        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh && a.voxels.voxels == 0 && b.voxels.voxels == 0 &&
-               a.sortedCount == 0 && b.sortedCount == 0;
+        return a.look == b.look && a.mirrored == b.mirrored && a.equal == b.equal && a.mesh == b.mesh &&
+               a.voxels.voxels == 0 && b.voxels.voxels == 0 && a.sortedCount == 0 && b.sortedCount == 0;
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
@@ -85,14 +86,17 @@ private:
     bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                  TextureCache& textures, VolumeTextures& volumes);
     /// What a call of a volume is besides. False: nothing of it can be drawn.
-    bool addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes, DrawCall& call);
+    bool addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes,
+                   DrawCall& call);
     /// The item with the material that this screen draws it with: a coarser one where it is small there.
     const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
     /// The same thing with one of its material's passes: kept here, as calls point to their items.
     const DrawItem& passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass);
     /// `scopes`: DrawItem's.
-    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, bool surface, TextureCache& textures);
-    static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look, LookBlock& block);
+    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, bool surface,
+                       TextureCache& textures);
+    static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look,
+                          LookBlock& block);
     std::uint32_t materialIndex(const MaterialTexels& texels);
 
     std::vector<DrawCall> calls_;

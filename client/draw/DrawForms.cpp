@@ -17,7 +17,6 @@ namespace {
 /// In place of a width, of lines whose ends are one place and are drawn as squares: as no drawable has it.
 constexpr float kSquares = -1;
 
-
 /// What is made of arrays on its way to GL: so many units at a time.
 constexpr std::uint64_t kUnitsAtOnce = 65536;
 
@@ -82,7 +81,8 @@ std::array<MeshPart, 2> partsOfTriangles(const MeshArrays& arrays) {
     return {{{MeshStore::kVertices, countOf(arrays), 1}, {MeshStore::kIndices, 3 * triangleCount(arrays), 1}}};
 }
 
-void writeTriangles(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+void writeTriangles(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
+                    const std::function<void(ByteSpan)>& tell) {
     if (store == MeshStore::kIndices)
         return tell(std::as_bytes(arrays.indices.as<std::uint32_t>().subspan(units.begin, units.end - units.begin)));
     const VertexArrays vertices(arrays);
@@ -105,10 +105,12 @@ std::array<MeshPart, 2> partsOfLines(const MeshArrays& arrays) {
 
 /// As SurfaceShader.cpp wants them: each end twice, with the other end as its normal and the side in the second texture
 /// coordinate.
-void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
+                const std::function<void(ByteSpan)>& tell) {
     if (store == MeshStore::kIndices)
         return tellUnits<std::uint32_t>(units, tell, [](auto& to, std::uint64_t line) {
-            for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3}) to.push_back(static_cast<std::uint32_t>(4 * line) + corner);
+            for (const std::uint32_t corner : {0, 1, 2, 0, 2, 3})
+                to.push_back(static_cast<std::uint32_t>(4 * line) + corner);
         });
     const VertexArrays vertices(arrays);
     const bool asSquares = arrays.lineWidth == kSquares;
@@ -139,7 +141,8 @@ PointTexel texel(float x, float y, float z, std::uint32_t last) {
     return {std::bit_cast<std::uint32_t>(x), std::bit_cast<std::uint32_t>(y), std::bit_cast<std::uint32_t>(z), last};
 }
 
-void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units,
+                 const std::function<void(ByteSpan)>& tell) {
     const VertexArrays points(arrays);
     const std::uint8_t parts = pointPartsOf(arrays);
     tellUnits<PointTexel>(units, tell, [&](auto& to, std::uint64_t i) {
@@ -152,7 +155,9 @@ void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units, co
         if (parts & kPointNormals)
             to.push_back(texel(points.normals[3 * i], points.normals[3 * i + 1], points.normals[3 * i + 2], 0));
         if (parts & kPointTexcoords) {
-            const auto of = [i](std::span<const float> set, std::size_t k) { return set.empty() ? 0.0f : set[2 * i + k]; };
+            const auto of = [i](std::span<const float> set, std::size_t k) {
+                return set.empty() ? 0.0f : set[2 * i + k];
+            };
             to.push_back(texel(of(points.texcoords, 0), of(points.texcoords, 1), of(points.texcoords1, 0),
                                std::bit_cast<std::uint32_t>(of(points.texcoords1, 1))));
         }
@@ -176,8 +181,10 @@ std::array<MeshPart, 2> partsOfParticles(const MeshArrays& arrays) {
     return {{{MeshStore::kVertices, particles, 4}, {MeshStore::kIndices, particles, 6}}};
 }
 
-/// Of discs and sprites each corner is at the middle; x and y of its normal say which it is. Streaks are as lines, their width beside the side.
-void writeParticles(const MeshArrays& arrays, MeshStore store, const ByteRange& units, const std::function<void(ByteSpan)>& tell) {
+/// Of discs and sprites each corner is at the middle; x and y of its normal say which it is. Streaks are as lines,
+/// their width beside the side.
+void writeParticles(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
+                    const std::function<void(ByteSpan)>& tell) {
     if (store == MeshStore::kIndices) return writeLines(arrays, store, units, tell);
     const VertexArrays places(arrays);
     tellUnits<MeshVertex>(units, tell, [&, streaks = placesPerParticle(arrays) == 2](auto& to, std::uint64_t particle) {
@@ -207,7 +214,8 @@ constexpr DrawForm::Follows kStreaksFollow[] = {{0, 6 * sizeof(float), MeshStore
                                                 {2, 8, MeshStore::kVertices},
                                                 {3, 4 * sizeof(float), MeshStore::kVertices}};
 
-/// Metres a unit of the item's own: where it is scaled unevenly the least, so that all stays in the box around the scaled balls.
+/// Metres a unit of the item's own: where it is scaled unevenly the least, so that all stays in the box around the
+/// scaled balls.
 std::array<std::uint32_t, 2> scaleOfParticles(const DrawItem&, const Mat3d& eye_R_item) {
     if (!eye_R_item.allFinite()) return {};
     const double least = singularStretchOf(eye_R_item).least;
@@ -258,10 +266,13 @@ constexpr DrawForm kForms[] = {
      .normals = true,
      .fetched = true,
      // As the eye has it, or the item where that stretches balls; as the item has it.
-     .size = [](const DrawItem& item, const Mat3d& eye_R_item) {
-         const double scale = isStretched(item.world_T_item.linear()) ? 1 : std::cbrt(std::abs(eye_R_item.determinant()));
-         return std::array{std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius * scale)), std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius))};
-     }},
+     .size =
+         [](const DrawItem& item, const Mat3d& eye_R_item) {
+             const double scale =
+                 isStretched(item.world_T_item.linear()) ? 1 : std::cbrt(std::abs(eye_R_item.determinant()));
+             return std::array{std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius * scale)),
+                               std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius))};
+         }},
     {.kind = DrawKind::kLines,
      .define = "LINES",
      .parts = partsOfLines,
@@ -270,7 +281,11 @@ constexpr DrawForm kForms[] = {
      .normals = true,
      .fetched = false,
      // Of a surface's own edges how much nearer they lie: on it they would be half hidden by it.
-     .size = [](const DrawItem& item, const Mat3d&) { return std::array{std::bit_cast<std::uint32_t>(item.lineWidth), item.fill == Material::kFilled ? 0u : std::bit_cast<std::uint32_t>(kOutlineNearer)}; }},
+     .size =
+         [](const DrawItem& item, const Mat3d&) {
+             return std::array{std::bit_cast<std::uint32_t>(item.lineWidth),
+                               item.fill == Material::kFilled ? 0u : std::bit_cast<std::uint32_t>(kOutlineNearer)};
+         }},
     formOfParticles(DrawKind::kDiscs, "DISCS", kParticlesFollow),
     formOfParticles(DrawKind::kStreaks, "STREAKS", kStreaksFollow),
     formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
@@ -324,15 +339,22 @@ MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
     outline.lineWidth = fill == Material::kCorners ? kSquares : 0;
     const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
     const std::span<const float> positions = arrays.positions.as<float>();
-    // Of vertices at one place the first: where a surface is cut for its normals or textures, its edges are not twice there.
+    // Of vertices at one place the first: where a surface is cut for its normals or textures, its edges are not twice
+    // there.
     std::vector<std::uint32_t> order(positions.size() / 3), first(order.size());
     std::iota(order.begin(), order.end(), 0u);
-    const auto at = [&](std::uint32_t v) { return std::array{positions[3 * std::size_t{v}] + 0.0f, positions[3 * std::size_t{v} + 1] + 0.0f, positions[3 * std::size_t{v} + 2] + 0.0f}; };
-    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(at(a), a) < std::pair(at(b), b); });
-    for (std::size_t i = 0; i < order.size(); ++i) first[order[i]] = i > 0 && at(order[i]) == at(order[i - 1]) ? first[order[i - 1]] : order[i];
+    const auto at = [&](std::uint32_t v) {
+        return std::array{positions[3 * std::size_t{v}] + 0.0f, positions[3 * std::size_t{v} + 1] + 0.0f,
+                          positions[3 * std::size_t{v} + 2] + 0.0f};
+    };
+    std::ranges::sort(order,
+                      [&](std::uint32_t a, std::uint32_t b) { return std::pair(at(a), a) < std::pair(at(b), b); });
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && at(order[i]) == at(order[i - 1]) ? first[order[i - 1]] : order[i];
     std::vector<std::uint64_t> pairs;
     for (std::size_t i = 0; i < indices.size(); ++i) {
-        const std::uint32_t a = first[indices[i]], b = fill == Material::kCorners ? a : first[indices[i % 3 == 2 ? i - 2 : i + 1]];
+        const std::uint32_t a = first[indices[i]],
+                            b = fill == Material::kCorners ? a : first[indices[i % 3 == 2 ? i - 2 : i + 1]];
         if (a != b || fill == Material::kCorners) pairs.push_back(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b));
     }
     std::ranges::sort(pairs);
@@ -359,7 +381,8 @@ std::vector<std::uint16_t> sharedPointIndices(bool insides) {
     indices.reserve(std::size_t{kPointsAtOnce} * kIndicesPerPoint * (insides ? 2 : 1));
     for (std::uint32_t point = 0; point < kPointsAtOnce; ++point)
         for (std::uint32_t side = insides ? 0 : 1; side < 2; ++side)
-            for (const std::uint32_t corner : cornersOf(DrawKind::kPoints, {}, 2 * point + side)) indices.push_back(static_cast<std::uint16_t>(corner));
+            for (const std::uint32_t corner : cornersOf(DrawKind::kPoints, {}, 2 * point + side))
+                indices.push_back(static_cast<std::uint16_t>(corner));
     return indices;
 }
 
@@ -382,7 +405,8 @@ std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint3
 
 std::array<float, 256> linearNumbers() {
     std::array<float, 256> numbers{};
-    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<float>(linearTable()[i]) * (1.0f / 65535.0f);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] = static_cast<float>(linearTable()[i]) * (1.0f / 65535.0f);
     return numbers;
 }
 

@@ -21,12 +21,12 @@ struct MeshVertex {
 };
 static_assert(sizeof(MeshVertex) == 48);
 
-/// Of points, which a vertex shader fetches by its number: position and colour (RGBA bytes, sRGB); then their normal, where they
-/// have some; then both texture coordinates, where they have any.
+/// Of points, which a vertex shader fetches by its number: position and colour (RGBA bytes, sRGB); then their normal,
+/// where they have some; then both texture coordinates, where they have any.
 using PointTexel = std::array<std::uint32_t, 4>;
 
-/// What points have besides positions: bits of MeshRange::pointParts. Of a call, not of its mesh: that its item makes ellipsoids of
-/// its balls.
+/// What points have besides positions: bits of MeshRange::pointParts. Of a call, not of its mesh: that its item makes
+/// ellipsoids of its balls.
 inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoords = 4, kPointStretched = 8;
 /// Whether lengths become others in one direction than in another: by so much that it can be seen.
 [[nodiscard]] bool isStretched(const Mat3d& linear);
@@ -35,7 +35,8 @@ inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoor
 enum class MeshStore : std::uint8_t { kVertices, kIndices, kTexels };
 inline constexpr std::size_t kMeshStores = 3;
 [[nodiscard]] constexpr std::size_t elementBytes(MeshStore store) {
-    constexpr std::array<std::size_t, kMeshStores> kBytes = {sizeof(MeshVertex), sizeof(std::uint32_t), sizeof(PointTexel)};
+    constexpr std::array<std::size_t, kMeshStores> kBytes = {sizeof(MeshVertex), sizeof(std::uint32_t),
+                                                             sizeof(PointTexel)};
     return kBytes[static_cast<std::size_t>(store)];
 }
 
@@ -62,7 +63,8 @@ struct DrawForm {
     std::array<MeshPart, 2> (*parts)(const MeshArrays&);
     /// Tells the bytes of some units, in pieces.
     void (*write)(const MeshArrays&, MeshStore, const ByteRange& units, const std::function<void(ByteSpan)>& tell);
-    /// An array, by its place in MeshArrays, of so many bytes a unit: who edits a range of it edits those units of a part.
+    /// An array, by its place in MeshArrays, of so many bytes a unit: who edits a range of it edits those units of a
+    /// part.
     struct Follows {
         std::size_t array, bytesPerUnit;
         MeshStore store;
@@ -80,20 +82,22 @@ struct DrawForm {
 /// See kPointColors; 0 of others.
 [[nodiscard]] std::uint8_t pointPartsOf(const MeshArrays& arrays);
 
-/// The edges of triangles as lines, each once; or their corners, each a line from it to itself, which is drawn as a square. The arrays have passed checkMesh.
+/// The edges of triangles as lines, each once; or their corners, each a line from it to itself, which is drawn as a
+/// square. The arrays have passed checkMesh.
 [[nodiscard]] MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill);
 /// So much of the distance nearer than its surface an outline lies.
 inline constexpr float kOutlineNearer = 1.0f / 2048;
 
-/// Eight vertex numbers a point, of which three are the triangle that it is seen in from outside, three what it is seen in from inside
-/// (PointShader.cpp): dividing by eight costs nothing.
+/// Eight vertex numbers a point, of which three are the triangle that it is seen in from outside, three what it is seen
+/// in from inside (PointShader.cpp): dividing by eight costs nothing.
 inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 3;
 /// So many points at a time: all that two bytes can number.
 inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;
 /// The indices of that many points; with their insides twice as many, first the inside of each.
 [[nodiscard]] std::vector<std::uint16_t> sharedPointIndices(bool insides);
 /// The vertices' numbers of one triangle of a mesh: by its own indices; of points two each, the inside first.
-[[nodiscard]] std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle);
+[[nodiscard]] std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices,
+                                                     std::uint32_t triangle);
 /// sRGB bytes as linear numbers: those of MeshVertex::color, as GL makes numbers of them.
 [[nodiscard]] std::array<float, 256> linearNumbers();
 

@@ -52,18 +52,24 @@ Expected<Egl> loadEgl() {
     egl.makeCurrent = library->find<PFNEGLMAKECURRENTPROC>("eglMakeCurrent");
     egl.currentContext = library->find<PFNEGLGETCURRENTCONTEXTPROC>("eglGetCurrentContext");
     egl.error = library->find<PFNEGLGETERRORPROC>("eglGetError");
-    if (!egl.procAddress || !egl.initialize || !egl.queryString || !egl.bindApi || !egl.createContext || !egl.destroyContext ||
-        !egl.makeCurrent || !egl.currentContext || !egl.error)
+    if (!egl.procAddress || !egl.initialize || !egl.queryString || !egl.bindApi || !egl.createContext ||
+        !egl.destroyContext || !egl.makeCurrent || !egl.currentContext || !egl.error)
         return fail(ErrorCode::kUnsupported, "libEGL.so.1 lacks functions of EGL 1.4");
     const char* const extensions = egl.queryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    for (const char* needed : {"EGL_EXT_platform_base", "EGL_EXT_platform_device", "EGL_EXT_device_enumeration", "EGL_EXT_device_query"}) {
+    for (const char* needed :
+         {"EGL_EXT_platform_base", "EGL_EXT_platform_device", "EGL_EXT_device_enumeration", "EGL_EXT_device_query"}) {
         // The last two were one at first.
-        const bool there = lists(extensions, needed) || (std::strstr(needed, "_device_") && lists(extensions, "EGL_EXT_device_base"));
-        if (!there) return fail(ErrorCode::kUnsupported, fmt::format("this EGL has no devices to draw on: it lacks {}", needed));
+        const bool there =
+            lists(extensions, needed) || (std::strstr(needed, "_device_") && lists(extensions, "EGL_EXT_device_base"));
+        if (!there)
+            return fail(ErrorCode::kUnsupported,
+                        fmt::format("this EGL has no devices to draw on: it lacks {}", needed));
     }
     egl.queryDevices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.procAddress("eglQueryDevicesEXT"));
-    egl.queryDeviceString = reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(egl.procAddress("eglQueryDeviceStringEXT"));
-    egl.platformDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.procAddress("eglGetPlatformDisplayEXT"));
+    egl.queryDeviceString =
+        reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(egl.procAddress("eglQueryDeviceStringEXT"));
+    egl.platformDisplay =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.procAddress("eglGetPlatformDisplayEXT"));
     if (!egl.queryDevices || !egl.queryDeviceString || !egl.platformDisplay)
         return fail(ErrorCode::kUnsupported, "libEGL.so.1 names extensions that it does not have");
     return egl;
@@ -96,14 +102,18 @@ std::vector<Device> devicesOf(const Egl& egl) {
 
 std::string listOf(const std::vector<Device>& devices) {
     std::string list;
-    for (std::size_t i = 0; i < devices.size(); ++i) list += fmt::format("{}{}: {}", i == 0 ? "" : ", ", i, devices[i].name);
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        list += fmt::format("{}{}: {}", i == 0 ? "" : ", ", i, devices[i].name);
     return devices.empty() ? "there are none" : list;
 }
 
 Expected<std::size_t> choose(const std::vector<Device>& devices, std::optional<int> wanted) {
     if (wanted && (*wanted < 0 || static_cast<std::size_t>(*wanted) >= devices.size()))
-        return fail(ErrorCode::kUnsupported, fmt::format("EGL has no device {}; devices: {}", *wanted, listOf(devices)));
-    if (devices.empty()) return fail(ErrorCode::kUnsupported, "EGL has no device to draw on (Debian's libegl-mesa0 brings a software one)");
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("EGL has no device {}; devices: {}", *wanted, listOf(devices)));
+    if (devices.empty())
+        return fail(ErrorCode::kUnsupported,
+                    "EGL has no device to draw on (Debian's libegl-mesa0 brings a software one)");
     if (wanted) return static_cast<std::size_t>(*wanted);
     for (std::size_t i = 0; i < devices.size(); ++i)
         if (!devices[i].software) return i;
@@ -116,23 +126,28 @@ public:
         : egl_(egl), display_(display), context_(context), device_(std::move(device)) {}
     // The display stays: other surfaces of this process may lie on it.
     ~EglSurface() override {
-        if (egl_.currentContext() == context_) egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        if (egl_.currentContext() == context_)
+            egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         egl_.destroyContext(display_, context_);
     }
 
     Expected<void> makeCurrent() override {
         // What is current is of the thread and of the API that is bound there.
-        if (egl_.bindApi(EGL_OPENGL_API) && egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return {};
-        return fail(ErrorCode::kUnsupported, fmt::format("EGL on {} refused to make its context current (error 0x{:04x}): the GPU may be gone", device_,
-                                                         egl_.error()));
+        if (egl_.bindApi(EGL_OPENGL_API) && egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+            return {};
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("EGL on {} refused to make its context current (error 0x{:04x}): the GPU may be gone",
+                                device_, egl_.error()));
     }
     void* procAddress(const char* name) const override { return reinterpret_cast<void*>(egl_.procAddress(name)); }
     std::string description() const override {
         using GetString = const unsigned char* (*)(unsigned int);
         const auto getString = reinterpret_cast<GetString>(procAddress("glGetString"));
         constexpr unsigned int kRendererName = 0x1F01;  // GL_RENDERER
-        const unsigned char* const renderer = getString && egl_.currentContext() == context_ ? getString(kRendererName) : nullptr;
-        return fmt::format("EGL on {}, {}", device_, renderer ? reinterpret_cast<const char*>(renderer) : "not current");
+        const unsigned char* const renderer =
+            getString && egl_.currentContext() == context_ ? getString(kRendererName) : nullptr;
+        return fmt::format("EGL on {}, {}", device_,
+                           renderer ? reinterpret_cast<const char*>(renderer) : "not current");
     }
 
 private:
@@ -154,13 +169,14 @@ Expected<std::unique_ptr<Surface>> makeEglSurface(const SurfaceOptions& options)
     const Device& device = devices[*chosen];
     const std::string name = fmt::format("device {} ({})", *chosen, device.name);
     const auto refuse = [&](std::string_view what) {
-        return fail(ErrorCode::kUnsupported,
-                    fmt::format("EGL on {} {} (error 0x{:04x}); devices: {}", name, what, egl.error(), listOf(devices)));
+        return fail(ErrorCode::kUnsupported, fmt::format("EGL on {} {} (error 0x{:04x}); devices: {}", name, what,
+                                                         egl.error(), listOf(devices)));
     };
     EGLDisplay const display = egl.platformDisplay(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
     if (display == EGL_NO_DISPLAY) return refuse("gives no display");
     EGLint major = 0, minor = 0;
-    if (!egl.initialize(display, &major, &minor)) return refuse("does not start: its driver is missing, or may not be used by this user");
+    if (!egl.initialize(display, &major, &minor))
+        return refuse("does not start: its driver is missing, or may not be used by this user");
     const char* const extensions = egl.queryString(display, EGL_EXTENSIONS);
     for (const char* needed : {"EGL_KHR_surfaceless_context", "EGL_KHR_no_config_context", "EGL_KHR_create_context"}) {
         if (!lists(extensions, needed)) return refuse(fmt::format("lacks {}", needed));

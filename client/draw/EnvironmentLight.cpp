@@ -50,8 +50,11 @@ struct FacePlace {
 };
 FacePlace faceOf(const Vec3d& d) {
     const Vec3d size = d.cwiseAbs();
-    const auto place = [](std::size_t face, double sc, double tc, double major) { return FacePlace{face, 0.5 * (sc / major + 1), 0.5 * (tc / major + 1)}; };
-    if (size.x() >= size.y() && size.x() >= size.z()) return d.x() > 0 ? place(0, -d.z(), -d.y(), size.x()) : place(1, d.z(), -d.y(), size.x());
+    const auto place = [](std::size_t face, double sc, double tc, double major) {
+        return FacePlace{face, 0.5 * (sc / major + 1), 0.5 * (tc / major + 1)};
+    };
+    if (size.x() >= size.y() && size.x() >= size.z())
+        return d.x() > 0 ? place(0, -d.z(), -d.y(), size.x()) : place(1, d.z(), -d.y(), size.x());
     if (size.y() >= size.z()) return d.y() > 0 ? place(2, d.x(), d.z(), size.y()) : place(3, d.x(), -d.z(), size.y());
     return d.z() > 0 ? place(4, d.x(), -d.y(), size.z()) : place(5, -d.x(), -d.y(), size.z());
 }
@@ -79,12 +82,15 @@ SurroundingsPicture pictureOf(const Image& image) {
     std::array<double, 256> linear{}, exponents{};
     for (int i = 0; i < 256; ++i) {
         linear[static_cast<std::size_t>(i)] = image.encoding == Image::kRgbe ? i : linearOfSrgb(i / 255.0);
-        exponents[static_cast<std::size_t>(i)] = image.encoding != Image::kRgbe ? 1 : i == 0 ? 0 : std::ldexp(1.0, i - 136);
+        exponents[static_cast<std::size_t>(i)] = image.encoding != Image::kRgbe ? 1
+                                                 : i == 0                       ? 0
+                                                                                : std::ldexp(1.0, i - 136);
     }
     const bool cube = image.shape == Image::kCube;
     const auto width = static_cast<std::size_t>(image.widthPx), height = static_cast<std::size_t>(image.heightPx);
     const std::size_t shrink = std::max<std::size_t>(1, width / (cube ? 512 : 1024)), faces = cube ? 6 : 1;
-    SurroundingsPicture out{.cube = cube, .width = width / shrink, .height = std::max<std::size_t>(1, height / shrink), .pixels = {}};
+    SurroundingsPicture out{
+        .cube = cube, .width = width / shrink, .height = std::max<std::size_t>(1, height / shrink), .pixels = {}};
     out.pixels.resize(faces * out.width * out.height);
     for (std::size_t row = 0; row < faces * out.height; ++row) {
         const std::size_t face = row / out.height, y = row % out.height;
@@ -114,11 +120,14 @@ double solidAngleOf(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 Vec3d SurroundingsPicture::at(const Vec3d& d) const {
     const auto w = static_cast<double>(width), h = static_cast<double>(height);
-    const FacePlace place = cube ? faceOf(d) : FacePlace{0, 0.5 + std::atan2(d.x(), -d.z()) / (2 * kPi), std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi};
+    const FacePlace place =
+        cube ? faceOf(d)
+             : FacePlace{0, 0.5 + std::atan2(d.x(), -d.z()) / (2 * kPi), std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi};
     const double x = place.s * w - 0.5, y = place.t * h - 0.5;
     const double left = std::floor(x), above = std::floor(y);
     const auto texel = [&](std::size_t face, double px, double py) -> Vec3d {
-        const auto column = static_cast<std::size_t>(std::clamp(px, 0.0, w - 1)), row = static_cast<std::size_t>(std::clamp(py, 0.0, h - 1));
+        const auto column = static_cast<std::size_t>(std::clamp(px, 0.0, w - 1)),
+                   row = static_cast<std::size_t>(std::clamp(py, 0.0, h - 1));
         return pixels[(face * height + row) * width + column].cast<double>();
     };
     const auto pixel = [&](double px, double py) -> Vec3d {
@@ -159,14 +168,18 @@ Vec3d EnvironmentLight::directionOf(int level, int x, int y) {
 }
 
 Expected<void> EnvironmentLight::check(const Image& image) {
-    const auto bad = [](std::string why) { return fail(ErrorCode::kBadInput, "the surroundings' image " + std::move(why)); };
+    const auto bad = [](std::string why) {
+        return fail(ErrorCode::kBadInput, "the surroundings' image " + std::move(why));
+    };
     if (!image.pixels.resident()) return bad("is not here");
     const Expected<void> sound = checkImage(image);
     if (!sound) return bad(fmt::format("of {} × {} pixels: {}", image.widthPx, image.heightPx, sound.error().message));
-    if (image.pixels.sizeBytes() == 0) return bad(fmt::format("of {} × {} pixels has 0 bytes", image.widthPx, image.heightPx));
+    if (image.pixels.sizeBytes() == 0)
+        return bad(fmt::format("of {} × {} pixels has 0 bytes", image.widthPx, image.heightPx));
     constexpr std::int64_t kMostWithoutMipmaps = 8192;
     if (isCompressed(image.encoding) && levelsOf(image).back().widthPx > kMostWithoutMipmaps)
-        return bad(fmt::format("of {} × {} pixels is compressed and has no mipmap of {} pixels or less", image.widthPx, image.heightPx, kMostWithoutMipmaps));
+        return bad(fmt::format("of {} × {} pixels is compressed and has no mipmap of {} pixels or less", image.widthPx,
+                               image.heightPx, kMostWithoutMipmaps));
     if (image.shape == Image::kCube) return {};
     if (image.shape != Image::kFlat) return bad("is neither flat nor a cube");
     if (image.widthPx < 2) return bad(fmt::format("of {} × {} pixels is too small", image.widthPx, image.heightPx));
@@ -192,7 +205,9 @@ EnvironmentLight EnvironmentLight::of(const SurroundingsPicture& picture) {
 
 void EnvironmentLight::buildTree(const SurroundingsPicture& picture) {
     constexpr int kSide = kSides[0];
-    const auto index = [](int side, int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x); };
+    const auto index = [](int side, int x, int y) {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x);
+    };
     std::vector<Node> leaves(static_cast<std::size_t>(kSide) * kSide);
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
@@ -230,12 +245,20 @@ void EnvironmentLight::buildTree(const SurroundingsPicture& picture) {
 }
 
 void EnvironmentLight::project() {
-    // Basis functions without their constants; those, squared, and the cosine's (1, 2/3, 1/4) are multiplied in at the end.
+    // Basis functions without their constants; those, squared, and the cosine's (1, 2/3, 1/4) are multiplied in at the
+    // end.
     std::array<Vec3d, 9> sums;
     sums.fill(Vec3d::Zero());
     const auto basis = [](const Vec3d& d) {
-        return std::array<double, 9>{1, d.y(), d.z(), d.x(), d.x() * d.y(), d.y() * d.z(), 3 * d.z() * d.z() - 1,
-                                     d.x() * d.z(), d.x() * d.x() - d.y() * d.y()};
+        return std::array<double, 9>{1,
+                                     d.y(),
+                                     d.z(),
+                                     d.x(),
+                                     d.x() * d.y(),
+                                     d.y() * d.z(),
+                                     3 * d.z() * d.z() - 1,
+                                     d.x() * d.z(),
+                                     d.x() * d.x() - d.y() * d.y()};
     };
     for (const Node& node : tree_.back()) {
         const auto values = basis(node.direction);
@@ -251,7 +274,8 @@ void EnvironmentLight::filter(int level) {
     for (int y = 0; y < side; ++y) {
         for (int x = 0; x < side; ++x) {
             if (level == 0) {
-                const Node& node = tree_.back()[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)];
+                const Node& node = tree_.back()[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) +
+                                                static_cast<std::size_t>(x)];
                 store(0, x, y, node.sum / node.solidAngle);
             } else {
                 store(level, x, y, lobeMean(directionOf(level, x, y), roughnessOf(level)));
@@ -279,7 +303,8 @@ Vec3d EnvironmentLight::lobeMean(const Vec3d& axis, double roughness) const {
         const double size = std::sqrt(node.solidAngle);
         // Half the angle between axis and node is that of the half vector: the lobe is twice as wide as alpha.
         const double away = std::sqrt(2 * (1 - nl));
-        if (level + 1 < levels && (level < 4 || size > kFineness * (2 * alpha + away) || (nl < size && nl > -size && size > 0.05))) {
+        if (level + 1 < levels &&
+            (level < 4 || size > kFineness * (2 * alpha + away) || (nl < size && nl > -size && size > 0.05))) {
             for (std::uint32_t k = 0; k < 4; ++k) open.push_back({level + 1, 2 * x + k % 2, 2 * y + k / 2});
             continue;
         }
@@ -293,13 +318,15 @@ Vec3d EnvironmentLight::lobeMean(const Vec3d& axis, double roughness) const {
 }
 
 void EnvironmentLight::store(int level, int x, int y, const Vec3d& value) {
-    float* texel = &atlas_[4 * (static_cast<std::size_t>(firstRow(level) + 1 + y) * kAtlasWidth + static_cast<std::size_t>(1 + x))];
+    float* texel = &atlas_[4 * (static_cast<std::size_t>(firstRow(level) + 1 + y) * kAtlasWidth +
+                                static_cast<std::size_t>(1 + x))];
     for (int c = 0; c < 3; ++c) texel[c] = static_cast<float>(value[c]);
     texel[3] = 1;
 }
 
 Vec3d EnvironmentLight::reflected(int level, int x, int y) const {
-    const float* texel = &atlas_[4 * (static_cast<std::size_t>(firstRow(level) + 1 + y) * kAtlasWidth + static_cast<std::size_t>(1 + x))];
+    const float* texel = &atlas_[4 * (static_cast<std::size_t>(firstRow(level) + 1 + y) * kAtlasWidth +
+                                      static_cast<std::size_t>(1 + x))];
     return {texel[0], texel[1], texel[2]};
 }
 

@@ -10,7 +10,8 @@
 
 namespace tessera {
 
-/// What there is to see all around, linear: an equirectangular picture, or six squares as Image::kCube has them, one after the other; rows from the top.
+/// What there is to see all around, linear: an equirectangular picture, or six squares as Image::kCube has them, one
+/// after the other; rows from the top.
 struct SurroundingsPicture {
     bool cube = false;
     std::size_t width = 0, height = 0;  ///< of a face
@@ -22,12 +23,13 @@ struct SurroundingsPicture {
     void halve();
 };
 
-/// Directions are the picture's own: its middle lies along -Z, +X is right of it, +Y up (Environment::image); of cubes the faces' own.
+/// Directions are the picture's own: its middle lies along -Z, +X is right of it, +Y up (Environment::image); of cubes
+/// the faces' own.
 ///
-/// Reflections are kept in octahedral maps (Cigolle et al. 2014), one for each of a few roughnesses, one above the other in
-/// one texture. Each texel is the mean of the surroundings over GGX's lobe, seen along the normal (Karis 2013, "Real shading
-/// in Unreal Engine 4": the split sum); the sum goes over a quadtree of the sharp map, farther nodes coarser. A map has a
-/// border of one texel that goes on around its edge, so that it can be read with linear filters.
+/// Reflections are kept in octahedral maps (Cigolle et al. 2014), one for each of a few roughnesses, one above the
+/// other in one texture. Each texel is the mean of the surroundings over GGX's lobe, seen along the normal (Karis 2013,
+/// "Real shading in Unreal Engine 4": the split sum); the sum goes over a quadtree of the sharp map, farther nodes
+/// coarser. A map has a border of one texel that goes on around its edge, so that it can be read with linear filters.
 class EnvironmentLight {
 public:
     static constexpr int kLevels = 6;
@@ -39,7 +41,8 @@ public:
     /// The row where a level begins, its border included.
     [[nodiscard]] static int firstRow(int level);
 
-    /// kBadInput, with the reason: no picture of all around, a compressed one (EnvironmentTexture). The pixels must be here.
+    /// kBadInput, with the reason: no picture of all around, a compressed one (EnvironmentTexture). The pixels must be
+    /// here.
     [[nodiscard]] static Expected<EnvironmentLight> of(const Image& image);
     [[nodiscard]] static EnvironmentLight of(const SurroundingsPicture& picture);
     /// Whether it is one by its fields; kBadInput as above.

@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// What FrameBlock says of them: EnvironmentLight's harmonics times the strength; w of the first is the strength, of the
-/// second 1 where the picture is seen behind everything.
+/// What FrameBlock says of them: EnvironmentLight's harmonics times the strength; w of the first is the strength, of
+/// the second 1 where the picture is seen behind everything.
 using SurroundingsBlock = std::array<std::array<float, 4>, 9>;
 
 /// Keeps what it made of the last pictures. Belongs to the surface's thread.
@@ -25,8 +25,8 @@ public:
     EnvironmentTexture(const EnvironmentTexture&) = delete;
     EnvironmentTexture& operator=(const EnvironmentTexture&) = delete;
 
-    /// For a frame. False: there is no image, or none that can be used; `trouble` says why. A picture that is new here takes
-    /// some tenths of a second.
+    /// For a frame. False: there is no image, or none that can be used; `trouble` says why. A picture that is new here
+    /// takes some tenths of a second.
     [[nodiscard]] bool begin(const Aspect& aspect, const Environment& environment);
     [[nodiscard]] const SurroundingsBlock& block() const { return block_; }
     /// Whether the picture is seen behind everything.
@@ -48,7 +48,7 @@ private:
 
     GlState& gl_;
     GLuint texture_ = 0, sampler_ = 0;
-    int widthPx_ = 0;  ///< of the texture
+    int widthPx_ = 0;                           ///< of the texture
     std::deque<std::unique_ptr<Known>> known_;  ///< the last one used first
     const Known* uploaded_ = nullptr;
     SurroundingsBlock block_{};

@@ -8,12 +8,13 @@
 
 namespace tessera {
 
-/// GL's functions with those that set something which lasts: pixel stores, bindings, masks, tests, programs. They are the same as GL's, and
-/// note what is to be put back. One for each context; whoever draws, uploads or reads has a reference.
+/// GL's functions with those that set something which lasts: pixel stores, bindings, masks, tests, programs. They are
+/// the same as GL's, and note what is to be put back. One for each context; whoever draws, uploads or reads has a
+/// reference.
 ///
-/// Whoever is called from outside begins a `Call`: all is as GL has it at first, then, and is again when it ends. So no picture depends
-/// on what was drawn, read or uploaded before. DepthQueries, which is asked many small things in a row, begins one without an end: what it
-/// leaves the next Call clears.
+/// Whoever is called from outside begins a `Call`: all is as GL has it at first, then, and is again when it ends. So no
+/// picture depends on what was drawn, read or uploaded before. DepthQueries, which is asked many small things in a row,
+/// begins one without an end: what it leaves the next Call clears.
 class GlState : public GlFunctions {
 public:
     GlState() = default;
@@ -37,9 +38,9 @@ public:
 
     /// How pixels lie in memory while it lives; one at a time.
     struct PixelLayout {
-        int packRowPx = 0;             ///< 0: as wide as what is read
-        bool packUpsideDown = false;   ///< GL_MESA_pack_invert: only where `packsUpsideDown`
-        bool unpackBytes = false;      ///< rows begin at any byte; else at multiples of four
+        int packRowPx = 0;            ///< 0: as wide as what is read
+        bool packUpsideDown = false;  ///< GL_MESA_pack_invert: only where `packsUpsideDown`
+        bool unpackBytes = false;     ///< rows begin at any byte; else at multiples of four
     };
     class Pixels {
     public:
@@ -63,7 +64,9 @@ public:
     void DepthFunc(GLenum function) { GlFunctions::DepthFunc(function); }
     void DepthMask(GLboolean writes) { GlFunctions::DepthMask(writes); }
     void ColorMask(GLboolean r, GLboolean g, GLboolean b, GLboolean a) { GlFunctions::ColorMask(r, g, b, a); }
-    void BlendFuncSeparate(GLenum source, GLenum to, GLenum sourceAlpha, GLenum toAlpha) { GlFunctions::BlendFuncSeparate(source, to, sourceAlpha, toAlpha); }
+    void BlendFuncSeparate(GLenum source, GLenum to, GLenum sourceAlpha, GLenum toAlpha) {
+        GlFunctions::BlendFuncSeparate(source, to, sourceAlpha, toAlpha);
+    }
     void FrontFace(GLenum front) { GlFunctions::FrontFace(front); }
     void ClipControl(GLenum origin, GLenum depth) { GlFunctions::ClipControl(origin, depth); }
     void Viewport(GLint x, GLint y, GLsizei width, GLsizei height) { GlFunctions::Viewport(x, y, width, height); }
@@ -85,10 +88,10 @@ private:
     void noteBound(GLenum target, GLuint index, GLuint partOf);
     void set(GLenum what, bool enabled) { enabled ? GlFunctions::Enable(what) : GlFunctions::Disable(what); }
 
-    std::uint64_t textured_ = 0, sampled_ = 0;  ///< units that have something: a bit each
-    std::uint64_t uniforms_ = 0, storage_ = 0;  ///< the same of buffers
+    std::uint64_t textured_ = 0, sampled_ = 0;     ///< units that have something: a bit each
+    std::uint64_t uniforms_ = 0, storage_ = 0;     ///< the same of buffers
     std::array<GLuint, kMostBindings> partsOf_{};  ///< of uniforms: the buffer of which a part is bound; 0: of none
-    std::array<GLint, 4> viewport_{}, scissor_{};           ///< at first
+    std::array<GLint, 4> viewport_{}, scissor_{};  ///< at first
     bool packsUpsideDown_ = false;
     int calls_ = 0;
 };

@@ -26,7 +26,9 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
     clusters_.collect(lights, camera, !shadowViews.empty());
     scoped_ = std::ranges::any_of(lights, [](const LightItem& light) { return light.scope != 0; });
     texels_.clear();
-    const auto add = [&](const LightTexels& light) { texels_.insert(texels_.end(), {light.place, light.radiance, light.cone, light.falloff}); };
+    const auto add = [&](const LightTexels& light) {
+        texels_.insert(texels_.end(), {light.place, light.radiance, light.cone, light.falloff});
+    };
     for (const LightTexels& light : clusters_.lights()) add(light);
     const std::size_t shadowed = clusters_.shadowed().size();
     for (std::size_t i = 0; i < shadowed; ++i) {

@@ -169,8 +169,10 @@ void LightClusters::forEachTouched(const Sphere& sphere, const Visit& visit) con
                 highX = highY = 1;
                 break;
             }
-            const double px = (clip_T_eye_(0, 0) * x + clip_T_eye_(0, 1) * y + clip_T_eye_(0, 2) * z + clip_T_eye_(0, 3)) / w;
-            const double py = (clip_T_eye_(1, 0) * x + clip_T_eye_(1, 1) * y + clip_T_eye_(1, 2) * z + clip_T_eye_(1, 3)) / w;
+            const double px =
+                (clip_T_eye_(0, 0) * x + clip_T_eye_(0, 1) * y + clip_T_eye_(0, 2) * z + clip_T_eye_(0, 3)) / w;
+            const double py =
+                (clip_T_eye_(1, 0) * x + clip_T_eye_(1, 1) * y + clip_T_eye_(1, 2) * z + clip_T_eye_(1, 3)) / w;
             lowX = std::min(lowX, px);
             highX = std::max(highX, px);
             lowY = std::min(lowY, py);
@@ -180,8 +182,10 @@ void LightClusters::forEachTouched(const Sphere& sphere, const Visit& visit) con
             const double px = (clip + 1) / 2 * sidePx + morePx;
             return static_cast<int>(std::floor(std::clamp(px / kSidePx, -1.0, 1000.0)));
         };
-        const int firstColumn = std::max(tileOf(lowX, widthPx_, -1), left_), lastColumn = std::min(tileOf(highX, widthPx_, 1), right_);
-        const int firstRow = std::max(tileOf(lowY, heightPx_, -1), below_), lastRow = std::min(tileOf(highY, heightPx_, 1), above_);
+        const int firstColumn = std::max(tileOf(lowX, widthPx_, -1), left_),
+                  lastColumn = std::min(tileOf(highX, widthPx_, 1), right_);
+        const int firstRow = std::max(tileOf(lowY, heightPx_, -1), below_),
+                  lastRow = std::min(tileOf(highY, heightPx_, 1), above_);
         if (firstColumn <= lastColumn && firstRow <= lastRow) visit(firstColumn, lastColumn, firstRow, lastRow, slice);
     }
 }
@@ -194,7 +198,8 @@ bool LightClusters::fill() {
         for (const std::uint32_t i : visible_)
             forEachTouched(spheres_[i], [&](int c0, int c1, int r0, int r1, int slice) {
                 for (int row = r0; row <= r1; ++row)
-                    for (int column = c0; column <= c1; ++column) entry(clusterOf(column, row, slice), spheres_[i].light);
+                    for (int column = c0; column <= c1; ++column)
+                        entry(clusterOf(column, row, slice), spheres_[i].light);
             });
     };
     counts_.assign(kClusters, 0);

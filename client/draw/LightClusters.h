@@ -1,9 +1,10 @@
 /// Which lights a part of a picture must look at: lists per cluster, made on the processor. No GL.
 ///
-/// A cluster is 64×64 pixels of a cell (ScreenCells.h) between two depths (Olsson, Billeter and Assarsson 2012, "Clustered
-/// deferred and forward shading"). A light that has no range is everybody's. One that has stands in the lists of the
-/// clusters that its sphere may touch: beyond its range it gives exactly 0 (the window of KHR_lights_punctual), so the
-/// picture is, to the bit, the one of all lights everywhere, whatever the clusters are; the order of summing is fixed.
+/// A cluster is 64×64 pixels of a cell (ScreenCells.h) between two depths (Olsson, Billeter and Assarsson 2012,
+/// "Clustered deferred and forward shading"). A light that has no range is everybody's. One that has stands in the
+/// lists of the clusters that its sphere may touch: beyond its range it gives exactly 0 (the window of
+/// KHR_lights_punctual), so the picture is, to the bit, the one of all lights everywhere, whatever the clusters are;
+/// the order of summing is fixed.
 #pragma once
 
 #include <array>
@@ -23,8 +24,8 @@ struct LightTexels {
     /// Of a spot: its axis in eye space times s, and o, so that cos · s + o goes from 0 at the outer angle to 1 at the
     /// inner one. Of others: 0 0 0 1.
     std::array<float, 4> cone;
-    /// x, y, z: 1 / (x + y d + z d²) at d metres, times what `radiance` was multiplied with. Of directional ones and by default 0 0 1.
-    /// w: LightItem::scope, negative for those that light what is outside of it.
+    /// x, y, z: 1 / (x + y d + z d²) at d metres, times what `radiance` was multiplied with. Of directional ones and by
+    /// default 0 0 1. w: LightItem::scope, negative for those that light what is outside of it.
     std::array<float, 4> falloff = {0, 0, 1, 0};
 };
 
@@ -47,8 +48,8 @@ public:
     [[nodiscard]] std::size_t everywhere() const { return everywhere_; }
     /// Whether any is not.
     [[nodiscard]] bool hasLists() const { return everywhere_ + 1 < lights_.size(); }
-    /// Two numbers for each cluster, x fastest, then y, then slice: where its list lies, and how many lights it has in all.
-    /// The k-th light of a list is light k as long as that is everybody's, and else what is said at its place + k.
+    /// Two numbers for each cluster, x fastest, then y, then slice: where its list lies, and how many lights it has in
+    /// all. The k-th light of a list is light k as long as that is everybody's, and else what is said at its place + k.
     [[nodiscard]] const std::vector<std::uint32_t>& lists() const { return lists_; }
     /// The slice of depth d (metres before the eye) is floor(log2(d) · scale + offset), cut off to [0, kSlices).
     [[nodiscard]] std::array<float, 2> sliceScaleAndOffset() const { return {sliceScale_, sliceOffset_}; }

@@ -19,7 +19,8 @@ vec2 onSquare(vec3 d) {
 vec3 mapOf(vec2 square, float level) {
     float side = level < 0.5 ? 512.0 : level < 1.5 ? 128.0 : level < 2.5 ? 64.0 : 32.0;
     float row = level < 0.5 ? 0.0 : level < 1.5 ? 514.0 : level < 2.5 ? 644.0 : 710.0 + 34.0 * (level - 3.0);
-    return textureLod(surroundings, (vec2(1.0, row + 1.0) + square * side) / vec2(514.0, 812.0), 0.0).rgb * surround[0].w;
+    return textureLod(surroundings, (vec2(1.0, row + 1.0) + square * side) / vec2(514.0, 812.0), 0.0).rgb *
+        surround[0].w;
 }
 vec3 environment(vec3 d, float roughness) {
     vec2 square = onSquare(d);
@@ -34,11 +35,12 @@ vec3 ambient(vec3 n) {
 }
 #else
 vec3 ambient(vec3 n) { return mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz)); }
-// Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so that
-// metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
+// Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so
+// that metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
 vec3 environment(vec3 d, float roughness) {
     float blur = 0.06 + 0.94 * roughness, breadth = 0.18 + 0.6 * roughness;
-    float breadth2 = breadth * breadth, horizon = breadth2 + 4.0 * d.y * d.y, dimming = 1.0 + 5.0 * roughness * roughness;
+    float breadth2 = breadth * breadth, horizon = breadth2 + 4.0 * d.y * d.y;
+    float dimming = 1.0 + 5.0 * roughness * roughness;
     // One division for three.
     float all = 1.0 / (blur * horizon * dimming);
     float invBlur = all * horizon * dimming;
@@ -48,7 +50,8 @@ vec3 environment(vec3 d, float roughness) {
     // Steps from 0.7 blur below to 0.06 blur above where each lamp's edge is.
     vec3 lamps = clamp((toLamps - vec3(0.90, 0.93, 0.95)) * (invBlur / 0.76) + 0.7 / 0.76, 0.0, 1.0);
     lamps *= lamps * (3.0 - 2.0 * lamps);
-    return c + sky.rgb * (0.35 * breadth2 * (all * blur * dimming) + dot(lamps, vec3(2.2, 3.0, 1.6)) * (all * blur * horizon));
+    return c + sky.rgb * (0.35 * breadth2 * (all * blur * dimming) +
+                          dot(lamps, vec3(2.2, 3.0, 1.6)) * (all * blur * horizon));
 }
 #endif
 
@@ -91,8 +94,8 @@ layout(binding = 10) uniform usamplerBuffer lightLists;
 // Light that comes from l, of length 1.
 void addRay(inout Lit lit, vec3 l, vec3 radiance) {
     float nl = clamp(dot(lit.n, l), 0.0, 1.0);
-    // With h = (l + v) / |l + v|: h.v is half of |l + v|, whose square is 2 + 2 l.v, and n.h = (n.l + n.v) / (2 h.v). So nothing
-    // needs a vector h, and the lobe, with (h.v)^4 above and below, no division but its own.
+    // With h = (l + v) / |l + v|: h.v is half of |l + v|, whose square is 2 + 2 l.v, and n.h = (n.l + n.v) / (2 h.v).
+    // So nothing needs a vector h, and the lobe, with (h.v)^4 above and below, no division but its own.
     float hv2 = max(0.5 + 0.5 * dot(l, lit.v), 2.5e-7), hv4 = hv2 * hv2;
     float both = nl + lit.nv, twice = 2.0 * nl * lit.nv;
     float nh2 = min(0.25 * both * both, hv2);  // (n.h)^2 (h.v)^2
@@ -149,15 +152,17 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec4 falloff)
 layout(binding = 12) uniform sampler2DArrayShadow shadowMaps;
 /// Whether a place lies in the map of a view, not at its rim, and between its depths.
 bool knows(int view, vec4 place) {
-    vec3 q = vec3(dot(texelFetch(lightTexels, view), place), dot(texelFetch(lightTexels, view + 1), place), dot(texelFetch(lightTexels, view + 2), place)) /
+    vec3 q = vec3(dot(texelFetch(lightTexels, view), place), dot(texelFetch(lightTexels, view + 1), place),
+                  dot(texelFetch(lightTexels, view + 2), place)) /
              max(dot(texelFetch(lightTexels, view + 3), place), 1e-6);
     vec4 inside = texelFetch(lightTexels, view + 5);
-    return all(greaterThan(q, vec3(mix(inside.xy, inside.zw, 0.01), 0.0))) && all(lessThan(q, vec3(mix(inside.zw, inside.xy, 0.01), 1.0)));
+    return all(greaterThan(q, vec3(mix(inside.xy, inside.zw, 0.01), 0.0))) &&
+           all(lessThan(q, vec3(mix(inside.zw, inside.xy, 0.01), 1.0)));
 }
 
-// How much of a light arrives: `at` is the first texel of its views (ShadowMaps.h). Four taps of four pixels each. Looked for
-// a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying goodbye to
-// shadow acne"); beyond the map's edge everything arrives.
+// How much of a light arrives: `at` is the first texel of its views (ShadowMaps.h). Four taps of four pixels each.
+// Looked for a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying
+// goodbye to shadow acne"); beyond the map's edge everything arrives.
 float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     // The finest that knows the place.
     at += knows(at, vec4(position, 1.0)) ? 0 : knows(at + 6, vec4(position, 1.0)) ? 6 : 12;
@@ -173,16 +178,18 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     q.z = clamp(q.z, 0.0, 1.0);
     vec2 tap = 0.75 * shadows.zw;
     // Of one level: whatever derivatives are here.
-    float sum = texture(shadowMaps, vec4(q.xy + vec2(-tap.x, -tap.y), size.z, q.z)) + texture(shadowMaps, vec4(q.xy + vec2(tap.x, -tap.y), size.z, q.z)) +
-                texture(shadowMaps, vec4(q.xy + vec2(-tap.x, tap.y), size.z, q.z)) + texture(shadowMaps, vec4(q.xy + vec2(tap.x, tap.y), size.z, q.z));
+    float sum = texture(shadowMaps, vec4(q.xy + vec2(-tap.x, -tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(tap.x, -tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(-tap.x, tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(tap.x, tap.y), size.z, q.z));
     bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
     return known ? 0.25 * sum : 1.0;
 }
 #endif
 
 /// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
-/// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it (KHR_materials_clearcoat), and
-/// its roughness. `gloss`: counts where GLOSSY, SCOPED are defined.
+/// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it
+/// (KHR_materials_clearcoat), and its roughness. `gloss`: counts where GLOSSY, SCOPED are defined.
 Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat, Gloss gloss) {
     vec3 v = normalize(-position);
     float nvRaw = dot(n, v);
@@ -285,8 +292,8 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 )";
 
 const char kToneMapping[] = R"(
-// Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights fade
-// towards white.
+// Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights
+// fade towards white.
 vec3 toneMap(vec3 c) {
     float peak = min(max(max(c.r, c.g), c.b), 1e8);
     // newPeak = 1 - 0.04 / a; whiter = 1 - 1 / (0.15 (peak - newPeak) + 1): one division for three.
@@ -334,8 +341,8 @@ void main() {
 #endif
     gloss.scopes = look.material.w;
     Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat, gloss);
-    // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its highlights all the
-    // same. Alpha weakens all of it.
+    // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its
+    // highlights all the same. Alpha weakens all of it.
     float a = 1.0 - through * max(max(s.base.r, s.base.g), s.base.b);
     float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
     float dense = a + (1.0 - a) * shine;

@@ -13,8 +13,8 @@ namespace {
 
 /// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
 constexpr int kGridPx = 64;
-/// Passes over the screen need whole pixels alone; whole stamps of the software rasteriser's, in which pixels know their
-/// neighbours.
+/// Passes over the screen need whole pixels alone; whole stamps of the software rasteriser's, in which pixels know
+/// their neighbours.
 constexpr int kStampPx = 4;
 constexpr float kFarthest = 0;  ///< depth is reversed
 
@@ -36,8 +36,8 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
     return {};
 }
 
-/// What a screen shows of radiance where nothing else is, to the step of 255: kToneMapping's formulas. So it does not matter how
-/// a clear colour is rounded.
+/// What a screen shows of radiance where nothing else is, to the step of 255: kToneMapping's formulas. So it does not
+/// matter how a clear colour is rounded.
 Vec3d shownOf(const Vec3d& radiance) {
     const double peak = radiance.maxCoeff();
     Vec3d c = radiance;
@@ -61,10 +61,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (auto good = checkRect(camera, rect); !good) return good;
     samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
     tile.useSamples(samples);
-    scene = {.detail = list.detailed,
-             .coated = list.coated,
-             .glossy = list.glossy,
-             .samples = samples};
+    scene = {.detail = list.detailed, .coated = list.coated, .glossy = list.glossy, .samples = samples};
     calls.persons().beginDraw();
     const auto stale = shadows.begin(list.casters);
     if (!stale) return tl::unexpected(stale.error());
@@ -80,7 +77,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     shadowsLeftOut = list.shadowsLeftOut;
     scopesLeftOut = list.scopesLeftOut;
     lights.clusters().setEverywhere(!options.clusterLights);
-    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.lists =
+        lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
     scene.scoped = lights.scoped();
     scene.environment = surroundings.begin(aspect, list.environment);
     const Vec3d seen = shownOf(list.environment.background.cast<double>());
@@ -92,7 +90,9 @@ void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const S
     calls.collect(aspect, list, camera, *meshes, textures, volumes);
     volumes.upload(calls.volumes());
     // Images of what was drawn before may be gone.
-    std::erase_if(kin, [](const Kin& k) { return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0; });
+    std::erase_if(kin, [](const Kin& k) {
+        return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0;
+    });
     const auto upload = [this](GLuint buffer, const auto& values) {
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
@@ -197,7 +197,8 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const PixelRect own = grownTo(kStampPx, cell.inCell);
     shown = blocks.rectangles(own);
     blending = transparent.rectangles(own);
-    for (const PixelRect& part : shown) pixels += static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
+    for (const PixelRect& part : shown)
+        pixels += static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
 
     FrameBlock block = makeFrameBlock(list, cell.camera);
     block.slices = lights.beginCell(cell.camera, scissor);
@@ -235,7 +236,8 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
         kind.lists = scene.lists;
         kind.environment = scene.environment;
     }
-    if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces) kind.detail = scene.detail;
+    if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces)
+        kind.detail = scene.detail;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
         use != Use::kCopy && use != Use::kClear)
         kind.samples = samples;
@@ -249,7 +251,8 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
     kind.items = call.mesh.kind;
     kind.pointParts = call.mesh.pointParts;
     kind.masked = look.masked && use != Use::kBlend;
-    if (look.person && use != Use::kDepth) kind.person = calls.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
+    if (look.person && use != Use::kDepth)
+        kind.person = calls.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
     if (use == Use::kNodeIds || use == Use::kShadow) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
         if (kind.person) kind.maps = look.mapBits;
@@ -267,10 +270,13 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         if (use == Use::kBlend) kind.samples = samples;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
-    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked && (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
-    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person || (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
+    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked &&
+                 (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
+    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person ||
+                (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
     const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
-    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints)) kind.samples = samples;
+    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints))
+        kind.samples = samples;
     return kind;
 }
 
@@ -286,7 +292,8 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
         records.push_back(calls.recordOf(calls.calls()[i]));
     }
     if (inPass.empty()) return {};
-    gl.NamedBufferData(itemBuffer, static_cast<GLsizeiptr>(records.size() * sizeof(ItemRecord)), records.data(), GL_STREAM_DRAW);
+    gl.NamedBufferData(itemBuffer, static_cast<GLsizeiptr>(records.size() * sizeof(ItemRecord)), records.data(),
+                       GL_STREAM_DRAW);
     gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, 0, sizeof(ItemRecord));
     gl.BindVertexArray(vertexArray);
     recordsFrom = 0;
@@ -330,13 +337,17 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const bool otherFront = !before || mirrored(*before) != mirrored(call);
     if (anotherProgram)
         if (auto used = useProgram(wanted); !used) return used;
-    if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers) bindLook(call.look, wanted.maps, wanted.layers);
+    if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers)
+        bindLook(call.look, wanted.maps, wanted.layers);
     if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
     kindNow = wanted;
     if (otherSides) bothSides(call) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
     // What is solid ends a ray: its depth is looked up, not tested.
-    const auto depthTest = [](const DrawCall& of) -> GLenum { return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER; };
-    if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER)) gl.DepthFunc(depthTest(call));
+    const auto depthTest = [](const DrawCall& of) -> GLenum {
+        return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
+    };
+    if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER))
+        gl.DepthFunc(depthTest(call));
     if (use == ProgramKind::Use::kBlend && call.voxels.voxels != 0) volumes.bind(call.voxels, call.volume);
     if (otherFront) gl.FrontFace(mirrored(call) ? GL_CW : GL_CCW);
     insidesNow = bothSides(call);
@@ -358,8 +369,8 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
     // Several runs in one call know no first instance: their record is bound instead.
     const bool severalRuns = span.end - span.first > 1;
     if (const std::size_t wanted = severalRuns ? firstRecord : 0; !kindNow.large && wanted != recordsFrom) {
-        gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, static_cast<GLintptr>(wanted * sizeof(ItemRecord)),
-                                   sizeof(ItemRecord));
+        gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer,
+                                   static_cast<GLintptr>(wanted * sizeof(ItemRecord)), sizeof(ItemRecord));
         recordsFrom = wanted;
     }
     if (!severalRuns) {
@@ -383,7 +394,8 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
     offsets.clear();
     for (std::uint32_t k = span.first; k < span.end; ++k) {
         counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
-        offsets.push_back(reinterpret_cast<const void*>((call.mesh.firstIndex + 3 * std::size_t{runs[k].first}) * sizeof(std::uint32_t)));
+        offsets.push_back(reinterpret_cast<const void*>((call.mesh.firstIndex + 3 * std::size_t{runs[k].first}) *
+                                                        sizeof(std::uint32_t)));
         triangles += runs[k].count;
     }
     baseVertices.assign(counts.size(), call.mesh.baseVertex);

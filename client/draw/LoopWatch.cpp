@@ -18,7 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Linux's clock of a thread by its number, as pthread_getcpuclockid makes it of a handle.
-clockid_t processorClockOf(int thread) { return static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3u | 6u); }
+clockid_t processorClockOf(int thread) {
+    return static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3u | 6u);
+}
 
 }  // namespace
 
@@ -71,10 +73,12 @@ void LoopWatch::letGo() {
 LoopWatch::ThreadTimes LoopWatch::threadTimes() {
     ThreadTimes times;
     std::error_code failed;
-    for (fs::directory_iterator entry("/proc/self/task", failed), end; !failed && entry != end; entry.increment(failed)) {
+    for (fs::directory_iterator entry("/proc/self/task", failed), end; !failed && entry != end;
+         entry.increment(failed)) {
         const int thread = std::atoi(entry->path().filename().c_str());
         timespec now{};
-        if (::clock_gettime(processorClockOf(thread), &now) == 0) times[thread] = std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+        if (::clock_gettime(processorClockOf(thread), &now) == 0)
+            times[thread] = std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
     }
     return times;
 }
@@ -96,7 +100,8 @@ void LoopWatch::run() {
         const Watch watch = **begun;
         const ThreadTimes before = onProcessor_ ? threadTimes() : ThreadTimes();
         for (bool ended = false;;) {
-            const Duration wait = ended ? Duration(kNever) : std::max<Duration>(watch.begun + watch.most - clockNow(), kLookAgain);
+            const Duration wait =
+                ended ? Duration(kNever) : std::max<Duration>(watch.begun + watch.most - clockNow(), kLookAgain);
             if (told_.popFor(wait)) {
                 ended_.push(ended);
                 break;

@@ -13,13 +13,14 @@
 
 namespace tessera {
 
-/// How many rounds loops of persons' programs may go (PersonText.h) is read from memory at the start of each pixel and vertex, and GL and this
-/// process see the same memory: a thread writes 0 there when what is being drawn takes too long, and what has not begun by then goes no
-/// round. What has begun ends by itself: eight pixels at a time, on a processor.
+/// How many rounds loops of persons' programs may go (PersonText.h) is read from memory at the start of each pixel and
+/// vertex, and GL and this process see the same memory: a thread writes 0 there when what is being drawn takes too
+/// long, and what has not begun by then goes no round. What has begun ends by itself: eight pixels at a time, on a
+/// processor.
 ///
-/// On processors time counts only if some thread of this process had one for half of it: others that want them, too, are nobody's fault here, and
-/// of threads that draw at once the one that works longest says how long it takes.
-/// Belongs to the surface's thread, but for that one write.
+/// On processors time counts only if some thread of this process had one for half of it: others that want them, too,
+/// are nobody's fault here, and of threads that draw at once the one that works longest says how long it takes. Belongs
+/// to the surface's thread, but for that one write.
 class LoopWatch {
 public:
     /// `onProcessor`: GL draws with the processors of this machine. The surface is current.
@@ -33,7 +34,8 @@ public:
     static constexpr GLuint kBinding = 0;
     void bind() { gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kBinding, buffer_); }
 
-    /// From here on until `end` for so long at most. GL has finished what was before. Where the system has no thread for it, nothing is watched.
+    /// From here on until `end` for so long at most. GL has finished what was before. Where the system has no thread
+    /// for it, nothing is watched.
     void begin(Duration most);
     /// GL has finished what is watched. How long it took.
     Duration end();

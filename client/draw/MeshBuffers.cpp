@@ -36,7 +36,8 @@ MeshBuffers::~MeshBuffers() {
 
 void MeshBuffers::beginDraw() {
     clock_.beginDraw();
-    clock_.giveWay(meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, [this](const Mesh& mesh) { release(mesh); });
+    clock_.giveWay(
+        meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, [this](const Mesh& mesh) { release(mesh); });
 }
 
 std::size_t MeshBuffers::residentBytes() const {
@@ -143,7 +144,8 @@ std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays)
     const auto firstOf = [&mesh](MeshStore store) { return mesh.places[static_cast<std::size_t>(store)].first; };
     const MeshPart first = form.parts(arrays)[0];
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices)),
-                  .indexCount = static_cast<std::uint32_t>(sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
+                  .indexCount = static_cast<std::uint32_t>(
+                      sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
                   .baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kVertices)),
                   .hasNormals = form.normals || !arrays.normals.empty(),
                   .hasColors = !arrays.colors.empty(),
@@ -151,7 +153,8 @@ std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays)
                   .pointParts = pointPartsOf(arrays)};
     if (form.fetched) {
         mesh.range.indexCount = static_cast<std::uint32_t>(first.units * kIndicesPerPoint);
-        mesh.range.baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kTexels) / first.elementsPerUnit * kNumbersPerPoint);
+        mesh.range.baseVertex =
+            static_cast<std::int32_t>(firstOf(MeshStore::kTexels) / first.elementsPerUnit * kNumbersPerPoint);
         makeSharedByPoints();
     }
     return mesh;
@@ -163,7 +166,8 @@ void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t byte
     for (const MeshPart& part : formOf(mesh.range.kind).parts(arrays)) {
         const std::uint64_t end = before + part.units;
         if (mesh.written < end && (!any || bytes >= part.unitBytes())) {
-            const std::uint64_t upTo = std::min(end, mesh.written + std::max<std::uint64_t>(1, bytes / part.unitBytes()));
+            const std::uint64_t upTo =
+                std::min(end, mesh.written + std::max<std::uint64_t>(1, bytes / part.unitBytes()));
             write(arrays, mesh, part, {mesh.written - before, upTo - before});
             bytes -= std::min<std::size_t>(bytes, (upTo - mesh.written) * part.unitBytes());
             mesh.written = upTo;
@@ -196,9 +200,11 @@ bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
 
 void MeshBuffers::write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units) {
     if (units.empty()) return;
-    std::uint64_t at = mesh.places[static_cast<std::size_t>(part.store)].first * elementBytes(part.store) + units.begin * part.unitBytes();
+    std::uint64_t at = mesh.places[static_cast<std::size_t>(part.store)].first * elementBytes(part.store) +
+                       units.begin * part.unitBytes();
     formOf(mesh.range.kind).write(arrays, part.store, units, [&](ByteSpan made) {
-        gl_.NamedBufferSubData(buffer(part.store).name, static_cast<GLintptr>(at), static_cast<GLsizeiptr>(made.size()), made.data());
+        gl_.NamedBufferSubData(buffer(part.store).name, static_cast<GLintptr>(at), static_cast<GLsizeiptr>(made.size()),
+                               made.data());
         at += made.size();
         uploadedBytes_ += made.size();
     });
@@ -221,7 +227,8 @@ bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t mult
 }
 
 void MeshBuffers::release(const Mesh& mesh) {
-    for (std::size_t i = 0; i < kMeshStores; ++i) buffers_[i].ranges.release(mesh.places[i].taken, mesh.places[i].takenCount);
+    for (std::size_t i = 0; i < kMeshStores; ++i)
+        buffers_[i].ranges.release(mesh.places[i].taken, mesh.places[i].takenCount);
 }
 
 void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
@@ -231,9 +238,10 @@ void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
     gl_.CreateBuffers(1, &larger);
     gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
     if (grown.name) {
-        gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0, static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
-        // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are missing
-        // for as long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
+        gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0,
+                                   static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
+        // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are
+        // missing for as long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
         gl_.Finish();
         gl_.DeleteBuffers(1, &grown.name);
     }
@@ -257,7 +265,8 @@ void MeshBuffers::makeSharedByPoints() {
     if (sharedIndices_[0]) return;
     const auto fill = [this](GLuint& buffer, const auto& values) {
         gl_.CreateBuffers(1, &buffer);
-        gl_.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(), GL_STATIC_DRAW);
+        gl_.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
+                            GL_STATIC_DRAW);
     };
     for (const bool insides : {false, true}) fill(sharedIndices_[insides], sharedPointIndices(insides));
     fill(linearBuffer_, linearNumbers());
@@ -276,15 +285,18 @@ void MeshBuffers::bindElements(GLuint buffer) {
     elementsBound_ = buffer;
 }
 
-std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord,
-                                std::size_t instances, bool insides) {
-    const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base, std::size_t record) {
-        gl_.DrawElementsInstancedBaseVertexBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(count), type, reinterpret_cast<const void*>(offset),
-                                                        static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
+std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles,
+                                std::size_t firstRecord, std::size_t instances, bool insides) {
+    const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base,
+                              std::size_t record) {
+        gl_.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(count), type, reinterpret_cast<const void*>(offset),
+            static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
     };
     if (!formOf(mesh.kind).fetched) {
         bindElements(indexBuffer());
-        issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances, mesh.baseVertex, firstRecord);
+        issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances,
+              mesh.baseVertex, firstRecord);
         return 1;
     }
     bindElements(sharedIndices_[insides]);

@@ -27,8 +27,9 @@ struct MeshRange {
     bool operator==(const MeshRange&) const = default;
 };
 
-/// One buffer of each sort for all meshes of a renderer. Once `budgetBytes` is exceeded meshes make room as UseClock says; what one
-/// draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours stand beside the budget.
+/// One buffer of each sort for all meshes of a renderer. Once `budgetBytes` is exceeded meshes make room as UseClock
+/// says; what one draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours
+/// stand beside the budget.
 class MeshBuffers {
 public:
     MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes);
@@ -40,8 +41,9 @@ public:
     void beginFrame() { clock_.beginFrame(); }
     /// Call before the first `find` of a draw.
     void beginDraw();
-    /// Uploads on first sight. Nothing: an array is absent (it may come later), checkMesh refuses the mesh (it is not looked at
-    /// again: the same arrays will never be better), or there are more points than GL can fetch (GL_MAX_TEXTURE_BUFFER_SIZE).
+    /// Uploads on first sight. Nothing: an array is absent (it may come later), checkMesh refuses the mesh (it is not
+    /// looked at again: the same arrays will never be better), or there are more points than GL can fetch
+    /// (GL_MAX_TEXTURE_BUFFER_SIZE).
     [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
     /// The same of its edges or corners, made when they are first asked for (outlineOf): of triangles.
     [[nodiscard]] std::optional<MeshRange> findOutline(const Drawable& drawable, std::int64_t fill);
@@ -52,9 +54,11 @@ public:
     /// One step for what will come: buffers that grow one mesh at a time copy what they hold again and again.
     void expect(const MeshSize& more);
 
-    /// Instances of a mesh, the records from `firstRecord` on theirs in turn: so many of its triangles, or all where its vertices
-    /// are fetched; `insides`: with those of points. The vertex array is bound. How many calls of GL that took.
-    std::uint64_t draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord, std::size_t instances, bool insides);
+    /// Instances of a mesh, the records from `firstRecord` on theirs in turn: so many of its triangles, or all where
+    /// its vertices are fetched; `insides`: with those of points. The vertex array is bound. How many calls of GL that
+    /// took.
+    std::uint64_t draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord,
+                       std::size_t instances, bool insides);
     /// To the vertex array, where it has others. By `draw`, and by who draws with indices of its own.
     void bindElements(GLuint buffer);
     /// What the programs of a kind read besides vertices.
@@ -86,8 +90,8 @@ private:
     [[nodiscard]] std::optional<Mesh> allocate(const MeshArrays& arrays);
     /// Goes on writing it: the next units, and at least one.
     void writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes);
-    /// A mesh that came by edits of ranges from one that is here takes over its place, and only what is new is uploaded; unless
-    /// that one has been drawn in this draw. False: there is none.
+    /// A mesh that came by edits of ranges from one that is here takes over its place, and only what is new is
+    /// uploaded; unless that one has been drawn in this draw. False: there is none.
     [[nodiscard]] bool takeOver(const MeshKey& key, const MeshArrays& arrays);
     void write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units);
     [[nodiscard]] bool place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place);

@@ -24,7 +24,8 @@ Expected<OsMesa> loadOsMesa() {
                        library->find<decltype(&OSMesaMakeCurrent)>("OSMesaMakeCurrent"),
                        library->find<decltype(&OSMesaGetProcAddress)>("OSMesaGetProcAddress")};
     if (found.createContext && found.destroyContext && found.makeCurrent && found.procAddress) return found;
-    return fail(ErrorCode::kUnsupported, "libOSMesa.so.8 is too old: it gives no OpenGL of a wished version (libosmesa6 of Mesa 22 does)");
+    return fail(ErrorCode::kUnsupported,
+                "libOSMesa.so.8 is too old: it gives no OpenGL of a wished version (libosmesa6 of Mesa 22 does)");
 }
 
 /// OSMesa wants a buffer of its own. It is one pixel: pictures are drawn into framebuffer objects.
@@ -55,7 +56,8 @@ private:
 }  // namespace
 
 Expected<std::unique_ptr<Surface>> makeOsMesaSurface(const SurfaceOptions& options) {
-    if (options.device) return fail(ErrorCode::kUsage, "a device is chosen for \"egl\"; \"osmesa\" draws on the processor");
+    if (options.device)
+        return fail(ErrorCode::kUsage, "a device is chosen for \"egl\"; \"osmesa\" draws on the processor");
     static const Expected<OsMesa> library = loadOsMesa();
     if (!library) return tl::unexpected(library.error());
     const std::array<int, 15> attributes{OSMESA_FORMAT,

@@ -36,7 +36,8 @@ bool PersonPrograms::isBad(const Aspect& aspect, const Material& material) {
 
 std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& material) {
     const SurfaceProgram* program = programOf(aspect, material);
-    if (!program || program->verdict == SurfaceProgram::kUntried || program->verdict == SurfaceProgram::kHeavy) return kNone;
+    if (!program || program->verdict == SurfaceProgram::kUntried || program->verdict == SurfaceProgram::kHeavy)
+        return kNone;
     if (program->verdict != SurfaceProgram::kGood) return kError;
     if (uniformOfAnotherShape(aspect, material)) return kNone;
     const auto [it, isNew] = ids_.try_emplace({program->surface, program->vertex}, next_);
@@ -58,7 +59,8 @@ std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& materia
     return known.text.surface.empty() && known.text.vertex.empty() ? kNone : it->second;
 }
 
-PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person, TextureCache& textures) const {
+PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person,
+                                      TextureCache& textures) const {
     PersonValues values;
     if (person <= kError) return values;
     values.reach = static_cast<float>(aspect.get<SurfaceProgram>(material.program)->reach);
@@ -96,7 +98,8 @@ std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
         Known& known = known_.at(person);
         if (known.heldUpFor == Duration::zero()) continue;
         const auto* program = aspect.get<SurfaceProgram>(known.object);
-        if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first || program->vertex != texts.second)
+        if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first ||
+            program->vertex != texts.second)
             known.heldUpFor = {};
         else
             all.push_back({known.object, known.heldUpFor});

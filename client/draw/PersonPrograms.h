@@ -40,11 +40,13 @@ public:
     [[nodiscard]] static bool isBad(const Aspect& aspect, const Material& material);
     [[nodiscard]] std::uint32_t find(const Aspect& aspect, const Material& material);
     /// A uniform that the material does not say is 0, an image that it does not say, or that is not here, white.
-    [[nodiscard]] PersonValues valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person, TextureCache& textures) const;
+    [[nodiscard]] PersonValues valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person,
+                                        TextureCache& textures) const;
     [[nodiscard]] const PersonText& textOf(std::uint32_t person) const { return known_.at(person).text; }
     /// This host's GL refuses it, though the server's did not: from here on it is drawn as what is wrong.
     void refused(std::uint32_t person, std::string problem);
-    /// It takes too long here: from here on it is drawn as the material says, until the server has said what it thinks of it, or it is another.
+    /// It takes too long here: from here on it is drawn as the material says, until the server has said what it thinks
+    /// of it, or it is another.
     void holdsUp(std::uint32_t person, Duration took);
     /// As Renderer::heldUpBy.
     [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
@@ -54,8 +56,8 @@ public:
     /// As Renderer::beginFrame; a tile's, or a part's.
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw() { clock_.beginDraw(); }
-    /// Of more than kKept those that were not asked for in this frame and the one before, the longest unused first: they are forgotten, and their
-    /// numbers never come again.
+    /// Of more than kKept those that were not asked for in this frame and the one before, the longest unused first:
+    /// they are forgotten, and their numbers never come again.
     [[nodiscard]] std::vector<std::uint32_t> forgetUnused();
     static constexpr std::size_t kKept = 128;
 
@@ -64,8 +66,8 @@ private:
         PersonText text;
         bool refused = false;
         UseClock::Uses uses;
-        ObjectId object;         ///< the last one of this text
-        Duration heldUpFor{};    ///< 0: it does not
+        ObjectId object;       ///< the last one of this text
+        Duration heldUpFor{};  ///< 0: it does not
     };
     std::map<std::pair<std::string, std::string>, std::uint32_t> ids_;
     std::map<std::uint32_t, Known> known_;

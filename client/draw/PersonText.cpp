@@ -16,16 +16,50 @@ struct Token {
     [[nodiscard]] bool isName() const { return std::isalpha(static_cast<unsigned char>(text[0])) || text[0] == '_'; }
 };
 
-/// What reaches beyond a function of numbers. Names that go on differently (image2D, imageLoad …) stand in kRefusedBeginnings.
-constexpr std::array kRefusedNames = std::to_array<std::string_view>(
-    {"main", "layout", "buffer", "shared", "coherent", "volatile", "restrict", "readonly", "writeonly", "varying", "attribute", "subroutine", "centroid",
-     "sample", "patch", "flat", "smooth", "noperspective", "invariant", "precise", "barrier", "groupMemoryBarrier", "EmitVertex", "EndPrimitive",
-     "EmitStreamVertex", "EndStreamPrimitive", "asm", "goto", "namespace", "using", "extern", "external", "interface", "ftransform"});
-constexpr std::array kRefusedBeginnings = std::to_array<std::string_view>(
-    {"gl_", "tessera", "atomic", "image", "iimage", "uimage", "memoryBarrier", "interpolateAt", "subpass", "isampler", "usampler"});
+/// What reaches beyond a function of numbers. Names that go on differently (image2D, imageLoad …) stand in
+/// kRefusedBeginnings.
+constexpr std::array kRefusedNames = std::to_array<std::string_view>({"main",
+                                                                      "layout",
+                                                                      "buffer",
+                                                                      "shared",
+                                                                      "coherent",
+                                                                      "volatile",
+                                                                      "restrict",
+                                                                      "readonly",
+                                                                      "writeonly",
+                                                                      "varying",
+                                                                      "attribute",
+                                                                      "subroutine",
+                                                                      "centroid",
+                                                                      "sample",
+                                                                      "patch",
+                                                                      "flat",
+                                                                      "smooth",
+                                                                      "noperspective",
+                                                                      "invariant",
+                                                                      "precise",
+                                                                      "barrier",
+                                                                      "groupMemoryBarrier",
+                                                                      "EmitVertex",
+                                                                      "EndPrimitive",
+                                                                      "EmitStreamVertex",
+                                                                      "EndStreamPrimitive",
+                                                                      "asm",
+                                                                      "goto",
+                                                                      "namespace",
+                                                                      "using",
+                                                                      "extern",
+                                                                      "external",
+                                                                      "interface",
+                                                                      "ftransform"});
+constexpr std::array kRefusedBeginnings =
+    std::to_array<std::string_view>({"gl_", "tessera", "atomic", "image", "iimage", "uimage", "memoryBarrier",
+                                     "interpolateAt", "subpass", "isampler", "usampler"});
 constexpr std::array kUniformTypes = std::to_array<std::string_view>({"sampler2D", "float", "vec2", "vec3", "vec4"});
 
-tl::unexpected<Error> failAt(std::string_view of, int line, std::string_view what) { return fail(ErrorCode::kBadInput, fmt::format("{}, line {}: {}", of, line, what)); }
+tl::unexpected<Error> failAt(std::string_view of, int line, std::string_view what) {
+    return fail(ErrorCode::kBadInput, fmt::format("{}, line {}: {}", of, line, what));
+}
 
 /// Comments become blanks: what compilers differ about (other alphabets, lines that go on) is nothing then.
 Expected<std::string> withoutComments(std::string_view text, std::string_view of) {
@@ -50,8 +84,13 @@ Expected<std::string> withoutComments(std::string_view text, std::string_view of
         const auto c = static_cast<unsigned char>(out[i]);
         if (c == '#') return failAt(of, line, "'#': there is no preprocessor here; a constant is said as const");
         if (c == '\r' || c == '\t') out[i] = ' ';
-        const bool known = c == '\n' || c == '\r' || c == '\t' || (c >= ' ' && c < 0x7f && std::string_view("\\$@\"'`").find(out[i]) == std::string_view::npos);
-        if (!known) return failAt(of, line, c < 0x20 || c > 0x7e ? fmt::format("a byte {:#04x}, which GLSL does not have", c) : fmt::format("'{}', which GLSL does not have", out[i]));
+        const bool known =
+            c == '\n' || c == '\r' || c == '\t' ||
+            (c >= ' ' && c < 0x7f && std::string_view("\\$@\"'`").find(out[i]) == std::string_view::npos);
+        if (!known)
+            return failAt(of, line,
+                          c < 0x20 || c > 0x7e ? fmt::format("a byte {:#04x}, which GLSL does not have", c)
+                                               : fmt::format("'{}', which GLSL does not have", out[i]));
         line += c == '\n';
     }
     return out;
@@ -88,9 +127,11 @@ public:
             if (token.isName())
                 if (auto good = checkName(i, open.empty()); !good) return good;
             const char c = token.text[0];
-            if (std::isdigit(static_cast<unsigned char>(c)) && token.text.find('_') != std::string_view::npos) return fail(i, fmt::format("'{}' is no number", token.text));
+            if (std::isdigit(static_cast<unsigned char>(c)) && token.text.find('_') != std::string_view::npos)
+                return fail(i, fmt::format("'{}' is no number", token.text));
             if (c == '(' || c == '[' || c == '{') open.push_back(c == '(' ? ')' : c == '[' ? ']' : '}');
-            if (open.size() > kMostPersonDepth) return fail(i, fmt::format("more than {} brackets in one another", kMostPersonDepth));
+            if (open.size() > kMostPersonDepth)
+                return fail(i, fmt::format("more than {} brackets in one another", kMostPersonDepth));
             if (c != ')' && c != ']' && c != '}') continue;
             if (open.empty() || open.back() != c) return fail(i, fmt::format("'{}' closes nothing", c));
             open.pop_back();
@@ -137,33 +178,45 @@ public:
     }
 
 private:
-    tl::unexpected<Error> fail(std::size_t token, std::string_view what) const { return failAt(of_, tokens_[token].line, what); }
+    tl::unexpected<Error> fail(std::size_t token, std::string_view what) const {
+        return failAt(of_, tokens_[token].line, what);
+    }
 
     Expected<void> checkName(std::size_t i, bool atTop) const {
         const std::string_view name = tokens_[i].text;
         const bool member = i > 0 && tokens_[i - 1].is(".");
-        if (name.find("__") != std::string_view::npos) return fail(i, fmt::format("'{}': two underscores are the compiler's own", name));
+        if (name.find("__") != std::string_view::npos)
+            return fail(i, fmt::format("'{}': two underscores are the compiler's own", name));
         if (name.size() > 128) return fail(i, "a name of more than 128 characters");
         if ((!member && std::ranges::find(kRefusedNames, name) != kRefusedNames.end()) ||
             std::ranges::any_of(kRefusedBeginnings, [&](std::string_view begins) { return name.starts_with(begins); }))
             return fail(i, fmt::format("'{}' is not for programs of materials", name));
         if (!member && atTop && (name == "in" || name == "out" || name == "inout"))
-            return fail(i, fmt::format("'{}': a program has no inputs and outputs of its own; see WRITING.md for what it is given", name));
+            return fail(
+                i,
+                fmt::format("'{}': a program has no inputs and outputs of its own; see WRITING.md for what it is given",
+                            name));
         return {};
     }
 
     Expected<void> takeUniform(std::size_t i, std::vector<PersonUniform>& uniforms) const {
-        if (i > 0 && !tokens_[i - 1].is(";") && !tokens_[i - 1].is("}")) return fail(i, "'uniform' stands in front of a declaration of its own");
-        const auto type = i + 3 < tokens_.size() ? std::ranges::find(kUniformTypes, tokens_[i + 1].text) : kUniformTypes.end();
+        if (i > 0 && !tokens_[i - 1].is(";") && !tokens_[i - 1].is("}"))
+            return fail(i, "'uniform' stands in front of a declaration of its own");
+        const auto type =
+            i + 3 < tokens_.size() ? std::ranges::find(kUniformTypes, tokens_[i + 1].text) : kUniformTypes.end();
         if (type == kUniformTypes.end() || !tokens_[i + 2].isName() || !tokens_[i + 3].is(";"))
-            return fail(i, "a uniform is said as 'uniform TYPE NAME;', of float, vec2, vec3, vec4 or sampler2D, each by itself and without a value");
-        const PersonUniform uniform{.name = std::string(tokens_[i + 2].text), .width = static_cast<std::uint8_t>(type - kUniformTypes.begin())};
+            return fail(i,
+                        "a uniform is said as 'uniform TYPE NAME;', of float, vec2, vec3, vec4 or sampler2D, each by "
+                        "itself and without a value");
+        const PersonUniform uniform{.name = std::string(tokens_[i + 2].text),
+                                    .width = static_cast<std::uint8_t>(type - kUniformTypes.begin())};
         const auto known = std::ranges::find(uniforms, uniform.name, &PersonUniform::name);
         if (known == uniforms.end())
             uniforms.push_back(uniform);
         else if (known->width != uniform.width)
             return fail(i, fmt::format("the uniform '{}' is of two types", uniform.name));
-        if (uniforms.size() > kMostPersonUniforms) return fail(i, fmt::format("more than {} uniforms", kMostPersonUniforms));
+        if (uniforms.size() > kMostPersonUniforms)
+            return fail(i, fmt::format("more than {} uniforms", kMostPersonUniforms));
         if (std::ranges::count(uniforms, 0, &PersonUniform::width) > static_cast<std::ptrdiff_t>(kMostPersonSamplers))
             return fail(i, fmt::format("more than {} samplers", kMostPersonSamplers));
         return {};
@@ -220,7 +273,8 @@ private:
     template <typename UpTo>
     Expected<void> bound(std::size_t first, std::size_t end, const UpTo& upTo, std::string& out) {
         for (std::size_t k = first; k < end; ++k)
-            if (tokens_[k].is("{") || tokens_[k].is("for") || tokens_[k].is("while") || tokens_[k].is("uniform")) return fail(k, "a loop's condition is an expression");
+            if (tokens_[k].is("{") || tokens_[k].is("for") || tokens_[k].is("while") || tokens_[k].is("uniform"))
+                return fail(k, "a loop's condition is an expression");
         upTo(tokens_[first].text.data());
         out += kCounted;
         upTo(tokens_[end].text.data());
@@ -233,15 +287,18 @@ private:
 };
 
 Expected<std::string> prepare(std::string_view of, std::string_view text, PersonText& out) {
-    if (text.size() > kMostPersonBytes) return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, and {} may be", of, text.size(), kMostPersonBytes));
+    if (text.size() > kMostPersonBytes)
+        return fail(ErrorCode::kLimit, fmt::format("{}: {} bytes, and {} may be", of, text.size(), kMostPersonBytes));
     const Expected<std::string> bare = withoutComments(text, of);
     if (!bare) return bare;
     if (bare->find_first_not_of(" \n") == std::string::npos) return std::string();
     Reader reader(of, *bare);
     if (auto good = reader.check(); !good) return tl::unexpected(good.error());
     if (!reader.defines(of))
-        return fail(ErrorCode::kBadInput, of == "surface" ? "surface, line 1: there is no 'void surface(inout Surface s)'"
-                                                          : "vertex, line 1: there is no 'void vertex(inout vec3 position, inout vec3 normal)'");
+        return fail(ErrorCode::kBadInput,
+                    of == "surface"
+                        ? "surface, line 1: there is no 'void surface(inout Surface s)'"
+                        : "vertex, line 1: there is no 'void vertex(inout vec3 position, inout vec3 normal)'");
     return reader.rewrite(out);
 }
 
@@ -259,7 +316,8 @@ Expected<PersonText> preparePersonText(std::string_view surface, std::string_vie
     prepared = prepare("vertex", vertex, out);
     if (!prepared) return tl::unexpected(prepared.error());
     out.vertex = std::move(*prepared);
-    std::ranges::stable_sort(out.uniforms, [](const PersonUniform& a, const PersonUniform& b) { return (a.width == 0) < (b.width == 0); });
+    std::ranges::stable_sort(
+        out.uniforms, [](const PersonUniform& a, const PersonUniform& b) { return (a.width == 0) < (b.width == 0); });
     return out;
 }
 
@@ -270,15 +328,19 @@ std::string personProblem(std::string_view log) {
         at = end + 1;
         // "0:1000003(12): error: …" (Mesa), "0(1000003) : error …", "ERROR: 0:1000003: …" (others).
         for (std::size_t i = 0; i < line.size(); ++i) {
-            if (!std::isdigit(static_cast<unsigned char>(line[i])) || (i > 0 && std::isalnum(static_cast<unsigned char>(line[i - 1])))) continue;
+            if (!std::isdigit(static_cast<unsigned char>(line[i])) ||
+                (i > 0 && std::isalnum(static_cast<unsigned char>(line[i - 1]))))
+                continue;
             int number = 0;
             const auto [rest, error] = std::from_chars(line.data() + i, line.data() + line.size(), number);
             if (error != std::errc() || number <= kSurfaceLines || number >= kVertexLines + kSurfaceLines) continue;
             std::string_view what(rest, static_cast<std::size_t>(line.data() + line.size() - rest));
-            if (const std::size_t colon = what.find(": "); colon != std::string_view::npos) what = what.substr(colon + 2);
+            if (const std::size_t colon = what.find(": "); colon != std::string_view::npos)
+                what = what.substr(colon + 2);
             if (what.starts_with("warning")) break;
             if (what.starts_with("error: ")) what = what.substr(7);
-            return fmt::format("{}, line {}: {}", number > kVertexLines ? "vertex" : "surface", number - (number > kVertexLines ? kVertexLines : kSurfaceLines), what);
+            return fmt::format("{}, line {}: {}", number > kVertexLines ? "vertex" : "surface",
+                               number - (number > kVertexLines ? kVertexLines : kSurfaceLines), what);
         }
     }
     const std::size_t first = log.find_first_not_of(" \n\t");

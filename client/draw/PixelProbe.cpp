@@ -61,7 +61,8 @@ Expected<Aspect> probeScene() {
         const ObjectType type = typeOf<Material>();
         const bool glass = id == kGlass || id == kGlassPicture;
         list.create(id, type);
-        set(id, type, fieldId<&Material::baseColor>, glass ? Vec4f(0.2f, 0.5f, 0.9f, 0.4f) : Vec4f(0.9f, 0.7f, 0.4f, 1.0f));
+        set(id, type, fieldId<&Material::baseColor>,
+            glass ? Vec4f(0.2f, 0.5f, 0.9f, 0.4f) : Vec4f(0.9f, 0.7f, 0.4f, 1.0f));
         set(id, type, fieldId<&Material::metallic>, id == kPlain ? 1.0f : 0.0f);
         set(id, type, fieldId<&Material::roughness>, id == kPicture ? 0.8f : 0.25f);
         if (id == kPicture || id == kGlassPicture) set(id, type, fieldId<&Material::baseColorImage>, kImage);

@@ -1,16 +1,19 @@
-// Points: balls that no triangle stands for. The rasteriser is given a triangle around each one's outline; what of it is the
-// ball, and how deep, is found for each sample from the ray through it. So a picture shows the ball itself, and what a tile
-// shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought it there.
+// Points: balls that no triangle stands for. The rasteriser is given a triangle around each one's outline; what of it
+// is the ball, and how deep, is found for each sample from the ray through it. So a picture shows the ball itself, and
+// what a tile shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought
+// it there.
 #include "client/draw/ShaderText.h"
 
 namespace tessera::shader_text {
 
-// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches them.
-// Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way there.
+// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches
+// them. Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way
+// there.
 //
-// Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound the
-// other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter hexagon: a software
-// rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a third more).
+// Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound
+// the other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter
+// hexagon: a software rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a
+// third more).
 const char kPointVertex[] = R"(
 layout(binding = 13) uniform usamplerBuffer points;
 layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
@@ -20,7 +23,9 @@ vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
 
 flat out vec4 vBall;  // its centre, and its radius: below 0 for what is seen from inside
 flat out vec4 vRays;  // from a pixel to where its ray is a metre before the eye
-flat out vec4 vDepth; // what a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball, see below, or 0
+// What a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball,
+// see below, or 0.
+flat out vec4 vDepth;
 #ifdef ROWS
 flat out vec3 vRow0, vRow1, vRow2;
 #endif
@@ -59,8 +64,9 @@ vec3 overBall(vec3 form) {
 #endif
 }
 
-// A line that touches the outline, across a direction: how far from the middle of the viewport. All in units of the centre's
-// clip w: a of the centre, b over the ball, bw of w. It is where a plane through the eye touches: (a - k)^2 = |b - k bw|^2.
+// A line that touches the outline, across a direction: how far from the middle of the viewport. All in units of the
+// centre's clip w: a of the centre, b over the ball, bw of w. It is where a plane through the eye touches:
+// (a - k)^2 = |b - k bw|^2.
 float touching(float a, vec3 b, vec3 bw, float inverse) {
     vec3 across = b - a * bw, turned = cross(b, bw);
     return (a - dot(b, bw) + sqrt(max(dot(across, across) - dot(turned, turned), 0.0))) * inverse;
@@ -83,12 +89,15 @@ vec4 aroundBall(vec3 centre) {
 #else
     vBall = vec4(centre, radius);
 #endif
-    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be noise, of each pixel another one.
-    // So the power of the eye to the ball is found once, and rays meet the ball by it (Citardauq's formula).
+    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be
+    // noise, of each pixel another one. So the power of the eye to the ball is found once, and rays meet the ball by it
+    // (Citardauq's formula).
     float toCentre = length(vBall.xyz), ballSize = abs(vBall.w), power = (toCentre - ballSize) * (toCentre + ballSize);
     if (!parallel && !inside && power > 0.0 && power < 1e-3 * ballSize * ballSize) vDepth.w = power;
     // Depth where it is nearest: no fragment's is more (DEPTH_LESS).
-    float nearest = parallel ? at.z + length(overBall(row2)) : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2] : 2.0;
+    float nearest = parallel       ? at.z + length(overBall(row2))
+                    : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2]
+                                   : 2.0;
     bool cut = nearest > 0.9999;
     bool shown = !inside || cut;
 #ifdef BLENDED
@@ -123,9 +132,9 @@ vec4 aroundBall(vec3 centre) {
 }
 )";
 
-// What of the triangle is the ball. Each sample has its own ray and depth; all samples of a pixel that show one ball have the
-// normal of one place of it, where the pixel's middle is, or what of the ball is nearest to that: so a pixel that shows one
-// ball is lit once.
+// What of the triangle is the ball. Each sample has its own ray and depth; all samples of a pixel that show one ball
+// have the normal of one place of it, where the pixel's middle is, or what of the ball is nearest to that: so a pixel
+// that shows one ball is lit once.
 const char kPointFragment[] = R"(
 layout(depth_less) out float gl_FragDepth;
 flat in vec4 vBall;
@@ -158,9 +167,9 @@ float ballRadius() {
 #endif
 }
 
-// The place of a ray that is nearest to the centre: how far along it, and from the centre to there. Not by a difference of
-// squares, which is nothing any more of a small ball far away (Haines and others 2019, "Precision improvements for ray/sphere
-// intersection").
+// The place of a ray that is nearest to the centre: how far along it, and from the centre to there. Not by a difference
+// of squares, which is nothing any more of a small ball far away (Haines and others 2019, "Precision improvements for
+// ray/sphere intersection").
 float nearestTo(vec2 place, out vec3 along, out vec3 off, out float inverse) {
     along = asBall(alongOf(place));
     vec3 centre = vBall.xyz - asBall(beginOf(place));

@@ -33,7 +33,8 @@ Expected<GLuint> compile(const GlFunctions& gl, GLenum stage, const std::string&
 bool readsSurface(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     const bool cuts = kind.masked || kind.person != 0;
-    return kind.use == Use::kSurface || kind.use == Use::kBlend || ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && cuts);
+    return kind.use == Use::kSurface || kind.use == Use::kBlend ||
+           ((kind.use == Use::kNodeIds || kind.use == Use::kShadow) && cuts);
 }
 
 /// What is drawn over the whole screen lies there: where the depth test compares it with what kClassify has written.
@@ -73,7 +74,9 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.layers != 0, "LAYERS");
     define(person != nullptr, "PERSON");
     define(person && !person->vertex.empty(), "MOVED");
-    define(person || kind.faceted || kind.layers != 0 || kind.use == Use::kBlend || (kind.maps & bitOf(ImageMap::kNormal)) != 0, "POSITION");
+    define(person || kind.faceted || kind.layers != 0 || kind.use == Use::kBlend ||
+               (kind.maps & bitOf(ImageMap::kNormal)) != 0,
+           "POSITION");
     head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
@@ -118,10 +121,11 @@ std::string itemFragmentOf(const ProgramKind& kind) {
                    shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
         case Use::kBlend:
             if (rowOf(kind.items).volume)
-                return fmt::format("#define MOST_SAMPLES {}\n#define BRICK_SIDE {}.0\n#define BRICK_INVERSE {}\n", kMostMarchSamples + 2, VolumeBricks::kSide,
-                                   1.0 / VolumeBricks::kSide) +
+                return fmt::format("#define MOST_SAMPLES {}\n#define BRICK_SIDE {}.0\n#define BRICK_INVERSE {}\n",
+                                   kMostMarchSamples + 2, VolumeBricks::kSide, 1.0 / VolumeBricks::kSide) +
                        shader_text::kLighting + shader_text::kToneMapping + shader_text::kVolumeFragment;
-            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface + shader_text::kBlendFragment;
+            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface +
+                   shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;
         case Use::kSpread:
@@ -153,7 +157,9 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kNodeIds:
         case Use::kDepth:
         case Use::kShadow:
-            return shader_text::kItemInputs + (kind.items == DrawKind::kPoints ? std::string(shader_text::kPackNormal) + shader_text::kPointVertex : std::string()) +
+            return shader_text::kItemInputs +
+                   (kind.items == DrawKind::kPoints ? std::string(shader_text::kPackNormal) + shader_text::kPointVertex
+                                                    : std::string()) +
                    shader_text::kMeshVertex;
         case Use::kLightOne:
         case Use::kLight:
@@ -172,13 +178,18 @@ std::string vertexOf(const ProgramKind& kind) {
     return {};
 }
 
-/// In front of all else, where no macro of ours is known: a person's text, and what that is given. Of both stages `surface` or `vertex`.
+/// In front of all else, where no macro of ours is known: a person's text, and what that is given. Of both stages
+/// `surface` or `vertex`.
 std::string beginningOf(const ProgramKind& kind, const PersonText* person, bool fragment) {
     std::string text = "#version 450 core\n";
     if (fragment && readsSurface(kind)) text += shader_text::kSurfaceStruct;
     if (!person) return text;
     const std::string& own = fragment ? person->surface : person->vertex;
-    if (person->loops) text += fmt::format("layout(std430, binding = {}) readonly buffer TesseraLoops {{ int tesseraMostRounds; }};\nint tesseraRounds = tesseraMostRounds;\n", LoopWatch::kBinding);
+    if (person->loops)
+        text += fmt::format(
+            "layout(std430, binding = {}) readonly buffer TesseraLoops {{ int tesseraMostRounds; }};\nint "
+            "tesseraRounds = tesseraMostRounds;\n",
+            LoopWatch::kBinding);
     text += "uniform float tesseraReach;\nvec2 uv, uv1;\n";
     if (fragment) text += "vec3 nodePosition, eyePosition, worldPosition;\n";
     static constexpr std::array kTypes = {"sampler2D", "float", "vec2", "vec3", "vec4"};
@@ -203,7 +214,9 @@ LayerLookup lookupOf(std::int64_t source, std::int64_t shape) {
         case TextureLayer::kReflection:
             return solid ? LayerLookup::kNone : cube ? LayerLookup::kCubeByReflection : LayerLookup::kFlatByReflection;
         case TextureLayer::kPosition:
-            return solid ? LayerLookup::kSolidByPosition : cube ? LayerLookup::kCubeByPosition : LayerLookup::kFlatByPosition;
+            return solid  ? LayerLookup::kSolidByPosition
+                   : cube ? LayerLookup::kCubeByPosition
+                          : LayerLookup::kFlatByPosition;
         default:
             return LayerLookup::kNone;
     }
@@ -229,9 +242,14 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, b
 }
 
 ProgramKind shadowOf(const ProgramKind& surface) {
-    ProgramKind kind{.use = ProgramKind::Use::kShadow, .items = surface.items, .pointParts = surface.pointParts, .masked = surface.masked, .person = surface.person};
+    ProgramKind kind{.use = ProgramKind::Use::kShadow,
+                     .items = surface.items,
+                     .pointParts = surface.pointParts,
+                     .masked = surface.masked,
+                     .person = surface.person};
     // A program may ask for any of them.
-    if (surface.masked || surface.person) kind.maps = surface.person ? surface.maps : surface.maps & bitOf(ImageMap::kBaseColor);
+    if (surface.masked || surface.person)
+        kind.maps = surface.person ? surface.maps : surface.maps & bitOf(ImageMap::kBaseColor);
     kind.look = surface.masked || surface.person;
     kind.faceted = surface.person && surface.faceted;
     return kind;
@@ -255,7 +273,8 @@ Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind
     GLint good = 0;
     gl.GetProgramiv(program.name_, GL_LINK_STATUS, &good);
     if (good && person) {
-        for (const PersonUniform& uniform : person->uniforms) program.locations_.push_back(gl.GetUniformLocation(program.name_, uniform.name.c_str()));
+        for (const PersonUniform& uniform : person->uniforms)
+            program.locations_.push_back(gl.GetUniformLocation(program.name_, uniform.name.c_str()));
         program.locations_.push_back(gl.GetUniformLocation(program.name_, "tesseraReach"));
     }
     if (good) return program;
@@ -268,6 +287,7 @@ Program::~Program() {
     if (name_) destroy_(name_);
 }
 
-Program::Program(Program&& other) noexcept : destroy_(other.destroy_), name_(std::exchange(other.name_, 0)), locations_(std::move(other.locations_)) {}
+Program::Program(Program&& other) noexcept
+    : destroy_(other.destroy_), name_(std::exchange(other.name_, 0)), locations_(std::move(other.locations_)) {}
 
 }  // namespace tessera

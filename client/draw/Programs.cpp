@@ -53,7 +53,8 @@ void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t
         for (const LightLists lists : kAllLightLists) {
             expect(pass, otherwiseLit(kind, lists, environment, false), look);
             // Suns alone have no scopes (LightBuffers.cpp).
-            if (lists != LightLists::kSun && lists != LightLists::kSuns) expect(pass, otherwiseLit(kind, lists, environment, true), look);
+            if (lists != LightLists::kSun && lists != LightLists::kSuns)
+                expect(pass, otherwiseLit(kind, lists, environment, true), look);
         }
 }
 
@@ -66,10 +67,17 @@ void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
     for (std::size_t i = 0; i < look.said.numbers.size(); ++i) {
         const float* value = look.said.numbers[i].data();
         switch (uniforms[i].width) {
-            case 1: gl.Uniform1fv(places[i], 1, value); break;
-            case 2: gl.Uniform2fv(places[i], 1, value); break;
-            case 3: gl.Uniform3fv(places[i], 1, value); break;
-            default: gl.Uniform4fv(places[i], 1, value);
+            case 1:
+                gl.Uniform1fv(places[i], 1, value);
+                break;
+            case 2:
+                gl.Uniform2fv(places[i], 1, value);
+                break;
+            case 3:
+                gl.Uniform3fv(places[i], 1, value);
+                break;
+            default:
+                gl.Uniform4fv(places[i], 1, value);
         }
     }
     for (std::size_t i = 0; i < look.said.maps.size(); ++i) {
@@ -91,7 +99,8 @@ Duration sumOf(const std::map<std::uint32_t, Duration>& times) {
 }  // namespace
 
 bool Renderer::Impl::isWatched(const ProgramKind& kind) const {
-    return kind.person > PersonPrograms::kError && options.programsMost.count() > 0 && calls.persons().textOf(kind.person).loops;
+    return kind.person > PersonPrograms::kError && options.programsMost.count() > 0 &&
+           calls.persons().textOf(kind.person).loops;
 }
 
 Expected<void> Renderer::Impl::compileWatched(ProgramKind::Use use) {
@@ -157,7 +166,8 @@ void Renderer::Impl::blame() {
 /// Where many are dear: to name one after the other would take longer than the others wait for this host.
 void Renderer::Impl::blameAll() {
     for (const DrawLook& look : calls.looks())
-        if (look.person > PersonPrograms::kError && calls.persons().textOf(look.person).loops) calls.persons().holdsUp(look.person, options.programsMost);
+        if (look.person > PersonPrograms::kError && calls.persons().textOf(look.person).loops)
+            calls.persons().holdsUp(look.person, options.programsMost);
 }
 
 Expected<void> Renderer::Impl::drawInTime(const std::function<Expected<void>()>& once) {

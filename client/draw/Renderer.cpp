@@ -26,7 +26,8 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
       loops(gl, drawsOnProcessor(onSurface)) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
-    for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
+    for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer})
+        gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
     gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
     gl.CreateTextures(GL_TEXTURE_2D, 1, &white);
@@ -48,7 +49,8 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord));
     attribute(4, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord1));
     for (GLuint row = 0; row < 6; ++row) {
-        gl.VertexArrayAttribFormat(vertexArray, kFirstItemAttribute + row, 4, GL_FLOAT, GL_FALSE, row * 4 * sizeof(float));
+        gl.VertexArrayAttribFormat(vertexArray, kFirstItemAttribute + row, 4, GL_FLOAT, GL_FALSE,
+                                   row * 4 * sizeof(float));
         enable(kFirstItemAttribute + row, kItemBinding);
     }
     gl.VertexArrayAttribIFormat(vertexArray, kItemSize, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, size));
@@ -65,7 +67,8 @@ Renderer::Impl::~Impl() {
     depths.reset();
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
-    for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
+    for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer})
+        gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &materialTexture);
     gl.DeleteTextures(1, &white);
 }
@@ -104,8 +107,8 @@ void Renderer::Impl::readBack(GLuint framebuffer, const CellPart& cell, const Pi
 void Renderer::Impl::readColors(const CellPart& cell, const PixelRect& rect, const PixelRows& rows) {
     const PixelRect& from = cell.inCell;
     const int fromTop = rect.y + rect.height - (cell.onScreen.y + from.height);
-    std::uint8_t* const to =
-        rows.rgbx + rows.pitchBytes * static_cast<std::size_t>(fromTop) + 4 * static_cast<std::size_t>(cell.onScreen.x - rect.x);
+    std::uint8_t* const to = rows.rgbx + rows.pitchBytes * static_cast<std::size_t>(fromTop) +
+                             4 * static_cast<std::size_t>(cell.onScreen.x - rect.x);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, tile.picture().value());
     const bool invert = gl.packsUpsideDown();
     const GlState::Pixels layout(gl, {.packRowPx = static_cast<int>(rows.pitchBytes / 4), .packUpsideDown = invert});
@@ -157,7 +160,8 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
         if (auto begun = impl_->begin(aspect, list, camera, rect); !begun) return begun;
         pixels = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
         rgbx.resize(std::max(rgbx.size(), 4 * pixels));
-        return impl_->drawCells(list, camera, rect, {.rgbx = rgbx.data(), .pitchBytes = 4 * static_cast<std::size_t>(rect.width)});
+        return impl_->drawCells(list, camera, rect,
+                                {.rgbx = rgbx.data(), .pitchBytes = 4 * static_cast<std::size_t>(rect.width)});
     });
     if (!drawn) return tl::unexpected(drawn.error());
     Picture picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
@@ -166,8 +170,9 @@ Expected<Picture> Renderer::draw(const Aspect& aspect, const DrawList& list, con
     return picture;
 }
 
-Expected<std::optional<Picture>> Renderer::drawWhileWanted(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                                           const PixelRect& rect, const std::function<bool()>& unwanted) {
+Expected<std::optional<Picture>> Renderer::drawWhileWanted(const Aspect& aspect, const DrawList& list,
+                                                           const ScreenCamera& camera, const PixelRect& rect,
+                                                           const std::function<bool()>& unwanted) {
     impl_->unwanted = &unwanted;
     impl_->leftOff = false;
     const Impl::ByProgram ownFrame = std::exchange(impl_->loopsTookBefore, {});
@@ -249,7 +254,8 @@ std::size_t Renderer::residentBytes() const {
 }
 
 std::size_t Renderer::bufferBytes() const {
-    return impl_->tile.bytes() + impl_->ids.bytes() + impl_->shadows.bytes() + (impl_->depths ? impl_->depths->bytes() : 0);
+    return impl_->tile.bytes() + impl_->ids.bytes() + impl_->shadows.bytes() +
+           (impl_->depths ? impl_->depths->bytes() : 0);
 }
 
 std::uint64_t Renderer::uploadedMeshBytes() const {
@@ -270,7 +276,8 @@ void Renderer::beginFrame() {
     impl_->framesAreTold = true;
 }
 
-Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId, std::size_t bytes, const Fineness& fineness) {
+Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId,
+                                               std::size_t bytes, const Fineness& fineness) {
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const GlState::Call call(d.gl);
@@ -281,8 +288,10 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
     };
     if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable.at(fineness), bytes));
     // Voxels of what has a box or planes: its fields have been checked.
-    const auto* volume = id && prepared.bytes == 0 && fineness.steps == kVolumeOnScreens ? aspect.get<Volume>(id) : nullptr;
-    if (volume && !drawableOf(aspect, id).at(fineness).arrays().positions.empty()) add(d.volumes.prepare(*volume, bytes));
+    const auto* volume =
+        id && prepared.bytes == 0 && fineness.steps == kVolumeOnScreens ? aspect.get<Volume>(id) : nullptr;
+    if (volume && !drawableOf(aspect, id).at(fineness).arrays().positions.empty())
+        add(d.volumes.prepare(*volume, bytes));
     const auto* material = materialId ? aspect.get<Material>(materialId) : nullptr;
     if (material && prepared.bytes == 0)
         for (const auto& [imageId, use] : imagesOf(*material)) {
@@ -292,7 +301,8 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
     if (material && prepared.bytes == 0)
         for (const ObjectId layerId : material->layers) {
             const auto* layer = aspect.get<TextureLayer>(layerId);
-            const auto* image = layer && layer->image && prepared.bytes == 0 ? aspect.get<Image>(layer->image) : nullptr;
+            const auto* image =
+                layer && layer->image && prepared.bytes == 0 ? aspect.get<Image>(layer->image) : nullptr;
             if (image) add(d.textures.prepare(*image, ImageUse::kColor));
         }
     if (auto good = d.gl.check("uploading ahead"); !good) return tl::unexpected(good.error());

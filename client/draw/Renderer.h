@@ -22,16 +22,18 @@ struct MeshSize;
 
 struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
-    /// Above these gives way what is not drawn, then what is needed again last (UseClock.h); what one draw needs is always there.
+    /// Above these gives way what is not drawn, then what is needed again last (UseClock.h); what one draw needs is
+    /// always there.
     std::size_t meshBudgetBytes = std::size_t{1} << 30;
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
-    /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested against.
+    /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested
+    /// against.
     bool clusterLights = true;
-    /// False: every pixel goes through every pass, and rays through volumes sample what is empty too. The same picture, to the bit, and slow: what
-    /// `ScreenBlocks` and `VolumeBricks` are tested against.
+    /// False: every pixel goes through every pass, and rays through volumes sample what is empty too. The same picture,
+    /// to the bit, and slow: what `ScreenBlocks` and `VolumeBricks` are tested against.
     bool leaveOutEmpty = true;
-    /// A picture is drawn anew without the dearest of persons' programs with loops once those have taken so long in its frame (LoopWatch.h). Never
-    /// with 0.
+    /// A picture is drawn anew without the dearest of persons' programs with loops once those have taken so long in its
+    /// frame (LoopWatch.h). Never with 0.
     std::chrono::milliseconds programsMost{500};
 };
 
@@ -50,14 +52,15 @@ struct DrawCounts {
     std::uint64_t glCalls = 0;     ///< that draw items, in each cell and pass; one may draw many
     std::uint64_t states = 0;      ///< program, material or sides were others than those before, in each cell and pass
     std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
-    std::uint64_t lightsLeftOut = 0;  ///< beyond DrawList::kMaxLights
-    std::uint64_t shadowsLeftOut = 0; ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
-    std::uint64_t scopesLeftOut = 0;  ///< lights that shine on nothing (DrawList::scopesLeftOut)
-    std::string trouble;              ///< why the surroundings' image is not used, or a person's program; empty: nothing of the kind
-    std::uint64_t programs = 0;       ///< that there are
-    std::uint64_t compiled = 0;       ///< since the renderer was made
-    Duration readBack{};              ///< from GL's finished pictures to the one that `draw` returns
-    std::uint64_t pixels = 0;         ///< in blocks that items may show in, in each cell: all others are surely background
+    std::uint64_t lightsLeftOut = 0;   ///< beyond DrawList::kMaxLights
+    std::uint64_t shadowsLeftOut = 0;  ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
+    std::uint64_t scopesLeftOut = 0;   ///< lights that shine on nothing (DrawList::scopesLeftOut)
+    std::string
+        trouble;  ///< why the surroundings' image is not used, or a person's program; empty: nothing of the kind
+    std::uint64_t programs = 0;  ///< that there are
+    std::uint64_t compiled = 0;  ///< since the renderer was made
+    Duration readBack{};         ///< from GL's finished pictures to the one that `draw` returns
+    std::uint64_t pixels = 0;    ///< in blocks that items may show in, in each cell: all others are surely background
 };
 
 /// GL resources of one surface; lives on the surface's thread.
@@ -66,29 +69,31 @@ public:
     [[nodiscard]] static Expected<std::unique_ptr<Renderer>> create(Surface& surface, RendererOptions options);
     ~Renderer();
 
-    /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h). Where
-    /// nobody says so each draw is a frame.
+    /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h).
+    /// Where nobody says so each draw is a frame.
     void beginFrame();
-    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh, voxels and images: about `bytes` of mesh or voxels, or
-    /// one image. Pictures do not depend on it, and nothing is thrown out for it.
+    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh, voxels and images: about
+    /// `bytes` of mesh or voxels, or one image. Pictures do not depend on it, and nothing is thrown out for it.
     struct Prepared {
         std::size_t bytes = 0;  ///< uploaded; 0: all of it is there, or cannot be
         bool full = false;      ///< a budget has no room for the rest
     };
-    [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material, std::size_t bytes,
-                                             const Fineness& fineness = {});
+    [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material,
+                                             std::size_t bytes, const Fineness& fineness = {});
     /// Makes room in one step for meshes that take so much (DrawForms.h), as far as the budget goes.
     [[nodiscard]] Expected<void> expectMeshes(const MeshSize& more);
-    /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry, materials and images by id; meshes and
-    /// textures are cached by content. Returns when the image is complete in memory. What cannot be drawn is left away
-    /// and counted. kBadInput: the rectangle does not lie on the screen; kFailed: GL gave up.
+    /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry,
+    /// materials and images by id; meshes and textures are cached by content. Returns when the image is complete in
+    /// memory. What cannot be drawn is left away and counted. kBadInput: the rectangle does not lie on the screen;
+    /// kFailed: GL gave up.
     [[nodiscard]] Expected<Picture> draw(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                          const PixelRect& rect);
-    /// The same for somebody who may want it no longer: once `unwanted` is true the rest is left, and there is no picture. Asked between
-    /// any two things that are drawn, passes over the screen and programs to be made; one of these is not broken off. It belongs to somebody else's
-    /// frame: what persons' programs take counts by itself.
-    [[nodiscard]] Expected<std::optional<Picture>> drawWhileWanted(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                                                   const PixelRect& rect, const std::function<bool()>& unwanted);
+    /// The same for somebody who may want it no longer: once `unwanted` is true the rest is left, and there is no
+    /// picture. Asked between any two things that are drawn, passes over the screen and programs to be made; one of
+    /// these is not broken off. It belongs to somebody else's frame: what persons' programs take counts by itself.
+    [[nodiscard]] Expected<std::optional<Picture>> drawWhileWanted(const Aspect& aspect, const DrawList& list,
+                                                                   const ScreenCamera& camera, const PixelRect& rect,
+                                                                   const std::function<bool()>& unwanted);
     /// The same, straight to where it will be looked at: no copy in between.
     [[nodiscard]] Expected<void> drawInto(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                           const PixelRect& rect, const PixelRows& rows);
@@ -96,19 +101,19 @@ public:
     /// of cullers; slow. Transparent items hide what is behind them here: leave them out of the list to see that.
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawNodeIds(const Aspect& aspect, const DrawList& list,
                                                                    const ScreenCamera& camera, const PixelRect& rect);
-    /// Makes one more thing that pictures may need if lights or surroundings become others than those of what was drawn last, a
-    /// program mostly; call it when nothing else is to do. It takes some milliseconds, where Mesa has it in no cache a tenth of
-    /// a second. What is needed before it was made is made by `draw`. False: nothing is left.
+    /// Makes one more thing that pictures may need if lights or surroundings become others than those of what was drawn
+    /// last, a program mostly; call it when nothing else is to do. It takes some milliseconds, where Mesa has it in no
+    /// cache a tenth of a second. What is needed before it was made is made by `draw`. False: nothing is left.
     [[nodiscard]] bool prepare();
-    /// Whom cullers ask what is hidden, by the depths that pictures of this aspect will have. Valid until the renderer goes, with
-    /// this aspect until the next call.
+    /// Whom cullers ask what is hidden, by the depths that pictures of this aspect will have. Valid until the renderer
+    /// goes, with this aspect until the next call.
     [[nodiscard]] VisibilityDevice& visibility(const Aspect& aspect);
     /// Hash of a small lit test image: hosts with different ones cannot share a wall seam-exactly.
     [[nodiscard]] Expected<std::uint64_t> pixelProbe();
     /// Of the last `draw` or `drawNodeIds`.
     [[nodiscard]] DrawCounts lastCounts() const;
-    /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are drawn without them. One whose
-    /// verdict or text becomes another is drawn with again.
+    /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are
+    /// drawn without them. One whose verdict or text becomes another is drawn with again.
     [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;

@@ -1,5 +1,6 @@
-/// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), light and what is transparent over
-/// parts of the screen (ScreenPasses.cpp), programs that may be needed (Programs.cpp), and pictures of all cells (Renderer.cpp).
+/// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), light and what is
+/// transparent over parts of the screen (ScreenPasses.cpp), programs that may be needed (Programs.cpp), and pictures of
+/// all cells (Renderer.cpp).
 #pragma once
 
 #include <map>
@@ -23,16 +24,16 @@
 namespace tessera {
 
 // Texture units, as the shaders have them: those of materials are no others', as a sampler stays bound to its unit.
-inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps,
-                 kLightUnit = kDetailUnit + 1, kListUnit = kLightUnit + 1,
-                 kSurroundingsUnit = kListUnit + 1, kShadowUnit = kSurroundingsUnit + 1;
+inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps, kLightUnit = kDetailUnit + 1,
+                        kListUnit = kLightUnit + 1, kSurroundingsUnit = kListUnit + 1,
+                        kShadowUnit = kSurroundingsUnit + 1;
 static_assert(kShadowUnit < kPointUnit);
 inline constexpr GLuint kFirstLayerUnit = 16;
 
 /// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
 enum class Pass : std::uint8_t {
-    kSurfaces,   ///< what is solid
-    kClear,      ///< see ProgramKind
+    kSurfaces,    ///< what is solid
+    kClear,       ///< see ProgramKind
     kClearDepth,  ///< the same without colours
     kClassify,
     kLightOne,
@@ -91,7 +92,8 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> blendTransparent();
     /// To nothing, far away: what is `shown` of the tile's.
     [[nodiscard]] Expected<void> clearSurfaces(GLuint framebuffer);
-    /// Notes that a program was drawn with, in a pass: what other lights would draw in its place is to be made some time.
+    /// Notes that a program was drawn with, in a pass: what other lights would draw in its place is to be made some
+    /// time.
     void met(Pass pass, const ProgramKind& kind, std::uint32_t look);
     void expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look);
     void expect(Pass pass, const ProgramKind& kind, std::uint32_t look);
@@ -101,9 +103,11 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> drawInTime(const std::function<Expected<void>()>& once);
     /// Whether what is drawn with it is watched.
     [[nodiscard]] bool isWatched(const ProgramKind& kind) const;
-    /// Draws nothing with the programs of a pass that are watched: what a software rasteriser compiles then is no time of theirs.
+    /// Draws nothing with the programs of a pass that are watched: what a software rasteriser compiles then is no time
+    /// of theirs.
     [[nodiscard]] Expected<void> compileWatched(ProgramKind::Use use);
-    /// Before something is drawn with this program: what a person's loops take is measured, that of several together as long as nobody is to blame.
+    /// Before something is drawn with this program: what a person's loops take is measured, that of several together as
+    /// long as nobody is to blame.
     [[nodiscard]] Expected<void> watchFor(const ProgramKind& kind);
     /// An error where it took too long.
     [[nodiscard]] Expected<void> watchNoMore();
@@ -119,7 +123,7 @@ struct Renderer::Impl {
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     std::uint64_t compiled = 0;               ///< of them, those that are gone again included
     using Drawn = std::pair<Pass, ProgramKind>;
-    std::set<Drawn> drawnWith;                ///< compiled to the last
+    std::set<Drawn> drawnWith;  ///< compiled to the last
     /// Not made yet, and for which of the list's looks.
     struct Kin {
         Drawn what;
@@ -127,7 +131,8 @@ struct Renderer::Impl {
     };
     std::vector<Kin> kin;
     GLuint vertexArray = 0, emptyArray = 0;
-    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0, materialTexture = 0;
+    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0,
+           materialTexture = 0;
     GLuint white = 0;  ///< of one pixel: an image that nobody says
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
@@ -141,12 +146,12 @@ struct Renderer::Impl {
     LoopWatch loops;
     /// Each program by itself: once one of several was too slow, and from then on.
     bool watchesEach = false;
-    bool shared = false;  ///< a time of this frame is that of several together
-    std::vector<std::uint32_t> watched;            ///< those of now; none: nobody is watched
+    bool shared = false;                 ///< a time of this frame is that of several together
+    std::vector<std::uint32_t> watched;  ///< those of now; none: nobody is watched
     using ByProgram = std::map<std::uint32_t, Duration>;
-    ByProgram loopsTook, loopsTookBefore;          ///< in the picture so far; in the pictures of this frame before it
-    Duration loopsMay{};                           ///< in the picture
-    bool framesAreTold = false;                    ///< by beginFrame; else each picture is one
+    ByProgram loopsTook, loopsTookBefore;  ///< in the picture so far; in the pictures of this frame before it
+    Duration loopsMay{};                   ///< in the picture
+    bool framesAreTold = false;            ///< by beginFrame; else each picture is one
 
     // Of the list being drawn.
     DrawCalls calls;
@@ -160,19 +165,20 @@ struct Renderer::Impl {
     std::vector<std::uint32_t> inPass;
     std::vector<ItemRecord> records;
     ProgramKind kindNow;
-    bool insidesNow = false;          ///< both sides of what is drawn are seen
-    std::size_t recordsFrom = 0;      ///< the record that the vertex array has first
+    bool insidesNow = false;      ///< both sides of what is drawn are seen
+    std::size_t recordsFrom = 0;  ///< the record that the vertex array has first
     std::vector<GLsizei> counts;
     std::vector<const void*> offsets;
     std::vector<GLint> baseVertices;
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
-    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0, scopesLeftOut = 0;
+    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0,
+                  scopesLeftOut = 0;
     PixelRect scissor;
     /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
     std::vector<PixelRect> shown, blending;
     std::array<float, 4> background{};  ///< as a screen shows it
-    ProgramKind scene;  ///< what all programs of the list share
+    ProgramKind scene;                  ///< what all programs of the list share
 };
 
 }  // namespace tessera

@@ -28,8 +28,10 @@ void ScreenBlocks::add(Footprint footprint, double reachPx) {
     const auto block = [](double px, int count) {
         return static_cast<int>(std::floor(std::clamp(px / kSidePx, -1.0, static_cast<double>(count))));
     };
-    const int left = std::max(block(footprint.lowerX, kColumns), 0), right = std::min(block(footprint.upperX, kColumns), kColumns - 1);
-    const int below = std::max(block(footprint.lowerY, kRows), 0), above = std::min(block(footprint.upperY, kRows), kRows - 1);
+    const int left = std::max(block(footprint.lowerX, kColumns), 0),
+              right = std::min(block(footprint.upperX, kColumns), kColumns - 1);
+    const int below = std::max(block(footprint.lowerY, kRows), 0),
+              above = std::min(block(footprint.upperY, kRows), kRows - 1);
     if (left > right) return;
     const std::uint16_t columns = columnsOf(left, right);
     for (int row = below; row <= above; ++row) {
@@ -39,7 +41,8 @@ void ScreenBlocks::add(Footprint footprint, double reachPx) {
 }
 
 void ScreenBlocks::add(const ScreenBlocks& other) {
-    for (std::size_t r = 0; r < rows_.size(); ++r) rows_[r] = static_cast<std::uint16_t>(rows_[r] | (other.rows_[r] & all_[r]));
+    for (std::size_t r = 0; r < rows_.size(); ++r)
+        rows_[r] = static_cast<std::uint16_t>(rows_[r] | (other.rows_[r] & all_[r]));
 }
 
 std::vector<PixelRect> ScreenBlocks::rectangles(const PixelRect& pixels) const {
@@ -56,7 +59,10 @@ std::vector<PixelRect> ScreenBlocks::rectangles(const PixelRect& pixels) const {
                 std::uint16_t& taken = left[static_cast<std::size_t>(end)];
                 taken = static_cast<std::uint16_t>(taken & ~run);
             }
-            PixelRect r{.x = std::max(first * kSidePx, pixels.x), .y = std::max(row * kSidePx, pixels.y), .width = 0, .height = 0};
+            PixelRect r{.x = std::max(first * kSidePx, pixels.x),
+                        .y = std::max(row * kSidePx, pixels.y),
+                        .width = 0,
+                        .height = 0};
             r.width = std::min((last + 1) * kSidePx, pixels.x + pixels.width) - r.x;
             r.height = std::min(end * kSidePx, pixels.y + pixels.height) - r.y;
             if (r.width > 0 && r.height > 0) found.push_back(r);

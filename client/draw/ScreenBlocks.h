@@ -10,8 +10,9 @@
 
 namespace tessera {
 
-/// Blocks of 64×64 pixels of a cell: those that something may touch. What lies in no block is surely nothing but background.
-/// Blocks lie on the grid that scissors lie on, and are the same on every tile but for those that it does not have.
+/// Blocks of 64×64 pixels of a cell: those that something may touch. What lies in no block is surely nothing but
+/// background. Blocks lie on the grid that scissors lie on, and are the same on every tile but for those that it does
+/// not have.
 class ScreenBlocks {
 public:
     static constexpr int kSidePx = 64, kColumns = kCellWidthPx / kSidePx, kRows = kCellHeightPx / kSidePx;

@@ -92,14 +92,14 @@ Expected<void> Renderer::Impl::enter(Pass pass) {
     const GLboolean writesColor = pass == Pass::kClassify || pass == Pass::kClearDepth ? GL_FALSE : GL_TRUE;
     gl.ColorMask(writesColor, writesColor, writesColor, writesColor);
     const bool sorted = pass == Pass::kLight || pass == Pass::kLightRest || pass == Pass::kRestAlone;
-    gl.DepthFunc(sorted                                                 ? GL_LESS
-                 : pass == Pass::kLightOne                              ? severalSamples ? GL_EQUAL : GL_LEQUAL
-                 : pass == Pass::kBlend || pass == Pass::kShadow        ? GL_GREATER
-                                                                        : GL_ALWAYS);
+    gl.DepthFunc(sorted                                          ? GL_LESS
+                 : pass == Pass::kLightOne                       ? severalSamples ? GL_EQUAL : GL_LEQUAL
+                 : pass == Pass::kBlend || pass == Pass::kShadow ? GL_GREATER
+                                                                 : GL_ALWAYS);
     const bool mixes = pass == Pass::kLightRest || pass == Pass::kBlend;
     mixes ? gl.Enable(GL_BLEND) : gl.Disable(GL_BLEND);
-    // Alpha of what is transparent adds up from 0, so that it tells where anything was blended: the rest of the picture stays
-    // as it is, to the bit.
+    // Alpha of what is transparent adds up from 0, so that it tells where anything was blended: the rest of the picture
+    // stays as it is, to the bit.
     if (pass == Pass::kLightRest) gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     if (pass == Pass::kBlend) gl.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE);
     return {};
@@ -127,8 +127,9 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
     return {};
 }
 
-/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it. Of one sample a surface is read
-/// only where its depth says that there is one; unless the background is a picture, which is lit as surfaces are.
+/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it. Of one sample a surface
+/// is read only where its depth says that there is one; unless the background is a picture, which is lit as surfaces
+/// are.
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
     std::int64_t covered = 0;
     for (const PixelRect& part : shown) covered += std::int64_t{part.width} * part.height;
@@ -189,7 +190,8 @@ Expected<void> Renderer::Impl::blendTransparent() {
     if (!blending.empty()) {
         if (auto entered = enter(Pass::kBlend); !entered) return entered;
         gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
-        if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(), ProgramKind::Use::kBlend); !drawn) return drawn;
+        if (auto drawn = issue(calls.opaqueCount(), calls.calls().size(), ProgramKind::Use::kBlend); !drawn)
+            return drawn;
     }
     return severalSamples ? drawOver(Pass::kResolve, blending) : Expected<void>();
 }

@@ -170,8 +170,8 @@ void main() {
     vec3 emitted = emissiveOf(detail.x), bytes = bytesOf(detail.y);
 #endif
 #if SAMPLES > 1 && !defined(ONE_SURFACE)
-    // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a second
-    // pass over such pixels only.
+    // One surface is lit once, with the means of its samples. What else there is in the pixel is lit, as one, in a
+    // second pass over such pixels only.
     vec3 sumN = n, sumBase = base, restN = vec3(0.0), restBase = vec3(0.0);
     float count = 1.0, restCount = 0.0;
     uint restMaterial = material;
@@ -233,7 +233,8 @@ void main() {
 #else
     float depth = SAMPLE(depths, sampleOf).x;
     vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
-    // Where nothing is it is far away, and a number whose square is one, too: nearly as far as scenes reach (kUtmostCoordinate).
+    // Where nothing is it is far away, and a number whose square is one, too: nearly as far as scenes reach
+    // (kUtmostCoordinate).
     vec3 position = eye.xyz / max(eye.w, 1e-17);
 #endif
     vec4 emissiveAndRoughness = texelFetch(materials, int(4u * material));

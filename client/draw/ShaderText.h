@@ -5,26 +5,28 @@ namespace tessera::shader_text {
 
 /// Uniform blocks: what a frame and what a material is.
 extern const char kBlocks[];
-/// What comes with a vertex and of its item: what the vertex shader of everything with a mesh begins with. LARGE: where it has its item from.
+/// What comes with a vertex and of its item: what the vertex shader of everything with a mesh begins with. LARGE: where
+/// it has its item from.
 extern const char kItemInputs[];
 /// That shader. One text for all programs and all tiles, its position invariant:
-/// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE, POSITION, MAPS, NODE say what it passes on.
+/// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE,
+/// POSITION, MAPS, NODE say what it passes on.
 extern const char kMeshVertex[];
 /// Between the two, of points: what makes the triangles around them. BLENDED, and see kPointFragment.
 extern const char kPointVertex[];
-/// Before all else of a fragment shader that draws points: `void meetBall()`, which leaves away what is beside the ball, and says
-/// depth, and what `surface()` asks for. SAMPLES; SHADOW; IN_ITEM: where on it in the item, too; ROWS: needs the normals' rows.
+/// Before all else of a fragment shader that draws points: `void meetBall()`, which leaves away what is beside the
+/// ball, and says depth, and what `surface()` asks for. SAMPLES; SHADOW; IN_ITEM: where on it in the item, too; ROWS:
+/// needs the normals' rows.
 extern const char kPointFragment[];
 /// `Surface`: what is said of a pixel.
 extern const char kSurfaceStruct[];
-/// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images, see
-/// ImageMap), POSITION, FACETED; PERSON: then what
-/// a person's `void surface(inout Surface)` makes of it.
+/// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images,
+/// see ImageMap), POSITION, FACETED; PERSON: then what a person's `void surface(inout Surface)` makes of it.
 extern const char kSurface[];
 /// A normal in the bits that the first pass has for it.
 extern const char kPackNormal[];
-/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64 more
-/// what images say besides. MASKED: by alpha. SAMPLES.
+/// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64
+/// more what images say besides. MASKED: by alpha. SAMPLES.
 extern const char kPackFragment[];
 /// Light: environment, lights of the cluster. COATED: lacquer.
 extern const char kLighting[];
@@ -40,8 +42,8 @@ extern const char kReadSurface[];
 extern const char kClearFragment[];
 /// Second pass, after kReadSurface, of several samples: what is to be done in a pixel, as its depth. DETAIL.
 extern const char kClassifyFragment[];
-/// After kLighting, kToneMapping, kReadSurface: light on what the samples of a pixel show. SAMPLES; ONE_SURFACE where they all
-/// show the same; REST for the surfaces of a pixel beside its first.
+/// After kLighting, kToneMapping, kReadSurface: light on what the samples of a pixel show. SAMPLES; ONE_SURFACE where
+/// they all show the same; REST for the surfaces of a pixel beside its first.
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one.
 extern const char kBlendFragment[];

@@ -7,7 +7,8 @@ namespace tessera {
 
 ShadowMaps::ShadowMaps(GlState& gl) : gl_(gl) {
     gl_.CreateSamplers(1, &sampler_);
-    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
+    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+        gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
         gl_.SamplerParameteri(sampler_, filter, GL_LINEAR);
     gl_.SamplerParameteri(sampler_, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
@@ -62,7 +63,9 @@ Expected<std::vector<std::size_t>> ShadowMaps::begin(std::shared_ptr<const Shado
             if (large) {
                 places_[i] = {.layer = layers++, .rect = {.x = 0, .y = 0, .width = side, .height = side}};
             } else {
-                places_[i] = {.layer = layers + small / 4, .rect = {.x = small % 2 * side, .y = small / 2 % 2 * side, .width = side, .height = side}};
+                places_[i] = {
+                    .layer = layers + small / 4,
+                    .rect = {.x = small % 2 * side, .y = small / 2 % 2 * side, .width = side, .height = side}};
                 ++small;
             }
         }
@@ -86,14 +89,16 @@ std::vector<std::array<float, 4>> ShadowMaps::texels(const ScreenCamera& camera)
     return texels;
 }
 
-void ShadowMaps::addTexels(std::size_t index, const ScreenCamera& camera, std::vector<std::array<float, 4>>& texels) const {
+void ShadowMaps::addTexels(std::size_t index, const ScreenCamera& camera,
+                           std::vector<std::array<float, 4>>& texels) const {
     const ScreenCamera& view = views_[index]->camera;
     const PixelRect& place = places_[index].rect;
     const double metres = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
     const Mat4d clip = view.clip_T_eye * (view.eye_T_world * camera.eye_T_world.inverse()).matrix();
     // Pixel (ndc + 1) / 2 · side + corner; depth reversed, as FrameBlock has it.
     const auto row = [&](const Eigen::RowVector4d& r) {
-        texels.push_back({static_cast<float>(r[0]), static_cast<float>(r[1]), static_cast<float>(r[2]), static_cast<float>(r[3])});
+        texels.push_back(
+            {static_cast<float>(r[0]), static_cast<float>(r[1]), static_cast<float>(r[2]), static_cast<float>(r[3])});
     };
     row((0.5 * place.width * clip.row(0) + (0.5 * place.width + place.x) * clip.row(3)) / kSunMapPx);
     row((0.5 * place.height * clip.row(1) + (0.5 * place.height + place.y) * clip.row(3)) / kSunMapPx);
@@ -101,9 +106,11 @@ void ShadowMaps::addTexels(std::size_t index, const ScreenCamera& camera, std::v
     row(clip.row(3));
     const double pixel = 2 / (view.clip_T_eye(0, 0) * place.width) * metres;
     const bool spot = view.clip_T_eye(3, 3) == 0;
-    texels.push_back({spot ? 0 : static_cast<float>(pixel), spot ? static_cast<float>(pixel) : 0, static_cast<float>(places_[index].layer), 0});
+    texels.push_back({spot ? 0 : static_cast<float>(pixel), spot ? static_cast<float>(pixel) : 0,
+                      static_cast<float>(places_[index].layer), 0});
     const auto shareOf = [](int px) { return static_cast<float>(px) / kSunMapPx; };
-    texels.push_back({shareOf(place.x + 4), shareOf(place.y + 4), shareOf(place.x + place.width - 4), shareOf(place.y + place.height - 4)});
+    texels.push_back({shareOf(place.x + 4), shareOf(place.y + 4), shareOf(place.x + place.width - 4),
+                      shareOf(place.y + place.height - 4)});
 }
 
 void ShadowMaps::bind(GLuint unit) const {

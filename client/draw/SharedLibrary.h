@@ -1,5 +1,5 @@
-/// A library that is looked for when it is needed: two that give OpenGL must never meet in one process, and who draws with one
-/// need not have the other.
+/// A library that is looked for when it is needed: two that give OpenGL must never meet in one process, and who draws
+/// with one need not have the other.
 #pragma once
 
 #include <string>
@@ -11,7 +11,8 @@ namespace tessera {
 /// Stays loaded until the process ends: drivers keep threads and handlers of their own.
 class SharedLibrary {
 public:
-    /// By its name for the dynamic linker. kUnsupported: it is not there, or cannot be loaded; names the Debian package that has it.
+    /// By its name for the dynamic linker. kUnsupported: it is not there, or cannot be loaded; names the Debian package
+    /// that has it.
     [[nodiscard]] static Expected<SharedLibrary> open(const std::string& name, const std::string& package);
     /// Its function of this name, nullptr where it has none. `Function`: a pointer to one.
     template <typename Function>

@@ -20,12 +20,13 @@ struct SurfaceKind {
 };
 constexpr std::array<SurfaceKind, 2> kSurfaceKinds = {{{"osmesa", makeOsMesaSurface}, {"egl", makeEglSurface}}};
 
-/// Framebuffers take tens of megabytes, and Mesa clears them as it makes them: page by page of 4 KB that is a third of a first
-/// picture's time. So what is allocated from here on, up to 32 MB a piece, lies in a heap whose next 64 MB may be large pages.
-/// They are taken as they are used.
+/// Framebuffers take tens of megabytes, and Mesa clears them as it makes them: page by page of 4 KB that is a third of
+/// a first picture's time. So what is allocated from here on, up to 32 MB a piece, lies in a heap whose next 64 MB may
+/// be large pages. They are taken as they are used.
 void allocateInLargePages() {
     constexpr int kStep = 64 << 20, kLargest = 32 << 20;
-    if (!mallopt(M_MMAP_THRESHOLD, kLargest) || !mallopt(M_TOP_PAD, kStep) || !mallopt(M_TRIM_THRESHOLD, 2 * kStep)) return;
+    if (!mallopt(M_MMAP_THRESHOLD, kLargest) || !mallopt(M_TOP_PAD, kStep) || !mallopt(M_TRIM_THRESHOLD, 2 * kStep))
+        return;
     // A block that the heap has no room for makes it grow.
     void* block = std::malloc(kLargest - 4096);
     const auto top = reinterpret_cast<std::uintptr_t>(sbrk(0));
@@ -57,7 +58,8 @@ Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name, const Surf
         std::call_once(once, allocateInLargePages);
         return kind.make(options);
     }
-    return fail(ErrorCode::kUnsupported, "no surface is called \"" + std::string(name) + "\"; this build has: " + surfaceNames());
+    return fail(ErrorCode::kUnsupported,
+                "no surface is called \"" + std::string(name) + "\"; this build has: " + surfaceNames());
 }
 
 void limitDrawThreads(int threads) {

@@ -29,9 +29,9 @@ struct SurfaceOptions {
     std::optional<int> device;
 };
 
-/// "osmesa": Mesa's software, without a window system. "egl": a GPU, or Mesa's software, without a window. Each loads its
-/// library when it is asked for. Other names, no library, no such device, a driver below OpenGL 4.5: kUnsupported, saying
-/// what there is.
+/// "osmesa": Mesa's software, without a window system. "egl": a GPU, or Mesa's software, without a window. Each loads
+/// its library when it is asked for. Other names, no library, no such device, a driver below OpenGL 4.5: kUnsupported,
+/// saying what there is.
 [[nodiscard]] Expected<std::unique_ptr<Surface>> makeSurface(std::string_view name, const SurfaceOptions& options = {});
 
 /// The names above, for messages: "osmesa, egl".

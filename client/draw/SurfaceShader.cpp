@@ -71,8 +71,8 @@ flat out uvec2 vNode;
 #endif
 invariant gl_Position;
 #ifdef SURFACE
-// Where a triangle is seen: at a pixel's middle outside of it normals would turn away, and slivers at a silhouette be black.
-// What all of a point has is the same for all its pixels; where on it one looks, its fragments find out.
+// Where a triangle is seen: at a pixel's middle outside of it normals would turn away, and slivers at a silhouette be
+// black. What all of a point has is the same for all its pixels; where on it one looks, its fragments find out.
 #ifdef POINTS
 #define OVER_SURFACE flat out
 flat out vec3 vNormal;
@@ -110,8 +110,8 @@ flat out vec4 vPlace[10];  // as it is in the block: for a pixel numbers of a bl
 #define WIDTH uintBitsToFloat(itemSize.x)
 #endif
 #if defined(LINES) || defined(STREAKS)
-// A line is a strip of two triangles as wide as it is to be on the screen, with square ends. `normal` is its other end, the
-// second texture coordinate says to which side: of the other end the other way round.
+// A line is a strip of two triangles as wide as it is to be on the screen, with square ends. `normal` is its other end,
+// the second texture coordinate says to which side: of the other end the other way round.
 vec4 cornerOfLine(vec4 a) {
     vec4 p = vec4(normal, 1.0);
     vec4 b = clip_T_eye * vec4(dot(eyeRow0, p), dot(eyeRow1, p), dot(eyeRow2, p), 1.0);
@@ -136,8 +136,8 @@ vec4 cornerOfLine(vec4 a) {
 #endif
 
 #ifdef SPRITES
-// A square in the plane across the way to the head, upright in the world: so it is the same for both eyes and on all screens. texcoord1: the
-// cosine and sine of its turn.
+// A square in the plane across the way to the head, upright in the world: so it is the same for both eyes and on all
+// screens. texcoord1: the cosine and sine of its turn.
 vec3 cornerOfSprite(vec3 middle) {
     vec3 towards = head.xyz - middle;
     float far = length(towards);
@@ -151,7 +151,8 @@ vec3 cornerOfSprite(vec3 middle) {
     }
     aside /= size;
     vec3 up = cross(towards, aside);
-    vec2 turned = vec2(texcoord1.x * normal.x - texcoord1.y * normal.y, texcoord1.y * normal.x + texcoord1.x * normal.y);
+    vec2 turned = vec2(texcoord1.x * normal.x - texcoord1.y * normal.y,
+                       texcoord1.y * normal.x + texcoord1.x * normal.y);
     return middle + 0.5 * texcoord.x * uintBitsToFloat(itemSize.x) * (turned.x * aside + turned.y * up);
 }
 #endif
@@ -341,7 +342,8 @@ vec3 mappedNormal(vec3 n, float facing) {
 #endif
 
 #ifdef LAYERS
-// Texture layers: where each looks into its image, for a unit normal in eye space. Which of these it is, is the program's.
+// Texture layers: where each looks into its image, for a unit normal in eye space. Which of these it is, is the
+// program's.
 #ifdef LAYER0_SAMPLER
 layout(binding = 16) uniform LAYER0_SAMPLER layerImage0;
 #endif
@@ -359,8 +361,11 @@ vec2 laid(int layer, vec2 uv) {
     vec3 at = vec3(uv, 1.0);
     return vec2(dot(look.layerPlace[2 * layer].xyz, at), dot(look.layerPlace[2 * layer + 1].xyz, at));
 }
-vec2 byTexcoords(int layer, vec3 n) { return laid(layer, look.layerPlace[2 * layer].w > 0.5 ? vTexcoords.zw : vTexcoords.xy); }
-// A sphere map: the image's middle is what faces the eye. Up is the world's, so that all screens of a room show the same.
+vec2 byTexcoords(int layer, vec3 n) {
+    return laid(layer, look.layerPlace[2 * layer].w > 0.5 ? vTexcoords.zw : vTexcoords.xy);
+}
+// A sphere map: the image's middle is what faces the eye. Up is the world's, so that all screens of a room show the
+// same.
 vec2 bySphere(int layer, vec3 n) {
     vec3 v = normalize(-vPosition), up = normalize(placeRow1.xyz);
     vec3 right = cross(up, v);
@@ -371,12 +376,13 @@ vec3 byReflection(int layer, vec3 n) {
     vec3 r = reflect(normalize(vPosition), n);
     return vec3(dot(normalize(placeRow0.xyz), r), dot(normalize(placeRow1.xyz), r), dot(normalize(placeRow2.xyz), r));
 }
-// As an Environment's image lies: its middle is -Z. Where its sides meet, the coordinate that does not leap says how far its
-// neighbours are (Tarini 2012, "Cylindrical and toroidal parameterizations without vertex seams").
+// As an Environment's image lies: its middle is -Z. Where its sides meet, the coordinate that does not leap says how
+// far its neighbours are (Tarini 2012, "Cylindrical and toroidal parameterizations without vertex seams").
 vec2 allAround(int layer, vec3 n) {
     vec3 d = byReflection(layer, n);
     float u = 0.5 + atan(d.x, -d.z) * (0.5 / 3.14159265), other = fract(u + 0.5) - 0.5;
-    return vec2(fwidthCoarse(u) <= fwidthCoarse(other) + 1e-6 ? u : other, acos(clamp(d.y, -1.0, 1.0)) * (1.0 / 3.14159265));
+    return vec2(fwidthCoarse(u) <= fwidthCoarse(other) + 1e-6 ? u : other,
+                acos(clamp(d.y, -1.0, 1.0)) * (1.0 / 3.14159265));
 }
 // Pictures stand upright: their rows go down.
 vec2 byPosition(int layer, vec3 n) { return laid(layer, vec2(vItem.x, -vItem.y)); }
@@ -468,9 +474,10 @@ float aboveCutoff(Surface s) { return s.base.a - look.strengths.z + 1e-4; }
 #endif
 )";
 
-// What the first pass packs: 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations for independent unit
-// vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes into 64 more:
-// emitted light with a common exponent of its three colours, a byte each of metal, roughness and occlusion.
+// What the first pass packs: 26 bits of normal (octahedral map: Cigolle et al., "Survey of efficient representations
+// for independent unit vectors", 2014), 24 of colour (its square root), 14 of material. What images alone can say goes
+// into 64 more: emitted light with a common exponent of its three colours, a byte each of metal, roughness and
+// occlusion.
 const char kPackNormal[] = R"(
 uint packedNormal(vec3 n) {
     // A normal of no length (degenerate triangles, zeros in a file) faces along the view.
@@ -513,7 +520,8 @@ void main() {
 #else
     uvec3 c = uvec3(sqrt(clamp(s.base.rgb, 0.0, 1.0)) * 255.0 + 0.5);
     uint material = look.material.x;
-    outSurface = uvec2(normalBits | ((material & 63u) << 26u), c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
+    outSurface = uvec2(normalBits | ((material & 63u) << 26u),
+                       c.r | (c.g << 8u) | (c.b << 16u) | ((material >> 6u) << 24u));
 #endif
 #ifdef DETAIL
     outDetail = uvec2(0u);

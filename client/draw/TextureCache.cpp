@@ -48,7 +48,8 @@ std::vector<float> floatsOf(ByteSpan pixels) {
     for (std::size_t i = 0; i + 3 < pixels.size(); i += 4) {
         const int exponent = std::to_integer<int>(pixels[i + 3]);
         const float unit = exponent == 0 ? 0.0f : std::ldexp(1.0f, exponent - 136);
-        for (std::size_t c = 0; c < 3; ++c) floats.push_back(std::min(kGreatestHalf, unit * static_cast<float>(std::to_integer<int>(pixels[i + c]))));
+        for (std::size_t c = 0; c < 3; ++c)
+            floats.push_back(std::min(kGreatestHalf, unit * static_cast<float>(std::to_integer<int>(pixels[i + c]))));
         floats.push_back(1);
     }
     return floats;
@@ -58,18 +59,23 @@ bool hasExtension(const GlFunctions& gl, std::string_view name) {
     GLint count = 0;
     gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
     for (GLint i = 0; i < count; ++i)
-        if (const auto* text = gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)); text && name == reinterpret_cast<const char*>(text)) return true;
+        if (const auto* text = gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
+            text && name == reinterpret_cast<const char*>(text))
+            return true;
     return false;
 }
 
 }  // namespace
 
 GLenum textureTarget(const Image& image) {
-    return image.shape == Image::kSolid ? GL_TEXTURE_3D : image.shape == Image::kCube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+    return image.shape == Image::kSolid  ? GL_TEXTURE_3D
+           : image.shape == Image::kCube ? GL_TEXTURE_CUBE_MAP
+                                         : GL_TEXTURE_2D;
 }
 
 TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
-    readsS3tc_ = hasExtension(gl, "GL_EXT_texture_compression_s3tc") && (hasExtension(gl, "GL_EXT_texture_sRGB") || hasExtension(gl, "GL_EXT_texture_compression_s3tc_srgb"));
+    readsS3tc_ = hasExtension(gl, "GL_EXT_texture_compression_s3tc") &&
+                 (hasExtension(gl, "GL_EXT_texture_sRGB") || hasExtension(gl, "GL_EXT_texture_compression_s3tc_srgb"));
     gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &mostFlatPx_);
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostSolidPx_);
     gl_.GetIntegerv(GL_MAX_CUBE_MAP_TEXTURE_SIZE, &mostCubePx_);
@@ -77,7 +83,9 @@ TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_
 
 bool TextureCache::isShown(const Image& image) const {
     if (!image.pixels.resident() || image.pixels.sizeBytes() == 0 || !checkImage(image)) return false;
-    const GLint most = image.shape == Image::kSolid ? mostSolidPx_ : image.shape == Image::kCube ? mostCubePx_ : std::min(mostFlatPx_, kMaxTextureSidePx);
+    const GLint most = image.shape == Image::kSolid  ? mostSolidPx_
+                       : image.shape == Image::kCube ? mostCubePx_
+                                                     : std::min(mostFlatPx_, kMaxTextureSidePx);
     return std::max({image.widthPx, image.heightPx, image.depthPx}) <= most;
 }
 
@@ -104,7 +112,8 @@ std::size_t TextureCache::bytesOf(const Image& image, ImageUse use) const {
     if (readsBlocks(image, use)) return image.pixels.sizeBytes();
     std::size_t bytes = 0;
     if (isCompressed(image.encoding))
-        for (const ImageLevel& level : levelsOf(image)) bytes += static_cast<std::size_t>(level.widthPx * level.heightPx * level.depthPx) * 4;
+        for (const ImageLevel& level : levelsOf(image))
+            bytes += static_cast<std::size_t>(level.widthPx * level.heightPx * level.depthPx) * 4;
     else
         bytes = image.shape == Image::kSolid ? image.pixels.sizeBytes() / 7 * 8 : image.pixels.sizeBytes() / 3 * 4;
     return image.encoding == Image::kRgbe ? 2 * bytes : bytes;
@@ -122,18 +131,20 @@ void TextureCache::beginDraw() {
         bytes_ -= texture.bytes;
         gl_.DeleteTextures(1, &texture.name);
     };
-    clock_.giveWay(textures_, gone_, budgetBytes_, [this] { return bytes_; }, drop);
+    clock_.giveWay(
+        textures_, gone_, budgetBytes_, [this] { return bytes_; }, drop);
 }
 
 GLuint TextureCache::sampler(const Image& image) {
     static constexpr std::array<GLint, 3> kWraps = {GL_REPEAT, GL_CLAMP_TO_EDGE, GL_MIRRORED_REPEAT};
     static constexpr std::array<GLint, 2> kMagnifications = {GL_LINEAR, GL_NEAREST};
-    static constexpr std::array<GLint, 6> kMinifications = {GL_LINEAR_MIPMAP_LINEAR,   GL_NEAREST,
-                                                            GL_LINEAR,                 GL_NEAREST_MIPMAP_NEAREST,
-                                                            GL_LINEAR_MIPMAP_NEAREST,  GL_NEAREST_MIPMAP_LINEAR};
+    static constexpr std::array<GLint, 6> kMinifications = {
+        GL_LINEAR_MIPMAP_LINEAR, GL_NEAREST, GL_LINEAR, GL_NEAREST_MIPMAP_NEAREST, GL_LINEAR_MIPMAP_NEAREST,
+        GL_NEAREST_MIPMAP_LINEAR};
     // The table of types bounds them.
-    const auto u = static_cast<std::size_t>(image.wrapU), v = static_cast<std::size_t>(image.wrapV), w = static_cast<std::size_t>(image.wrapW),
-               large = static_cast<std::size_t>(image.magnification), small = static_cast<std::size_t>(image.minification);
+    const auto u = static_cast<std::size_t>(image.wrapU), v = static_cast<std::size_t>(image.wrapV),
+               w = static_cast<std::size_t>(image.wrapW), large = static_cast<std::size_t>(image.magnification),
+               small = static_cast<std::size_t>(image.minification);
     GLuint& name = samplers_[(((u * 3 + v) * 3 + w) * 2 + large) * 6 + small];
     if (name) return name;
     gl_.CreateSamplers(1, &name);
@@ -146,7 +157,8 @@ GLuint TextureCache::sampler(const Image& image) {
 }
 
 GLuint TextureCache::find(const Image& image, ImageUse use) {
-    // First: what is drawn must not depend on whether another image of the same pixels is here, with the size they have.
+    // First: what is drawn must not depend on whether another image of the same pixels is here, with the size they
+    // have.
     if (!isShown(image)) return 0;
     const Key key = keyOf(image, use);
     const auto known = textures_.find(key);
@@ -167,7 +179,8 @@ std::optional<std::size_t> TextureCache::prepare(const Image& image, ImageUse us
 
 TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) {
     const GLenum target = textureTarget(image);
-    const bool compressed = isCompressed(image.encoding), asBlocks = readsBlocks(image, key.use), asFloats = image.encoding == Image::kRgbe;
+    const bool compressed = isCompressed(image.encoding), asBlocks = readsBlocks(image, key.use),
+               asFloats = image.encoding == Image::kRgbe;
     const GLenum format = formatOf(asBlocks || asFloats ? image.encoding : Image::kSrgb, key.use);
     const auto levels = static_cast<GLsizei>(compressed ? image.mipmaps : mostMipmaps(image));
     const auto widthPx = static_cast<GLsizei>(image.widthPx), heightPx = static_cast<GLsizei>(image.heightPx);
@@ -180,7 +193,8 @@ TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) 
     const std::vector<ImageLevel> given = levelsOf(image);
     for (std::size_t i = 0; i < given.size(); ++i) {
         const ImageLevel& level = given[i];
-        const auto w = static_cast<GLsizei>(level.widthPx), h = static_cast<GLsizei>(level.heightPx), d = static_cast<GLsizei>(level.depthPx);
+        const auto w = static_cast<GLsizei>(level.widthPx), h = static_cast<GLsizei>(level.heightPx),
+                   d = static_cast<GLsizei>(level.depthPx);
         const auto at = static_cast<GLint>(i);
         const ByteSpan bytes = image.pixels.bytes().subspan(level.offset, level.sizeBytes);
         if (asBlocks) {
@@ -206,7 +220,8 @@ TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) 
     }
     if (!compressed) gl_.GenerateTextureMipmap(texture.name);
     if (asBlocks && image.encoding == Image::kBc4)
-        for (const auto channel : {GLenum{GL_TEXTURE_SWIZZLE_G}, GLenum{GL_TEXTURE_SWIZZLE_B}}) gl_.TextureParameteri(texture.name, channel, GL_RED);
+        for (const auto channel : {GLenum{GL_TEXTURE_SWIZZLE_G}, GLenum{GL_TEXTURE_SWIZZLE_B}})
+            gl_.TextureParameteri(texture.name, channel, GL_RED);
     bytes_ += texture.bytes;
     uploadedBytes_ += texture.bytes;
     return textures_.emplace(key, texture).first->second;

@@ -13,8 +13,8 @@
 
 namespace tessera {
 
-/// The GL target that an image's texture is of, by its shape alone: GL_TEXTURE_2D of flat ones and of lines (one row: look it up at v = 0.5), GL_TEXTURE_3D of
-/// solids, GL_TEXTURE_CUBE_MAP of cubes.
+/// The GL target that an image's texture is of, by its shape alone: GL_TEXTURE_2D of flat ones and of lines (one row:
+/// look it up at v = 0.5), GL_TEXTURE_3D of solids, GL_TEXTURE_CUBE_MAP of cubes.
 [[nodiscard]] GLenum textureTarget(const Image& image);
 
 /// What the bytes of an image are.
@@ -34,11 +34,12 @@ public:
 
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw();
-    /// A texture of textureTarget(image). 0: the image's bytes are absent or do not have its size, or they have shared exponents; what it belongs to is then
-    /// drawn as if it had none. bc4 is grey, bc5 a normal map of two channels (BlockPixels.h).
+    /// A texture of textureTarget(image). 0: the image's bytes are absent or do not have its size, or they have shared
+    /// exponents; what it belongs to is then drawn as if it had none. bc4 is grey, bc5 a normal map of two channels
+    /// (BlockPixels.h).
     [[nodiscard]] GLuint find(const Image& image, ImageUse use);
-    /// Uploads ahead of need, whole. Throws nothing out. What was uploaded: 0 when it is there, or cannot be; nothing: the budget
-    /// has no room for it.
+    /// Uploads ahead of need, whole. Throws nothing out. What was uploaded: 0 when it is there, or cannot be; nothing:
+    /// the budget has no room for it.
     [[nodiscard]] std::optional<std::size_t> prepare(const Image& image, ImageUse use);
     /// How the image wants to be read: wrapping and filters.
     [[nodiscard]] GLuint sampler(const Image& image);
@@ -56,8 +57,9 @@ private:
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
-            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(2 * key.widthPx) ^ static_cast<std::size_t>(key.encoding << 20) ^
-                   static_cast<std::size_t>(key.shape << 24) ^ static_cast<std::size_t>(key.use);
+            return std::hash<BlobId>{}(key.pixels) ^ static_cast<std::size_t>(2 * key.widthPx) ^
+                   static_cast<std::size_t>(key.encoding << 20) ^ static_cast<std::size_t>(key.shape << 24) ^
+                   static_cast<std::size_t>(key.use);
         }
     };
     struct Texture {
@@ -72,10 +74,16 @@ private:
     std::unordered_map<Key, Texture, KeyHash> textures_;
     bool readsS3tc_ = false;
     GLint mostFlatPx_ = 0, mostSolidPx_ = 0, mostCubePx_ = 0;  ///< a side
-    std::array<GLuint, 3 * 3 * 3 * 2 * 6> samplers_{};  ///< made when first needed
+    std::array<GLuint, 3 * 3 * 3 * 2 * 6> samplers_{};         ///< made when first needed
     [[nodiscard]] static Key keyOf(const Image& image, ImageUse use) {
-        return {.pixels = image.pixels.id(), .widthPx = image.widthPx, .heightPx = image.heightPx, .depthPx = image.depthPx,
-                .encoding = image.encoding, .shape = image.shape, .mipmaps = image.mipmaps, .use = use};
+        return {.pixels = image.pixels.id(),
+                .widthPx = image.widthPx,
+                .heightPx = image.heightPx,
+                .depthPx = image.depthPx,
+                .encoding = image.encoding,
+                .shape = image.shape,
+                .mipmaps = image.mipmaps,
+                .use = use};
     }
     /// Whether GL takes its blocks as they are.
     [[nodiscard]] bool readsBlocks(const Image& image, ImageUse use) const;

@@ -82,8 +82,8 @@ Expected<GLuint> TileBuffers::rest() {
 std::size_t TileBuffers::bytes() const {
     const auto pixels = static_cast<std::size_t>(widthPx_) * static_cast<std::size_t>(heightPx_);
     const auto samples = static_cast<std::size_t>(samples_);
-    return pixels * ((surfaces_ ? 12 * samples : 0) + (detailedSurfaces_ ? 8 * samples : 0) + (picture_ ? 8 : 0) + (blendedTexture_ ? 4 * samples : 0) +
-                     (rest_ ? 4 : 0));
+    return pixels * ((surfaces_ ? 12 * samples : 0) + (detailedSurfaces_ ? 8 * samples : 0) + (picture_ ? 8 : 0) +
+                     (blendedTexture_ ? 4 * samples : 0) + (rest_ ? 4 : 0));
 }
 
 GLuint TileBuffers::makeTexture(GLenum format, int samples) const {
@@ -113,7 +113,8 @@ void TileBuffers::destroy() {
         if (*framebuffer) gl_.DeleteFramebuffers(1, framebuffer);
         *framebuffer = 0;
     }
-    for (GLuint* texture : {&surfaceTexture_, &detailTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
+    for (GLuint* texture :
+         {&surfaceTexture_, &detailTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
         if (*texture) gl_.DeleteTextures(1, texture);
         *texture = 0;
     }

@@ -6,8 +6,8 @@
 namespace tessera {
 
 /// Grow to what is asked for, never shrink. 64 bits (a packed surface, or a node's id) and depth per sample, and 64
-/// more where images say more of a surface; the picture; and for what is blended over it a picture of several samples, and
-/// one of the second colours of pixels. Made when first needed. What has one sample is a rectangle texture.
+/// more where images say more of a surface; the picture; and for what is blended over it a picture of several samples,
+/// and one of the second colours of pixels. Made when first needed. What has one sample is a rectangle texture.
 class TileBuffers {
 public:
     /// `samples`: 1 or 4.

@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const Vec3d& eyeWorld,
-                                 std::size_t bytes) {
+Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const RenderScene& scene,
+                                 const Vec3d& eyeWorld, std::size_t bytes) {
     const std::uint64_t version = scene.version().contents;
     const Box bounds = scene.bounds();
     const double far = bounds.empty() ? 0 : kElsewhere * bounds.size().norm();

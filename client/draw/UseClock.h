@@ -8,20 +8,22 @@
 
 namespace tessera {
 
-/// Counts frames, and in each of them draws: one for each tile, or part of one. What comes next is guessed: that a frame goes
-/// as the one before went. Where nobody says that a frame begins each draw is one.
+/// Counts frames, and in each of them draws: one for each tile, or part of one. What comes next is guessed: that a
+/// frame goes as the one before went. Where nobody says that a frame begins each draw is one.
 ///
-/// What is needed last goes first (Belady 1966, "A study of replacement algorithms for a virtual-storage computer"): where
-/// tiles draw in turn more than there is room for, going by the last use would throw out each thing just before it is
-/// needed, and upload all of them in each frame.
+/// What is needed last goes first (Belady 1966, "A study of replacement algorithms for a virtual-storage computer"):
+/// where tiles draw in turn more than there is room for, going by the last use would throw out each thing just before
+/// it is needed, and upload all of them in each frame.
 class UseClock {
 public:
     static constexpr std::uint64_t kNever = ~std::uint64_t{0};
     /// Of one thing.
     struct Uses {
         std::uint64_t lastDraw = 0;
-        std::uint64_t frame = 0;               ///< of the last use
-        std::uint64_t places = 0, before = 0;  ///< draws of that frame, and of the one before it: a bit each, the last for all beyond
+        std::uint64_t frame = 0;  ///< of the last use
+        std::uint64_t places = 0,
+                      before =
+                          0;  ///< draws of that frame, and of the one before it: a bit each, the last for all beyond
     };
 
     void beginFrame() {
@@ -66,13 +68,15 @@ public:
     [[nodiscard]] auto lastNeededFirst(const Map& map) const {
         std::vector<Candidate<typename Map::key_type>> order;
         for (const auto& [key, thing] : map)
-            if (const std::uint64_t next = nextUse(thing.uses); next > 0) order.push_back({next, thing.uses.lastDraw, &key});
+            if (const std::uint64_t next = nextUse(thing.uses); next > 0)
+                order.push_back({next, thing.uses.lastDraw, &key});
         std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
             return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
         });
         return order;
     }
-    /// What gave way and will be needed again keeps its uses: else nobody would know, once it is back, when it was drawn besides.
+    /// What gave way and will be needed again keeps its uses: else nobody would know, once it is back, when it was
+    /// drawn besides.
     template <typename UsesByKey, typename Key>
     void remember(UsesByKey& gone, const Key& key, const Uses& uses) const {
         std::erase_if(gone, [this](const auto& entry) { return nextUse(entry.second) >= kNever - 1; });
@@ -83,15 +87,15 @@ public:
         const auto known = gone.extract(key);
         return known.empty() ? Uses() : known.mapped();
     }
-    /// Down to how many bytes: what nobody draws leaves a quarter free, so that this does not happen in every frame; what
-    /// will be drawn again goes as far as it must.
+    /// Down to how many bytes: what nobody draws leaves a quarter free, so that this does not happen in every frame;
+    /// what will be drawn again goes as far as it must.
     template <typename Key>
     [[nodiscard]] static std::size_t roomFor(const Candidate<Key>& candidate, std::size_t budgetBytes) {
         return candidate.nextUse >= kNever - 1 ? budgetBytes / 4 * 3 : budgetBytes;
     }
 
-    /// What a budget has no room for goes, the last needed first. `held` says how many bytes all take now; `drop` frees one of them. `map`: of things
-    /// that have `uses`.
+    /// What a budget has no room for goes, the last needed first. `held` says how many bytes all take now; `drop` frees
+    /// one of them. `map`: of things that have `uses`.
     template <typename Map, typename UsesByKey, typename Held, typename Drop>
     void giveWay(Map& map, UsesByKey& gone, std::size_t budgetBytes, Held&& held, Drop&& drop) const {
         if (held() <= budgetBytes) return;

@@ -15,7 +15,8 @@ namespace {
 template <typename Number>
 void rangesOfRow(std::span<const Number> row, std::vector<float>& least, std::vector<float>& most) {
     for (std::size_t brick = 0; brick < least.size(); ++brick) {
-        const std::size_t from = brick * VolumeBricks::kSide, end = std::min<std::size_t>(row.size(), from + VolumeBricks::kSide + 1);
+        const std::size_t from = brick * VolumeBricks::kSide,
+                          end = std::min<std::size_t>(row.size(), from + VolumeBricks::kSide + 1);
         Number low = row[from], high = row[from];
         for (std::size_t i = from + 1; i < end; ++i) {
             low = std::min(low, row[i]);
@@ -33,10 +34,14 @@ void rangesOfRow(const Volume& v, std::int64_t row, std::vector<float>& least, s
         rangesOfRow(v.voxels.as<Number>().subspan(static_cast<std::size_t>(row) * size, size), least, most);
     };
     switch (v.format) {
-        case Volume::kUint8: return of(std::uint8_t{});
-        case Volume::kUint16: return of(std::uint16_t{});
-        case Volume::kInt16: return of(std::int16_t{});
-        default: return of(float{});
+        case Volume::kUint8:
+            return of(std::uint8_t{});
+        case Volume::kUint16:
+            return of(std::uint16_t{});
+        case Volume::kInt16:
+            return of(std::int16_t{});
+        default:
+            return of(float{});
     }
 }
 
@@ -60,7 +65,8 @@ VolumeBricks::VolumeBricks(const Volume& v) {
 
 void VolumeBricks::update(const Volume& v, std::int64_t first, std::int64_t end) {
     if (first >= end) return;
-    const std::int64_t from = bricksAt(first, counts_[2]).first, to = bricksAt(end - 1, counts_[2]).second + 1, layer = counts_[0] * counts_[1];
+    const std::int64_t from = bricksAt(first, counts_[2]).first, to = bricksAt(end - 1, counts_[2]).second + 1,
+                       layer = counts_[0] * counts_[1];
     std::fill(least_.begin() + from * layer, least_.begin() + to * layer, std::numeric_limits<float>::infinity());
     std::fill(most_.begin() + from * layer, most_.begin() + to * layer, -std::numeric_limits<float>::infinity());
     std::vector<float> least(static_cast<std::size_t>(counts_[0])), most(least.size());
@@ -98,10 +104,12 @@ std::vector<std::uint8_t> VolumeBricks::emptySteps(const Volume& v) const {
         const double low = static_cast<double>(least_[i]), high = static_cast<double>(most_[i]);
         // A shader's value · x + y, in floats: each of them may be off by so much.
         const double off = 1e-3 + 1e-6 * perValue * (std::abs(low) + std::abs(high) + std::abs(v.low) + shift);
-        const std::size_t from = stopAt(std::floor((low - v.low) * perValue - off)), to = stopAt(std::floor((high - v.low) * perValue + off) + 1);
+        const std::size_t from = stopAt(std::floor((low - v.low) * perValue - off)),
+                          to = stopAt(std::floor((high - v.low) * perValue + off) + 1);
         if (visible[to + 1] != visible[from]) steps[i] = 0;
     }
-    // A step there and one back over the nearest 26 say how far it is (Rosenfeld and Pfaltz, "Distance functions on digital pictures", 1968).
+    // A step there and one back over the nearest 26 say how far it is (Rosenfeld and Pfaltz, "Distance functions on
+    // digital pictures", 1968).
     const std::int64_t nx = counts_[0], ny = counts_[1], nz = counts_[2];
     const auto sweep = [&](bool back) {
         const std::int64_t d = back ? 1 : -1;

@@ -3,9 +3,10 @@
 
 namespace tessera::shader_text {
 
-// A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on the screen, the eye and the
-// volume alone. Colours are blended as bytes stand, as all that is transparent here. MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in
-// empty bricks are counted, not looked at: the same numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
+// A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on
+// the screen, the eye and the volume alone. Colours are blended as bytes stand, as all that is transparent here.
+// MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in empty bricks are counted, not looked at: the same
+// numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
 const char kVolumeFragment[] = R"(
 layout(std140, binding = 3) uniform VolumeBlock {
     vec4 stepsRow0, stepsRow1, stepsRow2;
@@ -64,15 +65,17 @@ float solidAt(int i) {
     return z > 0.0 ? wayTo(z) : 1e30;
 }
 
-// log2(1 - a), what is opaque as good as that after its thickness (VolumeTextures.h); a software rasteriser's logarithm is no good near 1.
+// log2(1 - a), what is opaque as good as that after its thickness (VolumeTextures.h); a software rasteriser's logarithm
+// is no good near 1.
 float clearness(float a) {
     float series = -1.44269504 * a * (1.0 + a * (0.5 + a * (0.33333333 + a * (0.25 + a * (0.2 + a * 0.16666667)))));
     return a < 0.125 ? series : log2(max(1.0 - a, 1.0 / 65536.0));
 }
 
-// Over all pieces but the last whose middles lie in bricks that are empty: those nearer than so many steps. False, and nothing is another: there is
-// something, or might be.
-bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float margin, float perPace, float lastPiece, inout float piece, inout int left) {
+// Over all pieces but the last whose middles lie in bricks that are empty: those nearer than so many steps. False, and
+// nothing is another: there is something, or might be.
+bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float margin, float perPace, float lastPiece,
+          inout float piece, inout int left) {
     vec3 lower = (brick - (steps - 1.0)) * BRICK_SIDE + margin, upper = (brick + steps) * BRICK_SIDE - margin;
     vec3 out3 = max((lower - from3) * inverse, (upper - from3) * inverse);
     float leaves = min(min(out3.x, out3.y), out3.z);
@@ -84,15 +87,21 @@ bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float marg
 }
 
 #if (MARCHED & 3) == 1
-vec3 linearOf(vec3 c) { return mix(pow((max(c, vec3(0.04045)) + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045))); }
-// Both sides are lit: the normal is the one that faces the eye. Where it changes sides, and where the field turns round or is even, so that there is none,
-// a normal would come of nothing: it has faded to the way to the eye before. How much the field goes one way is what it differs by between the two sides
-// of a voxel, of what it goes up and down on its way: no matter how steep it is. `value`: here; `perValue`: of a value's share of the transfer function.
+vec3 linearOf(vec3 c) {
+    return mix(pow((max(c, vec3(0.04045)) + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
+}
+// Both sides are lit: the normal is the one that faces the eye. Where it changes sides, and where the field turns round
+// or is even, so that there is none, a normal would come of nothing: it has faded to the way to the eye before. How
+// much the field goes one way is what it differs by between the two sides of a voxel, of what it goes up and down on
+// its way: no matter how steep it is. `value`: here; `perValue`: of a value's share of the transfer function.
 const float kEdgeOn = 0.7, kOneWay = 0.5, kEven = 1.0 / 512.0;  // a cosine; a share; of the transfer function
-vec3 shadedAt(vec3 at, float value, vec3 eye, vec3 color, vec3 last, vec3 texel, mat3 steps_T_eye, float perValue, Gloss gloss) {
+vec3 shadedAt(vec3 at, float value, vec3 eye, vec3 color, vec3 last, vec3 texel, mat3 steps_T_eye, float perValue,
+              Gloss gloss) {
     vec3 lower = max(at - 1.0, vec3(0.0)), upper = min(at + 1.0, last);
-    vec3 before = vec3(fieldAt(vec3(lower.x, at.yz), texel), fieldAt(vec3(at.x, lower.y, at.z), texel), fieldAt(vec3(at.xy, lower.z), texel));
-    vec3 after = vec3(fieldAt(vec3(upper.x, at.yz), texel), fieldAt(vec3(at.x, upper.y, at.z), texel), fieldAt(vec3(at.xy, upper.z), texel));
+    vec3 before = vec3(fieldAt(vec3(lower.x, at.yz), texel), fieldAt(vec3(at.x, lower.y, at.z), texel),
+        fieldAt(vec3(at.xy, lower.z), texel));
+    vec3 after = vec3(fieldAt(vec3(upper.x, at.yz), texel), fieldAt(vec3(at.x, upper.y, at.z), texel),
+        fieldAt(vec3(at.xy, upper.z), texel));
     vec3 slope = (after - before) / (upper - lower);
     float way = length(after - before) / (length(abs(after - value) + abs(value - before)) + kEven / perValue);
     // Gradients are rows: those of the eye's coordinates are the steps' times the matrix.
@@ -125,7 +134,8 @@ void main() {
         near = towards < -1e-30 ? max(near, where) : near;
         far = towards > 1e-30 ? min(far, where) : abs(towards) <= 1e-30 && clip.w > 0.0 ? -1.0 : far;
     } while (++plane < int(volume.last.w));
-    float perDepth = length(vec3(dot(volume.nodeRow0.xyz, ray), dot(volume.nodeRow1.xyz, ray), dot(volume.nodeRow2.xyz, ray)));
+    float perDepth = length(vec3(dot(volume.nodeRow0.xyz, ray), dot(volume.nodeRow1.xyz, ray),
+        dot(volume.nodeRow2.xyz, ray)));
     float pace = volume.march.x / perDepth;
 #if SAMPLES > 1
     float least = 1e30, most = -1e30, sum = 0.0;
@@ -150,8 +160,9 @@ void main() {
     // So far within a brick its samples are surely its own.
     float margin = 1e-3 + 1e-6 * max(max(abs(from3.x), abs(from3.y)), abs(from3.z));
     int left = MOST_SAMPLES;
-    // Pixels that have left a loop go through it with their neighbours, and some of what it says is read anew from what it has left (Mesa's llvmpipe keeps
-    // variables, not results): so an inner loop's last turn changes no variable, and what is summed up is tested at the start.
+    // Pixels that have left a loop go through it with their neighbours, and some of what it says is read anew from what
+    // it has left (Mesa's llvmpipe keeps variables, not results): so an inner loop's last turn changes no variable, and
+    // what is summed up is tested at the start.
     bool more = true;
 #if (MARCHED & 3) == 2
     float greatest = -3.4e38;
@@ -164,7 +175,8 @@ void main() {
             at = clamp(from3 + along * (0.5 * (clamp((piece - 1.0) * pace, near, far) + end)), vec3(0.0), last);
             vec3 brick = floor(at * BRICK_INVERSE);
             float most = texelFetch(bricks, ivec3(brick), 0).r;
-            lower = leap(most <= greatest ? 1.0 : 0.0, brick, at, from3, inverse, margin, perPace, lastPiece, piece, left);
+            lower = leap(most <= greatest ? 1.0 : 0.0, brick, at, from3, inverse, margin, perPace, lastPiece, piece,
+                left);
         } while (lower);
         greatest = max(greatest, fieldAt(at, texel));
         piece += 1.0;
@@ -204,7 +216,8 @@ void main() {
         exponent = max(exponent + (end - begin) * perLength * clearness(color.a), -30.0);
         float clearBehind = exponent > -30.0 ? exp2(exponent) : 0.0;
 #if (MARCHED & 3) == 1
-        color.rgb = shadedAt(at, value, ray * middle, color.rgb, last, texel, steps_T_eye, toTable.x / toTable.z, gloss);
+        color.rgb = shadedAt(at, value, ray * middle, color.rgb, last, texel, steps_T_eye, toTable.x / toTable.z,
+            gloss);
 #endif
         seen += (clear - clearBehind) * color.rgb;
         clear = clearBehind;

@@ -21,8 +21,8 @@ inline constexpr GLuint kVoxelUnit = 20, kTransferUnit = 21, kBrickUnit = 22;
 /// Of uniform buffers.
 inline constexpr GLuint kVolumeBinding = 3;
 
-/// ProgramKind::pointParts of kMarched: what is done along a ray. kEachSample, beside it: of several samples those pixels alone whose samples see
-/// different depths, one by one; the others without it.
+/// ProgramKind::pointParts of kMarched: what is done along a ray. kEachSample, beside it: of several samples those
+/// pixels alone whose samples see different depths, one by one; the others without it.
 inline constexpr std::uint8_t kMarchCloud = 0, kMarchShaded = 1, kMarchMaximum = 2, kMarchEachSample = 4;
 [[nodiscard]] std::uint8_t marchOf(const Volume& volume);
 
@@ -35,23 +35,28 @@ inline constexpr int kMostMarchSamples = 4096;
 struct VolumeBlock {
     std::array<std::array<float, 4>, 3> steps_T_eye;  ///< rows
     std::array<std::array<float, 4>, 3> node_T_eye;   ///< rows, of which directions are asked alone
-    std::array<float, 4> last;     ///< voxels - 1; clip planes
-    std::array<float, 4> texel;    ///< 1 / voxels
-    std::array<float, 4> toTable;  ///< from what GL reads to a place in the transfer function: · x + y; the last place; its first texel
-    std::array<float, 4> march;    ///< step in the node's lengths; 1 / thickness
-    std::array<std::array<float, 4>, kMostVolumePlanes> clips;  ///< of what xyz · p + w > 0 holds in eye space nothing is seen
+    std::array<float, 4> last;                        ///< voxels - 1; clip planes
+    std::array<float, 4> texel;                       ///< 1 / voxels
+    std::array<float, 4>
+        toTable;  ///< from what GL reads to a place in the transfer function: · x + y; the last place; its first texel
+    std::array<float, 4> march;  ///< step in the node's lengths; 1 / thickness
+    std::array<std::array<float, 4>, kMostVolumePlanes>
+        clips;  ///< of what xyz · p + w > 0 holds in eye space nothing is seen
     std::array<float, 24> padding{};
 };
 static_assert(sizeof(VolumeBlock) == 1280 && sizeof(VolumeBlock) % 256 == 0);
 
-/// Composed in double, then rounded: the same on every tile of a screen. Nothing: the place has no inverse, and nothing of it is seen.
-[[nodiscard]] std::optional<VolumeBlock> blockOf(const Volume& volume, const DrawItem& item, const ScreenCamera& camera, std::size_t firstTransferTexel);
+/// Composed in double, then rounded: the same on every tile of a screen. Nothing: the place has no inverse, and nothing
+/// of it is seen.
+[[nodiscard]] std::optional<VolumeBlock> blockOf(const Volume& volume, const DrawItem& item, const ScreenCamera& camera,
+                                                 std::size_t firstTransferTexel);
 
-/// Of bytes and 16 bits as they are (what has signs is shifted by 32768), floats as floats. Where a range of voxels was edited the layers that it touches
-/// are uploaded alone. Above the budget goes what is needed last (UseClock.h).
+/// Of bytes and 16 bits as they are (what has signs is shifted by 32768), floats as floats. Where a range of voxels was
+/// edited the layers that it touches are uploaded alone. Above the budget goes what is needed last (UseClock.h).
 ///
-/// Beside the voxels lies what rays need not look at (VolumeBricks.h): of clouds how far off anything is that the transfer function shows, of maxima the
-/// greatest value of each brick. Rays sample where they sample without it, only less often: pictures are the same, byte for byte.
+/// Beside the voxels lies what rays need not look at (VolumeBricks.h): of clouds how far off anything is that the
+/// transfer function shows, of maxima the greatest value of each brick. Rays sample where they sample without it, only
+/// less often: pictures are the same, byte for byte.
 class VolumeTextures {
 public:
     /// The surface must be current. `leaveOutEmpty`: false, and rays sample everywhere.
@@ -62,13 +67,14 @@ public:
 
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw();
-    /// Its voxels, and of what is marched its bricks. 0: bytes that are absent, or more voxels along an axis than GL takes. Of volumes whose fields have
-    /// been checked.
+    /// Its voxels, and of what is marched its bricks. 0: bytes that are absent, or more voxels along an axis than GL
+    /// takes. Of volumes whose fields have been checked.
     struct Found {
         GLuint voxels = 0, bricks = 0;
     };
     [[nodiscard]] Found find(const Volume& volume);
-    /// Ahead of need about so many bytes of its layers. How many were uploaded: 0, and all is there, or cannot be. Nothing: the budget has no room.
+    /// Ahead of need about so many bytes of its layers. How many were uploaded: 0, and all is there, or cannot be.
+    /// Nothing: the budget has no room.
     [[nodiscard]] std::optional<std::size_t> prepare(const Volume& volume, std::size_t bytes);
     /// Transfer functions of a list, one behind the other; the first texel of this one's.
     [[nodiscard]] std::size_t addTransfer(const Volume& volume);
@@ -89,7 +95,8 @@ private:
     };
     struct KeyHash {
         std::size_t operator()(const Key& key) const {
-            return std::hash<BlobId>{}(key.voxels) ^ static_cast<std::size_t>(key.format << 40 ^ key.sizeX << 24 ^ key.sizeY << 12 ^ key.sizeZ);
+            return std::hash<BlobId>{}(key.voxels) ^
+                   static_cast<std::size_t>(key.format << 40 ^ key.sizeX << 24 ^ key.sizeY << 12 ^ key.sizeZ);
         }
     };
     /// What a transfer function leaves of the bricks, or their greatest values.

@@ -30,7 +30,9 @@ Expected<OutputMaker> OutputMaker::make(const Wall& wall, const std::string& nam
     const std::vector<Tile> all = layoutTiles(wall);
     const auto at = std::ranges::find_if(all, [&](const Tile& t) { return t.name == name; });
     if (at == all.end()) return fail(ErrorCode::kNotFound, fmt::format("the wall has no tile {}", name));
-    if (sharesOutput(*at, all)) return fail(ErrorCode::kNotFound, fmt::format("tile {} has no output of its own: it goes out with the left eye's", name));
+    if (sharesOutput(*at, all))
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("tile {} has no output of its own: it goes out with the left eye's", name));
     const Tile& tile = *at;
     const TileOutput& out = tile.output;
     OutputMaker maker;
@@ -75,7 +77,9 @@ Expected<OutputMaker> OutputMaker::make(const Wall& wall, const std::string& nam
         auto decoded = decodeBlendPicture(*out.blendPicture);
         if (!decoded) return failWith(out.blendFile, decoded.error());
         picture = std::move(*decoded);
-        table.share = [&picture, gamma = out.blendPictureGamma](double, double, double u, double v) { return std::pow(picture.at(u, v), gamma); };
+        table.share = [&picture, gamma = out.blendPictureGamma](double, double, double u, double v) {
+            return std::pow(picture.at(u, v), gamma);
+        };
     }
     if (out.blend) table.share = [&overlaps](double x, double y, double, double) { return overlaps.shareAt(x, y); };
     if (out.blend || out.blendPicture) {

@@ -1,4 +1,5 @@
-/// What a projector or monitor gets: the whole way from the pictures of a tile, or of both eyes' tiles, to the picture of an output.
+/// What a projector or monitor gets: the whole way from the pictures of a tile, or of both eyes' tiles, to the picture
+/// of an output.
 #pragma once
 
 #include <optional>
@@ -15,8 +16,8 @@ namespace tessera {
 /// One output of a wall. One thread at a time.
 class OutputMaker {
 public:
-    /// Of this tile; of the left eye's where a host draws both for one output. kBadInput: a blend picture cannot be read. kNotFound: no such
-    /// tile, or the right eye's of such a pair.
+    /// Of this tile; of the left eye's where a host draws both for one output. kBadInput: a blend picture cannot be
+    /// read. kNotFound: no such tile, or the right eye's of such a pair.
     [[nodiscard]] static Expected<OutputMaker> make(const Wall& wall, const std::string& tile);
 
     /// Whose pictures it takes: one tile, or the left eye's and the right one's.
@@ -29,8 +30,8 @@ public:
     /// Bytes of its table; 0: there is none.
     [[nodiscard]] std::size_t tableBytes() const { return table_ ? table_->size() : 0; }
 
-    /// A picture of each of `tiles`, of the tile's size, rows without gaps. Returns the output's picture in the same form, until the
-    /// next call; that may be one of those given.
+    /// A picture of each of `tiles`, of the tile's size, rows without gaps. Returns the output's picture in the same
+    /// form, until the next call; that may be one of those given.
     [[nodiscard]] const std::uint8_t* draw(std::span<const std::uint8_t* const> pictures);
 
 private:

@@ -16,8 +16,8 @@ public:
     /// Errors as of SharedFrameReader::open: of the first file that cannot be opened.
     [[nodiscard]] static Expected<ShownFrames> open(const std::vector<std::string>& paths);
 
-    /// Waits for pictures of another frame than those given last (of one file: for another picture), all of one frame; nothing when
-    /// there are none within the time. They are good until the next call.
+    /// Waits for pictures of another frame than those given last (of one file: for another picture), all of one frame;
+    /// nothing when there are none within the time. They are good until the next call.
     [[nodiscard]] const std::vector<SharedFrameReader::Frame>* next(std::chrono::milliseconds atMost);
     /// Those shown now, whether they were given before or not; nothing while files show different frames.
     [[nodiscard]] const std::vector<SharedFrameReader::Frame>* again();
@@ -30,8 +30,8 @@ private:
 
     std::vector<SharedFrameReader> readers_;
     std::vector<SharedFrameReader::Frame> frames_;
-    std::uint64_t lastTimes_ = 0;                ///< of one file
-    std::optional<std::uint64_t> lastNumber_;    ///< of two
+    std::uint64_t lastTimes_ = 0;              ///< of one file
+    std::optional<std::uint64_t> lastNumber_;  ///< of two
 };
 
 }  // namespace tessera

@@ -22,7 +22,8 @@ public:
         for (std::size_t a = 0; a < 256; ++a) {
             for (std::size_t b = 0; b < 256; ++b) {
                 const auto light = [](std::size_t v) { return std::pow(static_cast<double>(v) / 255, kPictureGamma); };
-                values_[a][b] = static_cast<std::uint8_t>(std::lround(255 * std::pow(0.5 * (light(a) + light(b)), 1 / kPictureGamma)));
+                values_[a][b] = static_cast<std::uint8_t>(
+                    std::lround(255 * std::pow(0.5 * (light(a) + light(b)), 1 / kPictureGamma)));
             }
         }
     }
@@ -39,8 +40,8 @@ private:
     std::array<std::array<std::uint8_t, 256>, 256> values_{};
 };
 
-/// What each value of each channel adds to the three channels of an anaglyph, as three numbers in one: a sum of six of these is all a
-/// pixel takes.
+/// What each value of each channel adds to the three channels of an anaglyph, as three numbers in one: a sum of six of
+/// these is all a pixel takes.
 class DuboisMix {
 public:
     static const DuboisMix& table() {
@@ -51,7 +52,8 @@ public:
         std::uint64_t sum = 0;
         for (std::size_t c = 0; c < 3; ++c) sum += parts_[c][left[c]] + parts_[3 + c][right[c]];
         for (std::size_t c = 0; c < 3; ++c) {
-            const auto light = (static_cast<std::int64_t>(sum >> (kLane * c) & ((1u << kLane) - 1)) - 6 * kBias + 2) >> 2;
+            const auto light =
+                (static_cast<std::int64_t>(sum >> (kLane * c) & ((1u << kLane) - 1)) - 6 * kBias + 2) >> 2;
             out[c] = values_[static_cast<std::size_t>(std::clamp<std::int64_t>(light, 0, kWhite))];
         }
         out[3] = 255;
@@ -64,13 +66,16 @@ private:
 
     DuboisMix() {
         // Rows: red, green, blue of what is shown. Columns: red, green, blue of the left eye, of the right eye.
-        constexpr double kMatrix[3][6] = {{0.437, 0.449, 0.164, -0.011, -0.032, -0.007}, {-0.062, -0.062, -0.024, 0.377, 0.761, 0.009}, {-0.048, -0.050, -0.017, -0.026, -0.093, 1.234}};
+        constexpr double kMatrix[3][6] = {{0.437, 0.449, 0.164, -0.011, -0.032, -0.007},
+                                          {-0.062, -0.062, -0.024, 0.377, 0.761, 0.009},
+                                          {-0.048, -0.050, -0.017, -0.026, -0.093, 1.234}};
         for (std::size_t from = 0; from < 6; ++from) {
             for (std::size_t value = 0; value < 256; ++value) {
                 const double light = linearOfSrgb(static_cast<double>(value) / 255);
                 std::uint64_t packed = 0;
                 for (std::size_t to = 0; to < 3; ++to)
-                    packed |= static_cast<std::uint64_t>(std::llround(kMatrix[to][from] * light * 4 * kWhite) + kBias) << (kLane * to);
+                    packed |= static_cast<std::uint64_t>(std::llround(kMatrix[to][from] * light * 4 * kWhite) + kBias)
+                              << (kLane * to);
                 parts_[from][value] = packed;
             }
         }
@@ -151,7 +156,8 @@ void packEyes(StereoPacking packing, const EyePictures& eyes, PixelRows to) {
             case StereoPacking::kColumns:
             case StereoPacking::kCheckerboard: {
                 const std::size_t odd = packing == StereoPacking::kCheckerboard ? static_cast<std::size_t>(y % 2) : 0;
-                for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) std::memcpy(out(y) + 4 * x, ((x + odd) % 2 == 0 ? left : right) + 4 * x, 4);
+                for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x)
+                    std::memcpy(out(y) + 4 * x, ((x + odd) % 2 == 0 ? left : right) + 4 * x, 4);
                 break;
             }
         }

@@ -13,7 +13,8 @@ struct EyePictures {
     int widthPx = 0, heightPx = 0;
 };
 
-/// Of the picture that comes out. Quad-buffered: both beside each other, nothing squeezed; who shows it takes them apart.
+/// Of the picture that comes out. Quad-buffered: both beside each other, nothing squeezed; who shows it takes them
+/// apart.
 struct PackedSize {
     int widthPx = 0, heightPx = 0;
     bool operator==(const PackedSize&) const = default;
@@ -26,7 +27,8 @@ struct PackedSize {
 /// Writes each pixel of `to`. Not kNone.
 /// - Squeezed: each pixel is the mean of the light of two (of gamma 2.2).
 /// - Interlaced: each pixel of one eye's picture stays where it is, every other one is left out.
-/// - kAnaglyph: the matrices for red-cyan glasses of E. Dubois, "Conversion of a Stereo Pair to Anaglyph with the Least-Squares
+/// - kAnaglyph: the matrices for red-cyan glasses of E. Dubois, "Conversion of a Stereo Pair to Anaglyph with the
+/// Least-Squares
 ///   Projection Method", 2009, applied to the light of sRGB values.
 void packEyes(StereoPacking packing, const EyePictures& eyes, PixelRows to);
 

@@ -136,7 +136,8 @@ void BoxTree::rebuild(std::uint32_t index, std::span<const Box> boxes) {
     refitAbove(index, boxes);
 }
 
-/// A hierarchy above subtrees, as `buildAt` makes one above items: their numbers stay. Returns the summed half surfaces.
+/// A hierarchy above subtrees, as `buildAt` makes one above items: their numbers stay. Returns the summed half
+/// surfaces.
 double BoxTree::buildAbove(std::uint32_t index, std::span<std::uint32_t> pieces) {
     ++work_;
     Node node{.count = 0, .leaf = false};
@@ -251,11 +252,12 @@ void BoxTree::look(std::uint32_t index, Worn& worn) {
         else
             worn.top = index;
     };
-    if (node.count <= kItemsPerLeaf / 2) return anew(true);  // a leaf would do
+    if (node.count <= kItemsPerLeaf / 2) return anew(true);    // a leaf would do
     if (spent_ >= mayBeSpent_ && node.count > kSmall) return;  // the next change below it looks again
     const std::uint32_t larger = std::max(nodes_[node.below[0]].count, nodes_[node.below[1]].count);
     // Pieces below a new top are of unlike sizes, and only some changes make that worse.
-    if (node.count > kSmall && larger > kLargestShare * node.count && care.changes > node.count / 16) return anew(node.count <= kLarge);
+    if (node.count > kSmall && larger > kLargestShare * node.count && care.changes > node.count / 16)
+        return anew(node.count <= kLarge);
     if (care.changes <= 2 * node.count) return;
     // Looked at so seldom that it costs each change a constant per level.
     care.changes = 0;

@@ -15,9 +15,10 @@ namespace tessera {
 ///
 /// Kept good by rebuilding parts: a subtree is built anew, halved at medians, once one of its halves has outgrown the
 /// other (so the depth stays logarithmic whatever comes in whatever order), and once as many items have changed below
-/// it as it has and its boxes have grown much since it was built (a scapegoat tree; Galperin and Rivest 1993). Of one of more than
-/// kLarge items that is lopsided, or has grown, only the top is built anew, above some hundred subtrees that stay what they
-/// are: so nothing that comes or goes costs a frame what all costs. Where boxes have grown, because items wander, all is.
+/// it as it has and its boxes have grown much since it was built (a scapegoat tree; Galperin and Rivest 1993). Of one
+/// of more than kLarge items that is lopsided, or has grown, only the top is built anew, above some hundred subtrees
+/// that stay what they are: so nothing that comes or goes costs a frame what all costs. Where boxes have grown, because
+/// items wander, all is.
 class BoxTree {
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -69,7 +70,8 @@ private:
     void move(std::uint32_t item, std::span<const Box> boxes);
     void refitAll(std::uint32_t index, std::span<const Box> boxes);
     [[nodiscard]] Box boxOf(const Node& node, std::span<const Box> boxes) const;
-    /// Summed half surfaces of the boxes at and below it; of a large one, of those that hold more than a small share of its items.
+    /// Summed half surfaces of the boxes at and below it; of a large one, of those that hold more than a small share of
+    /// its items.
     [[nodiscard]] double costOf(std::uint32_t index) const;
     /// What has to be built anew along a way up: the highest, and what lies below a top that has to be.
     struct Worn {
@@ -83,7 +85,8 @@ private:
     std::vector<std::uint32_t> free_;
     std::vector<std::uint32_t> leafOf_;  ///< by item, or kNone
     mutable std::uint64_t work_ = 0;
-    /// Items built anew and boxes looked at in one `follow`; what is above goes on in the next. Many subtrees wear out together where many items go.
+    /// Items built anew and boxes looked at in one `follow`; what is above goes on in the next. Many subtrees wear out
+    /// together where many items go.
     mutable std::uint64_t spent_ = 0;
     std::uint64_t mayBeSpent_ = 0;
 };

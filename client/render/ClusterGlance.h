@@ -12,7 +12,8 @@ namespace tessera {
 /// Says nothing that anything exact may rest on; that is ClusterSight's and Footprint's part.
 class ClusterGlance {
 public:
-    ClusterGlance(const TileProjection& tile, const Affine3d& world_T_mesh, const Mat4d& clip_T_mesh, const Vec3d& eyeWorld);
+    ClusterGlance(const TileProjection& tile, const Affine3d& world_T_mesh, const Mat4d& clip_T_mesh,
+                  const Vec3d& eyeWorld);
 
     struct Place {
         bool shown = false;   ///< on the tile, and not turned away as a whole
@@ -36,7 +37,8 @@ public:
         const Vec3d middle = rows_ * centre + offset_;
         const double deep = forward_.dot(half);
         if (middle.z() + deep <= nearest_) return {};
-        if (middle.z() - deep <= nearest_) return {.shown = true, .facing = facing, .areaPx = 0, .farthest = middle.z() + deep};
+        if (middle.z() - deep <= nearest_)
+            return {.shown = true, .facing = facing, .areaPx = 0, .farthest = middle.z() + deep};
         // Around the middle's pixel, to the first order.
         const double inverse = 1 / middle.z();
         const double x = middle.x() * inverse, y = middle.y() * inverse;
@@ -52,10 +54,10 @@ private:
     /// Of the rectangle around it a cluster covers about this share.
     static constexpr double kFilled = 0.5;
 
-    Vec3d eye_;     ///< in the mesh's coordinates
-    Mat3d rows_;    ///< pixels times w, and w
+    Vec3d eye_;   ///< in the mesh's coordinates
+    Mat3d rows_;  ///< pixels times w, and w
     Vec3d offset_;
-    Vec3d forward_; ///< of the row of w, absolute
+    Vec3d forward_;  ///< of the row of w, absolute
     double widthPx_, heightPx_, nearest_;
 };
 

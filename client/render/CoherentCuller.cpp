@@ -8,16 +8,17 @@ namespace tessera {
 
 namespace {
 
-/// Asked together at most: of what is known, and of what never was looked at. Those are best asked for when what stands before
-/// them has been drawn, so few at a time.
+/// Asked together at most: of what is known, and of what never was looked at. Those are best asked for when what stands
+/// before them has been drawn, so few at a time.
 constexpr std::size_t kMostPending = 512;
 constexpr std::size_t kMostStrangers = 40;
 /// Questions that are under way while the next ones are gathered.
 constexpr std::size_t kMostUnderWay = 2;
 /// What is seen is asked for again after 1 to this many frames.
 constexpr std::uint32_t kLongestTrust = 10;
-/// What a question costs, by the pixels of its plates and by itself, and drawing a picture's items (measured on two cores, four
-/// samples; see COSTS.md). Only the ratios matter, and only for speed; a GPU's are about the same, each a hundredth of it.
+/// What a question costs, by the pixels of its plates and by itself, and drawing a picture's items (measured on two
+/// cores, four samples; see COSTS.md). Only the ratios matter, and only for speed; a GPU's are about the same, each a
+/// hundredth of it.
 constexpr double kPixelNs = 4;
 constexpr double kPlateNs = 2'000;
 constexpr double kQuestionNs = 20'000;
@@ -60,7 +61,8 @@ void CoherentCuller::take(const PartView& view, const Box& box, DeviceWork& work
     const bool before = memory.seen + 1 == frame_;
     const bool certain = box.sight.fate == BoxSight::Fate::kTooNear;
     const bool asks = !certain && (!box.isItem || paysAsking(view, box));
-    // What covers more than all that was drawn is not hidden, most likely (OpenSG 2 tells by this what it draws untested).
+    // What covers more than all that was drawn is not hidden, most likely (OpenSG 2 tells by this what it draws
+    // untested).
     if (asks && !before && memory.hiddenFor == 0 && box.sight.plate.areaPx() > covered_ * view.areaPx()) {
         shown(view, box, work);
     } else if (box.isItem && (!asks || before)) {
@@ -95,8 +97,8 @@ void CoherentCuller::see(const PartView& view, const Box& item, bool known, Devi
     work.depthTriangles += view.triangles(item.index);
 }
 
-/// Groups of what has been hidden about as long, each as large as pays: benefit is the number of questions saved, cost one
-/// question, and all of them again if anything shows (CHC++, section 4.2).
+/// Groups of what has been hidden about as long, each as large as pays: benefit is the number of questions saved, cost
+/// one question, and all of them again if anything shows (CHC++, section 4.2).
 std::vector<CoherentCuller::Question> CoherentCuller::group() {
     std::vector<Question> questions;
     std::vector<Box> together;

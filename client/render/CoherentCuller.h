@@ -9,25 +9,25 @@
 namespace tessera {
 
 /// The thesis' way, queries organised in the traversal (Fünfzig 2007), with CHC++'s economy (Mattausch, Bittner, Wimmer
-/// 2008): what was seen in the frame before is drawn for depth without a question and asked for again now and then; what was
-/// hidden is asked for in groups, the larger the longer all in them have been hidden; a node of which nothing showed counts
-/// as hidden itself; a node's question is about what lies in it where that covers less, and about no pixel that a nearer box
-/// is asked for which was hidden, too. Answers are waited for when there is
-/// nothing else to do.
+/// 2008): what was seen in the frame before is drawn for depth without a question and asked for again now and then;
+/// what was hidden is asked for in groups, the larger the longer all in them have been hidden; a node of which nothing
+/// showed counts as hidden itself; a node's question is about what lies in it where that covers less, and about no
+/// pixel that a nearer box is asked for which was hidden, too. Answers are waited for when there is nothing else to do.
 ///
-/// Unlike there, who is hidden is decided in the frame itself: what is remembered says what is asked and when, never what
-/// comes out. When is chosen by a hash, not by a clock.
+/// Unlike there, who is hidden is decided in the frame itself: what is remembered says what is asked and when, never
+/// what comes out. When is chosen by a hash, not by a clock.
 class CoherentCuller : public PartCuller {
 public:
-    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device, std::vector<std::uint32_t>& visible,
-                                      DeviceWork& work) override;
+    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device,
+                                      std::vector<std::uint32_t>& visible, DeviceWork& work) override;
 
 private:
     using Frame = std::uint32_t;
     /// Of a node or an item, in frames of this culler.
     struct Memory {
-        Frame seen = 0;               ///< last; of a node: something in it
-        Frame trusted = 0;            ///< until then it is not asked for again while it is seen; a node: opened without a question
+        Frame seen = 0;  ///< last; of a node: something in it
+        Frame trusted =
+            0;  ///< until then it is not asked for again while it is seen; a node: opened without a question
         std::uint32_t hiddenFor = 0;  ///< times in a row
     };
     static constexpr std::uint32_t kNone = 0xffffffffu;

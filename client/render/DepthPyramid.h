@@ -12,8 +12,8 @@ class DepthPyramid {
 public:
     /// Of a part of this size: per pixel the farthest of its samples' depths, rows from below.
     void build(std::span<const float> farthest, int widthPx, int heightPx);
-    /// Whether every sample under the plate has a depth strictly nearer than it. Exact: begins where few squares lie under the
-    /// plate, and looks closer where a square does not decide.
+    /// Whether every sample under the plate has a depth strictly nearer than it. Exact: begins where few squares lie
+    /// under the plate, and looks closer where a square does not decide.
     [[nodiscard]] bool hides(const VisibilityDevice::Plate& plate) const;
 
 private:
@@ -26,7 +26,9 @@ private:
         return depths_[level.first + static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
                        static_cast<std::size_t>(x)];
     }
-    [[nodiscard]] float at(const Level& level, int x, int y) const { return const_cast<DepthPyramid*>(this)->at(level, x, y); }
+    [[nodiscard]] float at(const Level& level, int x, int y) const {
+        return const_cast<DepthPyramid*>(this)->at(level, x, y);
+    }
 
     std::vector<Level> levels_;
     std::vector<float> depths_;

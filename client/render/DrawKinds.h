@@ -1,5 +1,5 @@
-/// The kinds of things that are drawn, and what each is to whoever culls, sorts and lights it: a row each. How GL draws a kind
-/// is its row in client/draw/DrawForms.h.
+/// The kinds of things that are drawn, and what each is to whoever culls, sorts and lights it: a row each. How GL draws
+/// a kind is its row in client/draw/DrawForms.h.
 #pragma once
 
 #include <array>
@@ -29,23 +29,80 @@ struct DrawKindRow {
     DrawKind kind;
     /// Its arrays are the triangles that are drawn: cut into clusters, made occluders of.
     bool ownTriangles;
-    bool hides;         ///< nothing is seen through what it covers, as far as its material says
+    bool hides;  ///< nothing is seen through what it covers, as far as its material says
     bool castsShadows;
-    bool surface;       ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is what is seen, from everywhere
-    bool standsOut;     ///< on the screen, beyond the box around it: see lineReachPx
-    bool volume;        ///< transparent; the core says what is seen, no material
-    bool particles;     ///< transparent whatever its material; its radius says whether it is sorted by itself
+    bool surface;  ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is
+                   ///< what is seen, from everywhere
+    bool standsOut;  ///< on the screen, beyond the box around it: see lineReachPx
+    bool volume;     ///< transparent; the core says what is seen, no material
+    bool particles;  ///< transparent whatever its material; its radius says whether it is sorted by itself
 };
 
 inline constexpr std::array<DrawKindRow, 8> kDrawKinds = {{
-    {.kind = DrawKind::kTriangles, .ownTriangles = true, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .volume = false, .particles = false},
-    {.kind = DrawKind::kPoints, .ownTriangles = false, .hides = true, .castsShadows = true, .surface = true, .standsOut = false, .volume = false, .particles = false},
-    {.kind = DrawKind::kLines, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .volume = false, .particles = false},
-    {.kind = DrawKind::kDiscs, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = false, .particles = true},
-    {.kind = DrawKind::kStreaks, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = true, .volume = false, .particles = true},
-    {.kind = DrawKind::kSprites, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = false, .particles = true},
-    {.kind = DrawKind::kMarched, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = false, .standsOut = false, .volume = true, .particles = false},
-    {.kind = DrawKind::kSlices, .ownTriangles = false, .hides = false, .castsShadows = false, .surface = true, .standsOut = false, .volume = true, .particles = false},
+    {.kind = DrawKind::kTriangles,
+     .ownTriangles = true,
+     .hides = true,
+     .castsShadows = true,
+     .surface = true,
+     .standsOut = false,
+     .volume = false,
+     .particles = false},
+    {.kind = DrawKind::kPoints,
+     .ownTriangles = false,
+     .hides = true,
+     .castsShadows = true,
+     .surface = true,
+     .standsOut = false,
+     .volume = false,
+     .particles = false},
+    {.kind = DrawKind::kLines,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = false,
+     .standsOut = true,
+     .volume = false,
+     .particles = false},
+    {.kind = DrawKind::kDiscs,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = false,
+     .standsOut = false,
+     .volume = false,
+     .particles = true},
+    {.kind = DrawKind::kStreaks,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = false,
+     .standsOut = true,
+     .volume = false,
+     .particles = true},
+    {.kind = DrawKind::kSprites,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = false,
+     .standsOut = false,
+     .volume = false,
+     .particles = true},
+    {.kind = DrawKind::kMarched,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = false,
+     .standsOut = false,
+     .volume = true,
+     .particles = false},
+    {.kind = DrawKind::kSlices,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = false,
+     .surface = true,
+     .standsOut = false,
+     .volume = true,
+     .particles = false},
 }};
 
 [[nodiscard]] constexpr const DrawKindRow& rowOf(DrawKind kind) {
@@ -60,15 +117,19 @@ static_assert([] {
 /// Of what a Geometry holds.
 [[nodiscard]] constexpr DrawKind kindOf(Primitive primitive) {
     switch (primitive) {
-        case Primitive::kPoints: return DrawKind::kPoints;
-        case Primitive::kLines: return DrawKind::kLines;
-        case Primitive::kTriangles: break;
+        case Primitive::kPoints:
+            return DrawKind::kPoints;
+        case Primitive::kLines:
+            return DrawKind::kLines;
+        case Primitive::kTriangles:
+            break;
     }
     return DrawKind::kTriangles;
 }
 /// Of any drawable's arrays.
 [[nodiscard]] inline DrawKind kindOf(const MeshArrays& arrays) {
-    if (const VolumeShape shape = volumeShapeOf(arrays); shape != VolumeShape::kNone) return shape == VolumeShape::kBox ? DrawKind::kMarched : DrawKind::kSlices;
+    if (const VolumeShape shape = volumeShapeOf(arrays); shape != VolumeShape::kNone)
+        return shape == VolumeShape::kBox ? DrawKind::kMarched : DrawKind::kSlices;
     if (!areParticles(arrays)) return kindOf(arrays.primitive);
     if (!arrays.lines.empty()) return DrawKind::kStreaks;
     return arrays.texcoords1.empty() ? DrawKind::kDiscs : DrawKind::kSprites;

@@ -14,15 +14,17 @@ bool sameBits(const Matrix& a, const Matrix& b) {
 
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
-           a.kind == b.kind && a.lineWidth == b.lineWidth && a.widestLinePx == b.widestLinePx && a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.fineness == b.fineness && a.sortedFrom == b.sortedFrom &&
-           a.sortedCount == b.sortedCount && a.scopes == b.scopes && sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
+           a.kind == b.kind && a.lineWidth == b.lineWidth && a.widestLinePx == b.widestLinePx &&
+           a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.fineness == b.fineness &&
+           a.sortedFrom == b.sortedFrom && a.sortedCount == b.sortedCount && a.scopes == b.scopes &&
+           sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
 
 bool same(const LightItem& a, const LightItem& b) {
-    return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle && a.shadows == b.shadows &&
-           a.scope == b.scope && a.outside == b.outside &&
-           sameBits(a.position, b.position) &&
-           sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance) && sameBits(a.attenuation, b.attenuation);
+    return a.kind == b.kind && a.range == b.range && a.innerAngle == b.innerAngle && a.outerAngle == b.outerAngle &&
+           a.shadows == b.shadows && a.scope == b.scope && a.outside == b.outside && sameBits(a.position, b.position) &&
+           sameBits(a.direction, b.direction) && sameBits(a.radiance, b.radiance) &&
+           sameBits(a.attenuation, b.attenuation);
 }
 
 template <typename Item>
@@ -38,14 +40,15 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
            sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
            sameBits(a.environment.background, b.environment.background) && a.environment.image == b.environment.image &&
            a.environment.strength == b.environment.strength && a.environment.turn == b.environment.turn &&
-           a.environment.showImage == b.environment.showImage && a.detailed == b.detailed &&
-           a.coated == b.coated && a.glossy == b.glossy;
+           a.environment.showImage == b.environment.showImage && a.detailed == b.detailed && a.coated == b.coated &&
+           a.glossy == b.glossy;
 }
 
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
-           a.pixels.height == b.pixels.height && a.user == b.user && a.detail == b.detail && sameBits(a.headWorld, b.headWorld);
+           a.pixels.height == b.pixels.height && a.user == b.user && a.detail == b.detail &&
+           sameBits(a.headWorld, b.headWorld);
 }
 
 }  // namespace tessera

@@ -30,20 +30,22 @@ struct DrawItem {
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
     DrawKind kind = DrawKind::kTriangles;
-    float lineWidth = 0;     ///< pixels, where it is lines; else 0
+    float lineWidth = 0;  ///< pixels, where it is lines; else 0
     static constexpr float kAnyWidth = std::numeric_limits<float>::infinity();
     float widestLinePx = kAnyWidth;  ///< of its lines, edges, corners and streaks on this screen: see LineWidths.h
-    double pointRadius = 0;  ///< of points as they are shown, in the item's units (shownRadius); else 0
-    std::int64_t fill = Material::kFilled;  ///< of triangles; otherwise `kind` is lines, and the mesh's edges or corners are drawn
+    double pointRadius = 0;          ///< of points as they are shown, in the item's units (shownRadius); else 0
+    std::int64_t fill =
+        Material::kFilled;  ///< of triangles; otherwise `kind` is lines, and the mesh's edges or corners are drawn
     Vec3d center = Vec3d::Zero();  ///< world; of a sphere around it
     double radius = 0;             ///< 0: how large it is on a screen is not asked for
-    bool over = false;  ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
+    bool over =
+        false;  ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
     Fineness fineness = {};  ///< of what is derived: see Drawable::at
-    Box box = {};           ///< in the world, around all of it; empty: not known
+    Box box = {};            ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
     static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
-    std::uint32_t hiddenFrom = kNoneHidden;  ///< in the list's `hiddenClusters`
+    std::uint32_t hiddenFrom = kNoneHidden;         ///< in the list's `hiddenClusters`
     std::uint32_t sortedFrom = 0, sortedCount = 0;  ///< these of the list's `sortedTriangles` alone; 0: all
     std::uint32_t scopes = 0;  ///< a bit for each scope of lights that it lies in, see LightItem::scope
 };
@@ -55,7 +57,8 @@ struct DrawItem {
 
 /// The passes of a material that are drawn, in their order: what is no Material any more is left away.
 [[nodiscard]] std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material);
-/// What may stand for a material, the next coarser one first: to the end of the chain, to where it comes back to itself, or kMostCoarser of them.
+/// What may stand for a material, the next coarser one first: to the end of the chain, to where it comes back to
+/// itself, or kMostCoarser of them.
 [[nodiscard]] std::vector<ObjectId> coarserOf(const Aspect& aspect, const Material& material);
 inline constexpr std::size_t kMostCoarser = 8;
 /// Whether a pass is blended over what is there, not put in its place.
@@ -68,10 +71,13 @@ struct LightItem {
     Vec3d direction = -Vec3d::UnitZ();  ///< world, the way the light travels
     Vec3f radiance = Vec3f::Ones();     ///< colour × intensity
     float range = 0;
-    Vec3f attenuation{0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
+    Vec3f attenuation{
+        0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
-    bool shadows = false;  ///< of one directional light and kMaxShadowSpots spots at most; whatever its scope is, all things cast them
-    std::uint8_t scope = 0;  ///< 0: it lights everything; else n: items alone that have bit n - 1, or, `outside`, those alone that have not
+    bool shadows = false;    ///< of one directional light and kMaxShadowSpots spots at most; whatever its scope is, all
+                             ///< things cast them
+    std::uint8_t scope = 0;  ///< 0: it lights everything; else n: items alone that have bit n - 1, or, `outside`, those
+                             ///< alone that have not
     bool outside = false;
 };
 
@@ -87,15 +93,16 @@ struct NarrowedLines {
 };
 
 struct DrawList {
-    std::vector<DrawItem> opaque;       ///< front to back
-    std::vector<DrawItem> transparent;  ///< back to front; one whose triangles lie among others' several times
+    std::vector<DrawItem> opaque;                ///< front to back
+    std::vector<DrawItem> transparent;           ///< back to front; one whose triangles lie among others' several times
     std::vector<std::uint32_t> sortedTriangles;  ///< of transparent items: their numbers in the item's mesh
-    std::vector<std::uint64_t> hiddenClusters;  ///< a bit per cluster of those items that have some; left away
-    std::vector<LightItem> lights;      ///< in document order, at most kMaxLights
-    std::uint64_t lightsLeftOut = 0;    ///< of the scene, beyond those
-    std::uint64_t shadowsLeftOut = 0;   ///< lights that ask for shadows, beyond those that get some
+    std::vector<std::uint64_t> hiddenClusters;   ///< a bit per cluster of those items that have some; left away
+    std::vector<LightItem> lights;               ///< in document order, at most kMaxLights
+    std::uint64_t lightsLeftOut = 0;             ///< of the scene, beyond those
+    std::uint64_t shadowsLeftOut = 0;            ///< lights that ask for shadows, beyond those that get some
     NarrowedLines narrowed;
-    std::uint64_t scopesLeftOut = 0;    ///< lights whose scope is none of the first kMaxScopes that lights name; they shine on nothing
+    std::uint64_t scopesLeftOut =
+        0;  ///< lights whose scope is none of the first kMaxScopes that lights name; they shine on nothing
     /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
     std::shared_ptr<const ShadowCasters> casters;
     Environment environment;

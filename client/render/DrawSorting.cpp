@@ -6,9 +6,12 @@ namespace tessera {
 
 std::string_view nameOf(DrawSorting sorting) {
     switch (sorting) {
-        case DrawSorting::kDepth: return "depth";
-        case DrawSorting::kState: return "state";
-        case DrawSorting::kBoth: return "both";
+        case DrawSorting::kDepth:
+            return "depth";
+        case DrawSorting::kState:
+            return "state";
+        case DrawSorting::kBoth:
+            return "both";
     }
     return {};
 }

@@ -27,35 +27,47 @@ struct Ends {
 class SampledLines {
 public:
     SampledLines(const RenderMesh& mesh, LineSource source)
-        : positions_(mesh.positions.as<float>()), numbers_((source == LineSource::kLines ? mesh.lineEnds : mesh.indices).as<std::uint32_t>()), source_(source) {}
+        : positions_(mesh.positions.as<float>()),
+          numbers_((source == LineSource::kLines ? mesh.lineEnds : mesh.indices).as<std::uint32_t>()),
+          source_(source) {}
     /// Of what is sampled: lines, or corners of triangles.
     [[nodiscard]] std::uint64_t count() const {
-        return source_ == LineSource::kStreaks ? positions_.size() / 6 : source_ == LineSource::kLines ? numbers_.size() / 2 : numbers_.size();
+        return source_ == LineSource::kStreaks ? positions_.size() / 6
+               : source_ == LineSource::kLines ? numbers_.size() / 2
+                                               : numbers_.size();
     }
     [[nodiscard]] Ends at(std::uint64_t i) const {
         switch (source_) {
-            case LineSource::kStreaks: return {vertex(2 * i), vertex(2 * i + 1)};
-            case LineSource::kLines: return {vertex(numbers_[2 * i]), vertex(numbers_[2 * i + 1])};
-            case LineSource::kEdges: return {vertex(numbers_[i]), vertex(numbers_[i % 3 == 2 ? i - 2 : i + 1])};
-            case LineSource::kCorners: break;
+            case LineSource::kStreaks:
+                return {vertex(2 * i), vertex(2 * i + 1)};
+            case LineSource::kLines:
+                return {vertex(numbers_[2 * i]), vertex(numbers_[2 * i + 1])};
+            case LineSource::kEdges:
+                return {vertex(numbers_[i]), vertex(numbers_[i % 3 == 2 ? i - 2 : i + 1])};
+            case LineSource::kCorners:
+                break;
         }
         return {vertex(numbers_[i]), vertex(numbers_[i])};
     }
 
 private:
-    [[nodiscard]] Vec3d vertex(std::uint64_t v) const { return Eigen::Map<const Vec3f>(positions_.data() + 3 * v).cast<double>(); }
+    [[nodiscard]] Vec3d vertex(std::uint64_t v) const {
+        return Eigen::Map<const Vec3f>(positions_.data() + 3 * v).cast<double>();
+    }
     std::span<const float> positions_;
     std::span<const std::uint32_t> numbers_;
     LineSource source_;
 };
 
 /// The length of what is seen of it, within the screen and half a width around it; nothing: none of it.
-std::optional<double> seenLength(const Mat4d& clip_T_item, double nearest, const ScreenCamera& camera, double widthPx, const Ends& ends) {
+std::optional<double> seenLength(const Mat4d& clip_T_item, double nearest, const ScreenCamera& camera, double widthPx,
+                                 const Ends& ends) {
     Vec4d a = clip_T_item * ends.from.homogeneous(), b = clip_T_item * ends.to.homogeneous();
     // Up to the near plane, as it is drawn.
     const double beyondA = a.w() - nearest, beyondB = b.w() - nearest;
     if (!(beyondA >= 0) && !(beyondB >= 0)) return std::nullopt;
-    if (beyondA < 0 || beyondB < 0) (beyondA < 0 ? a : b) = a * (beyondB / (beyondB - beyondA)) - b * (beyondA / (beyondB - beyondA));
+    if (beyondA < 0 || beyondB < 0)
+        (beyondA < 0 ? a : b) = a * (beyondB / (beyondB - beyondA)) - b * (beyondA / (beyondB - beyondA));
     const std::array<double, 2> halfSize{0.5 * camera.pixels.width, 0.5 * camera.pixels.height};
     std::array<double, 2> from{}, along{};
     double begin = 0, end = 1;
@@ -83,7 +95,9 @@ LineSource sourceOf(const SceneItem& item) {
 }
 
 /// As many times as one opaque line of its own it costs.
-double layersOf(const SceneItem& item) { return item.lineLayers * (item.transparent || item.over ? kBlendedLine : 1.0); }
+double layersOf(const SceneItem& item) {
+    return item.lineLayers * (item.transparent || item.over ? kBlendedLine : 1.0);
+}
 
 }  // namespace
 
@@ -95,16 +109,20 @@ double LinesOnScreen::widthThatCovers(double pixels) const {
 
 std::uint64_t linesOf(const RenderMesh& mesh, LineSource source) {
     switch (source) {
-        case LineSource::kStreaks: return mesh.triangles / 2;
-        case LineSource::kLines: return mesh.lines;
-        case LineSource::kEdges: return mesh.triangles + mesh.triangles / 2;
-        case LineSource::kCorners: break;
+        case LineSource::kStreaks:
+            return mesh.triangles / 2;
+        case LineSource::kLines:
+            return mesh.lines;
+        case LineSource::kEdges:
+            return mesh.triangles + mesh.triangles / 2;
+        case LineSource::kCorners:
+            break;
     }
     return std::min<std::uint64_t>(mesh.positions.sizeBytes() / (3 * sizeof(float)), mesh.triangles / 2 + 2);
 }
 
-LinesOnScreen linesOnScreen(const RenderMesh& mesh, LineSource source, const Affine3d& world_T_item, const ScreenCamera& camera, double widthPx,
-                            std::uint64_t samples) {
+LinesOnScreen linesOnScreen(const RenderMesh& mesh, LineSource source, const Affine3d& world_T_item,
+                            const ScreenCamera& camera, double widthPx, std::uint64_t samples) {
     const SampledLines lines(mesh, source);
     const std::uint64_t all = lines.count();
     samples = std::min(samples, all);
@@ -113,7 +131,8 @@ LinesOnScreen linesOnScreen(const RenderMesh& mesh, LineSource source, const Aff
     const Mat4d clip_T_item = camera.clip_T_eye * (camera.eye_T_world * world_T_item).matrix();
     const double nearest = camera.clip_T_eye(2, 3) / (camera.clip_T_eye(2, 2) - 1);
     for (std::uint64_t i = 0; i < samples; ++i) {
-        const std::optional<double> length = seenLength(clip_T_item, nearest, camera, widthPx, lines.at(sampleAt(i, samples, all)));
+        const std::optional<double> length =
+            seenLength(clip_T_item, nearest, camera, widthPx, lines.at(sampleAt(i, samples, all)));
         if (!length) continue;
         seen.length += *length;
         ++seen.count;
@@ -130,12 +149,14 @@ void RenderScene::Impl::narrowFor(const ScreenCamera& camera) {
     narrowedAt_ = version;
     narrowedFrom_ = camera;
     narrowed = {};
-    const double across = std::sqrt(static_cast<double>(camera.pixels.width) * camera.pixels.width + static_cast<double>(camera.pixels.height) * camera.pixels.height);
+    const double across = std::sqrt(static_cast<double>(camera.pixels.width) * camera.pixels.width +
+                                    static_cast<double>(camera.pixels.height) * camera.pixels.height);
     double atMost = 0, lines = 0;
     for (const std::uint32_t index : wideLines) {
         SceneItem& item = items[index];
         item.widestLinePx = DrawItem::kAnyWidth;
-        const double width = static_cast<double>(item.lineWidth), count = static_cast<double>(linesOf(*item.mesh, sourceOf(item))) * layersOf(item);
+        const double width = static_cast<double>(item.lineWidth),
+                     count = static_cast<double>(linesOf(*item.mesh, sourceOf(item))) * layersOf(item);
         atMost += count * width * (width + across);
         lines += count;
     }
@@ -154,8 +175,10 @@ void RenderScene::Impl::narrowFor(const ScreenCamera& camera) {
         const SceneItem& item = items[index];
         if (boxes[index].empty() || frustum.classify(boxes[index]).outside) continue;
         const LineSource source = sourceOf(item);
-        const double width = static_cast<double>(item.lineWidth), share = static_cast<double>(linesOf(*item.mesh, source)) / lines;
-        const auto samples = static_cast<std::uint64_t>(std::clamp(share * static_cast<double>(kMostSampledLines), 4.0, static_cast<double>(kMostSampledOfMesh)));
+        const double width = static_cast<double>(item.lineWidth),
+                     share = static_cast<double>(linesOf(*item.mesh, source)) / lines;
+        const auto samples = static_cast<std::uint64_t>(
+            std::clamp(share * static_cast<double>(kMostSampledLines), 4.0, static_cast<double>(kMostSampledOfMesh)));
         LinesOnScreen seen = linesOnScreen(*item.mesh, source, world_T(item), camera, width, samples);
         seen.length *= layersOf(item);
         seen.count *= layersOf(item);
@@ -165,10 +188,13 @@ void RenderScene::Impl::narrowFor(const ScreenCamera& camera) {
     if (!(together > kMostLinePixels)) return;
 
     // All have what the least of them cover, as long as there is so much for each.
-    std::ranges::sort(covering, [&](const Covering& a, const Covering& b) { return a.pixels != b.pixels ? a.pixels < b.pixels : items[a.item].node < items[b.item].node; });
+    std::ranges::sort(covering, [&](const Covering& a, const Covering& b) {
+        return a.pixels != b.pixels ? a.pixels < b.pixels : items[a.item].node < items[b.item].node;
+    });
     double left = kMostLinePixels;
     std::size_t kept = 0;
-    while (kept + 1 < covering.size() && covering[kept].pixels <= left / static_cast<double>(covering.size() - kept)) left -= covering[kept++].pixels;
+    while (kept + 1 < covering.size() && covering[kept].pixels <= left / static_cast<double>(covering.size() - kept))
+        left -= covering[kept++].pixels;
     const double each = left / static_cast<double>(covering.size() - kept);
     for (std::size_t i = kept; i < covering.size(); ++i) {
         SceneItem& item = items[covering[i].item];

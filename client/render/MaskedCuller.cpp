@@ -11,8 +11,8 @@ namespace {
 constexpr double kShareOfDrawing = 0.04;
 /// Up to here small occluders are drawn without asking what they may save.
 constexpr double kLeastBudgetNs = 200'000;
-/// How many times its cost an occluder is to be expected to save: some of what lies beyond is seen beside it, or hidden by
-/// others as well. 4 to 8 cost the same in the hall and in the city; less hides little more.
+/// How many times its cost an occluder is to be expected to save: some of what lies beyond is seen beside it, or hidden
+/// by others as well. 4 to 8 cost the same in the hall and in the city; less hides little more.
 constexpr double kRatio = 6;
 /// Meshes are made ready for hiding at most at this rate, so that a scene that has just been loaded does not make one
 /// frame wait for all of them.
@@ -41,8 +41,7 @@ CullingWork MaskedCuller::cull(const RenderScene::Impl& scene, const ScreenCamer
     look.budgetNs = std::max(kLeastBudgetNs, kShareOfDrawing * choice_.totalNs());
     all_ = items;
     choice_.propose(items, kRatio, kLeastBudgetNs, [this](std::uint32_t i) { return !hiddenBefore_[i]; });
-    if (drawOccluders(look))
-        keepVisible(look, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
+    if (drawOccluders(look)) keepVisible(look, tileFrustum(camera, pixels, kFrustumMarginPx + reach), items);
     choice_.weigh(items, false);
     choice_.propose(items, kRatio, kLeastBudgetNs - look.spentNs, [this](std::uint32_t i) { return !tried_[i]; });
     if (drawOccluders(look)) std::erase_if(items, [&](std::uint32_t i) { return hides(look, i); });
@@ -80,7 +79,8 @@ void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& can
         if (parts_.empty()) return;
     }
     if (!item.mesh->occluderReady()) {
-        if (look.preparedTriangles > 0 && look.preparedTriangles + item.mesh->triangles > kPreparedTrianglesPerFrame) return;
+        if (look.preparedTriangles > 0 && look.preparedTriangles + item.mesh->triangles > kPreparedTrianglesPerFrame)
+            return;
         look.preparedTriangles += item.mesh->triangles;
     }
     const OccluderMesh* mesh = item.mesh->occluder();
@@ -136,7 +136,8 @@ void MaskedCuller::keepVisible(const Look& look, const Frustum& frustum, std::ve
 bool MaskedCuller::hides(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
     work_.spentNs += CullingCosts::kTest;
-    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item), item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
+    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item),
+                                             item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
                                              noiseOf(look.scene, look.tile, item)));
 }
 
@@ -160,15 +161,19 @@ bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
     choice_.shownParts(index, parts_);
     double savedNs = 0;
     for (const OccluderChoice::Part& part : parts_) {
-        if (test(part.cluster)) savedNs += part.facing * CullingCosts::kDrawnCluster;
-        else ++shown;
+        if (test(part.cluster))
+            savedNs += part.facing * CullingCosts::kDrawnCluster;
+        else
+            ++shown;
     }
     if (shown > 0) {
         work_.savedNs += savedNs;
     } else {
         for (std::size_t k = 0, next = 0; k < clusters.size() && shown == 0; ++k) {
-            if (next < parts_.size() && parts_[next].cluster == k) ++next;
-            else shown += !test(k);
+            if (next < parts_.size() && parts_[next].cluster == k)
+                ++next;
+            else
+                shown += !test(k);
         }
     }
     if (hidden == 0) {

@@ -18,8 +18,8 @@ struct CullingWork {
 
 /// After Hasselgren et al. 2016 in its idea (depth in software, coarse depth over it), not in its layout.
 ///
-/// Rounds of occluders first, then tests: so the answer does not depend on an order. Hiding is strict: a hidden occluder is
-/// hidden by what stays, so that leaving it away uncovers nothing.
+/// Rounds of occluders first, then tests: so the answer does not depend on an order. Hiding is strict: a hidden
+/// occluder is hidden by what stays, so that leaving it away uncovers nothing.
 ///
 /// What was hidden the last time is not tried as an occluder in the first round: that is all that is remembered, and it
 /// touches speed alone. After a leap it is the wrong thing to leave out; so what is left then, and is worth it for what
@@ -47,7 +47,7 @@ private:
         const TileProjection& tile;
         double budgetNs = 0, spentNs = 0;  ///< for occluders
         std::uint64_t preparedTriangles = 0;
-        bool drawn = false;                ///< any occluder; the buffer is then this look's
+        bool drawn = false;  ///< any occluder; the buffer is then this look's
     };
 
     /// The candidates of the choice. False: none was drawn.
@@ -62,15 +62,15 @@ private:
     OccluderChoice choice_;
     OcclusionBuffer buffer_;
     OccluderRasteriser rasteriser_;
-    std::vector<bool> hiddenBefore_;  ///< by item
-    std::vector<bool> tried_;         ///< by item: as an occluder, in this look
-    std::vector<std::uint32_t> all_;  ///< items in the frustum
+    std::vector<bool> hiddenBefore_;           ///< by item
+    std::vector<bool> tried_;                  ///< by item: as an occluder, in this look
+    std::vector<std::uint32_t> all_;           ///< items in the frustum
     std::vector<OccluderChoice::Part> parts_;  ///< clusters of a mesh
     std::vector<OccluderMesh::Run> runs_;
     std::vector<std::uint32_t> hiddenFrom_;  ///< by item
     std::vector<std::uint64_t> hiddenClusters_;
     CullingWork work_;
-    std::uint64_t rebuilds_ = 0;      ///< of the scene that the items were those of
+    std::uint64_t rebuilds_ = 0;  ///< of the scene that the items were those of
 };
 
 }  // namespace tessera

@@ -22,9 +22,10 @@ struct RenderMesh {
     bool opaque = true;    ///< no vertex colour with alpha below 1
     Blob positions, indices;
     Blob lineEnds;  ///< of kLines: MeshArrays::lines
-    Blob slices;  ///< of kSlices: their texcoords (VolumeShapes.h)
+    Blob slices;    ///< of kSlices: their texcoords (VolumeShapes.h)
     DrawKind kind = DrawKind::kTriangles;
-    double pointRadius = 0, shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0
+    double pointRadius = 0,
+           shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0
     /// None of what has come by edits of ranges: it may go on changing.
     std::vector<MeshCluster> clusters;
 

@@ -111,9 +111,10 @@ std::optional<ClusterSight::Facing> ClusterSight::facing(const Mesh& mesh, const
     return facing;
 }
 
-// Twice a triangle's area on the screen, in pixels, is kx · ky · |det M| · 2 A · n·(p - e) / (z0 z1 z2), M being the linear
-// part of eye_T_mesh, A its area and n·(p - e) the eye's distance from its plane in the mesh; the way on the screen between
-// two points whose greater distance from the eye is d is at most k · |p - q| · d / z². Their quotient is its least height.
+// Twice a triangle's area on the screen, in pixels, is kx · ky · |det M| · 2 A · n·(p - e) / (z0 z1 z2), M being the
+// linear part of eye_T_mesh, A its area and n·(p - e) the eye's distance from its plane in the mesh; the way on the
+// screen between two points whose greater distance from the eye is d is at most k · |p - q| · d / z². Their quotient is
+// its least height.
 bool ClusterSight::turnedAway(const MeshCluster& cluster, const Vec3d& centre, const Vec3d& half,
                               const Facing& facing) const {
     if (!(cluster.altitude > 0)) return false;
@@ -121,10 +122,10 @@ bool ClusterSight::turnedAway(const MeshCluster& cluster, const Vec3d& centre, c
     const double distance = away.norm(), radius = half.norm();
     const double along = cluster.axis.cast<double>().dot(away);
     // The eye's least distance from any of its planes.
-    const double behind = along * static_cast<double>(cluster.cosine) -
-                          std::sqrt(std::max(0.0, distance * distance - along * along)) *
-                              static_cast<double>(cluster.sine) -
-                          1.00001 * radius - 1e-5 * distance;
+    const double behind =
+        along * static_cast<double>(cluster.cosine) -
+        std::sqrt(std::max(0.0, distance * distance - along * along)) * static_cast<double>(cluster.sine) -
+        1.00001 * radius - 1e-5 * distance;
     if (!(behind > 0)) return false;
     const double nearest = facing.depth.least(centre, half), farthest = facing.depth.most(centre, half);
     if (!(nearest > projection_.nearMetres())) return false;

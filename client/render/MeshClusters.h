@@ -41,13 +41,15 @@ using ClusterBits = std::span<const std::uint64_t>;
 [[nodiscard]] inline bool hasBit(ClusterBits bits, std::size_t cluster) {
     return !bits.empty() && (bits[cluster / 64] >> cluster % 64 & 1) != 0;
 }
-[[nodiscard]] constexpr std::size_t wordsFor(std::size_t clusters) { return (clusters + 63) / 64; }
+[[nodiscard]] constexpr std::size_t wordsFor(std::size_t clusters) {
+    return (clusters + 63) / 64;
+}
 
 /// What a rectangle of a screen can show of large meshes: not what lies beside it, nor what turns its back.
 ///
-/// Turned away are clusters that show their back faces alone, and surely so: each triangle is so high on the screen that a
-/// grid of 1/256 pixel and single precision turn none over; and no edge of the screen cuts any, which would make new,
-/// flatter triangles of them. The cone is that of Shirman and Abi-Ezzi (1993), the height our own.
+/// Turned away are clusters that show their back faces alone, and surely so: each triangle is so high on the screen
+/// that a grid of 1/256 pixel and single precision turn none over; and no edge of the screen cuts any, which would make
+/// new, flatter triangles of them. The cone is that of Shirman and Abi-Ezzi (1993), the height our own.
 class ClusterSight {
 public:
     /// `uncut`: the pixels that are drawn at once: a rasteriser cuts triangles at their border.
@@ -56,9 +58,9 @@ public:
     struct Mesh {
         std::span<const MeshCluster> clusters;
         std::uint32_t triangles = 0;
-        ClusterBits hidden = {};      ///< to be left away, too
+        ClusterBits hidden = {};  ///< to be left away, too
         bool backFacesShown = false;
-        double reach = 0;             ///< no vertex is farther from the mesh's origin, in world units
+        double reach = 0;  ///< no vertex is farther from the mesh's origin, in world units
     };
     /// Appends the runs of triangles of which something may be seen, ascending and apart.
     void appendRuns(const Mesh& mesh, const Affine3d& world_T_mesh, std::vector<TriangleRun>& runs) const;

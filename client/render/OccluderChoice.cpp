@@ -56,7 +56,9 @@ double OccluderChoice::shownNs(const SceneItem& item) {
     if (clusters.empty())
         return CullingCosts::kDrawnItem + CullingCosts::kDrawnTriangle * static_cast<double>(item.mesh->triangles);
     double ns = CullingCosts::kDrawnItem;
-    forEachShown(item, [&](std::uint32_t, const ClusterGlance::Place& place) { ns += place.facing * CullingCosts::kDrawnCluster; });
+    forEachShown(item, [&](std::uint32_t, const ClusterGlance::Place& place) {
+        ns += place.facing * CullingCosts::kDrawnCluster;
+    });
     return ns;
 }
 
@@ -116,14 +118,17 @@ std::size_t OccluderChoice::nextBatch(std::size_t begin, double budgetNs) {
     std::sort(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end),
               [this](const Candidate& a, const Candidate& b) {
                   if (a.footprint.nearPlane != b.footprint.nearPlane) return a.footprint.nearPlane;
-                  return a.footprint.nearest != b.footprint.nearest ? a.footprint.nearest > b.footprint.nearest : tie(a, b);
+                  return a.footprint.nearest != b.footprint.nearest ? a.footprint.nearest > b.footprint.nearest
+                                                                    : tie(a, b);
               });
     return end;
 }
 
 void OccluderChoice::shownParts(std::uint32_t item, std::vector<Part>& parts) {
     parts.clear();
-    forEachShown(scene_->items[item], [&](std::uint32_t k, const ClusterGlance::Place& place) { parts.push_back({k, place.facing}); });
+    forEachShown(scene_->items[item], [&](std::uint32_t k, const ClusterGlance::Place& place) {
+        parts.push_back({k, place.facing});
+    });
 }
 
 double OccluderChoice::worthyParts(std::uint32_t item, double ratio, std::vector<Part>& parts) {

@@ -11,7 +11,8 @@
 
 namespace tessera {
 
-/// What `masked` costs and what drawing costs, in nanoseconds (measured on two cores; COSTS.md says how). Only ratios matter.
+/// What `masked` costs and what drawing costs, in nanoseconds (measured on two cores; COSTS.md says how). Only ratios
+/// matter.
 struct CullingCosts {
     static constexpr double kTriangle = 60;  ///< of an occluder
     static constexpr double kPixel = 1.2;    ///< of an occluder
@@ -25,8 +26,8 @@ struct CullingCosts {
     static constexpr double kClusterOccluder = kTriangle * MeshCluster::kTriangles;
 };
 
-/// Weighs what drawing each item would cost, proposes those that hide most of that for the least, front to back within what
-/// a budget has room for. The answers depend on the scene and the sight alone: they are the same on every run.
+/// Weighs what drawing each item would cost, proposes those that hide most of that for the least, front to back within
+/// what a budget has room for. The answers depend on the scene and the sight alone: they are the same on every run.
 class OccluderChoice {
 public:
     struct Candidate {
@@ -51,9 +52,9 @@ public:
     /// What the weighing took, from counts.
     [[nodiscard]] double spentNs() const { return spentNs_; }
 
-    /// Candidates from now on: those among `items` for which `may` and that can hide things, the best ones first. What saves
-    /// less than `ratio` times its cost is left out, but for the best of that, up to `freeNs`. Of large meshes the parts are
-    /// asked later. After `weigh`.
+    /// Candidates from now on: those among `items` for which `may` and that can hide things, the best ones first. What
+    /// saves less than `ratio` times its cost is left out, but for the best of that, up to `freeNs`. Of large meshes
+    /// the parts are asked later. After `weigh`.
     template <typename May>
     void propose(std::span<const std::uint32_t> items, double ratio, double freeNs, May&& may) {
         candidates_.clear();
@@ -62,12 +63,12 @@ public:
         rank(ratio, freeNs);
     }
     [[nodiscard]] std::span<const Candidate> candidates() const { return candidates_; }
-    /// Of candidates in the order of `propose`, from `begin`: puts as many as cost `budgetNs` together, one at least, front
-    /// to back. Returns their end.
+    /// Of candidates in the order of `propose`, from `begin`: puts as many as cost `budgetNs` together, one at least,
+    /// front to back. Returns their end.
     [[nodiscard]] std::size_t nextBatch(std::size_t begin, double budgetNs);
 
-    /// Of a large mesh, ascending: those that are shown; those of them that may save at least `ratio` times what they cost,
-    /// and what they cost, in ns.
+    /// Of a large mesh, ascending: those that are shown; those of them that may save at least `ratio` times what they
+    /// cost, and what they cost, in ns.
     void shownParts(std::uint32_t item, std::vector<Part>& parts);
     [[nodiscard]] double worthyParts(std::uint32_t item, double ratio, std::vector<Part>& parts);
 
@@ -117,7 +118,8 @@ private:
     std::vector<Candidate> candidates_;
 };
 
-[[nodiscard]] inline Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
+[[nodiscard]] inline Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile,
+                                        const SceneItem& item) {
     return tile.clip_T_world() * scene.world_T(item).matrix();
 }
 /// See TileProjection.

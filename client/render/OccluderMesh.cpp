@@ -50,7 +50,8 @@ OccluderMesh::OccluderMesh(std::span<const float> positions, std::span<const std
     triangles_.reserve(indices.size() / 3);
     clusterStarts_.reserve(indices.size() / (3 * MeshCluster::kTriangles) + 2);
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-        if (i % (3 * MeshCluster::kTriangles) == 0) clusterStarts_.push_back(static_cast<std::uint32_t>(triangles_.size()));
+        if (i % (3 * MeshCluster::kTriangles) == 0)
+            clusterStarts_.push_back(static_cast<std::uint32_t>(triangles_.size()));
         const std::array<std::uint32_t, 3> v{welded[indices[i]], welded[indices[i + 1]], welded[indices[i + 2]]};
         // A triangle with two equal corners covers nothing; its neighbours meet each other.
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;

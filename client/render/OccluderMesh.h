@@ -11,8 +11,8 @@ namespace tessera {
 /// Immutable. The arrays must have passed checkMesh.
 class OccluderMesh {
 public:
-    /// Meshes with more are never occluders. As a whole: finding what they hide would cost more than it saves. In parts:
-    /// they would keep a frame waiting, 0.1 µs for each triangle, where they are made ready.
+    /// Meshes with more are never occluders. As a whole: finding what they hide would cost more than it saves. In
+    /// parts: they would keep a frame waiting, 0.1 µs for each triangle, where they are made ready.
     [[nodiscard]] static constexpr std::size_t mostTriangles(bool inParts) { return inParts ? 1'000'000 : 200'000; }
     static constexpr std::uint32_t kNone = 0xffffffffu;
 

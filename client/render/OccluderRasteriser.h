@@ -81,7 +81,7 @@ private:
     double nearest_ = 0;  ///< what is nearer is clipped away, metres
     double farthest_ = 0;
     double noise_ = 0;
-    double flattest_ = 0;  ///< triangles lower than this are left out, pixels
+    double flattest_ = 0;                      ///< triangles lower than this are left out, pixels
     double nearestVertex_ = 0;                 ///< as inverse depth
     std::span<const OccluderMesh::Run> runs_;  ///< while `add` runs
     // Of points and triangles that are in no run nothing is known but that their side is kOut.

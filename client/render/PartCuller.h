@@ -16,9 +16,9 @@ struct DeviceWork {
     std::uint64_t depthTriangles = 0;  ///< drawn for depth alone
 };
 
-/// Exact whatever it remembers. Opaque items go into a depth buffer in any order; another item is left away where all of
-/// its plate is strictly behind that. Both hold for the picture too, as each of the drawn items is either in it or itself
-/// strictly behind the others: the greatest depth of each sample is the picture's own or farther away.
+/// Exact whatever it remembers. Opaque items go into a depth buffer in any order; another item is left away where all
+/// of its plate is strictly behind that. Both hold for the picture too, as each of the drawn items is either in it or
+/// itself strictly behind the others: the greatest depth of each sample is the picture's own or farther away.
 class PartCuller {
 public:
     PartCuller() = default;

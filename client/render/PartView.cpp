@@ -27,7 +27,8 @@ PartView::PartView(const RenderScene::Impl& scene, const VisibilityDevice::Part&
 BoxSight PartView::sightOf(Footprint footprint, double reachPx, Frustum::Mask undecided) const {
     BoxSight sight{.undecided = undecided};
     // Also what no number tells the place of.
-    if (footprint.nearPlane || !(footprint.upperX - footprint.lowerX >= 0) || !(footprint.upperY - footprint.lowerY >= 0)) {
+    if (footprint.nearPlane || !(footprint.upperX - footprint.lowerX >= 0) ||
+        !(footprint.upperY - footprint.lowerY >= 0)) {
         sight.fate = BoxSight::Fate::kTooNear;
         sight.nearest = std::numeric_limits<double>::infinity();
         return sight;
@@ -63,7 +64,8 @@ BoxSight PartView::item(std::uint32_t index, Frustum::Mask mask) const {
     if (result.outside) return {};
     const SceneItem& item = scene_.items[index];
     const Affine3d& world_T_item = scene_.world_T(item);
-    return sightOf(tile_.footprint(tile_.clip_T_world() * world_T_item.matrix(), item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
+    return sightOf(tile_.footprint(tile_.clip_T_world() * world_T_item.matrix(),
+                                   item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
                                    tile_.noise(item.reach, world_T_item.translation())),
                    lineReachPx(item.lineWidth), result.undecided);
 }

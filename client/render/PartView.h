@@ -1,4 +1,5 @@
-/// A scene as one part of a tile sees it: where boxes lie in its pixels, how near, and what is worth hiding others with.
+/// A scene as one part of a tile sees it: where boxes lie in its pixels, how near, and what is worth hiding others
+/// with.
 #pragma once
 
 #include "client/render/SceneItems.h"
@@ -7,7 +8,8 @@
 
 namespace tessera {
 
-/// What of a part a box can reach: conservative by the margins of TileProjection, and lines stand out of it by their width.
+/// What of a part a box can reach: conservative by the margins of TileProjection, and lines stand out of it by their
+/// width.
 struct BoxSight {
     enum class Fate : std::uint8_t {
         kBeside,   ///< leaves no pixel here

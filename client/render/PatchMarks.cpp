@@ -80,7 +80,8 @@ void PatchMarks::beginPatch(float lowerY, float upperY, float nearest, const Occ
         int from = 0, to = columns - 1;
         while (from <= to && weakest[static_cast<std::size_t>(from)] >= nearest) ++from;
         while (to > from && weakest[static_cast<std::size_t>(to)] >= nearest) --to;
-        open_[static_cast<std::size_t>(row)] = {from * OcclusionBuffer::kBlock, to * OcclusionBuffer::kBlock + OcclusionBuffer::kBlock - 1};
+        open_[static_cast<std::size_t>(row)] = {from * OcclusionBuffer::kBlock,
+                                                to * OcclusionBuffer::kBlock + OcclusionBuffer::kBlock - 1};
     }
 }
 

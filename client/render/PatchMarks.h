@@ -24,8 +24,8 @@ public:
 
     /// For patches of one mesh, with this noise (see TileProjection). False where noise leaves nothing of depth.
     [[nodiscard]] bool begin(const TileProjection& tile, double noise, const OcclusionBuffer& buffer);
-    /// The next patch: what rows of blocks it may reach, and its greatest inverse depth. Blocks at either end of a row where
-    /// all that it could say is known already are left out.
+    /// The next patch: what rows of blocks it may reach, and its greatest inverse depth. Blocks at either end of a row
+    /// where all that it could say is known already are left out.
     void beginPatch(float lowerY, float upperY, float nearest, const OcclusionBuffer& buffer);
     /// Three or four corners in one plane.
     void mark(std::span<const ScreenPoint> corners);

@@ -7,8 +7,9 @@
 
 namespace tessera {
 
-/// What a nearer plate covers need not be asked for again: if that one is hidden, so is what is behind it. Plates that are
-/// likely hidden cut those behind them, of other questions too; an answer then rests on the answers to those questions.
+/// What a nearer plate covers need not be asked for again: if that one is hidden, so is what is behind it. Plates that
+/// are likely hidden cut those behind them, of other questions too; an answer then rests on the answers to those
+/// questions.
 class PlateCuts {
 public:
     struct Asked {
@@ -22,8 +23,8 @@ public:
     /// What is left to be asked, question by question; a question may have nothing left.
     [[nodiscard]] const std::vector<VisibilityDevice::Plate>& plates() const { return plates_; }
     [[nodiscard]] const std::vector<std::uint32_t>& sizes() const { return sizes_; }
-    /// Other questions with a plate before one of this one's. Nothing of this one's plates shows if nothing does of what is
-    /// left of it, and of them.
+    /// Other questions with a plate before one of this one's. Nothing of this one's plates shows if nothing does of
+    /// what is left of it, and of them.
     [[nodiscard]] const std::vector<std::uint32_t>& restsOn(std::size_t question) const { return restsOn_[question]; }
 
 private:

@@ -27,8 +27,8 @@ struct Ranked {
     [[nodiscard]] auto place() const { return std::tie(band, state, material, geometry, depth, node); }
 };
 
-/// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a pause, and
-/// after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
+/// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a
+/// pause, and after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
 class LookingHabit {
 public:
     /// `items`: in the frustum now. Where there are far more than at the last look, it is another sight.
@@ -45,7 +45,8 @@ public:
     }
 
 private:
-    static constexpr unsigned kPatience = 3;      ///< looks: the first ones find meshes that are not yet ready to hide things
+    static constexpr unsigned kPatience =
+        3;  ///< looks: the first ones find meshes that are not yet ready to hide things
     static constexpr unsigned kLongestPause = 7;  ///< 127 frames
     std::size_t itemsThen_ = 0;
     unsigned inVain_ = 0;  ///< looks, the last ones
@@ -53,7 +54,8 @@ private:
 };
 
 // What a box is inside of is not tested again below it.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found, Frustum::Mask planes) {
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found,
+                      Frustum::Mask planes) {
     if (scene.tree.empty()) return;
     struct Open {
         std::uint32_t node;
@@ -115,7 +117,8 @@ Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamer
     const bool asks = asksRenderer(impl_->kind);
     if (asks && !device)
         return fail(ErrorCode::kUnsupported,
-                    fmt::format("the culler '{}' asks the renderer what is hidden, and there is none here", nameOf(impl_->kind)));
+                    fmt::format("the culler '{}' asks the renderer what is hidden, and there is none here",
+                                nameOf(impl_->kind)));
     const RenderScene::Impl& all = scene.seenFrom(camera);
     std::vector<std::uint32_t>& items = impl_->items;
     items.clear();

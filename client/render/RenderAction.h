@@ -14,7 +14,8 @@
 
 namespace tessera {
 
-/// Numbers that tell states of a scene apart, as far as a picture shows them; only whether they are equal means anything.
+/// Numbers that tell states of a scene apart, as far as a picture shows them; only whether they are equal means
+/// anything.
 struct SceneVersion {
     std::uint64_t scene = 0;     ///< equal: the same pictures
     std::uint64_t contents = 0;  ///< equal: the same arrays, materials and images
@@ -22,8 +23,8 @@ struct SceneVersion {
 };
 
 /// Everything of a scene that does not depend on a tile: items with world transforms and bounds in a hierarchy, meshes'
-/// bounds and occluders (cached by blob). Actions look at it from their screen one after the other. Kept from frame to frame; brought up to date by `update`. Belongs to one
-/// thread, together with the actions that run on it.
+/// bounds and occluders (cached by blob). Actions look at it from their screen one after the other. Kept from frame to
+/// frame; brought up to date by `update`. Belongs to one thread, together with the actions that run on it.
 class RenderScene {
 public:
     RenderScene();
@@ -32,14 +33,14 @@ public:
     void update(const Aspect& aspect, const ChangeList* list);
     [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
     [[nodiscard]] SceneVersion version() const;
-    /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or some of it lies beyond kUtmostCoordinate. Of what looks at the
-    /// head it is as the last screen shows it. Not of what is not here yet.
+    /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or some of it lies beyond
+    /// kUtmostCoordinate. Of what looks at the head it is as the last screen shows it. Not of what is not here yet.
     [[nodiscard]] const std::set<ObjectId>& undrawn() const;
 
     struct Impl;
     [[nodiscard]] const Impl& impl() const { return *impl_; }
-    /// The same with the meshes that this screen draws: what is derived is as fine as its eye and pixels want (ScreenFineness.h).
-    /// Holds until it is seen from another camera or updated.
+    /// The same with the meshes that this screen draws: what is derived is as fine as its eye and pixels want
+    /// (ScreenFineness.h). Holds until it is seen from another camera or updated.
     [[nodiscard]] const Impl& seenFrom(const ScreenCamera& camera) const;
 
 private:
@@ -73,8 +74,8 @@ public:
     /// `pixels` is the tile's rectangle in the pixels of its whole screen. Not for cullers that ask the renderer.
     [[nodiscard]] DrawList run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
                                CullCounts* counts);
-    /// The same with any culler. `device` draws what the list will be drawn with, from the aspect that the scene follows;
-    /// errors are its own. None: kUnsupported for a culler that asks the renderer.
+    /// The same with any culler. `device` draws what the list will be drawn with, from the aspect that the scene
+    /// follows; errors are its own. None: kUnsupported for a culler that asks the renderer.
     [[nodiscard]] Expected<DrawList> run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
                                          VisibilityDevice* device, CullCounts* counts);
 

@@ -142,7 +142,8 @@ void RenderScene::Impl::finish() {
 
 void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> ids) {
     constexpr Effect kDrawnByContent = Effect::kShape | Effect::kLook;
-    if (!(effects & (Effect::kStructure | Effect::kVisibility | Effect::kPose | Effect::kLight | kDrawnByContent))) return;
+    if (!(effects & (Effect::kStructure | Effect::kVisibility | Effect::kPose | Effect::kLight | kDrawnByContent)))
+        return;
     ++version.scene;
     if (effects & Effect::kStructure)
         for (const ObjectId id : ids) {
@@ -161,7 +162,8 @@ void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> id
         for (const ObjectId id : ids) {
             markUsers(id, kChoice);
             // What users see of levels of detail stands in the node.
-            if (const std::uint32_t place = places.find(id); place != kNone && places[place].role == SceneRole::kChoice) mark(place, kChoice);
+            if (const std::uint32_t place = places.find(id); place != kNone && places[place].role == SceneRole::kChoice)
+                mark(place, kChoice);
         }
     if (effects & Effect::kPose)
         for (const ObjectId id : ids) markUsers(id, kPose);
@@ -173,7 +175,8 @@ void RenderScene::Impl::followField(Effect effects, std::span<const ObjectId> id
             looks_.lookChanged(*aspect_, id, changedLooks_);
         }
         for (const ObjectId id : ids)
-            if (const std::uint32_t user = users_.find(id); user != kNone && places[user].role == SceneRole::kMaterials) markUsers(id, kCore);
+            if (const std::uint32_t user = users_.find(id); user != kNone && places[user].role == SceneRole::kMaterials)
+                markUsers(id, kCore);
         for (const ObjectId changed : changedLooks_) {
             markUsers(changed, kDrawn);
             if (const auto lent = lentTo_.find(changed); lent != lentTo_.end())
@@ -296,7 +299,8 @@ void RenderScene::Impl::refreshLights() {
         beacons_ = beacons_ || source.beacon;
         lightsByUser_ = lightsByUser_ || places[place].seenBy != 0xff;
         seenLights_.push_back({lightAt(place, source), places[place].seenBy, source.scope});
-        if (source.scope && named.size() < scopes.size() && std::ranges::find(named, source.scope) == named.end()) named.push_back(source.scope);
+        if (source.scope && named.size() < scopes.size() && std::ranges::find(named, source.scope) == named.end())
+            named.push_back(source.scope);
     }
     setScopes(named);
     for (SeenLight& seen : seenLights_)

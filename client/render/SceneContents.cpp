@@ -19,7 +19,8 @@ std::vector<SceneContent> contentsOf(const RenderScene& scene, const Vec3d& eyeW
         const Box& box = all.boxes[i];
         if (box.empty()) continue;
         const Vec3d inside = eyeWorld.cwiseMax(box.lower).cwiseMin(box.upper);
-        const Near here{(inside - eyeWorld).squaredNorm(), {all.items[i].geometry, all.items[i].material, all.items[i].fineness}};
+        const Near here{(inside - eyeWorld).squaredNorm(),
+                        {all.items[i].geometry, all.items[i].material, all.items[i].fineness}};
         const auto [known, isNew] = nearest.try_emplace(here.content.geometry, here);
         known->second.distance2 = std::min(known->second.distance2, here.distance2);
     }

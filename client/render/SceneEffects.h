@@ -7,7 +7,16 @@
 
 namespace tessera {
 
-enum class SceneRole : std::uint8_t { kNothing, kPose, kChoice, kDrawable, kLight, kEnvironment, kMaterials, kBillboard };
+enum class SceneRole : std::uint8_t {
+    kNothing,
+    kPose,
+    kChoice,
+    kDrawable,
+    kLight,
+    kEnvironment,
+    kMaterials,
+    kBillboard
+};
 [[nodiscard]] SceneRole roleOf(const Aspect& aspect, ObjectId core);
 
 }  // namespace tessera

@@ -11,8 +11,8 @@
 #include "client/render/BoxTree.h"
 #include "client/render/RenderAction.h"
 #include "client/render/SceneEffects.h"
-#include "client/render/ShadowCasters.h"
 #include "client/render/SceneLooks.h"
+#include "client/render/ShadowCasters.h"
 #include "common/cores/Geometry.h"
 #include "common/field/NodePose.h"
 #include "common/scene/ChildChoice.h"
@@ -22,32 +22,32 @@ namespace tessera {
 /// A drawable core at its place.
 struct SceneItem {
     ObjectId node, geometry, material;  ///< no node: the slot is free
-    const RenderMesh* mesh = nullptr;  ///< as it is drawn on the screen that was looked from last; else `base`
-    const RenderMesh* base = nullptr;  ///< as its fields say
-    std::uint32_t place = 0;  ///< slot in `places`
+    const RenderMesh* mesh = nullptr;   ///< as it is drawn on the screen that was looked from last; else `base`
+    const RenderMesh* base = nullptr;   ///< as its fields say
+    std::uint32_t place = 0;            ///< slot in `places`
     bool mirrored = false;
     bool transparent = false;
-    bool occludes = false;  ///< opaque in every pixel it covers
+    bool occludes = false;                                  ///< opaque in every pixel it covers
     bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
-    DrawKind kind = DrawKind::kTriangles;   ///< see SceneLook
-    float lineWidth = 0;                    ///< see SceneLook
-    std::uint8_t lineLayers = 0;            ///< see SceneLook
-    bool cornersAlone = false;              ///< see SceneLook
-    float widestLinePx = DrawItem::kAnyWidth;  ///< on the screen that was looked from last
-    std::uint16_t state = 0;                ///< see SceneLook
-    Fineness fineness;                      ///< of `mesh`
-    bool asWhole = false;                   ///< see SceneLook
-    bool over = false;                      ///< see SceneLook
-    bool coarser = false;                   ///< see SceneLook
-    std::int64_t fill = Material::kFilled;  ///< see SceneLook
-    bool byScreen = false;                  ///< see SceneLook
-    double slack = 0;                       ///< see SceneLook
-    bool queued = false;                    ///< named in `changedItems`
-    std::uint8_t seenBy = 0xff;             ///< users, see ScenePlace
-    std::uint32_t turned = kUnturned;       ///< in `turnedPoses`; its place says where it stands otherwise
-    ObjectId lent;                          ///< its material, where a group gives it; else none
+    DrawKind kind = DrawKind::kTriangles;                   ///< see SceneLook
+    float lineWidth = 0;                                    ///< see SceneLook
+    std::uint8_t lineLayers = 0;                            ///< see SceneLook
+    bool cornersAlone = false;                              ///< see SceneLook
+    float widestLinePx = DrawItem::kAnyWidth;               ///< on the screen that was looked from last
+    std::uint16_t state = 0;                                ///< see SceneLook
+    Fineness fineness;                                      ///< of `mesh`
+    bool asWhole = false;                                   ///< see SceneLook
+    bool over = false;                                      ///< see SceneLook
+    bool coarser = false;                                   ///< see SceneLook
+    std::int64_t fill = Material::kFilled;                  ///< see SceneLook
+    bool byScreen = false;                                  ///< see SceneLook
+    double slack = 0;                                       ///< see SceneLook
+    bool queued = false;                                    ///< named in `changedItems`
+    std::uint8_t seenBy = 0xff;                             ///< users, see ScenePlace
+    std::uint32_t turned = kUnturned;  ///< in `turnedPoses`; its place says where it stands otherwise
+    ObjectId lent;                     ///< its material, where a group gives it; else none
     static constexpr std::uint32_t kUnturned = 0xffffffffu;
-    double reach = 0;       ///< at least the distance of any vertex from the mesh's own origin, in world units
+    double reach = 0;  ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
 /// What material groups above a place say.
@@ -57,7 +57,8 @@ struct GroupMaterials {
     bool operator==(const GroupMaterials&) const = default;
 };
 
-/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, scopes, ofServer, depth, world_T_node.
+/// A node of the scene, attached or not. What children inherit: attached, shown, seenBy, turns, materials, scopes,
+/// ofServer, depth, world_T_node.
 struct ScenePlace {
     static constexpr std::uint32_t kNone = IdIndex::kNone;
     static constexpr std::uint32_t kAll = 0xfffffffeu;
@@ -66,17 +67,18 @@ struct ScenePlace {
     ObjectId id;  ///< of the node
     ObjectId core;
     SceneRole role = SceneRole::kNothing;
-    std::uint8_t dirty = 0;  ///< why it is to be settled
-    bool attached = false;   ///< the root, or below it
-    bool shown = false;      ///< attached, and some user sees it
+    std::uint8_t dirty = 0;                  ///< why it is to be settled
+    bool attached = false;                   ///< the root, or below it
+    bool shown = false;                      ///< attached, and some user sees it
     bool turns = false, turnsBelow = false;  ///< a billboard stands above it; or is it
     std::uint8_t seenBy = 0;  ///< a bit per user (ChildChoice.h): no switch and no level of detail hides it from them
-    bool ordered = false;    ///< stands among `shownLights` or `shownEnvironments`
-    bool counted = false;    ///< in `attachedLights`
+    bool ordered = false;     ///< stands among `shownLights` or `shownEnvironments`
+    bool counted = false;     ///< in `attachedLights`
     std::uint32_t parent = kNone, firstChild = kNone;
-    SlotLink sibling;                ///< in no particular order
-    SlotLink user;                   ///< of the same core
-    std::uint32_t shows = kAll;      ///< the one child that may be shown, or all, or none, or some: see `some_`; means nothing while hidden
+    SlotLink sibling;  ///< in no particular order
+    SlotLink user;     ///< of the same core
+    std::uint32_t shows =
+        kAll;  ///< the one child that may be shown, or all, or none, or some: see `some_`; means nothing while hidden
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
     std::uint32_t scopes = 0;        ///< while shown: see DrawItem
@@ -120,7 +122,7 @@ struct RenderScene::Impl {
     std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
     std::uint64_t shadowsLeftOut = 0;
-    std::uint64_t scopesLeftOut = 0;  ///< see DrawList
+    std::uint64_t scopesLeftOut = 0;                      ///< see DrawList
     std::array<ObjectId, DrawList::kMaxScopes> scopes{};  ///< by bit; no node: the bit is free
     /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
     [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
@@ -129,7 +131,7 @@ struct RenderScene::Impl {
     std::size_t detailedItems = 0, coatedItems = 0, glossyItems = 0;
     std::uint64_t transparentTriangles = 0;       ///< of what the fields say
     std::uint64_t finerTransparentTriangles = 0;  ///< more, on the screen that was looked from last
-    std::uint64_t transparentChanges = 0;  ///< grows whenever a transparent item comes, goes or moves
+    std::uint64_t transparentChanges = 0;         ///< grows whenever a transparent item comes, goes or moves
     /// Items by the reach of their lines, see `lineReachPx`.
     std::array<std::size_t, kWidestReachPx + 1> linesByReach{};
     /// Nodes of what is shown and left out: beyond kUtmostCoordinate, or of a mesh that is not whole.
@@ -153,8 +155,9 @@ struct RenderScene::Impl {
         return item.turned == SceneItem::kUnturned ? places[item.place].world_T_node : turnedPoses[item.turned];
     }
     std::vector<Affine3d> turnedPoses;  ///< of what is below billboards
-    /// From here on everything is as this screen shows it: items are those that its user sees, billboards look at the user's head
-    /// (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h), lines as wide as it can bear (LineWidths.h). Before anything that is done for one of its tiles.
+    /// From here on everything is as this screen shows it: items are those that its user sees, billboards look at the
+    /// user's head (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h), lines as wide as it can
+    /// bear (LineWidths.h). Before anything that is done for one of its tiles.
     void lookFrom(const ScreenCamera& camera);
 
     void rebuild(const Aspect& aspect);
@@ -196,7 +199,8 @@ private:
     void narrowFor(const ScreenCamera& camera);
 
     // ShadowCasters.cpp
-    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, bool sun, const std::shared_ptr<const ShadowView>& before) const;
+    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, bool sun,
+                                                               const std::shared_ptr<const ShadowView>& before) const;
     [[nodiscard]] Box boundsWithin(const Box& part) const;
 
     // ScenePlaces.cpp: what is to be known of a place, from its parent down.
@@ -252,27 +256,31 @@ private:
         ObjectId scope;
     };
     std::vector<SeenLight> seenLights_;
-    std::vector<std::pair<Environment, std::uint8_t>> seenEnvironments_;  ///< the first, and those behind it while not all see them
+    std::vector<std::pair<Environment, std::uint8_t>>
+        seenEnvironments_;  ///< the first, and those behind it while not all see them
     bool lightsByUser_ = false;
 
     // Who looks, see UserView.cpp.
     using SeenChildren = std::map<std::uint32_t, std::uint8_t>;  ///< child → a bit for each user who sees it
-    std::unordered_map<std::uint32_t, SeenChildren> some_;        ///< of places that show kSome
-    std::set<std::uint32_t> byUser_;                              ///< items that not all see
+    std::unordered_map<std::uint32_t, SeenChildren> some_;       ///< of places that show kSome
+    std::set<std::uint32_t> byUser_;                             ///< items that not all see
     struct Turn {
         NodePose pose;
         Vec3d axis;  ///< of a billboard
     };
-    std::unordered_map<std::uint32_t, Turn> turns_;  ///< places that are shown: billboards, and what moves things below one
-    std::set<std::uint32_t> billboards_;             ///< shown, and below no other
+    std::unordered_map<std::uint32_t, Turn>
+        turns_;                           ///< places that are shown: billboards, and what moves things below one
+    std::set<std::uint32_t> billboards_;  ///< shown, and below no other
     bool turnsStale_ = false;
     std::uint8_t userBit_ = 1;
     Vec3d head_ = Vec3d::Zero();
-    std::unordered_map<ObjectId, std::set<std::uint32_t>> lentTo_;  ///< materials of groups → places of the items that have them
+    std::unordered_map<ObjectId, std::set<std::uint32_t>>
+        lentTo_;  ///< materials of groups → places of the items that have them
     std::vector<std::pair<std::uint32_t, Affine3d>> turning_;
     mutable std::shared_ptr<const ShadowCasters> casters_;
-    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0, castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
-    SceneVersion lookedAt_;  ///< by lookFrom
+    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0,
+                          castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
+    SceneVersion lookedAt_;                        ///< by lookFrom
     ScreenCamera lookedFrom_{};
     SceneVersion narrowedAt_;  ///< by narrowFor
     ScreenCamera narrowedFrom_{};
@@ -290,11 +298,12 @@ private:
 };
 
 /// Appends the items whose box is not wholly outside, of these planes.
-void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found, Frustum::Mask planes = Frustum::kAllPlanes);
+void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, std::vector<std::uint32_t>& found,
+                      Frustum::Mask planes = Frustum::kAllPlanes);
 
-/// How a billboard at a node turns, in the node's own coordinates: to bring +Z towards a head, about an axis as far as that allows. Not at all
-/// where that means nothing: a head on the axis or at the origin, +Z along the axis, coordinates that are not finite or have no inverse.
-/// IEEE's four operations and roots alone, as ScreenMeasure.
+/// How a billboard at a node turns, in the node's own coordinates: to bring +Z towards a head, about an axis as far as
+/// that allows. Not at all where that means nothing: a head on the axis or at the origin, +Z along the axis,
+/// coordinates that are not finite or have no inverse. IEEE's four operations and roots alone, as ScreenMeasure.
 [[nodiscard]] Mat3d turnTowards(const Vec3d& headWorld, const Vec3d& axis, const Affine3d& world_T_node);
 
 /// The light of a scene that brings none: three directional lights that are fixed in the world.

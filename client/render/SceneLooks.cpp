@@ -22,20 +22,22 @@ Drawable drawableOnScreens(const Aspect& aspect, ObjectId core) {
 
 bool isGlossy(const Material& material) {
     static const Material kPlain;
-    return material.shading == Material::kPhong || material.specular != kPlain.specular || material.specularColor != kPlain.specularColor ||
-           material.ior != kPlain.ior;
+    return material.shading == Material::kPhong || material.specular != kPlain.specular ||
+           material.specularColor != kPlain.specularColor || material.ior != kPlain.ior;
 }
 
 }  // namespace
 
 bool isBlended(const Material& pass) {
-    return pass.alphaMode == Material::kBlend || pass.transmission > 0 || (pass.alphaMode == Material::kAutoAlpha && pass.baseColor.w() < 1);
+    return pass.alphaMode == Material::kBlend || pass.transmission > 0 ||
+           (pass.alphaMode == Material::kAutoAlpha && pass.baseColor.w() < 1);
 }
 
 std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material) {
     std::vector<const Material*> passes;
     for (const ObjectId id : material.passes)
-        if (const auto* pass = passes.size() < Material::kMostPasses ? aspect.get<Material>(id) : nullptr) passes.push_back(pass);
+        if (const auto* pass = passes.size() < Material::kMostPasses ? aspect.get<Material>(id) : nullptr)
+            passes.push_back(pass);
     return passes;
 }
 
@@ -73,7 +75,12 @@ SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core, ObjectId held) {
 }
 
 SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::uint32_t materialSlot) const {
-    SceneLook look{.mesh = use.mesh, .material = materialId, .lineWidth = use.lineWidth, .lineLayers = 1, .byScreen = use.screenError > 0, .slack = use.slack};
+    SceneLook look{.mesh = use.mesh,
+                   .material = materialId,
+                   .lineWidth = use.lineWidth,
+                   .lineLayers = 1,
+                   .byScreen = use.screenError > 0,
+                   .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
     if (rowOf(look.kind).volume) {
@@ -168,7 +175,8 @@ void SceneLooks::keep(std::uint32_t slot, const Drawable& now) {
     use.steps[0].deviation = use.kept.deviation();
     // What is as far off is not wholly in the box of numbers that are rounded.
     const Box& bounds = use.mesh->bounds;
-    use.slack = use.steps[0].deviation + 1e-6 * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
+    use.slack = use.steps[0].deviation +
+                1e-6 * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
 }
 
 void SceneLooks::releaseSteps(DrawableUse& use) {
@@ -200,8 +208,10 @@ SceneLooks::Step SceneLooks::stepOf(ObjectId core, unsigned fineness) {
 const RenderMesh* SceneLooks::meshOf(ObjectId core, const Fineness& fineness) {
     DrawableUse& use = drawables_[drawables_.find(core)];
     if (fineness == Fineness()) return use.mesh;
-    auto pattern = std::find_if(use.patterns.begin(), use.patterns.end(), [&fineness](const KeptPattern& kept) { return kept.fineness == fineness; });
-    if (pattern == use.patterns.end()) pattern = use.patterns.insert(use.patterns.end(), {.fineness = fineness, .mesh = nullptr, .stale = true});
+    auto pattern = std::find_if(use.patterns.begin(), use.patterns.end(),
+                                [&fineness](const KeptPattern& kept) { return kept.fineness == fineness; });
+    if (pattern == use.patterns.end())
+        pattern = use.patterns.insert(use.patterns.end(), {.fineness = fineness, .mesh = nullptr, .stale = true});
     if (pattern->stale) {
         // As in stepOf.
         const RenderMesh* before = pattern->mesh;
@@ -214,7 +224,8 @@ const RenderMesh* SceneLooks::meshOf(ObjectId core, const Fineness& fineness) {
     return pattern->mesh;
 }
 
-// Screens of one host look in turn, and eyes go back and forth. Of patterns an eye that moves leaves one behind with every few frames.
+// Screens of one host look in turn, and eyes go back and forth. Of patterns an eye that moves leaves one behind with
+// every few frames.
 void SceneLooks::endLook() {
     constexpr std::uint64_t kKeptLooks = 64, kKeptPatterns = 8;
     const bool steps = look_ % kKeptLooks == 0;
@@ -252,7 +263,8 @@ void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<Obje
         const Drawable drawable = drawableOnScreens(aspect, id);
         if (!drawable) return;
         const MeshArrays arrays = drawable.arrays();
-        // Colours and ramps of particles are in their arrays, planes of volumes too: those that nothing is left of included.
+        // Colours and ramps of particles are in their arrays, planes of volumes too: those that nothing is left of
+        // included.
         if (areParticles(arrays) || finenessOnScreens(aspect, id) != Fineness()) shapeChanged(aspect, id, changed);
         const float lineWidth = arrays.lineWidth;
         if (drawable.material() == drawables_[slot].materialId && lineWidth == drawables_[slot].lineWidth) return;
@@ -364,10 +376,13 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
         ++layersOfThis;
         outlinesOfThis += of.fill != Material::kFilled;
         edges = edges || of.fill == Material::kEdges;
-        if (of.fill != Material::kFilled) outline = std::max(outline, of.fill == Material::kEdges ? of.lineWidth : of.pointSize);
+        if (of.fill != Material::kFilled)
+            outline = std::max(outline, of.fill == Material::kEdges ? of.lineWidth : of.pointSize);
         const auto* program = of.program ? aspect.get<SurfaceProgram>(of.program) : nullptr;
         if (of.program) parts.insert(of.program);
-        if (!program || program->verdict == SurfaceProgram::kUntried || (program->surface.empty() && program->vertex.empty())) return;
+        if (!program || program->verdict == SurfaceProgram::kUntried ||
+            (program->surface.empty() && program->vertex.empty()))
+            return;
         written = true;
         if (program->verdict != SurfaceProgram::kGood || program->vertex.empty()) return;
         moved = true;
@@ -399,13 +414,16 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
         const Material& other = *aspect.get<Material>(id);
         lookAtOther(other);
         lookAtPasses(other);
-        const bool plain = other.alphaMode == Material::kOpaque || (other.alphaMode == Material::kAutoAlpha && other.baseColor.w() >= 1 && !other.baseColorImage);
-        coarserOpaque = coarserOpaque && plain && !other.program && other.fill == Material::kFilled && !(other.transmission > 0);
+        const bool plain = other.alphaMode == Material::kOpaque || (other.alphaMode == Material::kAutoAlpha &&
+                                                                    other.baseColor.w() >= 1 && !other.baseColorImage);
+        coarserOpaque =
+            coarserOpaque && plain && !other.program && other.fill == Material::kFilled && !(other.transmission > 0);
     }
     if (core->coarser) parts.insert(core->coarser);
     setParts(material, std::move(parts));
     MaterialUse& use = materials_[material];
-    const bool detailed = written || passDetailed || core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
+    const bool detailed =
+        written || passDetailed || core->metallicRoughnessImage || core->occlusionImage || core->emissiveImage;
     const bool coated = passCoated || core->clearcoat > 0;
     const bool glossy = passGlossy || isGlossy(*core);
     const bool blends = core->alphaMode == Material::kBlend;
@@ -415,7 +433,8 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     const bool ignored = core->alphaMode == Material::kOpaque;
     // A cutoff above 1 leaves nothing; at 1 rounding may.
     const bool cut = core->alphaMode == Material::kMask && core->alphaCutoff > 0.99f;
-    const bool opaque = !ownWritten && !moved && coarserOpaque && !transparent && !cut && (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
+    const bool opaque = !ownWritten && !moved && coarserOpaque && !transparent && !cut &&
+                        (ignored || (!thin && (use.image == kNone || imageOpaque(aspect, use.image))));
     transparent = transparent || (blends && !opaque);
     std::uint16_t state = ownWritten;
     for (const bool bit : {bool(core->baseColorImage), bool(core->metallicRoughnessImage), bool(core->normalImage),
@@ -423,8 +442,10 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
                            core->doubleSided != 0, !core->layers.empty()})
         state = static_cast<std::uint16_t>(2 * state + bit);
     const bool another = transparent != use.transparent || blends != use.blends || opaque != use.opaque ||
-                         detailed != use.detailed || coated != use.coated || glossy != use.glossy || state != use.state ||
-                         moved != use.moved || reach != use.reach || core->fill != use.fill || outline != use.outline || outlines != use.outlines || layers != use.layers || edges != use.edges || over != use.over || coarser.empty() == use.coarser;
+                         detailed != use.detailed || coated != use.coated || glossy != use.glossy ||
+                         state != use.state || moved != use.moved || reach != use.reach || core->fill != use.fill ||
+                         outline != use.outline || outlines != use.outlines || layers != use.layers ||
+                         edges != use.edges || over != use.over || coarser.empty() == use.coarser;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;

@@ -22,17 +22,18 @@ struct SceneLook {
     bool coated = false;    ///< has lacquer
     bool glossy = false;    ///< see DrawList
     DrawKind kind = DrawKind::kTriangles;
-    float lineWidth = 0;      ///< pixels, of lines, those that stand for a surface or lie over it counted
+    float lineWidth = 0;          ///< pixels, of lines, those that stand for a surface or lie over it counted
     std::uint8_t lineLayers = 0;  ///< of those: as often they are drawn, passes counted
     bool cornersAlone = false;    ///< those of a surface are corners, no edges
-    std::uint16_t state = 0;  ///< where it differs, a renderer must be told more than another material
-    bool asWhole = false;     ///< its mesh's parts are not what is drawn: a program moves its vertices, or it is edges or corners
+    std::uint16_t state = 0;      ///< where it differs, a renderer must be told more than another material
+    bool asWhole =
+        false;  ///< its mesh's parts are not what is drawn: a program moves its vertices, or it is edges or corners
     std::int64_t fill = Material::kFilled;  ///< of triangles
-    bool over = false;        ///< opaque, and something blended is drawn over it
-    bool coarser = false;     ///< its material has another one for where it is small
-    bool byScreen = false;    ///< screens may draw it finer
-    Fineness fineness;        ///< of its mesh: see finenessOnScreens
-    double slack = 0;         ///< how far beyond the mesh's bounds it reaches then, or moved, in its own coordinates
+    bool over = false;                      ///< opaque, and something blended is drawn over it
+    bool coarser = false;                   ///< its material has another one for where it is small
+    bool byScreen = false;                  ///< screens may draw it finer
+    Fineness fineness;                      ///< of its mesh: see finenessOnScreens
+    double slack = 0;  ///< how far beyond the mesh's bounds it reaches then, or moved, in its own coordinates
 };
 
 /// Drawable cores, the materials that they name, and the images that those name.
@@ -55,15 +56,20 @@ public:
     void endUpdate() { meshes_.dropUnused(); }
 
     /// A known drawable that screens may draw finer, by a copy of its core. Holds until it changes.
-    [[nodiscard]] const Drawable& drawableByScreen(ObjectId core) const { return drawables_[drawables_.find(core)].kept; }
+    [[nodiscard]] const Drawable& drawableByScreen(ObjectId core) const {
+        return drawables_[drawables_.find(core)].kept;
+    }
     struct Step {
         const RenderMesh* mesh = nullptr;
         double deviation = 0;  ///< see ScreenSteps
     };
-    /// Of such a drawable, up to its finest: made when it is first asked for, kept for some looks. It may not be drawable.
+    /// Of such a drawable, up to its finest: made when it is first asked for, kept for some looks. It may not be
+    /// drawable.
     [[nodiscard]] Step stepOf(ObjectId core, unsigned fineness);
     /// What may be as fine as it likes by itself; null: the drawable steps as a whole.
-    [[nodiscard]] const ScreenParts* partsOf(ObjectId core) const { return drawables_[drawables_.find(core)].parts.get(); }
+    [[nodiscard]] const ScreenParts* partsOf(ObjectId core) const {
+        return drawables_[drawables_.find(core)].parts.get();
+    }
     /// Of a drawable that has parts: made when it is first asked for, kept for a few looks. It may not be drawable.
     [[nodiscard]] const RenderMesh* meshOf(ObjectId core, const Fineness& fineness);
     void beginLook() { ++look_; }
@@ -75,7 +81,7 @@ private:
     struct KeptStep {
         const RenderMesh* mesh = nullptr;
         double deviation = 0;
-        bool stale = false;  ///< the core has changed since
+        bool stale = false;      ///< the core has changed since
         std::uint64_t look = 0;  ///< in which it was asked for last
     };
     struct KeptPattern {
@@ -96,7 +102,8 @@ private:
         Drawable kept;
         double screenError = 0;  ///< 0: they may not
         double slack = 0;
-        std::vector<KeptStep> steps;  ///< by fineness; of the first the deviation alone, and of those with parts no other
+        std::vector<KeptStep>
+            steps;  ///< by fineness; of the first the deviation alone, and of those with parts no other
         std::shared_ptr<const ScreenParts> parts;
         std::vector<KeptPattern> patterns;  ///< of those with parts
     };
@@ -106,16 +113,16 @@ private:
         bool blends = false;  ///< transparent where a vertex colour is
         bool opaque = true;   ///< and its image too
         bool detailed = false, coated = false, glossy = false;
-        std::uint16_t state = 0;  ///< which images it has, whether alpha cuts it, its sides
+        std::uint16_t state = 0;   ///< which images it has, whether alpha cuts it, its sides
         std::set<ObjectId> parts;  ///< what else it is made of: its program, its passes, theirs
         std::int64_t fill = Material::kFilled;
-        float outline = 0;       ///< pixels: the widest of edges and corners, its own and its passes'
+        float outline = 0;                      ///< pixels: the widest of edges and corners, its own and its passes'
         std::uint8_t outlines = 0, layers = 1;  ///< of those; of all that is drawn with it
-        bool edges = false;      ///< some outline is edges
-        bool over = false;       ///< some pass is blended
+        bool edges = false;                     ///< some outline is edges
+        bool over = false;                      ///< some pass is blended
         bool coarser = false;
-        bool moved = false;      ///< by its program
-        double reach = 0;        ///< how far at most
+        bool moved = false;  ///< by its program
+        double reach = 0;    ///< how far at most
         std::uint32_t image = kNone;
         std::uint32_t held = 0;  ///< how often
         std::uint32_t firstDrawable = kNone;
@@ -149,7 +156,7 @@ private:
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
     std::map<ObjectId, std::set<std::uint32_t>> partUsers_;  ///< materials by their parts
-    std::set<ObjectId> stepped_;  ///< drawables with steps beyond the first, or patterns
+    std::set<ObjectId> stepped_;                             ///< drawables with steps beyond the first, or patterns
     std::uint64_t look_ = 0;
 };
 

@@ -78,7 +78,10 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         const ScenePlace* parent = place.parent == kNone ? nullptr : &places[place.parent];
         const bool isRoot = place.id == kRootNode;
         const bool attached = isRoot || (parent && parent->attached);
-        const std::uint8_t seenBy = isRoot ? 0xff : parent && parent->shown ? static_cast<std::uint8_t>(parent->seenBy & mayBeSeenBy(place.parent, slot)) : 0;
+        const std::uint8_t seenBy = isRoot ? 0xff
+                                    : parent && parent->shown
+                                        ? static_cast<std::uint8_t>(parent->seenBy & mayBeSeenBy(place.parent, slot))
+                                        : 0;
         const bool shown = seenBy != 0;
         const std::uint32_t depth = parent ? parent->depth + 1 : 0;
         const bool wasShown = place.shown;
@@ -90,7 +93,8 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         if (shown) {
             const Affine3d world_T_node = worldOf(place);
             const bool turns = parent && parent->turnsBelow, turnsBelow = turns || place.role == SceneRole::kBillboard;
-            moved = !wasShown || !sameBits(world_T_node, place.world_T_node) || seenBy != place.seenBy || turns != place.turns || turnsBelow != place.turnsBelow;
+            moved = !wasShown || !sameBits(world_T_node, place.world_T_node) || seenBy != place.seenBy ||
+                    turns != place.turns || turnsBelow != place.turnsBelow;
             if (moved) place.world_T_node = world_T_node;
             place.turns = turns;
             place.turnsBelow = turnsBelow;
@@ -130,7 +134,8 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         const bool othersOfSome = showed == ScenePlace::kSome && place.shows == showed && before != some_.at(slot);
         if (showed == ScenePlace::kSome && place.shows != showed) some_.erase(slot);
         const bool seen = (wasShown && showed == ScenePlace::kAll) || (shown && place.shows == ScenePlace::kAll);
-        const bool news = wasShown != shown || moved || relooked || rescoped || reowned || othersOfSome || showed != place.shows;
+        const bool news =
+            wasShown != shown || moved || relooked || rescoped || reowned || othersOfSome || showed != place.shows;
         if (forAll || (seen && news)) {
             enterBelow(slot, reorder);
             continue;
@@ -192,7 +197,8 @@ std::uint8_t RenderScene::Impl::mayBeSeenBy(std::uint32_t slot, std::uint32_t ch
 // As MaterialGroup.h says: the nearest of those that do not override, the topmost of those that do, up to who protects.
 GroupMaterials RenderScene::Impl::materialsBelow(const ScenePlace& place) const {
     GroupMaterials materials = place.parent == kNone ? GroupMaterials() : places[place.parent].materials;
-    const MaterialGroup* group = place.role == SceneRole::kMaterials ? aspect_->get<MaterialGroup>(place.core) : nullptr;
+    const MaterialGroup* group =
+        place.role == SceneRole::kMaterials ? aspect_->get<MaterialGroup>(place.core) : nullptr;
     if (!group) return materials;
     if (group->protects) materials.over = {};
     if (!group->material) return materials;
@@ -249,7 +255,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     }
     SceneLook look = looks_.of(*aspect_, place.core);
     if (!look.mesh || !look.mesh->drawable()) {
-        look.mesh && look.mesh->refused ? (void)undrawn.insert(place.id) : (void)undrawn.erase(place.id);
+        look.mesh&& look.mesh->refused ? (void)undrawn.insert(place.id) : (void)undrawn.erase(place.id);
         return freeItem(place);
     }
     const bool isNew = place.item == kNone;
@@ -306,7 +312,8 @@ void RenderScene::Impl::placeItem(std::uint32_t index) {
     const Vec3d farthest = reached.lower.cwiseAbs().cwiseMax(reached.upper.cwiseAbs());
     item.reach = (world_T_item.linear().cwiseAbs() * farthest).norm();
     // Written so that it is false for NaN.
-    const bool sane = (box.lower.array() >= -kUtmostCoordinate).all() && (box.upper.array() <= kUtmostCoordinate).all() && !box.empty() &&
+    const bool sane = (box.lower.array() >= -kUtmostCoordinate).all() &&
+                      (box.upper.array() <= kUtmostCoordinate).all() && !box.empty() &&
                       item.reach <= 2 * kUtmostCoordinate;
     if (sane) {
         undrawn.erase(item.node);
@@ -357,7 +364,8 @@ void RenderScene::Impl::countLooks(std::uint32_t index, int sign) {
     if (item.coated) coatedItems += static_cast<std::size_t>(sign);
     if (item.glossy) glossyItems += static_cast<std::size_t>(sign);
     if (item.lineWidth > 0 || rowOf(item.kind).standsOut)
-        linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] += static_cast<std::size_t>(sign);
+        linesByReach[std::min(kWidestReachPx, static_cast<std::size_t>(lineReachPx(item.lineWidth)))] +=
+            static_cast<std::size_t>(sign);
 }
 
 double RenderScene::Impl::widestLineReachPx() const {
@@ -398,9 +406,7 @@ bool RenderScene::Impl::before(std::uint32_t a, std::uint32_t b) const {
         y = places[y].parent;
     }
     const auto& children = aspect_->get<Node>(places[places[x].parent].id)->children;
-    const auto indexOf = [&](std::uint32_t slot) {
-        return children.indexOf(places[slot].id);
-    };
+    const auto indexOf = [&](std::uint32_t slot) { return children.indexOf(places[slot].id); };
     return indexOf(x) < indexOf(y);
 }
 

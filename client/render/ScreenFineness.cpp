@@ -34,7 +34,7 @@ struct PartLevels {
     std::vector<std::uint8_t> levels;
     unsigned most = 0;
     std::uint64_t triangles = 0;  ///< at most
-    bool alike = true;            ///< finer where nobody asks for it: hardly more triangles, and a mesh that others may have, too
+    bool alike = true;  ///< finer where nobody asks for it: hardly more triangles, and a mesh that others may have, too
 };
 PartLevels levelsWithin(const FinenessUnit& unit, double within) {
     constexpr std::uint64_t kFew = 2048;
@@ -61,20 +61,26 @@ PartLevels levelsWithin(const FinenessUnit& unit, double within) {
 double farthestOff(const FinenessUnit& unit) {
     double ratio = 0;
     for (std::size_t i = 0; i < unit.worth.size(); ++i)
-        if (unit.levels[i] < unit.parts->finest) ratio = std::max(ratio, unit.worth[i] * static_cast<double>(unit.parts->parts[i].deviation[unit.levels[i]]));
+        if (unit.levels[i] < unit.parts->finest)
+            ratio =
+                std::max(ratio, unit.worth[i] * static_cast<double>(unit.parts->parts[i].deviation[unit.levels[i]]));
     return ratio;
 }
 /// What parts are worth on a screen, as many as it may show at all.
-std::vector<double> worthOf(const ScreenParts& parts, const ScreenMeasure& measure, const Frustum& seen, const Affine3d& world_T_item, double screenError) {
+std::vector<double> worthOf(const ScreenParts& parts, const ScreenMeasure& measure, const Frustum& seen,
+                            const Affine3d& world_T_item, double screenError) {
     const ScreenMeasure::OfItem of(measure, world_T_item);
     std::vector<double> worth(parts.parts.size(), 0.0);
     for (std::size_t g = 0; g < parts.groups.size(); ++g) {
         const ScreenParts::Group& group = parts.groups[g];
         if (group.box.empty() || seen.classify(group.box.transformed(world_T_item)).outside) continue;
-        if (of.pixelsPerUnit(group.box, static_cast<double>(group.deviation)) * static_cast<double>(group.deviation) <= screenError) continue;
+        if (of.pixelsPerUnit(group.box, static_cast<double>(group.deviation)) * static_cast<double>(group.deviation) <=
+            screenError)
+            continue;
         const std::size_t end = std::min(parts.parts.size(), (g + 1) * ScreenParts::kGroup);
         for (std::size_t i = g * ScreenParts::kGroup; i < end; ++i)
-            if (const ScreenParts::Part& part = parts.parts[i]; part.triangles > 0) worth[i] = of.pixelsPerUnit(part.box(), static_cast<double>(part.deviation[0])) / screenError;
+            if (const ScreenParts::Part& part = parts.parts[i]; part.triangles > 0)
+                worth[i] = of.pixelsPerUnit(part.box(), static_cast<double>(part.deviation[0])) / screenError;
     }
     return worth;
 }
@@ -83,7 +89,9 @@ struct FartherOff {
     double ratio;  ///< of the deviation to what is wanted
     ObjectId first;
     std::size_t unit;
-    bool operator<(const FartherOff& other) const { return ratio != other.ratio ? ratio < other.ratio : other.first < first; }
+    bool operator<(const FartherOff& other) const {
+        return ratio != other.ratio ? ratio < other.ratio : other.first < first;
+    }
 };
 
 /// Surfaces that stand in one frame, and are cut alike, share their edges' vertices as long as they are as fine.
@@ -95,7 +103,9 @@ SeamKey seamKeyOf(double seam, const Affine3d& world_T_item) {
     return key;
 }
 
-[[nodiscard]] bool contains(const Box& outer, const Box& inner) { return outer.contains(inner.lower) && outer.contains(inner.upper); }
+[[nodiscard]] bool contains(const Box& outer, const Box& inner) {
+    return outer.contains(inner.lower) && outer.contains(inner.upper);
+}
 
 }  // namespace
 
@@ -105,10 +115,12 @@ double rowStretchOf(const Mat3d& linear) {
     return std::sqrt(square.cwiseAbs().rowwise().sum().maxCoeff());
 }
 
-ScreenMeasure::ScreenMeasure(const ScreenCamera& camera) : eyeWorld_(camera.eyeWorld), eye_T_world_(camera.eye_T_world) {
+ScreenMeasure::ScreenMeasure(const ScreenCamera& camera)
+    : eyeWorld_(camera.eyeWorld), eye_T_world_(camera.eye_T_world) {
     const Mat4d& clip = camera.clip_T_eye;
     nearest_ = clip(2, 3) / (clip(2, 2) - 1);
-    // p and q, a metre apart, lie |(p - q) + (q's slope) (p - q)_z| / p_z apart in the plane at a metre: at most what follows (Cauchy, Schwarz).
+    // p and q, a metre apart, lie |(p - q) + (q's slope) (p - q)_z| / p_z apart in the plane at a metre: at most what
+    // follows (Cauchy, Schwarz).
     double slope2 = 0;
     for (const double x : {-1.0, 1.0})
         for (const double y : {-1.0, 1.0}) {
@@ -123,7 +135,8 @@ ScreenMeasure::ScreenMeasure(const ScreenCamera& camera) : eyeWorld_(camera.eyeW
 double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine3d& world_T_item, double apart) const {
     const Affine3d eye_T_item = eye_T_world_ * world_T_item;
     const double perUnit = rowStretchOf(eye_T_item.linear());
-    // By depth: of all that it may be. By distance: what is seen is within the screen's slant, what belongs to it not far from that.
+    // By depth: of all that it may be. By distance: what is seen is within the screen's slant, what belongs to it not
+    // far from that.
     const Eigen::RowVector3d axis = -eye_T_item.linear().row(2);
     const double depth = axis.dot(own.center()) - eye_T_item.translation().z() - 0.5 * axis.cwiseAbs().dot(own.size());
     const Vec3d nearestWorld = eyeWorld_.cwiseMax(box.lower).cwiseMin(box.upper);
@@ -131,7 +144,8 @@ double ScreenMeasure::pixelsPerUnit(const Box& own, const Box& box, const Affine
     return perUnit * pixelsAtOne_ / std::max({depth, distance / slant_ - perUnit * apart, nearest_});
 }
 
-ScreenMeasure::OfItem::OfItem(const ScreenMeasure& screen, const Affine3d& world_T_item) : screen_(screen), world_T_item_(world_T_item) {
+ScreenMeasure::OfItem::OfItem(const ScreenMeasure& screen, const Affine3d& world_T_item)
+    : screen_(screen), world_T_item_(world_T_item) {
     const Affine3d eye_T_item = screen.eye_T_world_ * world_T_item;
     perUnit_ = rowStretchOf(eye_T_item.linear());
     axis_ = -eye_T_item.linear().row(2);
@@ -149,9 +163,11 @@ double ScreenMeasure::OfItem::pixelsPerUnit(const Box& own, double apart) const 
     // Of the power of two at or below the distance an eighth.
     const double cell = std::ldexp(1.0, exponent - 4);
     const Vec3d low = cell * (eye / cell).array().floor().matrix(), high = low.array() + cell;
-    const double depth = axis_.dot(own.center()) + offset_ - 0.5 * axis_.cwiseAbs().dot(own.size()) + axisWorld_.dot(eye - 0.5 * (low + high)) - 0.5 * cell * axisWorld_.cwiseAbs().sum();
+    const double depth = axis_.dot(own.center()) + offset_ - 0.5 * axis_.cwiseAbs().dot(own.size()) +
+                         axisWorld_.dot(eye - 0.5 * (low + high)) - 0.5 * cell * axisWorld_.cwiseAbs().sum();
     const double distance = (box.lower - high).cwiseMax(low - box.upper).cwiseMax(0.0).norm() * perMetre;
-    return perUnit_ * screen_.pixelsAtOne_ / std::max({depth, distance / screen_.slant_ - perUnit_ * apart, screen_.nearest_});
+    return perUnit_ * screen_.pixelsAtOne_ /
+           std::max({depth, distance / screen_.slant_ - perUnit_ * apart, screen_.nearest_});
 }
 
 void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
@@ -159,7 +175,8 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
     lookedAt_ = version;
     lookedFrom_ = camera;
     looks_.beginLook();
-    const Frustum seen = tileFrustum(camera, {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height});
+    const Frustum seen =
+        tileFrustum(camera, {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height});
     const ScreenMeasure measure(camera);
 
     std::vector<FinenessUnit> units;
@@ -174,8 +191,18 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
         const Drawable& drawable = looks_.drawableByScreen(item.geometry);
         const Affine3d& world_T_item = world_T(item);
         std::size_t unit = units.size();
-        if (const double seam = drawable.seam(); seam > 0) unit = unitOfSeam.try_emplace(seamKeyOf(seam, world_T_item), unit).first->second;
-        if (unit == units.size()) units.push_back({.items = {}, .pixelsPerUnit = {}, .first = item.node, .fineness = 0, .finest = 0, .triangles = 0, .parts = looks_.partsOf(item.geometry), .worth = {}, .levels = {}});
+        if (const double seam = drawable.seam(); seam > 0)
+            unit = unitOfSeam.try_emplace(seamKeyOf(seam, world_T_item), unit).first->second;
+        if (unit == units.size())
+            units.push_back({.items = {},
+                             .pixelsPerUnit = {},
+                             .first = item.node,
+                             .fineness = 0,
+                             .finest = 0,
+                             .triangles = 0,
+                             .parts = looks_.partsOf(item.geometry),
+                             .worth = {},
+                             .levels = {}});
         FinenessUnit& of = units[unit];
         if (of.parts) {
             of.worth = worthOf(*of.parts, measure, seen, world_T_item, drawable.screenError());
@@ -200,7 +227,8 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
         double ratio = 0;
         for (std::size_t i = 0; i < unit.items.size(); ++i) {
             const ObjectId core = items[unit.items[i]].geometry;
-            ratio = std::max(ratio, unit.pixelsPerUnit[i] * looks_.stepOf(core, unit.fineness).deviation / looks_.drawableByScreen(core).screenError());
+            ratio = std::max(ratio, unit.pixelsPerUnit[i] * looks_.stepOf(core, unit.fineness).deviation /
+                                        looks_.drawableByScreen(core).screenError());
         }
         if (ratio > 1 && unit.fineness < unit.finest) farthest.push({ratio, unit.first, u});
     };
@@ -213,7 +241,9 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
         if (unit.parts) {
             // Half as far off: half a step.
             PartLevels next = levelsWithin(unit, std::max(1.0, 0.5 * ratio));
-            if (next.triangles > kMostTrianglesByScreen || triangles - unit.triangles + next.triangles > kMostTrianglesOfScreen) continue;
+            if (next.triangles > kMostTrianglesByScreen ||
+                triangles - unit.triangles + next.triangles > kMostTrianglesOfScreen)
+                continue;
             triangles += next.triangles - unit.triangles;
             unit.triangles = next.triangles;
             unit.levels = std::move(next.levels);
@@ -224,7 +254,9 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
         }
         // Before anything is made: a step makes four triangles of each.
         bool fits = triangles + 3 * unit.triangles <= kMostTrianglesOfScreen;
-        for (const std::uint32_t index : unit.items) fits = fits && 4 * looks_.stepOf(items[index].geometry, unit.fineness).mesh->triangles <= kMostTrianglesByScreen;
+        for (const std::uint32_t index : unit.items)
+            fits = fits &&
+                   4 * looks_.stepOf(items[index].geometry, unit.fineness).mesh->triangles <= kMostTrianglesByScreen;
         std::uint64_t finer = 0;
         for (std::size_t i = 0; i < unit.items.size() && fits; ++i) {
             const SceneItem& item = items[unit.items[i]];
@@ -242,13 +274,15 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
     for (const FinenessUnit& unit : units) {
         if (unit.parts) {
             const std::uint32_t index = unit.items.front();
-            const Fineness fineness = unit.alike ? Fineness(unit.fineness) : Fineness(Blob::of(std::span<const std::uint8_t>(unit.levels)));
+            const Fineness fineness =
+                unit.alike ? Fineness(unit.fineness) : Fineness(Blob::of(std::span<const std::uint8_t>(unit.levels)));
             const RenderMesh* mesh = looks_.meshOf(items[index].geometry, fineness);
             const bool fits = mesh && mesh->drawable() && contains(reachedBy(items[index]), mesh->bounds);
             drawAt(index, fits ? fineness : Fineness(), fits ? mesh : items[index].base);
             continue;
         }
-        for (const std::uint32_t index : unit.items) drawAt(index, unit.fineness, looks_.stepOf(items[index].geometry, unit.fineness).mesh);
+        for (const std::uint32_t index : unit.items)
+            drawAt(index, unit.fineness, looks_.stepOf(items[index].geometry, unit.fineness).mesh);
     }
     looks_.endLook();
 }

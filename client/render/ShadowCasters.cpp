@@ -43,7 +43,9 @@ ScreenCamera sunCamera(const LightItem& light, const Box& shaded) {
     center.x() = step * std::floor(center.x() / step + 0.5);
     center.y() = step * std::floor(center.y() / step + 0.5);
     const double reach = 0.5 * side + step, depth = roundedUp(half.z() * 1.05 + 1e-3 * side);
-    ScreenCamera camera{.eyeWorld = Vec3d::Zero(), .eye_T_world = Affine3d::Identity(), .clip_T_eye = Mat4d::Identity(),
+    ScreenCamera camera{.eyeWorld = Vec3d::Zero(),
+                        .eye_T_world = Affine3d::Identity(),
+                        .clip_T_eye = Mat4d::Identity(),
                         .pixels = {.width = kSunMapPx, .height = kSunMapPx}};
     camera.eye_T_world.linear() = light_R_world;
     camera.eye_T_world.translation() = -center - Vec3d(0, 0, depth);
@@ -56,11 +58,14 @@ ScreenCamera sunCamera(const LightItem& light, const Box& shaded) {
 
 ScreenCamera spotCamera(const LightItem& light, const Box& shaded) {
     constexpr double kWidest = 80 * M_PI / 180;
-    ScreenCamera camera{.eyeWorld = light.position, .eye_T_world = Affine3d::Identity(), .clip_T_eye = Mat4d::Zero(),
+    ScreenCamera camera{.eyeWorld = light.position,
+                        .eye_T_world = Affine3d::Identity(),
+                        .clip_T_eye = Mat4d::Zero(),
                         .pixels = {.width = kSpotMapPx, .height = kSpotMapPx}};
     camera.eye_T_world.linear() = lookingAlong(light.direction);
     camera.eye_T_world.translation() = -(camera.eye_T_world.linear() * light.position);
-    const Vec3d farthest = (shaded.upper - light.position).cwiseAbs().cwiseMax((shaded.lower - light.position).cwiseAbs());
+    const Vec3d farthest =
+        (shaded.upper - light.position).cwiseAbs().cwiseMax((shaded.lower - light.position).cwiseAbs());
     const double reach = roundedUp(farthest.norm());
     // Depths are finest near the light whatever their end is (a reversed float): one that does not follow the scene.
     const double near = 1e-3 * (light.range > 0 ? std::min<double>(light.range, reach) : reach);
@@ -73,8 +78,8 @@ ScreenCamera spotCamera(const LightItem& light, const Box& shaded) {
     return camera;
 }
 
-/// What planes alone leave in doubt of large boxes, whose corners mean nothing any more in single precision: whether the box lies beside the
-/// view along an edge of its own. Of a sun across its light; of a spot around its cone.
+/// What planes alone leave in doubt of large boxes, whose corners mean nothing any more in single precision: whether
+/// the box lies beside the view along an edge of its own. Of a sun across its light; of a spot around its cone.
 class Beside {
 public:
     Beside(const ScreenCamera& camera, bool sun) : sun_(sun), light_(camera.eye_T_world.linear().row(2)) {
@@ -138,10 +143,13 @@ std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const Scre
     return camera;
 }
 
-/// The view as it was, where that is of the same things and of the same camera. A light, a head or somebody's camera that moves is
-/// none of them.
-std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, bool sun, const std::shared_ptr<const ShadowView>& before) const {
-    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents && castersOfFineness_ == finenessChanges && drawAlike(camera, before->camera)) return before;
+/// The view as it was, where that is of the same things and of the same camera. A light, a head or somebody's camera
+/// that moves is none of them.
+std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, bool sun,
+                                                                const std::shared_ptr<const ShadowView>& before) const {
+    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents &&
+        castersOfFineness_ == finenessChanges && drawAlike(camera, before->camera))
+        return before;
     auto view = std::make_shared<ShadowView>(ShadowView{.camera = camera, .items = {}, .clamped = sun});
     std::vector<std::uint32_t> found;
     const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
@@ -149,7 +157,8 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
     collectInFrustum(*this, tileFrustum(camera, all), found, sun ? kAllButNear : Frustum::kAllPlanes);
     const Beside beside(camera, sun);
     for (const std::uint32_t i : found)
-        if (!items[i].transparent && rowOf(items[i].kind).castsShadows && !places[items[i].place].ofServer && !beside(boxes[i])) {
+        if (!items[i].transparent && rowOf(items[i].kind).castsShadows && !places[items[i].place].ofServer &&
+            !beside(boxes[i])) {
             view->items.push_back(drawItem(i));
             // A light is no eye that something could be small to.
             view->items.back().radius = 0;
@@ -157,7 +166,8 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
         }
     // What shares mesh and material stands together, so that it is one call.
     std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
-        return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) < std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
+        return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) <
+               std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
     });
     return view;
 }
@@ -166,7 +176,8 @@ std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCame
 Box RenderScene::Impl::boundsWithin(const Box& part) const {
     Box bounds;
     const auto extend = [&](const Box& box) {
-        if (box.overlaps(part)) bounds.extend(Box{.lower = box.lower.cwiseMax(part.lower), .upper = box.upper.cwiseMin(part.upper)});
+        if (box.overlaps(part))
+            bounds.extend(Box{.lower = box.lower.cwiseMax(part.lower), .upper = box.upper.cwiseMin(part.upper)});
     };
     std::vector<std::uint32_t> open;
     if (!tree.empty()) open.push_back(BoxTree::kRoot);
@@ -192,7 +203,9 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
     if (shaded.empty()) return casters_ = nullptr;
     const Box middle = boundsWithin(shadedAround(screen.headWorld, kMiddleMetres, unitsPerMetre));
     auto now = std::make_shared<ShadowCasters>();
-    const auto before = [&](std::size_t i) { return casters_ && i < casters_->views.size() ? casters_->views[i] : nullptr; };
+    const auto before = [&](std::size_t i) {
+        return casters_ && i < casters_->views.size() ? casters_->views[i] : nullptr;
+    };
     for (const LightItem& light : lights) {
         if (!light.shadows) continue;
         const bool sun = light.kind == LightItem::Kind::kDirectional;
@@ -204,14 +217,16 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
             const ScreenCamera aroundHead = middle.empty() ? camera : shadowCamera(light, middle);
             const ScreenCamera& finer = isFiner(aroundHead, camera) ? aroundHead : camera;
             if (&finer != &camera) now->middle = shadowView(finer, true, casters_ ? casters_->middle : nullptr);
-            if (const auto near = nearShadowCamera(finer, screen)) now->near = shadowView(*near, true, casters_ ? casters_->near : nullptr);
+            if (const auto near = nearShadowCamera(finer, screen))
+                now->near = shadowView(*near, true, casters_ ? casters_->near : nullptr);
         }
         now->views.push_back(shadowView(camera, sun, before(now->views.size())));
     }
     castersOfItems_ = itemChanges;
     castersOfContents_ = version.contents;
     castersOfFineness_ = finenessChanges;
-    if (!casters_ || casters_->views != now->views || casters_->near != now->near || casters_->middle != now->middle) casters_ = std::move(now);
+    if (!casters_ || casters_->views != now->views || casters_->near != now->near || casters_->middle != now->middle)
+        casters_ = std::move(now);
     return casters_;
 }
 

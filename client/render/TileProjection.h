@@ -41,7 +41,7 @@ public:
     [[nodiscard]] int heightPx() const { return height_; }
     [[nodiscard]] const Mat4d& clip_T_world() const { return clip_T_world_; }
     [[nodiscard]] double nearMetres() const { return near_; }
-    [[nodiscard]] double farMetres() const { return far_; }  ///< infinite, as screens have it
+    [[nodiscard]] double farMetres() const { return far_; }                            ///< infinite, as screens have it
     [[nodiscard]] double pixelsPerMetre() const { return pixelsPerMetre_; }            ///< at 1 m, at the most
     [[nodiscard]] double leastPixelsPerMetre() const { return leastPixelsPerMetre_; }  ///< across or up, at 1 m
     [[nodiscard]] double metresPerUnit() const { return metresPerUnit_; }
@@ -67,8 +67,8 @@ public:
         return inverseDepth * (1 + 2 * noise / depthSlope_) + depthNoise_;
     }
 
-    /// Of triangles no nearer than this inverse depth: what is higher than so many pixels shows the side that it has without
-    /// rounding, whatever a grid of 1/256 pixel and single precision do to its corners.
+    /// Of triangles no nearer than this inverse depth: what is higher than so many pixels shows the side that it has
+    /// without rounding, whatever a grid of 1/256 pixel and single precision do to its corners.
     [[nodiscard]] double flattestPx(double noise, double inverseDepth) const {
         return std::max(kFlattestPx, 8 * noise * pixelsPerMetre_ * inverseDepth);
     }

@@ -37,7 +37,8 @@ void TransparentOrder::findGroups(const RenderScene::Impl& scene) {
     std::vector<std::uint32_t> open;
     for (std::uint32_t k = 0; k < order.size(); ++k) {
         const Box& box = scene.boxes[order[k]];
-        std::erase_if(open, [&](std::uint32_t other) { return scene.boxes[order[other]].upper[axis] < box.lower[axis]; });
+        std::erase_if(open,
+                      [&](std::uint32_t other) { return scene.boxes[order[other]].upper[axis] < box.lower[axis]; });
         for (const std::uint32_t other : open)
             if (box.overlaps(scene.boxes[order[other]])) parents[rootOf(k)] = rootOf(other);
         open.push_back(k);
@@ -61,7 +62,8 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
     if (items.empty()) return;
     pieces_.clear();
     const bool byTriangles = scene.transparentTriangles + scene.finerTransparentTriangles <= kMostTriangles;
-    if (byTriangles && (changes_ != scene.transparentChanges || groupOf_.size() != scene.items.size())) findGroups(scene);
+    if (byTriangles && (changes_ != scene.transparentChanges || groupOf_.size() != scene.items.size()))
+        findGroups(scene);
     const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
     const double offset = -camera.eye_T_world.translation().z();
     for (std::uint32_t i = 0; i < items.size(); ++i) {
@@ -126,14 +128,16 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
     }
 }
 
-// Two pieces each: the half that is seen from inside, and the one in front of it. As far away as such a half is on the average.
+// Two pieces each: the half that is seen from inside, and the one in front of it. As far away as such a half is on the
+// average.
 void TransparentOrder::addBalls(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose();
     const double half = 2.0 / 3 * mesh.shownRadius * axis.norm();
     const std::span<const float> centres = mesh.positions.as<float>();
     for (std::uint32_t i = 0; i < centres.size() / 3; ++i) {
-        const double depth = axis.dot(Vec3d(centres[3 * i], centres[3 * i + 1], centres[3 * i + 2])) - eye_T_item.translation().z();
+        const double depth =
+            axis.dot(Vec3d(centres[3 * i], centres[3 * i + 1], centres[3 * i + 2])) - eye_T_item.translation().z();
         for (const std::uint32_t side : {0u, 1u}) {
             piece.depth = side == 0 ? depth + half : depth - half;
             piece.triangle = 2 * i + side;
@@ -142,8 +146,9 @@ void TransparentOrder::addBalls(const RenderMesh& mesh, const Item& item, Piece 
     }
 }
 
-// Each lies on one side of all planes before its own. Where two of them differ first, what is beyond that plane comes before what is in it, and that
-// before what is on the eye's side. Depths never grow along that order, so that nothing between them, by its own depth, turns it around.
+// Each lies on one side of all planes before its own. Where two of them differ first, what is beyond that plane comes
+// before what is in it, and that before what is on the eye's side. Depths never grow along that order, so that nothing
+// between them, by its own depth, turns it around.
 void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3, eye = eye_T_item.inverse().translation();
@@ -155,7 +160,8 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
         return Vec3d(p[0], p[1], p[2]);
     };
     const auto sliceOf = [&](std::size_t t) {
-        return std::min(kMostVolumePlanes - 1, static_cast<std::size_t>(std::max(0.0f, texcoords[2 * std::size_t{indices[3 * t]} + 1])));
+        return std::min(kMostVolumePlanes - 1,
+                        static_cast<std::size_t>(std::max(0.0f, texcoords[2 * std::size_t{indices[3 * t]} + 1])));
     };
     // By its largest triangle.
     struct SlicePlane {
@@ -166,7 +172,8 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
     const std::size_t count = indices.size() / 3;
     for (std::size_t t = 0; t < count; ++t) {
         const Vec3d at = cornerOf(t, 0), normal = (cornerOf(t, 1) - at).cross(cornerOf(t, 2) - at);
-        if (SlicePlane& plane = planes[sliceOf(t)]; normal.squaredNorm() > plane.normal.squaredNorm()) plane = {normal, at};
+        if (SlicePlane& plane = planes[sliceOf(t)]; normal.squaredNorm() > plane.normal.squaredNorm())
+            plane = {normal, at};
     }
     const std::size_t first = pieces_.size();
     for (std::size_t t = 0; t < count; ++t) {
@@ -182,8 +189,11 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
         pieces_.push_back(piece);
     }
     const auto from = pieces_.begin() + static_cast<std::ptrdiff_t>(first);
-    std::sort(from, pieces_.end(), [](const Piece& a, const Piece& b) { return std::tie(a.sides, a.triangle) < std::tie(b.sides, b.triangle); });
-    for (std::size_t i = first + 1; i < pieces_.size(); ++i) pieces_[i].depth = std::min(pieces_[i].depth, pieces_[i - 1].depth);
+    std::sort(from, pieces_.end(), [](const Piece& a, const Piece& b) {
+        return std::tie(a.sides, a.triangle) < std::tie(b.sides, b.triangle);
+    });
+    for (std::size_t i = first + 1; i < pieces_.size(); ++i)
+        pieces_[i].depth = std::min(pieces_[i].depth, pieces_[i - 1].depth);
 }
 
 // A piece each, for both of its triangles, as far away as its middle.

@@ -6,12 +6,13 @@
 
 namespace tessera {
 
-/// What was seen in the frame before is drawn for depth; the tree is tested against the pyramid over that; of what passes, the
-/// newcomers are drawn too, and if they cover enough to matter all that passed is tested once more. Two waits at most.
+/// What was seen in the frame before is drawn for depth; the tree is tested against the pyramid over that; of what
+/// passes, the newcomers are drawn too, and if they cover enough to matter all that passed is tested once more. Two
+/// waits at most.
 class TwoPhaseCuller : public PartCuller {
 public:
-    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device, std::vector<std::uint32_t>& visible,
-                                      DeviceWork& work) override;
+    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device,
+                                      std::vector<std::uint32_t>& visible, DeviceWork& work) override;
 
 private:
     struct Seen {

@@ -13,7 +13,8 @@ Mat3d turnTowards(const Vec3d& headWorld, const Vec3d& axis, const Affine3d& wor
     const Mat3d inverse = world_T_node.linear().inverse();
     const Vec3d away = inverse * (headWorld - world_T_node.translation());
     const double distance = away.norm(), length = axis.norm();
-    if (!inverse.allFinite() || !std::isfinite(distance) || !std::isfinite(length) || !(distance > 0)) return Mat3d::Identity();
+    if (!inverse.allFinite() || !std::isfinite(distance) || !std::isfinite(length) || !(distance > 0))
+        return Mat3d::Identity();
     constexpr double kLeast = 1e-9;  // of the sine of an angle: nearer than that to an axis rounding says where it is
     const Vec3d towards = away / distance;
     if (!(length > 0)) {
@@ -41,8 +42,8 @@ void RenderScene::Impl::lookFrom(const ScreenCamera& camera) {
     narrowFor(camera);
 }
 
-// Costs nothing where all users see the same and nothing turns; else what only some of them see where another one looks, and what is below
-// billboards where a head has moved or the scene has changed there.
+// Costs nothing where all users see the same and nothing turns; else what only some of them see where another one
+// looks, and what is below billboards where a head has moved or the scene has changed there.
 void RenderScene::Impl::showTo(const ScreenCamera& camera) {
     const auto bit = static_cast<std::uint8_t>(1u << (camera.user % kLevelUsers));
     if (const std::uint8_t before = std::exchange(userBit_, bit); before != bit) {
@@ -87,7 +88,8 @@ void RenderScene::Impl::turnBelow(std::uint32_t billboard) {
             turnedPoses.push_back(world_T_node);
             placeItem(place.item);
         }
-        for (std::uint32_t c = place.firstChild; c != kNone; c = places[c].sibling.next) turning_.emplace_back(c, world_T_node);
+        for (std::uint32_t c = place.firstChild; c != kNone; c = places[c].sibling.next)
+            turning_.emplace_back(c, world_T_node);
     }
 }
 
@@ -97,7 +99,8 @@ void RenderScene::Impl::keepTurn(std::uint32_t slot) {
     const bool billboard = place.shown && place.role == SceneRole::kBillboard;
     if (billboard || (place.shown && place.turns && place.role == SceneRole::kPose)) {
         const Object core = aspect_->find(place.core);
-        turns_[slot] = billboard ? Turn{.pose = {}, .axis = core.as<Billboard>()->axis} : Turn{.pose = core.info().pose(core.data()), .axis = {}};
+        turns_[slot] = billboard ? Turn{.pose = {}, .axis = core.as<Billboard>()->axis}
+                                 : Turn{.pose = core.info().pose(core.data()), .axis = {}};
         turnsStale_ = true;
     } else if (!turns_.empty()) {
         turns_.erase(slot);
@@ -132,7 +135,8 @@ void RenderScene::Impl::chooseLights() {
         lights.push_back(light);
     }
     if (attachedLights_ == 0) lights = defaultLights();
-    const auto first = std::ranges::find_if(seenEnvironments_, [&](const auto& seen) { return (seen.second & userBit_) != 0; });
+    const auto first =
+        std::ranges::find_if(seenEnvironments_, [&](const auto& seen) { return (seen.second & userBit_) != 0; });
     environment = first == seenEnvironments_.end() ? Environment() : first->first;
 }
 

@@ -11,9 +11,9 @@
 
 namespace tessera {
 
-/// One depth buffer at a time, of one part of a tile. A value of depth is the picture's: 1 at the near plane, 0 at the far
-/// one and where nothing is, greater is nearer. Whoever implements it promises that an item leaves in each sample the very
-/// depth that it leaves there in the picture, and that the parts together are the tile.
+/// One depth buffer at a time, of one part of a tile. A value of depth is the picture's: 1 at the near plane, 0 at the
+/// far one and where nothing is, greater is nearer. Whoever implements it promises that an item leaves in each sample
+/// the very depth that it leaves there in the picture, and that the parts together are the tile.
 ///
 /// All errors are the renderer's; an answer is never a guess. One thread, that of the surface.
 class VisibilityDevice {

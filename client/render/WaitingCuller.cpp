@@ -37,9 +37,9 @@ Expected<void> WaitingCuller::cull(const PartView& view, VisibilityDevice& devic
             if (!*shows) continue;
         }
         if (!box.isItem) {
-            view.forEachBelow(box.index, box.sight.undecided, [&](const BoxSight& sight, std::uint32_t index, bool isItem) {
-                add(sight, index, isItem);
-            });
+            view.forEachBelow(
+                box.index, box.sight.undecided,
+                [&](const BoxSight& sight, std::uint32_t index, bool isItem) { add(sight, index, isItem); });
             continue;
         }
         visible.push_back(box.index);

@@ -5,12 +5,12 @@
 
 namespace tessera {
 
-/// As OpenSG's first mode does it (2006), over the tree of boxes: the nearest box of those known is asked for; if it shows, it
-/// is opened, or the item is drawn for depth at once. Remembers nothing.
+/// As OpenSG's first mode does it (2006), over the tree of boxes: the nearest box of those known is asked for; if it
+/// shows, it is opened, or the item is drawn for depth at once. Remembers nothing.
 class WaitingCuller : public PartCuller {
 public:
-    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device, std::vector<std::uint32_t>& visible,
-                                      DeviceWork& work) override;
+    [[nodiscard]] Expected<void> cull(const PartView& view, VisibilityDevice& device,
+                                      std::vector<std::uint32_t>& visible, DeviceWork& work) override;
 
 private:
     struct Box {

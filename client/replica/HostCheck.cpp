@@ -99,17 +99,19 @@ void checkWindows(const TileWindowsOptions& windows, HostCheck& check) {
     const std::vector<std::string> lines = linesOf(said->text);
     constexpr std::string_view kWho = "tessera-window: ";
     if (said->exitCode != 0)
-        return check.lacks.push_back(lines.empty()                     ? "windows: tessera-window --monitors says nothing"
+        return check.lacks.push_back(lines.empty() ? "windows: tessera-window --monitors says nothing"
                                      : lines.back().starts_with(kWho) ? "windows: " + lines.back().substr(kWho.size())
                                                                       : "windows: " + lines.back());
     for (const std::string& line : lines) check.facts.push_back("monitor " + line);
     for (const std::string& wanted : windows.monitors) {
         const bool there = std::ranges::any_of(lines, [&](const std::string& line) {
             const auto lower = [](std::string text) {
-                std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                std::ranges::transform(text, text.begin(),
+                                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
                 return text;
             };
-            return line.starts_with(wanted + ": ") || lower(line).find(lower(": \"" + wanted + "\", ")) != std::string::npos;
+            return line.starts_with(wanted + ": ") ||
+                   lower(line).find(lower(": \"" + wanted + "\", ")) != std::string::npos;
         });
         if (!there) check.lacks.push_back(fmt::format("no monitor is called \"{}\"", wanted));
     }

@@ -1,5 +1,5 @@
-/// What this machine lacks for a client with these options: `tessera-client --check`, which `tessera-wall --start` asks each
-/// machine before anything is started.
+/// What this machine lacks for a client with these options: `tessera-client --check`, which `tessera-wall --start` asks
+/// each machine before anything is started.
 #pragma once
 
 #include <optional>

@@ -18,13 +18,15 @@ constexpr std::size_t kMaxWork = 1024;
 
 unsigned coresHere() {
     cpu_set_t cores;
-    return ::sched_getaffinity(0, sizeof cores, &cores) == 0 ? static_cast<unsigned>(std::max(1, CPU_COUNT(&cores))) : 1;
+    return ::sched_getaffinity(0, sizeof cores, &cores) == 0 ? static_cast<unsigned>(std::max(1, CPU_COUNT(&cores)))
+                                                             : 1;
 }
 
 /// What this host shares with its neighbours: its board, and a thread that hears them call.
 class Neighbourhood {
 public:
-    Neighbourhood(Board made, SharingOptions options, Log& log) : board_(std::move(made)), sharing_(options, board_, log) {}
+    Neighbourhood(Board made, SharingOptions options, Log& log)
+        : board_(std::move(made)), sharing_(options, board_, log) {}
     ~Neighbourhood() { stop(); }
 
     [[nodiscard]] std::string place() const { return board_.place(); }
@@ -54,15 +56,16 @@ private:
     std::thread listener_;
 };
 
-/// Memory of neighbours is mapped beside one's own, through files: where the system gives this process few addresses or files it
-/// does better alone, because what is missing then is missing anywhere, at the start of a thread for one.
+/// Memory of neighbours is mapped beside one's own, through files: where the system gives this process few addresses or
+/// files it does better alone, because what is missing then is missing anywhere, at the start of a thread for one.
 bool roomToShare(Log& log) {
     constexpr rlim_t kAddresses = rlim_t{1} << 30, kFiles = 64;
     rlimit addresses{}, files{};
     if (::getrlimit(RLIMIT_AS, &addresses) != 0 || ::getrlimit(RLIMIT_NOFILE, &files) != 0) return true;
     if (addresses.rlim_cur >= kAddresses && files.rlim_cur >= kFiles) return true;
     log.info(fmt::format("this process may have {}: nothing is shared with hosts of this machine",
-                         files.rlim_cur < kFiles ? fmt::format("{} open files", files.rlim_cur) : fmt::format("{} MB of addresses", addresses.rlim_cur / 1'000'000)));
+                         files.rlim_cur < kFiles ? fmt::format("{} open files", files.rlim_cur)
+                                                 : fmt::format("{} MB of addresses", addresses.rlim_cur / 1'000'000)));
     return false;
 }
 
@@ -75,7 +78,8 @@ std::unique_ptr<Neighbourhood> makeNeighbourhood(const HostOptions& options, Log
         return nullptr;
     }
     return std::make_unique<Neighbourhood>(
-        std::move(*board), SharingOptions{.mode = options.share, .cores = coresHere(), .threadsEach = options.threads}, log);
+        std::move(*board), SharingOptions{.mode = options.share, .cores = coresHere(), .threadsEach = options.threads},
+        log);
 }
 
 }  // namespace
@@ -97,7 +101,10 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
     }
     const std::unique_ptr<Neighbourhood> neighbourhood = makeNeighbourhood(options, log);
     std::optional<TileWindows> windows;
-    if (options.window) windows.emplace(options.windows, log, [&](const InputState& state) { link->tell({Attempt{}, outcome::Input{state}}); });
+    if (options.window)
+        windows.emplace(options.windows, log, [&](const InputState& state) {
+            link->tell({Attempt{}, outcome::Input{state}});
+        });
     RenderHost host({.name = options.name,
                      .output = options.output,
                      .culler = options.culler,
@@ -160,9 +167,10 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
     session.join();
     if (neighbourhood) neighbourhood->stop();
     if (arrays && arrays->counts().own + arrays->counts().found > 0)
-        log.info(fmt::format("arrays: {} of {} MB lie in memory that other hosts here may share, {} of {} MB were found there",
-                             arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
-                             arrays->counts().foundBytes / 1'000'000));
+        log.info(fmt::format(
+            "arrays: {} of {} MB lie in memory that other hosts here may share, {} of {} MB were found there",
+            arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
+            arrays->counts().foundBytes / 1'000'000));
     if (end.over) return {};
     return tl::unexpected(end.error);
 }

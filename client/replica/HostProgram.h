@@ -16,12 +16,12 @@ struct HostOptions {
     Address server;
     std::string name;
     std::function<std::string(const std::string& peer)> access = {};  ///< see ServerLinkOptions
-    CurrentKeys keys = {};  ///< empty: links are plain
+    CurrentKeys keys = {};                                            ///< empty: links are plain
     std::string output;
-    std::string surface = "osmesa";  ///< "none": it takes part in every frame and draws nothing
-    std::optional<int> device;       ///< of the surface "egl"
+    std::string surface = "osmesa";    ///< "none": it takes part in every frame and draws nothing
+    std::optional<int> device;         ///< of the surface "egl"
     std::optional<CullerKind> culler;  ///< none: the wall's
-    bool window = false;  ///< each tile is shown on a monitor of this machine, by a tessera-window
+    bool window = false;               ///< each tile is shown on a monitor of this machine, by a tessera-window
     TileWindowsOptions windows;
     std::string cache;  ///< folder; empty: none
     bool keepFrames = false;

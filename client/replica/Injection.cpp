@@ -18,7 +18,7 @@ Expected<Injection> parseInjection(std::string_view text) {
         return fail(ErrorCode::kUsage,
                     "--inject '" + std::string(text) +
                         "': use draw-hang@FRAME, draw-slow@FRAME:MILLISECONDS, draw-fail@FRAME, show-hang@FRAME, "
-                    "corrupt@FRAME or lie@FRAME");
+                        "corrupt@FRAME or lie@FRAME");
     };
     const std::size_t at = text.find('@');
     if (at == std::string_view::npos) return wrong();

@@ -23,7 +23,8 @@ namespace {
 
 void readUntilStopped(int stop, std::chrono::seconds patience, const std::function<void()>& cleanUp, Log& log) {
     for (;;) {
-        pollfd handles[2] = {{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0}, {.fd = stop, .events = POLLIN, .revents = 0}};
+        pollfd handles[2] = {{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0},
+                             {.fd = stop, .events = POLLIN, .revents = 0}};
         const int ready = ::poll(handles, 2, static_cast<int>(std::chrono::milliseconds(patience).count()));
         if (ready < 0 && errno == EINTR) continue;
         if (handles[1].revents != 0) return;
@@ -38,7 +39,8 @@ void readUntilStopped(int stop, std::chrono::seconds patience, const std::functi
 
 Expected<LifeLine> LifeLine::hold(std::chrono::seconds patience, std::function<void()> cleanUp, Log& log) {
     int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) return fail(ErrorCode::kFailed, fmt::format("--while-input: {}", std::strerror(errno)));
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        return fail(ErrorCode::kFailed, fmt::format("--while-input: {}", std::strerror(errno)));
     LifeLine line;
     line.stop_ = FileHandle(ends[1]);
     line.reader_ = std::thread([heard = ends[0], patience, cleanUp = std::move(cleanUp), &log] {

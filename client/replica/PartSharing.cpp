@@ -13,13 +13,13 @@ constexpr int kGridPx = 64;
 constexpr std::size_t kMostPartsOfATile = 32;
 static_assert(kMostPartsOfATile <= board::kMostParts);
 constexpr std::chrono::milliseconds kPartShouldTake{4};
-/// Frames that are compared: divided ones with undivided ones. So many good comparisons, then it is looked again how long
-/// undivided ones take.
+/// Frames that are compared: divided ones with undivided ones. So many good comparisons, then it is looked again how
+/// long undivided ones take.
 constexpr std::size_t kCompared = 3;
 /// Divided frames that do not count: neighbours take up meshes, images and programs that they have not had.
 constexpr unsigned kWarmUp = 3;
-/// Of a frame, time that lies idle beside it: pieces make its processor time 5 to 8 % longer in dense scenes, and half of
-/// this is gained.
+/// Of a frame, time that lies idle beside it: pieces make its processor time 5 to 8 % longer in dense scenes, and half
+/// of this is gained.
 constexpr Duration::rep kIdleShare = 6;
 constexpr unsigned kGoodTrials = 16, kLongestPause = 256;
 
@@ -56,7 +56,8 @@ std::optional<std::pair<PixelRect, PixelRect>> halved(const PixelRect& rect) {
 PixelRect around(std::span<const PixelRect> parts) {
     PixelRect all = parts.front();
     for (const PixelRect& part : parts) {
-        const int right = std::max(all.x + all.width, part.x + part.width), top = std::max(all.y + all.height, part.y + part.height);
+        const int right = std::max(all.x + all.width, part.x + part.width),
+                  top = std::max(all.y + all.height, part.y + part.height);
         all.x = std::min(all.x, part.x);
         all.y = std::min(all.y, part.y);
         all.width = right - all.x;
@@ -123,14 +124,16 @@ void PartSharing::meet(const std::string& boards) {
         const auto host = std::ranges::find(wall_.hosts, neighbour.name, &WallHost::name);
         if (host == wall_.hosts.end()) continue;
         neighbour.host = static_cast<HostIndex>(host - wall_.hosts.begin());
-        const auto known = std::ranges::find_if(
-            before, [&](const Neighbour& old) { return old.board && old.host == neighbour.host && old.place == neighbour.place; });
+        const auto known = std::ranges::find_if(before, [&](const Neighbour& old) {
+            return old.board && old.host == neighbour.host && old.place == neighbour.place;
+        });
         if (known != before.end()) {
             neighbour.board = std::move(known->board);
         } else if (auto opened = NeighbourBoard::open(neighbour.place)) {
             neighbour.board = std::move(*opened);
         } else {
-            log_.info(fmt::format("no parts of pictures are shared with {}: {}", neighbour.name, opened.error().message));
+            log_.info(
+                fmt::format("no parts of pictures are shared with {}: {}", neighbour.name, opened.error().message));
             continue;
         }
         neighbours_.push_back(std::move(neighbour));
@@ -158,9 +161,11 @@ bool PartSharing::divides() const {
     return options_.mode == ShareMode::kAlways || (options_.mode == ShareMode::kAuto && pays_ && !neighbours_.empty());
 }
 
-Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
-                                    const Tile& tile, const std::function<Expected<Picture>()>& whole, PartCounts& counts) {
-    Assembly assembly{.tile = tile, .drawHere = [&](const PixelRect& rect) { return renderer.draw(aspect, list, camera, rect); }};
+Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, const DrawList& list,
+                                    const ScreenCamera& camera, const Tile& tile,
+                                    const std::function<Expected<Picture>()>& whole, PartCounts& counts) {
+    Assembly assembly{.tile = tile,
+                      .drawHere = [&](const PixelRect& rect) { return renderer.draw(aspect, list, camera, rect); }};
     const auto index = static_cast<std::uint32_t>(std::ranges::find(tiles_, tile.name, &Tile::name) - tiles_.begin());
     drew_ = true;
     if (divides()) assembly.parts = partsOf(tile, index);
@@ -189,9 +194,11 @@ std::vector<PixelRect> PartSharing::partsOf(const Tile& tile, std::uint32_t inde
     std::size_t count = kMostPartsOfATile;
     const auto took = wholeTook_.find(index);
     if (options_.mode == ShareMode::kAuto && took != wholeTook_.end())
-        count = std::clamp<std::size_t>(std::bit_floor(static_cast<std::size_t>(took->second / kPartShouldTake)), 2, count);
+        count =
+            std::clamp<std::size_t>(std::bit_floor(static_cast<std::size_t>(took->second / kPartShouldTake)), 2, count);
     std::vector<PixelRect> parts = cutIntoParts(tile.rect, count);
-    const bool fit = std::ranges::all_of(parts, [](const PixelRect& part) { return 3 * pixelsOf(part) <= board::kSlotBytes; });
+    const bool fit =
+        std::ranges::all_of(parts, [](const PixelRect& part) { return 3 * pixelsOf(part) <= board::kSlotBytes; });
     return fit ? parts : std::vector<PixelRect>();
 }
 
@@ -224,9 +231,9 @@ Expected<void> PartSharing::assemble(Assembly& assembly, PartCounts& counts) {
     return {};
 }
 
-/// Takes and draws what is free, from the front: half of its share of what is missing at once, so ever smaller pieces. What is
-/// left at any time can be shared out, though nobody knows what it costs, and little is spent on small pieces while nobody
-/// helps (factoring: Hummel, Schonberg and Flynn 1992).
+/// Takes and draws what is free, from the front: half of its share of what is missing at once, so ever smaller pieces.
+/// What is left at any time can be shared out, though nobody knows what it costs, and little is spent on small pieces
+/// while nobody helps (factoring: Hummel, Schonberg and Flynn 1992).
 Expected<void> PartSharing::drawFree(Assembly& assembly, PartCounts& counts) {
     const std::size_t sharers = 1 + std::clamp<std::size_t>(std::min(neighbours_.size(), room() - 1), 1, 7);
     for (std::size_t first = 0; first < assembly.parts.size();) {
@@ -273,8 +280,9 @@ void PartSharing::collect(Assembly& assembly, PartCounts& counts) const {
         const auto done = board_.doneElsewhere(part);
         if (!done) continue;
         const auto neighbour = std::ranges::find(neighbours_, done->by, &Neighbour::host);
-        if (neighbour != neighbours_.end() && neighbour->board->copy(done->slot, board_.stampOf(self_, part), assembly.parts[part],
-                                                                     assembly.tile.rect, assembly.whole)) {
+        if (neighbour != neighbours_.end() &&
+            neighbour->board->copy(done->slot, board_.stampOf(self_, part), assembly.parts[part], assembly.tile.rect,
+                                   assembly.whole)) {
             assembly.there[part] = true;
             --assembly.missing;
             ++counts.helped;
@@ -285,7 +293,8 @@ void PartSharing::collect(Assembly& assembly, PartCounts& counts) const {
 }
 
 bool PartSharing::neighboursDraw() const {
-    return std::ranges::any_of(neighbours_, [](const Neighbour& n) { return n.board->activity() == Activity::kDrawing; });
+    return std::ranges::any_of(neighbours_,
+                               [](const Neighbour& n) { return n.board->activity() == Activity::kDrawing; });
 }
 
 void PartSharing::callIdle() {
@@ -297,13 +306,14 @@ void PartSharing::callIdle() {
 const Tile* PartSharing::wantedTile(const Posting& posting) const {
     if (!digest_ || posting.digest != digest_ || posting.tile >= tiles_.size()) return nullptr;
     const Tile& tile = tiles_[posting.tile];
-    const bool inside = std::ranges::all_of(posting.parts, [&](const PixelRect& part) { return liesIn(part, tile.rect); });
+    const bool inside =
+        std::ranges::all_of(posting.parts, [&](const PixelRect& part) { return liesIn(part, tile.rect); });
     return inside ? &tile : nullptr;
 }
 
-/// For one more that draws, beside all who do: of several that want to help at once the first in the wall goes first. Up to
-/// two on each processor: who helps while all are busy makes nobody later, as what is left gets less for all; and it is
-/// under way, warm, when the first of them is done. (Measured: README.)
+/// For one more that draws, beside all who do: of several that want to help at once the first in the wall goes first.
+/// Up to two on each processor: who helps while all are busy makes nobody later, as what is left gets less for all; and
+/// it is under way, warm, when the first of them is done. (Measured: README.)
 bool PartSharing::processorFree() const {
     if (options_.mode == ShareMode::kAlways) return true;
     unsigned busy = 0;
@@ -314,7 +324,8 @@ bool PartSharing::processorFree() const {
     return (busy + 1) * options_.threadsEach <= 2 * options_.cores;
 }
 
-bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const std::function<bool()>& wantedElsewhere) {
+bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene,
+                       const std::function<bool()>& wantedElsewhere) {
     if (!digest_ || options_.mode == ShareMode::kOff) return false;
     struct Helping {
         Board& board;
@@ -327,15 +338,18 @@ bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderSce
         if (!tile || !processorFree()) continue;
         const auto part = neighbour.board->takeLast(*posting, self_);
         if (!part) continue;
-        // No choice of culler changes a picture; those that ask the renderer remember more of a tile than parts are worth.
+        // No choice of culler changes a picture; those that ask the renderer remember more of a tile than parts are
+        // worth.
         auto& action = actions_[posting->tile];
-        if (!action) action = std::make_unique<RenderAction>(asksRenderer(wall_.culler) ? CullerKind::kAuto : wall_.culler);
+        if (!action)
+            action = std::make_unique<RenderAction>(asksRenderer(wall_.culler) ? CullerKind::kAuto : wall_.culler);
         const PixelRect& rect = posting->parts[*part];
         const ScreenCamera camera = tileCamera(wall_, *tile, view_);
         const DrawList list = action->run(scene, camera, rect, nullptr);
         const auto picture = renderer.drawWhileWanted(aspect, list, camera, rect, wantedElsewhere);
         if (!picture)
-            log_.warning(fmt::format("a part of {}'s picture cannot be drawn here: {}", neighbour.name, picture.error().message));
+            log_.warning(fmt::format("a part of {}'s picture cannot be drawn here: {}", neighbour.name,
+                                     picture.error().message));
         if (!picture || !*picture) {
             neighbour.board->giveUp(*posting, *part, self_);
             return false;
@@ -382,7 +396,8 @@ void PartSharing::judge(TimePoint now) {
     if (pause_ > 0)
         --pause_;
     else
-        pays_ = alone_.size() == kCompared && idleBeside(now) > std::max<Duration>(options_.worthwhile, (now - begun_) / kIdleShare);
+        pays_ = alone_.size() == kCompared &&
+                idleBeside(now) > std::max<Duration>(options_.worthwhile, (now - begun_) / kIdleShare);
 }
 
 void PartSharing::judgeTrial() {
@@ -390,7 +405,8 @@ void PartSharing::judgeTrial() {
     std::vector<Duration> alone = alone_;
     std::ranges::sort(alone);
     const Duration before = alone[alone.size() / 2];
-    const bool shorter = trial.took / static_cast<Duration::rep>(kCompared) < before - before / 32;  // more than chance, mostly
+    const bool shorter =
+        trial.took / static_cast<Duration::rep>(kCompared) < before - before / 32;  // more than chance, mostly
     if (shorter && trial.counts.helped > trial.counts.twice) {
         nextPause_ = 8;
         if (++goodTrials_ < kGoodTrials) return;

@@ -23,10 +23,10 @@ namespace tessera {
 
 struct SharingOptions {
     ShareMode mode = ShareMode::kAuto;
-    unsigned cores = 1;       ///< of this machine, for all its hosts
+    unsigned cores = 1;        ///< of this machine, for all its hosts
     unsigned threadsEach = 1;  ///< that a host's drawing keeps busy
-    /// Idle time beside a frame that may be worth dividing the next one: half of it is gained, and pieces cost a millisecond or
-    /// two each.
+    /// Idle time beside a frame that may be worth dividing the next one: half of it is gained, and pieces cost a
+    /// millisecond or two each.
     std::chrono::milliseconds worthwhile{12};
 };
 
@@ -37,12 +37,13 @@ struct PartCounts {
     std::uint64_t twice = 0;   ///< and these the owner drew too, as a neighbour did not come back in time
 };
 
-/// The parts that a tile is cut into: halved along the longer side until there are `count`, on multiples of 64 pixels of the
-/// screen, where cells and scissors lie (client/draw), so that no pixel is drawn for two. Fewer where it is small.
+/// The parts that a tile is cut into: halved along the longer side until there are `count`, on multiples of 64 pixels
+/// of the screen, where cells and scissors lie (client/draw), so that no pixel is drawn for two. Fewer where it is
+/// small.
 [[nodiscard]] std::vector<PixelRect> cutIntoParts(const PixelRect& tile, std::size_t count);
 
-/// Belongs to the draw thread. Neighbours may be stopped, killed or mad at any instant: once its own parts are done, the owner
-/// waits for theirs twice as long as one took here on average, and then draws them itself.
+/// Belongs to the draw thread. Neighbours may be stopped, killed or mad at any instant: once its own parts are done,
+/// the owner waits for theirs twice as long as one took here on average, and then draws them itself.
 class PartSharing {
 public:
     PartSharing(SharingOptions options, Board& board, Log& log) : options_(options), board_(board), log_(log) {}
@@ -67,9 +68,10 @@ public:
     [[nodiscard]] bool neighboursDraw() const;
     /// No other host that this one has been told of is on this machine.
     [[nodiscard]] bool isAlone() const { return neighbours_.empty(); }
-    /// Draws one part for a neighbour. False: nobody wants one that this host can draw, no processor is free, or this host is
-    /// `wantedElsewhere` before it is done: then the part is given back.
-    bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene, const std::function<bool()>& wantedElsewhere);
+    /// Draws one part for a neighbour. False: nobody wants one that this host can draw, no processor is free, or this
+    /// host is `wantedElsewhere` before it is done: then the part is given back.
+    bool help(Renderer& renderer, const Aspect& aspect, const RenderScene& scene,
+              const std::function<bool()>& wantedElsewhere);
 
 private:
     struct Neighbour {
@@ -118,16 +120,16 @@ private:
 
     // What the last frames say about dividing the next one.
     bool pays_ = false;
-    bool drew_ = false;           ///< in this frame
+    bool drew_ = false;  ///< in this frame
     PartCounts frameCounts_;
     std::vector<Duration> alone_;  ///< what the last undivided frames took
     struct Trial {
         Duration took{};
         PartCounts counts;
         unsigned frames = 0;
-    } trial_;                     ///< of divided ones
+    } trial_;                                ///< of divided ones
     unsigned goodTrials_ = 0, divided_ = 0;  ///< divided: frames in a row
-    unsigned pause_ = 0, nextPause_ = 8;  ///< frames
+    unsigned pause_ = 0, nextPause_ = 8;     ///< frames
 };
 
 }  // namespace tessera

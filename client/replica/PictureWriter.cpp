@@ -30,9 +30,11 @@ void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> pi
     jobs_.push(std::move(job));
 }
 
-bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame, std::function<void(SharedBytes)> done) {
+bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame,
+                              std::function<void(SharedBytes)> done) {
     std::erase_if(open_, [](const Open& job) { return job.wanted->closed(); });
-    const auto same = std::ranges::find_if(open_, [&](const Open& job) { return job.frame == frame && job.picture.lock() == picture; });
+    const auto same = std::ranges::find_if(
+        open_, [&](const Open& job) { return job.frame == frame && job.picture.lock() == picture; });
     if (same != open_.end() && same->wanted->tryPush(done)) return true;
     Job job = jobOf(std::move(picture), frame, std::move(done));
     Open open = openOf(job);

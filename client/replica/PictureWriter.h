@@ -25,10 +25,11 @@ public:
     PictureWriter(const PictureWriter&) = delete;
     PictureWriter& operator=(const PictureWriter&) = delete;
 
-    /// Every picture that is asked for: who is ahead of the disk waits for it. Files that cannot be written are logged; the wall goes on.
+    /// Every picture that is asked for: who is ahead of the disk waits for it. Files that cannot be written are logged;
+    /// the wall goes on.
     void writePng(std::string path, std::shared_ptr<const Picture> picture, std::uint64_t frame);
-    /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture while it is not done. False:
-    /// kMostWaiting others wait already, and `done` is never called.
+    /// Never waits. `done` is called on the writer's thread, with what is encoded once for all who ask for this picture
+    /// while it is not done. False: kMostWaiting others wait already, and `done` is never called.
     [[nodiscard]] bool encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame,
                                  std::function<void(SharedBytes)> done);
     /// The same as JPEG, for one who asks.

@@ -6,8 +6,8 @@
 namespace tessera {
 
 /// Of the thread that makes it: time in which it was ready to run and no processor was free, as Linux counts it
-/// (Documentation/scheduler/sched-stats.rst, /proc/PID/schedstat, second number). Where the kernel does not count, always
-/// zero. A reading takes about a microsecond.
+/// (Documentation/scheduler/sched-stats.rst, /proc/PID/schedstat, second number). Where the kernel does not count,
+/// always zero. A reading takes about a microsecond.
 class ProcessorQueue {
 public:
     ProcessorQueue();

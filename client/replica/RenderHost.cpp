@@ -42,14 +42,16 @@ Expected<std::uint64_t> RenderHost::probe() {
 bool RenderHost::perform(const Work& work) {
     attempt_ = work.attempt;
     const bool leavesPictures = std::holds_alternative<work::Shown>(work.what) ||
-                                std::holds_alternative<work::Help>(work.what) || std::holds_alternative<work::Meet>(work.what);
+                                std::holds_alternative<work::Help>(work.what) ||
+                                std::holds_alternative<work::Meet>(work.what);
     if (!leavesPictures) still_.reset();
     return std::visit([this](const auto& what) { return on(what); }, work.what);
 }
 
 bool RenderHost::workAhead(TimePoint now) {
     if (!renderer_) return false;
-    // Frames without a pause that show nothing new leave no moment between flips: what is shown then is the same, whoever is late.
+    // Frames without a pause that show nothing new leave no moment between flips: what is shown then is the same,
+    // whoever is late.
     const bool starves = still_ && now >= lastSlice_ + kLongestWithoutSlice;
     if (othersMayFlipHere() && now < flippedBy_.load() && !starves) return true;
     if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
@@ -61,7 +63,8 @@ bool RenderHost::workAhead(TimePoint now) {
     return more;
 }
 
-/// Where each frame is drawn and the next one begins at once there is no other time. Those who are waited for have shown the frame before.
+/// Where each frame is drawn and the next one begins at once there is no other time. Those who are waited for have
+/// shown the frame before.
 void RenderHost::uploadWhereNoTimeIsLeft() {
     const TimePoint now = clockNow();
     if (!renderer_ || now < lastSlice_ + kLongestWithoutSlice) return;
@@ -117,7 +120,8 @@ std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
 outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats) {
     flippedBy_ = TimePoint::max();
     outcome::Drawn drawn{.frame = frame, .stateHash = aspect_.stateHash(), .stats = stats};
-    if (options_.injection.kind == Injection::Kind::kLie && frame.value >= options_.injection.frame) drawn.stateHash.value ^= 1;
+    if (options_.injection.kind == Injection::Kind::kLie && frame.value >= options_.injection.frame)
+        drawn.stateHash.value ^= 1;
     for (const auto& state : tiles_)
         if (state->ready) drawn.pictures.push_back(*state->ready);
     return drawn;
@@ -158,7 +162,8 @@ void RenderHost::helpNeighbours() {
     helping_ += clockNow() - before;
 }
 
-/// Of all that a picture of this frame depends on but its rectangle and its eye: what is drawn without programs that take too long here, too.
+/// Of all that a picture of this frame depends on but its rectangle and its eye: what is drawn without programs that
+/// take too long here, too.
 Hash128 RenderHost::digestOf(const message::Begin& begin) const {
     Bytes bytes;
     const auto add = [&](std::uint64_t number) {
@@ -304,38 +309,48 @@ bool RenderHost::on(const work::Draw& draw) {
     skippedBefore_ = skipped;
     if (const std::set<ObjectId>& undrawn = scene_.undrawn(); surface_ && undrawn != undrawnBefore_) {
         if (!undrawn.empty()) {
-            const std::string others = undrawn.size() > 1 ? fmt::format(" (and {} things more)", undrawn.size() - 1) : std::string();
+            const std::string others =
+                undrawn.size() > 1 ? fmt::format(" (and {} things more)", undrawn.size() - 1) : std::string();
             log_.warning(fmt::format("frame {}: {}{}", frame.value, whyNotDrawn(aspect_, *undrawn.begin()), others));
         }
         undrawnBefore_ = undrawn;
     }
     if (dark != darkBefore_ && dark > 0)
-        log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark, DrawList::kMaxLights));
+        log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark,
+                                 DrawList::kMaxLights));
     darkBefore_ = dark;
     if (scopeless != scopelessBefore_ && scopeless > 0)
-        log_.warning(fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name", frame.value, scopeless, DrawList::kMaxScopes));
+        log_.warning(
+            fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name",
+                        frame.value, scopeless, DrawList::kMaxScopes));
     scopelessBefore_ = scopeless;
     if (narrowed.items > 0 && !std::exchange(narrowedBefore_, narrowed.items > 0)) {
-        const std::string others = narrowed.items > 1 ? fmt::format(" (and those of {} things more)", narrowed.items - 1) : std::string();
-        log_.warning(fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines of the screen would cover {:.0f} million pixels, "
-                                 "of which it has {:.0f}", frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx, narrowed.wantedPx,
-                                 narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6));
+        const std::string others =
+            narrowed.items > 1 ? fmt::format(" (and those of {} things more)", narrowed.items - 1) : std::string();
+        log_.warning(
+            fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines of the "
+                        "screen would cover {:.0f} million pixels, "
+                        "of which it has {:.0f}",
+                        frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx, narrowed.wantedPx,
+                        narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6));
     }
     narrowedBefore_ = narrowed.items > 0;
-    if (trouble != troubleBefore_ && !trouble.empty())
-        log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
+    if (trouble != troubleBefore_ && !trouble.empty()) log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
     troubleBefore_ = trouble;
     if (renderer_)
         for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) {
             stats.heldUp.push_back({held.program, toMilliseconds(held.took)});
             if (heldUpBefore_.insert(held.program).second)
-                log_.warning(fmt::format("frame {}: SurfaceProgram #{} holds this host up ({:.0f} ms): drawn without it", frame.value, held.program.value, toMilliseconds(held.took)));
+                log_.warning(
+                    fmt::format("frame {}: SurfaceProgram #{} holds this host up ({:.0f} ms): drawn without it",
+                                frame.value, held.program.value, toMilliseconds(held.took)));
         }
     if (stats.heldUp.empty()) heldUpBefore_.clear();
     if (shares) options_.sharing->end();
     stats.workMs = toMilliseconds(clockNow() - begun);
     const ByteSlice encoded = encodeStats(stats);
-    if (!draw.begin.list->changed() && stats.helpedParts == 0 && std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
+    if (!draw.begin.list->changed() && stats.helpedParts == 0 &&
+        std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
     tell(drawnFrame(frame, encoded));
     helpNeighbours();
@@ -347,7 +362,8 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         state.still = true;
         return TileStats{.tile = state.tile.name};
     }
-    if (std::exchange(state.test, nullptr)) state.painter.forget();  // what it has drawn is no longer where it was drawn to
+    if (std::exchange(state.test, nullptr))
+        state.painter.forget();  // what it has drawn is no longer where it was drawn to
     const ScreenCamera camera = tileCamera(wall_, state.tile, view);
     eye_ = camera.eyeWorld;
     if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
@@ -364,7 +380,8 @@ Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, Fra
         const std::vector<ObjectId> before = heldUp();
         auto picture = options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, whole, parts);
         if (heldUp() == before) return picture;
-        // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those that would be drawn for them.
+        // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those
+        // that would be drawn for them.
         options_.sharing->forget();
         return whole();
     });
@@ -414,7 +431,9 @@ Expected<TileStats> RenderHost::drawTestPicture(TileState& state, Showing showin
     const bool counts = showing == Showing::kCountedTestPicture;
     const bool again = state.test && !counts && !state.testCounts;
     const TimePoint begin = clockNow();
-    if (!again) state.test = std::make_shared<const Picture>(testPicture(wall_, state.tile, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
+    if (!again)
+        state.test = std::make_shared<const Picture>(
+            testPicture(wall_, state.tile, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
     state.testCounts = counts;
     state.still = again;
     ++state.painted;
@@ -427,7 +446,9 @@ Expected<TileStats> RenderHost::drawTestPicture(TileState& state, Showing showin
     else if (state.file)
         state.file->prepare(frame.value, *state.drawn);
     if (state.file) state.ready = state.file->ready();
-    return TileStats{.tile = state.tile.name, .drawMs = toMilliseconds(drawn - begin), .handOverMs = toMilliseconds(clockNow() - drawn)};
+    return TileStats{.tile = state.tile.name,
+                     .drawMs = toMilliseconds(drawn - begin),
+                     .handOverMs = toMilliseconds(clockNow() - drawn)};
 }
 
 /// Where the tile's pictures will be shown, before the first of them is drawn.
@@ -441,7 +462,8 @@ Expected<void> RenderHost::openFile(TileState& state) const {
 }
 
 /// Straight to where it will be shown, where there is such a place: that picture has no pixels of its own.
-Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack) {
+Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera,
+                                        Duration& readBack) {
     const PixelRect& rect = state.tile.rect;
     if (!state.file) return renderer_->draw(aspect_, list, camera, rect);
     if (auto drawn = renderer_->drawInto(aspect_, list, camera, rect, state.file->begin()); !drawn)

@@ -25,10 +25,10 @@ namespace tessera {
 class TileWindows;
 
 struct RenderHostOptions {
-    std::string name;    ///< of the host in the wall
-    std::string output;  ///< folder of `tiles/`; empty: nothing is written
+    std::string name;                  ///< of the host in the wall
+    std::string output;                ///< folder of `tiles/`; empty: nothing is written
     std::optional<CullerKind> culler;  ///< none: the wall's
-    bool keepFrames = false;  ///< every shown image as PNG, not only the last
+    bool keepFrames = false;           ///< every shown image as PNG, not only the last
     Injection injection;
     PartSharing* sharing = nullptr;  ///< with neighbours; null: no parts are shared
     /// Whether other work waits; while it does no neighbour is helped. May be empty.
@@ -37,29 +37,33 @@ struct RenderHostOptions {
     TileWindows* windows = nullptr;
 };
 
-/// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session: work in,
-/// outcomes out. What it has drawn goes out with outcome::Drawn: whoever gets that shows it, whatever this thread is at then, says
-/// so (work::Shown) before the next frame is to be drawn, and has shown it by then or never does.
+/// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session:
+/// work in, outcomes out. What it has drawn goes out with outcome::Drawn: whoever gets that shows it, whatever this
+/// thread is at then, says so (work::Shown) before the next frame is to be drawn, and has shown it by then or never
+/// does.
 class RenderHost {
 public:
-    /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`. Without a
-    /// surface it follows the scene and says that it is ready, and draws nothing: it has no pictures.
+    /// `report` is called on this thread, for images on the writer's. Blobs that lists name are found in `blobs`.
+    /// Without a surface it follows the scene and says that it is ready, and draws nothing: it has no pictures.
     RenderHost(RenderHostOptions options, Surface* surface, const BlobStore& blobs, Log& log,
                std::function<void(Outcome)> report);
     ~RenderHost();
 
-    /// Creates what drawing needs and draws the test image: its hash (without a surface 0). kUnsupported: this machine cannot draw a wall.
+    /// Creates what drawing needs and draws the test image: its hash (without a surface 0). kUnsupported: this machine
+    /// cannot draw a wall.
     [[nodiscard]] Expected<std::uint64_t> probe();
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
-    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Where other hosts may
-    /// be on this machine nothing is done between Ready and a moment after Swap: it would stand in the way of their flips. On a wall that
-    /// never rests a slice comes all the same every `kLongestWithoutSlice`: at any time where frames show nothing new, else (uploads
-    /// alone) before one is drawn. False: nothing is left. On the thread of the surface; `again` may run beside it.
+    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Where
+    /// other hosts may be on this machine nothing is done between Ready and a moment after Swap: it would stand in the
+    /// way of their flips. On a wall that never rests a slice comes all the same every `kLongestWithoutSlice`: at any
+    /// time where frames show nothing new, else (uploads alone) before one is drawn. False: nothing is left. On the
+    /// thread of the surface; `again` may run beside it.
     [[nodiscard]] bool workAhead(TimePoint now);
-    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and taking note of
-    /// what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the host, or in `workAhead`.
+    /// Does what takes no time, needs no surface and waits for nobody: a frame which is the one before once more, and
+    /// taking note of what is shown. Nothing (and nothing done): `perform` it. On any thread, while no other is in the
+    /// host, or in `workAhead`.
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
 
 private:
@@ -73,14 +77,14 @@ private:
         FrameNumber drawnFrame, shownFrame;
         std::optional<SharedFrameWriter> file;
         std::optional<ReadyFrame> ready, seen;  ///< of `drawn` and `shown`, in that file
-        std::uint64_t painted = 0, again = 0;  ///< frames, and those of them that needed no new picture
-        std::uint64_t skipped = 0;             ///< items that the picture lacks because they cannot be drawn
+        std::uint64_t painted = 0, again = 0;   ///< frames, and those of them that needed no new picture
+        std::uint64_t skipped = 0;              ///< items that the picture lacks because they cannot be drawn
         std::uint64_t lightsLeftOut = 0, scopesLeftOut = 0;
         NarrowedLines narrowed;
         std::string trouble;
-        std::shared_ptr<const Picture> test;   ///< drawn last; null: the scene was
+        std::shared_ptr<const Picture> test;  ///< drawn last; null: the scene was
         bool testCounts = false;
-        bool still = false;                    ///< nothing that this tile's picture is made from has changed
+        bool still = false;  ///< nothing that this tile's picture is made from has changed
         std::map<std::uint32_t, std::weak_ptr<const Picture>> previewed;  ///< sent last, by how much it was shrunk
     };
     /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
@@ -113,7 +117,8 @@ private:
     bool uploadSlice();
     void uploadWhereNoTimeIsLeft();
     [[nodiscard]] Expected<void> openFile(TileState& state) const;
-    [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera, Duration& readBack);
+    [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera,
+                                              Duration& readBack);
     [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
     [[nodiscard]] static std::shared_ptr<const Picture> shownBy(TileState& state);
     static void noteShown(TileState& state);
@@ -147,7 +152,7 @@ private:
     ProcessorQueue queue_;  ///< the draw thread's
 
     Attempt attempt_;
-    Sequence sequence_;  ///< of the replica
+    Sequence sequence_;                            ///< of the replica
     std::uint64_t probe_ = 0, configuration_ = 0;  ///< of the pixels; of the wall's bytes
     std::uint64_t helped_ = 0;                     ///< parts drawn for neighbours since the last frame
     Duration helping_{};
@@ -161,15 +166,16 @@ private:
     std::vector<std::unique_ptr<TileState>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
     TimePoint lastSlice_{};  ///< when the last slice began of what is done ahead
-    std::atomic<TimePoint> flippedBy_{TimePoint{}};  ///< when the hosts here show the frame that this one has drawn; max: Swap is to come
+    std::atomic<TimePoint> flippedBy_{
+        TimePoint{}};  ///< when the hosts here show the frame that this one has drawn; max: Swap is to come
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
-    std::string troubleBefore_;        ///< with the surroundings, in the frame before
-    bool narrowedBefore_ = false;      ///< some lines were drawn narrower, in the frame before
-    std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;     ///< lights left out in the frame before
-    std::set<ObjectId> heldUpBefore_;   ///< programs that take too long here, and have been said
-    std::set<ObjectId> undrawnBefore_;  ///< RenderScene::undrawn, in the frame before: said once
+    std::string troubleBefore_;                           ///< with the surroundings, in the frame before
+    bool narrowedBefore_ = false;                         ///< some lines were drawn narrower, in the frame before
+    std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;  ///< lights left out in the frame before
+    std::set<ObjectId> heldUpBefore_;                     ///< programs that take too long here, and have been said
+    std::set<ObjectId> undrawnBefore_;                    ///< RenderScene::undrawn, in the frame before: said once
     std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
 };
 

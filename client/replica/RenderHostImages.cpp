@@ -36,9 +36,9 @@ bool RenderHost::on(const work::SendImages& images) {
 }
 
 void RenderHost::sendNoImage(const WaitingImages& waiting, const TileState& state) {
-    report_({waiting.attempt, outcome::Image{{.request = waiting.request.request,
-                                              .frame = waiting.request.frame,
-                                              .tile = state.tile.name}}});
+    report_({waiting.attempt,
+             outcome::Image{
+                 {.request = waiting.request.request, .frame = waiting.request.frame, .tile = state.tile.name}}});
 }
 
 void RenderHost::sendImages(const WaitingImages& waiting) {

@@ -18,8 +18,8 @@ using namespace std::chrono_literals;
 
 }  // namespace
 
-ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays, Channel<Event>& events,
-                       WorkQueue& work, Log& log)
+ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays,
+                       Channel<Event>& events, WorkQueue& work, Log& log)
     : options_(std::move(options)),
       blobs_(blobs),
       cache_(cache),
@@ -64,9 +64,10 @@ HostEnd ServerLink::run() {
 void ServerLink::askToRunAhead() {
     const PriorityAnswer answer = tessera::askToRunAhead(Urgency::kShowing);
     if (answer.refused.empty()) return;
-    log_.info(fmt::format("pictures are shown by a thread that {} (refused: {}); beside other load it may be late. CAP_SYS_NICE, or "
-                          "`rtprio 1` in /etc/security/limits.conf, puts it before all that draws",
-                          answer.got.empty() ? "runs like any other" : "has " + answer.got, answer.refused));
+    log_.info(fmt::format(
+        "pictures are shown by a thread that {} (refused: {}); beside other load it may be late. CAP_SYS_NICE, or "
+        "`rtprio 1` in /etc/security/limits.conf, puts it before all that draws",
+        answer.got.empty() ? "runs like any other" : "has " + answer.got, answer.refused));
 }
 
 void ServerLink::tell(Outcome outcome) {
@@ -249,7 +250,8 @@ void ServerLink::carryOut(client_action::Disconnect&& broken) {
 
 void ServerLink::noWayIn(const Error& why) {
     hangUp("refused");
-    end({.error = {why.code, fmt::format("no way in at the server at {}: {}", toString(options_.server), why.message)}});
+    end({.error = {why.code,
+                   fmt::format("no way in at the server at {}: {}", toString(options_.server), why.message)}});
 }
 
 void ServerLink::carryOut(client_action::Finish&& finished) {
@@ -258,8 +260,8 @@ void ServerLink::carryOut(client_action::Finish&& finished) {
     end({.over = true});
 }
 
-/// Of the frame drawn last: the session lets no other one through. Whatever the draw thread is at: it hears of it with its next
-/// piece of work.
+/// Of the frame drawn last: the session lets no other one through. Whatever the draw thread is at: it hears of it with
+/// its next piece of work.
 void ServerLink::carryOut(client_action::Show&& show) {
     if (options_.showsNothingFrom && show.frame >= *options_.showsNothingFrom)
         return log_.warning(fmt::format("frame {}: it is not shown, as --inject asks for", show.frame.value));

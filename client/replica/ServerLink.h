@@ -12,8 +12,8 @@
 
 #include "client/replica/BlobShelf.h"
 #include "client/replica/DiskCache.h"
-#include "client/share/SharedArrays.h"
 #include "client/replica/WorkQueue.h"
+#include "client/share/SharedArrays.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
 #include "common/net/Transport.h"
@@ -26,7 +26,7 @@ struct ServerLinkOptions {
     Address server;
     std::string name;  ///< of the host in the wall
     std::function<std::string(const std::string& peer)> access =
-        {};  ///< the word that lets it in: see ClientSessionConfig
+        {};                 ///< the word that lets it in: see ClientSessionConfig
     CurrentKeys keys = {};  ///< empty: links are plain
     std::uint64_t pixelProbe = 0;
     std::string machine, board;  ///< for neighbours (message::Hello)
@@ -51,17 +51,17 @@ struct HostEnd {
     Error error;
 };
 
-/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does, and what that has
-/// drawn is shown here, in the instant in which the server says so. Dials until the server says that it is over or refuses for
-/// good; a lost connection is dialled again.
+/// Runs on one thread of its own, and never waits for the draw thread: heartbeats go on whatever that does, and what
+/// that has drawn is shown here, in the instant in which the server says so. Dials until the server says that it is
+/// over or refuses for good; a lost connection is dialled again.
 class ServerLink {
 public:
     using Event = std::variant<LinkEvent, Outcome>;
 
     /// `events` carries what the network and the draw thread say (by `tell`); `work` goes to the draw thread, but for
     /// what `atOnce` does. `cache` and `arrays` may be null.
-    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays, Channel<Event>& events,
-               WorkQueue& work, Log& log);
+    ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* cache, SharedArrays* arrays,
+               Channel<Event>& events, WorkQueue& work, Log& log);
 
     /// From any thread: what the draw thread says, while `run` runs or after it.
     void tell(Outcome outcome);
@@ -120,13 +120,13 @@ private:
     std::unique_ptr<ClientSession> session_;  ///< null between attempts
     BlobFetcher::Parts fetchedParts_;         ///< of blobs, by the attempt before
     std::map<ChannelKind, LinkId> links_;
-    Epoch seenEpoch_;               ///< the highest so far
+    Epoch seenEpoch_;                             ///< the highest so far
     std::map<std::uint32_t, InputState> inputs_;  ///< the newest of each window
     std::set<std::uint32_t> unsaid_;              ///< windows whose newest the server has not been told
     bool welcomed_ = false;
     TimePoint inputSaidAt_{};
     std::vector<ReadyFrame> drawn_;  ///< pictures of the frame drawn last, until they are shown
-    std::deque<Outcome> doneHere_;  ///< of work that was done at once, until it is answered
+    std::deque<Outcome> doneHere_;   ///< of work that was done at once, until it is answered
     std::optional<TimePoint> dialAt_;
     std::chrono::milliseconds pause_;
     std::string lastReason_;  ///< a server that is not there is mentioned once, not once a second

@@ -3,7 +3,8 @@
 namespace tessera {
 
 Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                         const ScreenCamera& camera, const ProcessorQueue& queue, const DrawPicture& draw) {
+                                         const ScreenCamera& camera, const ProcessorQueue& queue,
+                                         const DrawPicture& draw) {
     const SceneVersion version = scene.version();
     const bool seenAlike = last_.picture && version.contents == version_.contents && drawAlike(camera, camera_);
     PaintedTile painted = last_;

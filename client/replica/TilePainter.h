@@ -17,12 +17,12 @@ struct PaintedTile {
     bool again = false;  ///< the picture before, which shows this frame too
     Duration cull{}, draw{};
     Duration cullQueued{}, drawQueued{};  ///< of these, the thread waited for a processor
-    CullCounts counts;          ///< of what the picture shows
-    std::uint64_t skipped = 0;  ///< items that cannot be drawn, of what it shows
-    std::string trouble;              ///< why the surroundings' image is not used
-    std::uint64_t lightsLeftOut = 0;  ///< of the scene: more than can be drawn
-    NarrowedLines narrowed;           ///< of the screen
-    std::uint64_t scopesLeftOut = 0;  ///< DrawCounts::scopesLeftOut
+    CullCounts counts;                    ///< of what the picture shows
+    std::uint64_t skipped = 0;            ///< items that cannot be drawn, of what it shows
+    std::string trouble;                  ///< why the surroundings' image is not used
+    std::uint64_t lightsLeftOut = 0;      ///< of the scene: more than can be drawn
+    NarrowedLines narrowed;               ///< of the screen
+    std::uint64_t scopesLeftOut = 0;      ///< DrawCounts::scopesLeftOut
 };
 
 /// The picture before is right again when nothing that it was made from has changed: the scene (or, where that has,
@@ -37,7 +37,8 @@ public:
     /// thread's.
     using DrawPicture = std::function<Expected<Picture>(const DrawList&)>;
     [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                              const ScreenCamera& camera, const ProcessorQueue& queue, const DrawPicture& draw);
+                                              const ScreenCamera& camera, const ProcessorQueue& queue,
+                                              const DrawPicture& draw);
 
     /// The picture before is not there any more: the next one is drawn.
     void forget() { last_ = {}; }

@@ -1,7 +1,7 @@
 #include "client/replica/TileWindows.h"
 
-#include <fmt/format.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -54,7 +54,8 @@ FileHandle fileOf(const Bytes& bytes) {
 class TileWindows::Window {
 public:
     /// `wall`: what the window shall find at kWallHandle; below 0: nothing.
-    static Expected<std::unique_ptr<Window>> start(std::string tile, std::uint32_t number, std::vector<std::string> arguments, Hash128 wall, int wallFile,
+    static Expected<std::unique_ptr<Window>> start(std::string tile, std::uint32_t number,
+                                                   std::vector<std::string> arguments, Hash128 wall, int wallFile,
                                                    Log& log, const OnInput& onInput) {
         std::vector<char*> words;
         for (std::string& argument : arguments) words.push_back(argument.data());
@@ -82,7 +83,8 @@ public:
         posix_spawn_file_actions_destroy(&files);
         posix_spawnattr_destroy(&attributes);
         if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", arguments[0], std::strerror(error)));
-        return std::unique_ptr<Window>(new Window(std::move(tile), number, std::move(arguments), wall, process, std::move(ours), log, onInput));
+        return std::unique_ptr<Window>(
+            new Window(std::move(tile), number, std::move(arguments), wall, process, std::move(ours), log, onInput));
     }
     /// One that does not answer is killed after a second.
     ~Window() {
@@ -98,8 +100,8 @@ public:
     }
 
 private:
-    Window(std::string tile, std::uint32_t number, std::vector<std::string> arguments, Hash128 wall, pid_t process, FileHandle input, Log& log,
-           const OnInput& onInput)
+    Window(std::string tile, std::uint32_t number, std::vector<std::string> arguments, Hash128 wall, pid_t process,
+           FileHandle input, Log& log, const OnInput& onInput)
         : tile_(std::move(tile)),
           number_(number),
           input_(std::move(input)),
@@ -135,8 +137,9 @@ private:
                 heard = 0;
             }
             if (size != static_cast<ssize_t>(sizeof(InputState)) || ++heard > kMaxStatesPerSecond) {
-                log_.warning(fmt::format("the window of tile {} says {}: it is heard no longer", tile_,
-                                         size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"));
+                log_.warning(fmt::format(
+                    "the window of tile {} says {}: it is heard no longer", tile_,
+                    size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"));
                 break;
             }
             std::memcpy(&last, bytes.data(), sizeof last);
@@ -155,8 +158,9 @@ private:
         if (ending_) return;
         if (end.si_code == CLD_EXITED && end.si_status == 0)
             return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_));
-        log_.warning(fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before", tile_,
-                                 end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal", end.si_status));
+        log_.warning(fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before",
+                                 tile_, end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal",
+                                 end.si_status));
     }
 
     std::string tile_;
@@ -191,7 +195,9 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
         const Tile* const partner = partnerOf(tile, tiles);
         if (partner && tile.eye == Eye::kRight) continue;
         const bool plain = tile.output.plain();
-        const auto fileOfTile = [&](const Tile& t) { return fmt::format("{}/tiles/{}/shown.frame", options_.output, t.name); };
+        const auto fileOfTile = [&](const Tile& t) {
+            return fmt::format("{}/tiles/{}/shown.frame", options_.output, t.name);
+        };
         std::vector<std::string> arguments = {options_.program, fileOfTile(tile)};
         const auto add = [&](std::initializer_list<std::string> more) { arguments.insert(arguments.end(), more); };
         if (partner) add({fileOfTile(*partner)});
@@ -209,32 +215,37 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
             const std::string monitor = told ? options_.monitors[index - 1] : tile.output.monitor;
             const auto [first, alone] = covered.try_emplace(monitor, tile.name);
             if (!alone && wallIsNew)
-                log_.warning(fmt::format("tiles {} and {} both take all of {}: one window lies on the other", first->second, tile.name,
+                log_.warning(fmt::format("tiles {} and {} both take all of {}: one window lies on the other",
+                                         first->second, tile.name,
                                          monitor.empty() ? "the first monitor" : "monitor \"" + monitor + "\""));
         } else {
             const auto place = std::ranges::find(layout.places, tile.name, &WindowLayout::Place::tile);
             if (place != layout.places.end()) {
                 add({"--part"});
-                for (const int number : {place->x, place->y, place->width, place->height, layout.width, layout.height}) add({std::to_string(number)});
+                for (const int number : {place->x, place->y, place->width, place->height, layout.width, layout.height})
+                    add({std::to_string(number)});
             }
         }
         const Hash128 key = plain ? Hash128{} : wallNow;
         const auto number = static_cast<std::uint32_t>(index - 1);
-        const auto same = std::ranges::find_if(before, [&](const auto& old) { return old && old->isAs(number, arguments, key); });
+        const auto same =
+            std::ranges::find_if(before, [&](const auto& old) { return old && old->isAs(number, arguments, key); });
         if (same != before.end()) {
             windows_.push_back(std::move(*same));
             continue;
         }
         const FileHandle file = plain ? FileHandle(-1) : fileOf(bytes);
-        auto started = plain || file.get() >= 0 ? Window::start(tile.name, number, std::move(arguments), key, file.get(), log_, onInput_)
-                                                : Expected<std::unique_ptr<Window>>(fail(ErrorCode::kFailed, "no memory for its output"));
+        auto started = plain || file.get() >= 0
+                           ? Window::start(tile.name, number, std::move(arguments), key, file.get(), log_, onInput_)
+                           : Expected<std::unique_ptr<Window>>(fail(ErrorCode::kFailed, "no memory for its output"));
         if (started)
             windows_.push_back(std::move(*started));
         else
             log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
     }
     if (wallIsNew && index < options_.monitors.size())
-        log_.warning(fmt::format("{} monitors are named, and there {} to show", options_.monitors.size(), index == 1 ? "is 1 output" : fmt::format("are {} outputs", index)));
+        log_.warning(fmt::format("{} monitors are named, and there {} to show", options_.monitors.size(),
+                                 index == 1 ? "is 1 output" : fmt::format("are {} outputs", index)));
 }
 
 }  // namespace tessera

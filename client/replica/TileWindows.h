@@ -1,7 +1,8 @@
-/// Windows that show this host's tiles on its monitors: a tessera-window for each output, which looks into its tiles' shown images.
+/// Windows that show this host's tiles on its monitors: a tessera-window for each output, which looks into its tiles'
+/// shown images.
 ///
-/// They are processes of their own because what opens windows may load libGL, which must not meet OSMesa, and because a display
-/// that goes away is to cost its window alone.
+/// They are processes of their own because what opens windows may load libGL, which must not meet OSMesa, and because a
+/// display that goes away is to cost its window alone.
 #pragma once
 
 #include <functional>
@@ -18,18 +19,21 @@
 namespace tessera {
 
 struct TileWindowsOptions {
-    std::string program;     ///< tessera-window
-    std::string output;      ///< folder of `tiles/`
+    std::string program;  ///< tessera-window
+    std::string output;   ///< folder of `tiles/`
     bool fullScreen = false;
-    std::vector<std::string> monitors;  ///< of the first output, the second …; fewer: the wall's, else where the tile lies on its screen
+    std::vector<std::string>
+        monitors;  ///< of the first output, the second …; fewer: the wall's, else where the tile lies on its screen
     bool vsync = false;
     std::string logFolder;  ///< of measurements: TILE.log, a line per picture (client/window/TileWindow.h); empty: none
 };
 
-/// One thread, the process' main one: a window does not outlive it. What a window lacks, or that it was closed, goes to the log.
+/// One thread, the process' main one: a window does not outlive it. What a window lacks, or that it was closed, goes to
+/// the log.
 ///
-/// What somebody does at a window comes through a socket that its process is born with, by a thread of its own. One that says what
-/// is no state, or more than kMaxStatesPerSecond, is heard no longer; whatever it held is released then, and when it ends.
+/// What somebody does at a window comes through a socket that its process is born with, by a thread of its own. One
+/// that says what is no state, or more than kMaxStatesPerSecond, is heard no longer; whatever it held is released then,
+/// and when it ends.
 class TileWindows {
 public:
     static constexpr std::size_t kMaxStatesPerSecond = 2000;

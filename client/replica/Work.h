@@ -86,8 +86,7 @@ struct Ended {};
 struct Outcome {
     Attempt attempt;
     std::variant<outcome::Applied, outcome::ApplyFailed, outcome::Drawn, outcome::Shown, outcome::Described,
-                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called, outcome::Input,
-                 outcome::Noted>
+                 outcome::Image, outcome::Broken, outcome::Ended, outcome::Called, outcome::Input, outcome::Noted>
         what;
 };
 

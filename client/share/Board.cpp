@@ -21,7 +21,8 @@ enum class PartState : std::uint8_t { kFree, kTaken, kDone };
 constexpr HostIndex kOwner = 0xffff;
 
 std::uint64_t stateWord(std::uint32_t number, PartState state, HostIndex by = 0, std::uint8_t slot = 0) {
-    return std::uint64_t{number} << 32 | std::uint64_t{by} << 16 | std::uint64_t{slot} << 8 | static_cast<std::uint64_t>(state);
+    return std::uint64_t{number} << 32 | std::uint64_t{by} << 16 | std::uint64_t{slot} << 8 |
+           static_cast<std::uint64_t>(state);
 }
 
 std::uint64_t packed(const PixelRect& rect) {

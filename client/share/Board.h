@@ -1,10 +1,10 @@
 /// A host's board: parts of its picture that neighbours may draw, and what it has drawn for them.
 ///
 /// Each process writes pixels into its own board alone, so one that was stopped in the middle and goes on years later
-/// spoils nobody's picture. All that others may write to (the head) is believed in nothing: an owner keeps its posting to
-/// itself and reads from the board only who says to have done a part; whoever copies pixels looks afterwards whether they
-/// were still the ones it meant. So whatever a neighbour does, the worst is a part drawn twice, or other pixels in a part
-/// that it has drawn for us. It runs as the same user, who could do that anyway.
+/// spoils nobody's picture. All that others may write to (the head) is believed in nothing: an owner keeps its posting
+/// to itself and reads from the board only who says to have done a part; whoever copies pixels looks afterwards whether
+/// they were still the ones it meant. So whatever a neighbour does, the worst is a part drawn twice, or other pixels in
+/// a part that it has drawn for us. It runs as the same user, who could do that anyway.
 #pragma once
 
 #include <array>
@@ -30,9 +30,9 @@ using HostIndex = std::uint16_t;
 
 /// A picture cut into parts, as a neighbour has read it.
 struct Posting {
-    std::uint32_t number = 0;  ///< of this board; 0: none
-    Hash128 digest;            ///< of all that the picture depends on but the rectangle
-    std::uint32_t tile = 0;    ///< of Wall's layoutTiles
+    std::uint32_t number = 0;      ///< of this board; 0: none
+    Hash128 digest;                ///< of all that the picture depends on but the rectangle
+    std::uint32_t tile = 0;        ///< of Wall's layoutTiles
     std::vector<PixelRect> parts;  ///< of its screen
 };
 
@@ -138,9 +138,10 @@ public:
     /// Somebody may want help.
     void call();
 
-    /// Copies what this neighbour has drawn for us into `whole`, whose upper left corner is at that of `tile`. False: it is
-    /// not (or no longer) there, and nothing in `whole` but this part may have changed.
-    [[nodiscard]] bool copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part, const PixelRect& tile, Picture& whole) const;
+    /// Copies what this neighbour has drawn for us into `whole`, whose upper left corner is at that of `tile`. False:
+    /// it is not (or no longer) there, and nothing in `whole` but this part may have changed.
+    [[nodiscard]] bool copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part, const PixelRect& tile,
+                            Picture& whole) const;
 
 private:
     explicit NeighbourBoard(OthersMemory memory) : memory_(std::move(memory)) {}

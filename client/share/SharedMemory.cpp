@@ -38,7 +38,8 @@ struct FileHandle {
 Expected<Mapping> map(int file, std::size_t from, std::size_t bytes, int protection) {
     if (bytes == 0) return Mapping();
     void* const memory = ::mmap(nullptr, bytes, protection, MAP_SHARED, file, static_cast<off_t>(from));
-    if (memory == MAP_FAILED) return fail(ErrorCode::kFailed, std::string("cannot map shared memory: ") + std::strerror(errno));
+    if (memory == MAP_FAILED)
+        return fail(ErrorCode::kFailed, std::string("cannot map shared memory: ") + std::strerror(errno));
     return Mapping(static_cast<std::byte*>(memory), bytes);
 }
 
@@ -62,7 +63,8 @@ std::string machineIdentity() {
     char space[128];
     const ssize_t length = ::readlink("/proc/self/ns/pid", space, sizeof space);
     if (boot.size() < 36 || length <= 0) return {};
-    return boot.substr(0, 36) + " " + std::string(space, static_cast<std::size_t>(length)) + " " + std::to_string(::geteuid());
+    return boot.substr(0, 36) + " " + std::string(space, static_cast<std::size_t>(length)) + " " +
+           std::to_string(::geteuid());
 }
 
 Mapping::~Mapping() {
@@ -78,7 +80,8 @@ Mapping& Mapping::operator=(Mapping&& other) noexcept {
 Expected<OwnMemory> OwnMemory::create(std::size_t bytes) {
     OwnMemory memory;
     const auto wrong = [](const char* what) {
-        return fail(ErrorCode::kFailed, std::string("no memory to share with neighbours: ") + what + ": " + std::strerror(errno));
+        return fail(ErrorCode::kFailed,
+                    std::string("no memory to share with neighbours: ") + what + ": " + std::strerror(errno));
     };
     memory.file_ = ::memfd_create("tessera-board", MFD_CLOEXEC | MFD_ALLOW_SEALING);
     if (memory.file_ < 0) return wrong("memfd_create");
@@ -112,13 +115,15 @@ Expected<OthersMemory> OthersMemory::open(std::string_view place, std::size_t he
         return fail(ErrorCode::kBadInput, path + ": not the board of a Tessera host");
     const FileHandle handle{::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
     if (handle.file < 0) return fail(ErrorCode::kNotFound, path + ": " + std::strerror(errno));
-    // Memory of ordinary pages (not of huge ones, which may be missing when they are touched) whose size nobody can change.
+    // Memory of ordinary pages (not of huge ones, which may be missing when they are touched) whose size nobody can
+    // change.
     struct statfs system {};
     struct stat status {};
     const int seals = ::fcntl(handle.file, F_GET_SEALS);
     constexpr int kWanted = F_SEAL_SHRINK | F_SEAL_GROW;
-    if (::fstatfs(handle.file, &system) != 0 || system.f_type != TMPFS_MAGIC || seals < 0 || (seals & kWanted) != kWanted ||
-        ::fstat(handle.file, &status) != 0 || static_cast<std::size_t>(status.st_size) != headBytes + restBytes)
+    if (::fstatfs(handle.file, &system) != 0 || system.f_type != TMPFS_MAGIC || seals < 0 ||
+        (seals & kWanted) != kWanted || ::fstat(handle.file, &status) != 0 ||
+        static_cast<std::size_t>(status.st_size) != headBytes + restBytes)
         return fail(ErrorCode::kBadInput, path + ": not the board of a Tessera host");
     auto head = map(handle.file, 0, headBytes, PROT_READ | PROT_WRITE);
     if (!head) return tl::unexpected(head.error());

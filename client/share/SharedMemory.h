@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// What processes have in common that can reach each other's memory: machine (boot id), user and the namespace that their
-/// process ids are in. Empty where that cannot be told: nobody is a neighbour then.
+/// What processes have in common that can reach each other's memory: machine (boot id), user and the namespace that
+/// their process ids are in. Empty where that cannot be told: nobody is a neighbour then.
 [[nodiscard]] std::string machineIdentity();
 /// Of every file without a name that is shared: hosts that share have one user, and no other has a right to it.
 inline constexpr unsigned kSharedMode = 0600;
@@ -57,11 +57,12 @@ struct OthersMemory {
     Mapping head, rest;
 
     /// kNotFound: nobody is there (any more), or may not be looked at; kBadInput: no sealed memory of just this size.
-    [[nodiscard]] static Expected<OthersMemory> open(std::string_view place, std::size_t headBytes, std::size_t restBytes);
+    [[nodiscard]] static Expected<OthersMemory> open(std::string_view place, std::size_t headBytes,
+                                                     std::size_t restBytes);
 };
 
-/// Sleeps until the word is no longer `seen`, somebody rings, or the time is over; also for no reason. Between processes,
-/// by their shared memory (futex(2)).
+/// Sleeps until the word is no longer `seen`, somebody rings, or the time is over; also for no reason. Between
+/// processes, by their shared memory (futex(2)).
 void waitForBell(const void* word, std::uint32_t seen, std::int64_t timeoutNs);
 /// Wakes all who wait for that word.
 void ringBell(const void* word);

@@ -11,9 +11,9 @@ namespace tessera {
 
 using ScreenColor = std::array<std::uint8_t, 3>;  ///< red, green, blue, sRGB
 
-/// Coordinates: pixels of the screen's whole picture from its *upper* left corner, y down; a pixel's middle is at (x + 0.5, y + 0.5).
-/// Whether a pixel belongs to a shape is worked out from its own coordinates alone, so that tiles meet whatever their cut. No
-/// antialiasing: an edge is where it is.
+/// Coordinates: pixels of the screen's whole picture from its *upper* left corner, y down; a pixel's middle is at (x +
+/// 0.5, y + 0.5). Whether a pixel belongs to a shape is worked out from its own coordinates alone, so that tiles meet
+/// whatever their cut. No antialiasing: an edge is where it is.
 class ScreenCanvas {
 public:
     /// A part of the screen, black.

@@ -14,8 +14,8 @@ namespace tessera {
 
 namespace {
 
-constexpr ScreenColor kBlack{0, 0, 0}, kWhite{255, 255, 255}, kGround{40, 40, 40}, kGrid{92, 92, 92}, kCounted{168, 168, 168},
-    kDiagonal{230, 200, 0}, kArrow{90, 230, 90}, kShared{230, 80, 230}, kHidden{255, 150, 30};
+constexpr ScreenColor kBlack{0, 0, 0}, kWhite{255, 255, 255}, kGround{40, 40, 40}, kGrid{92, 92, 92},
+    kCounted{168, 168, 168}, kDiagonal{230, 200, 0}, kArrow{90, 230, 90}, kShared{230, 80, 230}, kHidden{255, 150, 30};
 constexpr int kGridStepPx = 64, kCountedStepPx = 256;
 
 /// Stereo: red for the left eye and cyan for the right one, as in anaglyph glasses.
@@ -42,8 +42,12 @@ ScreenColor groundOf(Eye eye) {
 class ScreenPainter {
 public:
     ScreenPainter(const Screen& screen, ScreenCanvas& canvas)
-        : screen_(screen), canvas_(canvas), width_(screenPixels(screen).width), height_(screenPixels(screen).height),
-          shorter_(std::min(width_, height_)), letter_(std::clamp(shorter_ / 40, 5, 60)) {}
+        : screen_(screen),
+          canvas_(canvas),
+          width_(screenPixels(screen).width),
+          height_(screenPixels(screen).height),
+          shorter_(std::min(width_, height_)),
+          letter_(std::clamp(shorter_ / 40, 5, 60)) {}
 
     void draw(const ScreenColor& ground) {
         canvas_.fill(0, 0, width_, height_, ground);
@@ -62,7 +66,8 @@ private:
     [[nodiscard]] int rowOf(int fromBelow) const { return height_ - 1 - fromBelow; }
 
     void drawGrid() {
-        for (int x = 0; x < width_; x += kGridStepPx) canvas_.fill(x, 0, x + 1, height_, x % kCountedStepPx == 0 ? kCounted : kGrid);
+        for (int x = 0; x < width_; x += kGridStepPx)
+            canvas_.fill(x, 0, x + 1, height_, x % kCountedStepPx == 0 ? kCounted : kGrid);
         for (int y = 0; y < height_; y += kGridStepPx)
             canvas_.fill(0, rowOf(y), width_, rowOf(y) + 1, y % kCountedStepPx == 0 ? kCounted : kGrid);
     }
@@ -76,7 +81,8 @@ private:
         const int aside = std::max(0, static_cast<int>((0.5 * std::max(width_, height_) - radius) / (2 * radius)));
         for (int i = -aside; i <= aside; ++i) {
             const double shift = 2 * radius * i;
-            canvas_.ring(centerX + (width_ >= height_ ? shift : 0), centerY + (width_ >= height_ ? 0 : shift), radius, 2 * thin, kWhite);
+            canvas_.ring(centerX + (width_ >= height_ ? shift : 0), centerY + (width_ >= height_ ? 0 : shift), radius,
+                         2 * thin, kWhite);
         }
         const double small = 0.11 * shorter_, inset = 0.14 * shorter_;
         for (const double x : {inset, width_ - inset})
@@ -104,19 +110,21 @@ private:
     /// Text on a black ground, which makes it readable whatever lies behind.
     void label(double x, double y, double size, std::string_view text, const ScreenColor& color) {
         const double edge = 0.4 * size, right = x + size * widthOfText(text);
-        canvas_.fill(static_cast<int>(x - edge), static_cast<int>(y - edge), static_cast<int>(right + edge) + 1, static_cast<int>(y + size + edge) + 1, kBlack);
+        canvas_.fill(static_cast<int>(x - edge), static_cast<int>(y - edge), static_cast<int>(right + edge) + 1,
+                     static_cast<int>(y + size + edge) + 1, kBlack);
         canvas_.text(x, y, size, text, color);
     }
 
     void drawTitle() {
-        const std::string text = fmt::format("screen {}  {} x {} pixels  {:.3f} x {:.3f} m", screen_.name, width_, height_,
-                                             screen_.widthMetres(), screen_.heightMetres());
+        const std::string text = fmt::format("screen {}  {} x {} pixels  {:.3f} x {:.3f} m", screen_.name, width_,
+                                             height_, screen_.widthMetres(), screen_.heightMetres());
         const double size = std::min<double>(letter_, 0.55 * width_ / widthOfText(text));
         if (size >= 4) label(0.5 * (width_ - size * widthOfText(text)), 0.05 * height_, size, text, kWhite);
     }
 
     void drawArrows() {
-        const double x = 0.5 * width_, y = 0.42 * height_, long_ = 0.14 * shorter_, head = 0.035 * shorter_, thick = std::max(1.0, shorter_ / 270.0);
+        const double x = 0.5 * width_, y = 0.42 * height_, long_ = 0.14 * shorter_, head = 0.035 * shorter_,
+                     thick = std::max(1.0, shorter_ / 270.0);
         canvas_.line(x, y, x, y - long_, thick, kArrow);
         canvas_.line(x, y - long_, x - head, y - long_ + head, thick, kArrow);
         canvas_.line(x, y - long_, x + head, y - long_ + head, thick, kArrow);
@@ -150,7 +158,8 @@ private:
             const std::string number = std::to_string(std::min(value, 255));
             const int x = left + static_cast<int>(std::int64_t{wide} * value / 256);
             canvas_.fill(x, top + 4 * bar, x + 1, top + 4 * bar + std::max(2, bar / 3), kWhite);
-            canvas_.text(x - 0.5 * size * widthOfText(number), top + 4 * bar + std::max(2, bar / 3) + 0.4 * size, size, number, kWhite);
+            canvas_.text(x - 0.5 * size * widthOfText(number), top + 4 * bar + std::max(2, bar / 3) + 0.4 * size, size,
+                         number, kWhite);
         }
     }
 
@@ -170,7 +179,8 @@ private:
                 const auto value = static_cast<std::uint8_t>(dark ? kSteps[i] : 255 - kSteps[i]);
                 const int x = left + gap + static_cast<int>(i) * (side + gap);
                 canvas_.fill(x, top + gap, x + side, top + gap + side, {value, value, value});
-                canvas_.text(x, top + 1.5 * gap + side, size, std::to_string(value), dark ? ScreenColor{150, 150, 150} : ScreenColor{105, 105, 105});
+                canvas_.text(x, top + 1.5 * gap + side, size, std::to_string(value),
+                             dark ? ScreenColor{150, 150, 150} : ScreenColor{105, 105, 105});
             }
         }
     }
@@ -184,7 +194,9 @@ private:
 class TileMarks {
 public:
     TileMarks(const Screen& screen, const Tile& tile, ScreenCanvas& canvas)
-        : grid_(screen.grid), tile_(tile), canvas_(canvas),
+        : grid_(screen.grid),
+          tile_(tile),
+          canvas_(canvas),
           letter_(std::clamp(std::min(tile.rect.width, tile.rect.height) / 38, 5, 48)) {}
 
     void draw(const std::optional<std::uint64_t>& frame) {
@@ -206,13 +218,15 @@ private:
     [[nodiscard]] bool hasBelow() const { return tile_.row > 0; }
     [[nodiscard]] bool hasAbove() const { return tile_.row + 1 < grid_.rows; }
 
-    /// Pixels that a neighbour shows too: hatched in the screen's coordinates, so that the two hatchings must lie on each other.
+    /// Pixels that a neighbour shows too: hatched in the screen's coordinates, so that the two hatchings must lie on
+    /// each other.
     void drawShared() {
         const int l = canvas_.left(), t = canvas_.top(), r = canvas_.right(), b = canvas_.bottom();
         const auto hatch = [&](int x0, int y0, int x1, int y1) {
             for (int y = y0; y < y1; ++y)
                 for (int x = x0; x < x1; ++x)
-                    if ((x + y) % 16 == 0 || x == x0 || x == x1 - 1 || y == y0 || y == y1 - 1) canvas_.set(x, y, kShared);
+                    if ((x + y) % 16 == 0 || x == x0 || x == x1 - 1 || y == y0 || y == y1 - 1)
+                        canvas_.set(x, y, kShared);
         };
         if (grid_.overlapXPx > 0 && hasLeft()) hatch(l, t, l + grid_.overlapXPx, b);
         if (grid_.overlapXPx > 0 && hasRight()) hatch(r - grid_.overlapXPx, t, r, b);
@@ -228,42 +242,53 @@ private:
         const double middleX = 0.5 * (l + r), middleY = 0.5 * (t + b);
         if (grid_.bezelXPx > 0) {
             const std::string text = fmt::format("{} hidden", grid_.bezelXPx);
-            if (hasLeft()) canvas_.fill(l, t, l + thick, b, kHidden), canvas_.text(l + 2 * thick, middleY + letter_, size, text, kHidden);
+            if (hasLeft())
+                canvas_.fill(l, t, l + thick, b, kHidden),
+                    canvas_.text(l + 2 * thick, middleY + letter_, size, text, kHidden);
             if (hasRight())
                 canvas_.fill(r - thick, t, r, b, kHidden),
                     canvas_.text(r - 2 * thick - size * widthOfText(text), middleY + letter_, size, text, kHidden);
         }
         if (grid_.bezelYPx > 0) {
             const std::string text = fmt::format("{} hidden", grid_.bezelYPx);
-            if (hasBelow()) canvas_.fill(l, b - thick, r, b, kHidden), canvas_.text(middleX + letter_, b - 2 * thick - size, size, text, kHidden);
-            if (hasAbove()) canvas_.fill(l, t, r, t + thick, kHidden), canvas_.text(middleX + letter_, t + 2 * thick, size, text, kHidden);
+            if (hasBelow())
+                canvas_.fill(l, b - thick, r, b, kHidden),
+                    canvas_.text(middleX + letter_, b - 2 * thick - size, size, text, kHidden);
+            if (hasAbove())
+                canvas_.fill(l, t, r, t + thick, kHidden),
+                    canvas_.text(middleX + letter_, t + 2 * thick, size, text, kHidden);
         }
     }
 
     void drawName(const ScreenColor& color) {
-        const std::vector<std::string> lines = {tile_.name, "host " + tile_.host,
-                                                fmt::format("column {} row {}", tile_.column, tile_.row),
-                                                fmt::format("{} x {} at {},{}", tile_.rect.width, tile_.rect.height, tile_.rect.x, tile_.rect.y),
-                                                fmt::format("{}  {}", wordsOf(tile_.eye), tile_.user)};
+        const std::vector<std::string> lines = {
+            tile_.name, "host " + tile_.host, fmt::format("column {} row {}", tile_.column, tile_.row),
+            fmt::format("{} x {} at {},{}", tile_.rect.width, tile_.rect.height, tile_.rect.x, tile_.rect.y),
+            fmt::format("{}  {}", wordsOf(tile_.eye), tile_.user)};
         double widest = 0;
         for (const std::string& line : lines) widest = std::max(widest, widthOfText(line));
         const double size = std::min<double>(letter_, 0.45 * tile_.rect.width / (widest + 1.6));
         if (size < 3) return;
-        block(canvas_.left() + 0.04 * tile_.rect.width, canvas_.top() + 0.18 * tile_.rect.height, size, lines, widest, color);
+        block(canvas_.left() + 0.04 * tile_.rect.width, canvas_.top() + 0.18 * tile_.rect.height, size, lines, widest,
+              color);
     }
 
     void drawFrame(std::uint64_t frame, const ScreenColor& color) {
         const std::string text = fmt::format("frame {}", frame);
         const double size = std::min<double>(1.5 * letter_, 0.9 * tile_.rect.width / (widthOfText(text) + 1.6));
-        block(canvas_.left() + 0.05 * tile_.rect.width, canvas_.bottom() - 0.04 * tile_.rect.height - size, size, {text}, widthOfText(text), color);
+        block(canvas_.left() + 0.05 * tile_.rect.width, canvas_.bottom() - 0.04 * tile_.rect.height - size, size,
+              {text}, widthOfText(text), color);
     }
 
     /// Lines on a black ground.
-    void block(double x, double y, double size, const std::vector<std::string>& lines, double widest, const ScreenColor& color) {
+    void block(double x, double y, double size, const std::vector<std::string>& lines, double widest,
+               const ScreenColor& color) {
         const double step = 1.6 * size, edge = 0.6 * size;
-        canvas_.fill(static_cast<int>(x - edge), static_cast<int>(y - edge), static_cast<int>(x + size * widest + edge) + 1,
+        canvas_.fill(static_cast<int>(x - edge), static_cast<int>(y - edge),
+                     static_cast<int>(x + size * widest + edge) + 1,
                      static_cast<int>(y + step * static_cast<double>(lines.size()) - 0.6 * size + edge) + 1, kBlack);
-        for (std::size_t i = 0; i < lines.size(); ++i) canvas_.text(x, y + step * static_cast<double>(i), size, lines[i], color);
+        for (std::size_t i = 0; i < lines.size(); ++i)
+            canvas_.text(x, y + step * static_cast<double>(i), size, lines[i], color);
     }
 
     const Screen::Grid& grid_;

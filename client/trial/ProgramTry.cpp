@@ -97,7 +97,9 @@ Expected<double> ProgramTry::draw(const SurfaceProgram* program, float uniforms,
         good.verdict = SurfaceProgram::kGood;
         base.program = scene.add(good);
         if (const auto text = preparePersonText(program->surface, program->vertex))
-            for (const PersonUniform& uniform : text->uniforms) base.uniforms.push_back(scene.add(Uniform{.name = uniform.name, .value = Vec4f::Constant(uniforms), .image = {}}));
+            for (const PersonUniform& uniform : text->uniforms)
+                base.uniforms.push_back(
+                    scene.add(Uniform{.name = uniform.name, .value = Vec4f::Constant(uniforms), .image = {}}));
     }
     const MeshArrays arrays = sheet().toArrays();
     const ObjectId top = scene.node(ObjectId(), kRootNode);
@@ -141,12 +143,15 @@ std::string ProgramTry::problemOf(const SurfaceProgram& program) {
         const Expected<double> seconds = draw(&program, uniforms, true);
         if (!seconds) return seconds.error().message;
         std::string trouble = renderer_->lastCounts().trouble;
-        if (const std::string_view begins = "a program of a material: "; trouble.starts_with(begins)) return trouble.substr(begins.size());
+        if (const std::string_view begins = "a program of a material: "; trouble.starts_with(begins))
+            return trouble.substr(begins.size());
         if (!trouble.empty()) return trouble;
         // Three sheets, each as large as the picture.
         const double microseconds = 1e6 * *seconds / (3.0 * kSidePx * kSidePx);
         if (microseconds > kMostMicroseconds)
-            return fmt::format("surface, line 1: it takes {:.1f} µs of a processor for a pixel with its uniforms {}; {} may be", microseconds, uniforms > 0 ? 1 : 0, kMostMicroseconds);
+            return fmt::format(
+                "surface, line 1: it takes {:.1f} µs of a processor for a pixel with its uniforms {}; {} may be",
+                microseconds, uniforms > 0 ? 1 : 0, kMostMicroseconds);
     }
     return {};
 }

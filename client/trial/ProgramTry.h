@@ -15,8 +15,9 @@ public:
     /// Draws once without any program: what comes after is that of the program alone.
     [[nodiscard]] static Expected<std::unique_ptr<ProgramTry>> create();
 
-    /// Draws with it what is solid, cut out, transparent and in shadow, and asks for nodes, with all uniforms 0, then 1. Empty: good. Else what is wrong, by
-    /// the person's own lines; a program that takes more than kMostMicroseconds of one core for a pixel is wrong, too. May take for ever, or all memory.
+    /// Draws with it what is solid, cut out, transparent and in shadow, and asks for nodes, with all uniforms 0,
+    /// then 1. Empty: good. Else what is wrong, by the person's own lines; a program that takes more than
+    /// kMostMicroseconds of one core for a pixel is wrong, too. May take for ever, or all memory.
     [[nodiscard]] std::string problemOf(const SurfaceProgram& program);
 
     static constexpr int kSidePx = 128;

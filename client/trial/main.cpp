@@ -1,4 +1,5 @@
-// tessera-try-program: compiles a person's program and draws with it, in a process of its own. Started by the server, not by people.
+// tessera-try-program: compiles a person's program and draws with it, in a process of its own. Started by the server,
+// not by people.
 //
 // stdin: "SURFACE VERTEX\n", two numbers of bytes, then so many. stdout: "good", or "bad " and what is wrong.
 #include <fmt/format.h>
@@ -56,7 +57,8 @@ std::optional<SurfaceProgram> readProgram() {
     if (second.ec != std::errc() || second.ptr == end || *second.ptr != '\n') return std::nullopt;
     const auto at = static_cast<std::size_t>(second.ptr + 1 - all.data());
     if (surface > have || vertex > have || at + surface + vertex != have) return std::nullopt;
-    return SurfaceProgram{.surface = all.substr(at, surface), .vertex = all.substr(at + surface, vertex), .problem = {}};
+    return SurfaceProgram{
+        .surface = all.substr(at, surface), .vertex = all.substr(at + surface, vertex), .problem = {}};
 }
 
 int run(pid_t parent) {

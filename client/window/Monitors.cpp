@@ -11,7 +11,8 @@ namespace tessera {
 namespace {
 
 std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return text;
 }
 
@@ -34,7 +35,9 @@ Expected<std::size_t> findMonitor(const std::vector<Monitor>& monitors, const st
         if (same++ == 0) found = i;
     }
     if (same == 1) return found;
-    if (same > 1) return fail(ErrorCode::kNotFound, fmt::format("{} monitors are called \"{}\": say their number\n{}", same, wanted, describe(monitors)));
+    if (same > 1)
+        return fail(ErrorCode::kNotFound, fmt::format("{} monitors are called \"{}\": say their number\n{}", same,
+                                                      wanted, describe(monitors)));
     for (std::size_t i = 0; i < monitors.size(); ++i)
         if (std::to_string(i) == wanted) return i;
     return fail(ErrorCode::kNotFound, fmt::format("no monitor \"{}\"; there are:\n{}", wanted, describe(monitors)));
@@ -43,7 +46,8 @@ Expected<std::size_t> findMonitor(const std::vector<Monitor>& monitors, const st
 DesktopRect placeOnDesktop(const PlacedPart& placed, const DesktopRect& usable) {
     const double width = std::max(1, placed.wholeWidthPx), height = std::max(1, placed.wholeHeightPx);
     const double scale = std::min({1.0, 0.9 * usable.width / width, 0.9 * usable.height / height});
-    const double left = usable.x + 0.5 * (usable.width - scale * width), top = usable.y + 0.5 * (usable.height - scale * height);
+    const double left = usable.x + 0.5 * (usable.width - scale * width),
+                 top = usable.y + 0.5 * (usable.height - scale * height);
     // Edges are rounded, not sizes: neighbours meet.
     const auto edge = [scale](double from, int pixels) { return static_cast<int>(std::lround(from + scale * pixels)); };
     const int x0 = edge(left, placed.part.x), x1 = edge(left, placed.part.x + placed.part.width);

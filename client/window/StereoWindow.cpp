@@ -28,8 +28,9 @@ struct StereoWindow::Impl {
             function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(SDL_GL_GetProcAddress(name));
             return function != nullptr;
         };
-        return find(clear, "glClear") && find(drawBuffer, "glDrawBuffer") && find(getBooleanv, "glGetBooleanv") && find(pixelStorei, "glPixelStorei") &&
-               find(pixelZoom, "glPixelZoom") && find(rasterPos2f, "glRasterPos2f") && find(viewport, "glViewport") && find(drawPixels, "glDrawPixels");
+        return find(clear, "glClear") && find(drawBuffer, "glDrawBuffer") && find(getBooleanv, "glGetBooleanv") &&
+               find(pixelStorei, "glPixelStorei") && find(pixelZoom, "glPixelZoom") &&
+               find(rasterPos2f, "glRasterPos2f") && find(viewport, "glViewport") && find(drawPixels, "glDrawPixels");
     }
 };
 
@@ -40,7 +41,8 @@ std::unique_ptr<StereoWindow> StereoWindow::open(const std::string& title, const
     auto impl = std::make_unique<Impl>();
     SDL_GL_SetAttribute(SDL_GL_STEREO, 1);
     SDL_GL_SetAttribute(SDL_GL_DOUBLEBUFFER, 1);
-    const Uint32 flags = SDL_WINDOW_OPENGL | SDL_WINDOW_BORDERLESS | (fullScreen ? static_cast<Uint32>(SDL_WINDOW_FULLSCREEN_DESKTOP) : 0u);
+    const Uint32 flags = SDL_WINDOW_OPENGL | SDL_WINDOW_BORDERLESS |
+                         (fullScreen ? static_cast<Uint32>(SDL_WINDOW_FULLSCREEN_DESKTOP) : 0u);
     impl->window = SDL_CreateWindow(title.c_str(), place.x, place.y, place.width, place.height, flags);
     if (impl->window) impl->context = SDL_GL_CreateContext(impl->window);
     GLboolean stereo = GL_FALSE;
@@ -51,7 +53,8 @@ std::unique_ptr<StereoWindow> StereoWindow::open(const std::string& title, const
         SDL_GL_SetSwapInterval(1);
         return std::unique_ptr<StereoWindow>(new StereoWindow(std::move(impl)));
     }
-    fmt::print(stderr, "tessera-window: the graphics driver shows no two eyes (QUAD_BUFFERED): the left one is shown\n");
+    fmt::print(stderr,
+               "tessera-window: the graphics driver shows no two eyes (QUAD_BUFFERED): the left one is shown\n");
     return nullptr;
 }
 
@@ -65,8 +68,10 @@ Expected<void> StereoWindow::show(const std::uint8_t* rgbx, int eyeWidthPx, int 
         impl_->clear(GL_COLOR_BUFFER_BIT);
         if (!rgbx) continue;
         impl_->rasterPos2f(-1, 1);
-        impl_->pixelZoom(static_cast<float>(width) / static_cast<float>(eyeWidthPx), -static_cast<float>(height) / static_cast<float>(heightPx));
-        impl_->drawPixels(eyeWidthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE, rgbx + std::size_t{4} * static_cast<std::size_t>(eye * eyeWidthPx));
+        impl_->pixelZoom(static_cast<float>(width) / static_cast<float>(eyeWidthPx),
+                         -static_cast<float>(height) / static_cast<float>(heightPx));
+        impl_->drawPixels(eyeWidthPx, heightPx, GL_RGBA, GL_UNSIGNED_BYTE,
+                          rgbx + std::size_t{4} * static_cast<std::size_t>(eye * eyeWidthPx));
     }
     SDL_GL_SwapWindow(impl_->window);
     return {};

@@ -13,13 +13,14 @@ namespace tessera {
 class StereoWindow {
 public:
     /// Null where the driver has no stereo visual: says so on stderr, and that the left eye is shown.
-    [[nodiscard]] static std::unique_ptr<StereoWindow> open(const std::string& title, const DesktopRect& place, bool fullScreen);
+    [[nodiscard]] static std::unique_ptr<StereoWindow> open(const std::string& title, const DesktopRect& place,
+                                                            bool fullScreen);
     ~StereoWindow();
     StereoWindow(const StereoWindow&) = delete;
     StereoWindow& operator=(const StereoWindow&) = delete;
 
-    /// Two pictures beside each other, the left eye's on the left, four bytes a pixel, rows from the top; null: black. Each eye fills the
-    /// window.
+    /// Two pictures beside each other, the left eye's on the left, four bytes a pixel, rows from the top; null: black.
+    /// Each eye fills the window.
     [[nodiscard]] Expected<void> show(const std::uint8_t* rgbx, int eyeWidthPx, int heightPx);
 
 private:

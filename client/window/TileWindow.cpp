@@ -43,7 +43,8 @@ public:
         SDL_SetHint(SDL_HINT_VIDEO_X11_NET_WM_BYPASS_COMPOSITOR, "0");
         SDL_SetHint(SDL_HINT_VIDEO_MINIMIZE_ON_FOCUS_LOSS, "0");
         if (SDL_Init(SDL_INIT_VIDEO) != 0)
-            return refuse(ErrorCode::kUnsupported, "no display to open a window on (is DISPLAY or WAYLAND_DISPLAY set?)");
+            return refuse(ErrorCode::kUnsupported,
+                          "no display to open a window on (is DISPLAY or WAYLAND_DISPLAY set?)");
         std::unique_ptr<Video> video(new Video);
         // SDL's last resorts show nothing to anybody. Who wants one of them says so.
         const std::string driver = SDL_GetCurrentVideoDriver();
@@ -120,21 +121,26 @@ public:
         Pane pane;
         if (stereo) pane.stereo_ = StereoWindow::open(options.title, place, options.fullScreen);
         if (pane.stereo_) return pane;
-        const Uint32 flags = options.fullScreen ? SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS
-                                                : static_cast<Uint32>(options.part ? SDL_WINDOW_BORDERLESS : SDL_WINDOW_RESIZABLE);
+        const Uint32 flags = options.fullScreen
+                                 ? SDL_WINDOW_FULLSCREEN_DESKTOP | SDL_WINDOW_BORDERLESS
+                                 : static_cast<Uint32>(options.part ? SDL_WINDOW_BORDERLESS : SDL_WINDOW_RESIZABLE);
         pane.window_.reset(SDL_CreateWindow(options.title.c_str(), place.x, place.y, place.width, place.height, flags));
         if (!pane.window_) return refuse(ErrorCode::kUnsupported, "no window can be opened");
         if (options.fullScreen) SDL_ShowCursor(SDL_DISABLE);
         if (!options.vsync) return pane;
-        pane.renderer_.reset(SDL_CreateRenderer(pane.window_.get(), -1, SDL_RENDERER_ACCELERATED | SDL_RENDERER_PRESENTVSYNC));
-        if (!pane.renderer_) return refuse(ErrorCode::kUnsupported, "no driver here shows a window in step with the monitor (--vsync)");
+        pane.renderer_.reset(
+            SDL_CreateRenderer(pane.window_.get(), -1, SDL_RENDERER_ACCELERATED | SDL_RENDERER_PRESENTVSYNC));
+        if (!pane.renderer_)
+            return refuse(ErrorCode::kUnsupported, "no driver here shows a window in step with the monitor (--vsync)");
         return pane;
     }
 
     [[nodiscard]] bool showsBothEyes() const { return stereo_ != nullptr; }
     /// Black where there is no picture.
     Expected<void> show(const PanePicture* frame) {
-        if (stereo_) return stereo_->show(frame ? frame->rgbx : nullptr, frame ? frame->widthPx / 2 : 0, frame ? frame->heightPx : 0);
+        if (stereo_)
+            return stereo_->show(frame ? frame->rgbx : nullptr, frame ? frame->widthPx / 2 : 0,
+                                 frame ? frame->heightPx : 0);
         return renderer_ ? showRendered(frame) : showPlain(frame);
     }
 
@@ -148,8 +154,9 @@ private:
         if (!frame || place.width != target->w || place.height != target->h)
             SDL_FillRect(target, nullptr, SDL_MapRGB(target->format, 0, 0, 0));
         if (frame) {
-            const SurfacePtr picture(SDL_CreateRGBSurfaceWithFormatFrom(const_cast<std::uint8_t*>(frame->rgbx), frame->widthPx, frame->heightPx,
-                                                                        32, frame->pitchBytes, kPictureFormat));
+            const SurfacePtr picture(SDL_CreateRGBSurfaceWithFormatFrom(const_cast<std::uint8_t*>(frame->rgbx),
+                                                                        frame->widthPx, frame->heightPx, 32,
+                                                                        frame->pitchBytes, kPictureFormat));
             if (!picture) return refuse(ErrorCode::kFailed, "a picture cannot be taken over");
             SDL_SetSurfaceBlendMode(picture.get(), SDL_BLENDMODE_NONE);
             SDL_Rect to = rectOf(place);
@@ -164,7 +171,8 @@ private:
             }
             if (failed != 0) return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
         }
-        if (SDL_UpdateWindowSurface(window_.get()) != 0) return refuse(ErrorCode::kFailed, "the window cannot be shown");
+        if (SDL_UpdateWindowSurface(window_.get()) != 0)
+            return refuse(ErrorCode::kFailed, "the window cannot be shown");
         return {};
     }
 
@@ -175,7 +183,8 @@ private:
         if (frame) {
             if (!texture_ || textureWidthPx_ != frame->widthPx || textureHeightPx_ != frame->heightPx) {
                 SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "linear");
-                texture_.reset(SDL_CreateTexture(renderer_.get(), kPictureFormat, SDL_TEXTUREACCESS_STREAMING, frame->widthPx, frame->heightPx));
+                texture_.reset(SDL_CreateTexture(renderer_.get(), kPictureFormat, SDL_TEXTUREACCESS_STREAMING,
+                                                 frame->widthPx, frame->heightPx));
                 if (!texture_) return refuse(ErrorCode::kUnsupported, "the driver has no room for the picture");
                 SDL_SetTextureBlendMode(texture_.get(), SDL_BLENDMODE_NONE);
                 textureWidthPx_ = frame->widthPx;
@@ -192,7 +201,8 @@ private:
         return {};
     }
 
-    std::unique_ptr<StereoWindow> stereo_;  ///< of a driver that shows both eyes; else the left one stands in the window
+    std::unique_ptr<StereoWindow>
+        stereo_;  ///< of a driver that shows both eyes; else the left one stands in the window
     WindowPtr window_;
     RendererPtr renderer_;  ///< before the window it goes
     TexturePtr texture_;
@@ -204,7 +214,9 @@ class Follower {
 public:
     /// `bothEyes`: the window takes a quad-buffered output's two pictures; else it gets the left one.
     Follower(std::vector<std::string> paths, std::optional<OutputMaker> output, bool bothEyes, Uint32 event)
-        : paths_(std::move(paths)), output_(std::move(output)), bothEyes_(bothEyes), event_(event), thread_([this] { run(); }) {}
+        : paths_(std::move(paths)), output_(std::move(output)), bothEyes_(bothEyes), event_(event), thread_([this] {
+              run();
+          }) {}
     ~Follower() {
         over_ = true;
         taken();
@@ -259,8 +271,8 @@ private:
             pictures[i] = frames[i].rgbx;
             if (frames[i].widthPx == output_->fromWidthPx() && frames[i].heightPx == output_->fromHeightPx()) continue;
             if (!std::exchange(saidSize_, true))
-                fmt::print(stderr, "tessera-window: {} holds {} x {} pixels, and its tile has {} x {}\n", paths_[i], frames[i].widthPx, frames[i].heightPx,
-                           output_->fromWidthPx(), output_->fromHeightPx());
+                fmt::print(stderr, "tessera-window: {} holds {} x {} pixels, and its tile has {} x {}\n", paths_[i],
+                           frames[i].widthPx, frames[i].heightPx, output_->fromWidthPx(), output_->fromHeightPx());
             return false;
         }
         picture_.rgbx = output_->draw({pictures, frames.size()});
@@ -296,9 +308,11 @@ Expected<void> runWindow(WindowOptions options) {
     }
     const auto video = Video::start();
     if (!video) return tl::unexpected(video.error());
-    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread, which may do so too: no destructor runs then. Each
-    // thread takes one of these; the next one would go on to what was registered before.
-    for (int thread = 0; thread < 16; ++thread) ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
+    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread, which may do so
+    // too: no destructor runs then. Each thread takes one of these; the next one would go on to what was registered
+    // before.
+    for (int thread = 0; thread < 16; ++thread)
+        ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
     const std::vector<Monitor> monitors = Video::monitors();
     if (monitors.empty()) return fail(ErrorCode::kUnsupported, "the desktop has no monitor");
     auto pane = Pane::open(options, monitors);
@@ -322,7 +336,8 @@ Expected<void> runWindow(WindowOptions options) {
         if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_ESCAPE) return {};
         if (event.type == SDL_WINDOWEVENT) {
             if (event.window.event == SDL_WINDOWEVENT_CLOSE) return {};
-            if (event.window.event == SDL_WINDOWEVENT_EXPOSED || event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED) follower.again();
+            if (event.window.event == SDL_WINDOWEVENT_EXPOSED || event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED)
+                follower.again();
         }
         if (event.type != another) continue;
         const PanePicture picture = follower.picture();

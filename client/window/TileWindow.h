@@ -1,5 +1,5 @@
-/// A window that shows what a host shows of one tile: the picture in its `shown.frame`, whoever draws it; or what an output makes of it,
-/// and of the other eye's.
+/// A window that shows what a host shows of one tile: the picture in its `shown.frame`, whoever draws it; or what an
+/// output makes of it, and of the other eye's.
 ///
 /// Without OpenGL unless vsync is asked for: so it is a process of its own, beside hosts that draw with OSMesa.
 #pragma once
@@ -20,14 +20,15 @@ struct WindowOptions {
     std::string title;
     std::string monitor;  ///< number or name; empty: the first
     bool fullScreen = false;
-    bool vsync = false;   ///< through a renderer of the graphics driver
+    bool vsync = false;              ///< through a renderer of the graphics driver
     std::optional<PlacedPart> part;  ///< where it stands when it is no full screen
-    int input = -1;  ///< descriptor of a socket to say input to (InputPipe); below 0: nobody wants it
-    std::string log;                 ///< a line per shown picture: number, when its host showed it, when it stood here; ns, CLOCK_MONOTONIC
+    int input = -1;                  ///< descriptor of a socket to say input to (InputPipe); below 0: nobody wants it
+    std::string
+        log;  ///< a line per shown picture: number, when its host showed it, when it stood here; ns, CLOCK_MONOTONIC
 };
 
-/// The calling thread is the process' main one. Returns when the window was closed or the process is asked to end. Errors:
-/// kUnsupported: no display, no such driver; kNotFound: no such monitor; kFailed: the log cannot be written.
+/// The calling thread is the process' main one. Returns when the window was closed or the process is asked to end.
+/// Errors: kUnsupported: no display, no such driver; kNotFound: no such monitor; kFailed: the log cannot be written.
 [[nodiscard]] Expected<void> runWindow(WindowOptions options);
 /// The desktop's monitors. Errors as above.
 [[nodiscard]] Expected<std::vector<Monitor>> monitorsHere();

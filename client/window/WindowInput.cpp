@@ -51,9 +51,12 @@ std::string_view WindowInput::keys() {
            "Q, Page Down      down                     Shift and left drag   shift\n"
            "Shift             faster                   wheel                 the pace; orbit: nearer, farther\n"
            "Z, C              roll     L  upright      Tab                   fly, orbit, walk; or F2, F3, F4\n"
-           "F                 fit what is below the cursor, else all; Shift+F fit all      Home  back to the first view\n"
-           "left drag from a handle of a manipulator moves, turns or scales what it belongs to; the release ends the step of undo\n"
-           "1 … 9             to a bookmark; Ctrl+1 … 9 keeps one         F1, H  these keys      Escape  closes the window\n"
+           "F                 fit what is below the cursor, else all; Shift+F fit all      Home  back to the first "
+           "view\n"
+           "left drag from a handle of a manipulator moves, turns or scales what it belongs to; the release ends the "
+           "step of undo\n"
+           "1 … 9             to a bookmark; Ctrl+1 … 9 keeps one         F1, H  these keys      Escape  closes the "
+           "window\n"
            "Game pad: sticks go and look, triggers go up and down, shoulders roll, a pressed left stick is faster;\n"
            "          A next mode, B upright, X fit all, Y home\n";
 }
@@ -105,7 +108,8 @@ bool WindowInput::keyDown(const SDL_KeyboardEvent& key) {
     keys_[code] = true;
     const bool control = (key.keysym.mod & KMOD_CTRL) != 0, shift = (key.keysym.mod & KMOD_SHIFT) != 0;
     if (code >= SDL_SCANCODE_1 && code <= SDL_SCANCODE_9) {
-        state_.ask(control ? InputAction::kKeep1 : InputAction::kGoTo1, static_cast<std::size_t>(code - SDL_SCANCODE_1));
+        state_.ask(control ? InputAction::kKeep1 : InputAction::kGoTo1,
+                   static_cast<std::size_t>(code - SDL_SCANCODE_1));
         return false;
     }
     switch (code) {
@@ -159,7 +163,8 @@ void WindowInput::drag(const SDL_MouseMotionEvent& motion) {
     if (buttons_ == 0) return;
     const int height = pictureIn(motion.windowID).height;
     if (height <= 0) return;
-    const bool shifts = (buttons_ & (SDL_BUTTON_MMASK | SDL_BUTTON_RMASK)) != 0 || held({SDL_SCANCODE_LSHIFT, SDL_SCANCODE_RSHIFT});
+    const bool shifts =
+        (buttons_ & (SDL_BUTTON_MMASK | SDL_BUTTON_RMASK)) != 0 || held({SDL_SCANCODE_LSHIFT, SDL_SCANCODE_RSHIFT});
     const double right = static_cast<double>(motion.xrel) / height, down = static_cast<double>(motion.yrel) / height;
     add(shifts ? state_.panRight : state_.lookRight, shifts ? panRight_ : lookRight_, right);
     add(shifts ? state_.panDown : state_.lookDown, shifts ? panDown_ : lookDown_, down);
@@ -172,7 +177,8 @@ bool WindowInput::take(const SDL_Event& event) {
             wantsKeys = keyDown(event.key);
             break;
         case SDL_KEYUP:
-            if (event.key.keysym.scancode >= 0 && event.key.keysym.scancode < SDL_NUM_SCANCODES) keys_[event.key.keysym.scancode] = false;
+            if (event.key.keysym.scancode >= 0 && event.key.keysym.scancode < SDL_NUM_SCANCODES)
+                keys_[event.key.keysym.scancode] = false;
             break;
         case SDL_MOUSEMOTION:
             drag(event.motion);
@@ -189,13 +195,16 @@ bool WindowInput::take(const SDL_Event& event) {
             break;
         case SDL_MOUSEBUTTONUP:
             if (event.button.button == SDL_BUTTON_LEFT) hand_ = false;
-            if (event.button.button >= SDL_BUTTON_LEFT && event.button.button <= SDL_BUTTON_RIGHT) buttons_ &= ~SDL_BUTTON(event.button.button);
+            if (event.button.button >= SDL_BUTTON_LEFT && event.button.button <= SDL_BUTTON_RIGHT)
+                buttons_ &= ~SDL_BUTTON(event.button.button);
             break;
         case SDL_MOUSEWHEEL:
-            add(state_.wheel, wheel_, event.wheel.direction == SDL_MOUSEWHEEL_FLIPPED ? -event.wheel.preciseY : event.wheel.preciseY);
+            add(state_.wheel, wheel_,
+                event.wheel.direction == SDL_MOUSEWHEEL_FLIPPED ? -event.wheel.preciseY : event.wheel.preciseY);
             break;
         case SDL_WINDOWEVENT:
-            if (event.window.event == SDL_WINDOWEVENT_FOCUS_LOST || event.window.event == SDL_WINDOWEVENT_CLOSE) release();
+            if (event.window.event == SDL_WINDOWEVENT_FOCUS_LOST || event.window.event == SDL_WINDOWEVENT_CLOSE)
+                release();
             break;
         case SDL_CONTROLLERDEVICEADDED:
             if (SDL_GameController* const pad = SDL_GameControllerOpen(event.cdevice.which))
@@ -208,14 +217,17 @@ bool WindowInput::take(const SDL_Event& event) {
             }
             break;
         case SDL_CONTROLLERAXISMOTION:
-            if (const auto pad = pads_.find(event.caxis.which); pad != pads_.end() && event.caxis.axis < SDL_CONTROLLER_AXIS_MAX)
+            if (const auto pad = pads_.find(event.caxis.which);
+                pad != pads_.end() && event.caxis.axis < SDL_CONTROLLER_AXIS_MAX)
                 pad->second.axes[event.caxis.axis] = event.caxis.value;
             break;
         case SDL_CONTROLLERBUTTONDOWN:
         case SDL_CONTROLLERBUTTONUP:
-            if (const auto pad = pads_.find(event.cbutton.which); pad != pads_.end() && event.cbutton.button < SDL_CONTROLLER_BUTTON_MAX) {
+            if (const auto pad = pads_.find(event.cbutton.which);
+                pad != pads_.end() && event.cbutton.button < SDL_CONTROLLER_BUTTON_MAX) {
                 const bool down = event.type == SDL_CONTROLLERBUTTONDOWN;
-                if (down && !pad->second.buttons[event.cbutton.button]) padButton(static_cast<SDL_GameControllerButton>(event.cbutton.button));
+                if (down && !pad->second.buttons[event.cbutton.button])
+                    padButton(static_cast<SDL_GameControllerButton>(event.cbutton.button));
                 pad->second.buttons[event.cbutton.button] = down;
             }
             break;
@@ -246,7 +258,8 @@ void WindowInput::fold() {
         turnRight += stick(pad.axes[SDL_CONTROLLER_AXIS_RIGHTX]);
         turnUp -= stick(pad.axes[SDL_CONTROLLER_AXIS_RIGHTY]);
         up += stick(pad.axes[SDL_CONTROLLER_AXIS_TRIGGERRIGHT]) - stick(pad.axes[SDL_CONTROLLER_AXIS_TRIGGERLEFT]);
-        roll += (pad.buttons[SDL_CONTROLLER_BUTTON_RIGHTSHOULDER] ? 1 : 0) - (pad.buttons[SDL_CONTROLLER_BUTTON_LEFTSHOULDER] ? 1 : 0);
+        roll += (pad.buttons[SDL_CONTROLLER_BUTTON_RIGHTSHOULDER] ? 1 : 0) -
+                (pad.buttons[SDL_CONTROLLER_BUTTON_LEFTSHOULDER] ? 1 : 0);
         faster = faster || pad.buttons[SDL_CONTROLLER_BUTTON_LEFTSTICK];
     }
     state_.right = full(right);

@@ -13,8 +13,9 @@
 
 namespace tessera {
 
-/// Folds SDL's events into an InputState. Keys count by where they are on the keyboard, so that the four under the left hand are
-/// there on every one. Whatever is held is released when the window loses the keyboard. The process' main thread.
+/// Folds SDL's events into an InputState. Keys count by where they are on the keyboard, so that the four under the left
+/// hand are there on every one. Whatever is held is released when the window loses the keyboard. The process' main
+/// thread.
 class WindowInput {
 public:
     WindowInput();
@@ -25,7 +26,8 @@ public:
     /// Any event; those that are none of its own leave the state as it is. True: the keys are asked for (F1 or H).
     bool take(const SDL_Event& event);
     [[nodiscard]] const InputState& state() const { return state_; }
-    /// Of what stands in the window: where a window has another shape, there is black beside it, and the cursor counts within the picture.
+    /// Of what stands in the window: where a window has another shape, there is black beside it, and the cursor counts
+    /// within the picture.
     void pictureIs(int widthPx, int heightPx);
 
     /// Which key does what, for a terminal.
@@ -58,8 +60,8 @@ private:
     double lookRight_ = 0, lookDown_ = 0, panRight_ = 0, panDown_ = 0, wheel_ = 0;  ///< parts of a unit that are left
 };
 
-/// The way of states to the client that opened this window: a socket of packets. Never waits; a state that finds no room goes
-/// with the next, or a moment later.
+/// The way of states to the client that opened this window: a socket of packets. Never waits; a state that finds no
+/// room goes with the next, or a moment later.
 class InputPipe {
 public:
     /// `descriptor`: below 0 leads nowhere. It is this object's from now on.

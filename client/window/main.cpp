@@ -1,8 +1,8 @@
 /// tessera-window: shows one tile's picture on a monitor.
-#include <csignal>
-#include <cstdio>
 #include <sys/prctl.h>
 #include <unistd.h>
+#include <csignal>
+#include <cstdio>
 
 #include <fmt/format.h>
 
@@ -34,20 +34,30 @@ int main(int argc, char** argv) {
     std::vector<int> part;
     bool monitors = false;
     int parent = 0;
-    Options commandLine("tessera-window", "Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or closing the window, ends it.",
+    Options commandLine("tessera-window",
+                        "Shows what a tessera-client shows of one tile, on a monitor of this\nmachine. Escape, or "
+                        "closing the window, ends it.",
                         versionText("tessera-window"));
-    const Option file = commandLine.option("file", options.frameFiles, "OUTPUT/tiles/TILE/shown.frame of the client").typeName("FILE").expected(0, 2);
+    const Option file = commandLine.option("file", options.frameFiles, "OUTPUT/tiles/TILE/shown.frame of the client")
+                            .typeName("FILE")
+                            .expected(0, 2);
     commandLine.option("--title", options.title, "Of the window").typeName("TEXT");
     commandLine.option("--monitor", options.monitor, "Its number or name (the first one)").typeName("M");
     commandLine.flag("--full-screen", options.fullScreen, "All of that monitor");
     commandLine.flag("--vsync", options.vsync, "In step with the monitor, by the graphics driver");
-    commandLine.option("--part", part, "No full screen: the tile's place on its wall, and\nthe wall's size, in pixels from the upper left")
+    commandLine
+        .option("--part", part,
+                "No full screen: the tile's place on its wall, and\nthe wall's size, in pixels from the upper left")
         .typeName("X Y W H WALL_W WALL_H")
         .expected(6)
         .range(0, 1 << 30);
-    commandLine.option("--log", options.log, "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)").typeName("FILE");
+    commandLine
+        .option("--log", options.log,
+                "A line per picture: frame, shown by its host,\nstood in the window (ns, CLOCK_MONOTONIC)")
+        .typeName("FILE");
     commandLine.flag("--monitors", monitors, "Says which monitors there are").excludes(file);
-    // Of the client that starts windows: the wall whose output this is, as bytes, and which; FILE is one of each of its tiles.
+    // Of the client that starts windows: the wall whose output this is, as bytes, and which; FILE is one of each of its
+    // tiles.
     std::string wall, tile;
     commandLine.option("--wall", wall).hidden();
     commandLine.option("--tile", tile).hidden();

@@ -20,7 +20,8 @@ struct LocalWall {
     Address server;                  ///< where hosts and applications dial in
     std::optional<Address> console;  ///< none: it has none
     AccessTokens tokens;
-    std::string authority = {};  ///< SHA-256 of its authority's certificate, which https links carry; empty: it has none
+    std::string authority =
+        {};  ///< SHA-256 of its authority's certificate, which https links carry; empty: it has none
 };
 
 /// `$XDG_RUNTIME_DIR/tessera`, else `/run/user/UID/tessera`, else `tessera-UID` in the folder for temporary files. Made
@@ -40,9 +41,10 @@ struct LocalWall {
 /// The word in a file: its first line, or in what a server has left for its own user that of an operator. kUsage: it
 /// cannot be read, or there is none in it.
 [[nodiscard]] Expected<std::string> readToken(const std::string& file);
-/// What lets a program of this user in at a server: the word in `tokenFile`, else that of TESSERA_TOKEN, else the one in
-/// the file that TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address. Nothing: it goes without one.
-/// `peer`: the other end of a connection, as a number: at what a name stands for somebody else may listen.
+/// What lets a program of this user in at a server: the word in `tokenFile`, else that of TESSERA_TOKEN, else the one
+/// in the file that TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address.
+/// Nothing: it goes without one. `peer`: the other end of a connection, as a number: at what a name stands for somebody
+/// else may listen.
 [[nodiscard]] Expected<std::string> accessTo(const Address& peer, const std::string& tokenFile = {});
 /// The same of each connection that will be made ("ADDR:PORT"). What is wrong with a file is said now; later there is
 /// then no word. None leaves this machine but where the connections are `sealed`: others could read it.

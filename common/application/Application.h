@@ -32,14 +32,15 @@ public:
     struct Options {
         std::string address;  ///< "HOST:PORT" of the server; empty: TESSERA_SERVER, else the one server of this user on
                               ///< this machine
-        std::string name = "application";           ///< for the server's log and status
+        std::string name = "application";  ///< for the server's log and status
         std::string tokenFile = {};  ///< whose first line lets it in; empty: TESSERA_TOKEN_FILE, else what the server
                                      ///< of this user has left on this machine
         std::string keys = {};  ///< folder with a person's key, or that key's file: links are sealed. Empty: plain ones
         bool followScene = true;                    ///< false: `scene()` stays empty, and nothing of it is sent here
         bool wantBlobs = false;                     ///< meshes and pixels too; false: their handles are absent (Blob)
         std::chrono::milliseconds timeout{10'000};  ///< for connecting and for each request
-        /// A connection that breaks later (the server was killed, the cable cut) is dialled again for so long; 0: never.
+        /// A connection that breaks later (the server was killed, the cable cut) is dialled again for so long; 0:
+        /// never.
         std::chrono::milliseconds redial{60'000};
     };
 
@@ -61,21 +62,21 @@ public:
     [[nodiscard]] const Wall& wall() const;
 
     /// Applies everything that has arrived, calling the callbacks; waits for something for at most `timeout`. False:
-    /// nothing came. An error ends it: the connection is gone for good (`serverIsOver` tells a regular end from a broken
-    /// one). One that broke is dialled again meanwhile: `onLost`, `onBack`.
+    /// nothing came. An error ends it: the connection is gone for good (`serverIsOver` tells a regular end from a
+    /// broken one). One that broke is dialled again meanwhile: `onLost`, `onBack`.
     [[nodiscard]] Expected<bool> poll(std::chrono::milliseconds timeout);
     /// Polls until the wall has shown a frame that was not reported here before. Needs `onFrame` or subscribes by
     /// itself. kNetwork also when none is shown within `timeout`.
     [[nodiscard]] Expected<notice::Frame> waitForFrame(std::chrono::milliseconds timeout);
     [[nodiscard]] bool serverIsOver() const;
-    /// False: it broke and is dialled again by `poll` and by whatever waits, or has ended. A request that was under way then
-    /// ends with kNetwork, and may have been done or not; one that is made meanwhile waits for the return.
+    /// False: it broke and is dialled again by `poll` and by whatever waits, or has ended. A request that was under way
+    /// then ends with kNetwork, and may have been done or not; one that is made meanwhile waits for the return.
     [[nodiscard]] bool connected() const;
 
     // ---- the scene as it is at the server, for those who do not follow it: each question costs its answer
 
-    /// What stands at a node's path ("/hall/crane") or at the id of any object ("#17"). kNotFound says which step failed
-    /// and what is there instead.
+    /// What stands at a node's path ("/hall/crane") or at the id of any object ("#17"). kNotFound says which step
+    /// failed and what is there instead.
     [[nodiscard]] Expected<ObjectInfo> describe(const std::string& name);
     /// The same where only a node will do.
     [[nodiscard]] Expected<ObjectInfo> describeNode(const std::string& name);
@@ -87,9 +88,10 @@ public:
     /// meanwhile: what comes, goes or moves while the pages come is told as some page saw it, or not at all.
     [[nodiscard]] Expected<SceneExcerpt> fetchTree(TreeWish wanted);
 
-    /// A page of the nodes that an expression names ("/hall/**/wheel*", "//*[Geometry]": common/scene/Search.h), in the order of the document. It
-    /// tells something, or is the last: `next` is empty then. Else `next` as `after` asks for the one behind it. The server goes on meanwhile:
-    /// what stays in its place is found, what comes, goes or moves may be found or not.
+    /// A page of the nodes that an expression names ("/hall/**/wheel*", "//*[Geometry]": common/scene/Search.h), in the
+    /// order of the document. It tells something, or is the last: `next` is empty then. Else `next` as `after` asks for
+    /// the one behind it. The server goes on meanwhile: what stays in its place is found, what comes, goes or moves may
+    /// be found or not.
     [[nodiscard]] Expected<answer::FoundPage> find(NodeSearch wanted);
 
     // ---- callbacks: called by the caller's own thread, within `poll` and whatever else applies lists
@@ -97,11 +99,11 @@ public:
     /// After a list was applied; the scene is already the new one. The first call of a (re)started scene gets the
     /// whole.
     void onChanges(std::function<void(const ChangeList&, Sequence)> callback);
-    /// The connection broke, and why; it may be there again already. Until the whole scene has come anew (`onBack`), `scene()`
-    /// stays what it was, and what was found in it is not sent (`propose`, `moveNode`: kNetwork).
+    /// The connection broke, and why; it may be there again already. Until the whole scene has come anew (`onBack`),
+    /// `scene()` stays what it was, and what was found in it is not sent (`propose`, `moveNode`: kNetwork).
     void onLost(std::function<void(const Error&)> callback);
-    /// It is back: the whole scene has been applied, as onChanges was told, and what was subscribed to comes again. Without
-    /// a journal the server may have begun anew, and an id may mean something else.
+    /// It is back: the whole scene has been applied, as onChanges was told, and what was subscribed to comes again.
+    /// Without a journal the server may have begun anew, and an id may mean something else.
     void onBack(std::function<void()> callback);
     /// The contacts of every frame, as it is made.
     [[nodiscard]] Expected<void> onContacts(std::function<void(const answer::Contacts&)> callback);
@@ -134,44 +136,50 @@ public:
     // description (common/request) is not sent: kBadInput, kLimit, with the member's name.
 
     /// Asks the server to commit `list`; objects it creates carry placeholders (ids from kFirstPlaceholder up).
-    /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts meanwhile. Those that the
-    /// server took earlier, or has sent, are not, as long as it has them and they are in memory here. kLimit: more
-    /// than limits::kMaxUploadBytes (1 GiB) of them, or a list of more than limits::kMaxProposalBytes (64 MiB): nothing is sent. When it
-    /// returns, `scene()` holds the change (with followScene; not
-    /// from within a callback). A refused list changes nothing.
-    /// `gesture`: proposals in a row of one gesture (a drag) are taken back as one; 0: each by itself.
+    /// Resident blobs that it names are uploaded, large ones in pieces while frames go by; Options::timeout counts
+    /// meanwhile. Those that the server took earlier, or has sent, are not, as long as it has them and they are in
+    /// memory here. kLimit: more than limits::kMaxUploadBytes (1 GiB) of them, or a list of more than
+    /// limits::kMaxProposalBytes (64 MiB): nothing is sent. When it returns, `scene()` holds the change (with
+    /// followScene; not from within a callback). A refused list changes nothing. `gesture`: proposals in a row of one
+    /// gesture (a drag) are taken back as one; 0: each by itself.
     [[nodiscard]] Expected<answer::Committed> propose(const ChangeList& list, std::uint64_t gesture = 0);
-    /// Takes back the last committed change of any application, as a new change. Of a large load or copy: told when nobody sees any of it.
+    /// Takes back the last committed change of any application, as a new change. Of a large load or copy: told when
+    /// nobody sees any of it.
     [[nodiscard]] Expected<answer::Committed> undo();
     /// Does again what was taken back last; nothing can be done again after another change.
     [[nodiscard]] Expected<answer::Committed> redo();
-    /// Moves the node at a path ("/hall/crane") or id ("#17"): its Transform, or the nearest above it. The server works out where that leads, in
-    /// the frame that makes the edit: of several who move the same node by so much, all count. What collides is stopped as with `propose`.
-    /// kRefused: no node up to the root holds a Transform. kUsage: a scale of zero, or nothing to do. `gesture` as in `propose`.
-    [[nodiscard]] Expected<answer::Committed> moveNode(const std::string& node, const NodeMove& move, std::uint64_t gesture = 0);
+    /// Moves the node at a path ("/hall/crane") or id ("#17"): its Transform, or the nearest above it. The server works
+    /// out where that leads, in the frame that makes the edit: of several who move the same node by so much, all count.
+    /// What collides is stopped as with `propose`. kRefused: no node up to the root holds a Transform. kUsage: a scale
+    /// of zero, or nothing to do. `gesture` as in `propose`.
+    [[nodiscard]] Expected<answer::Committed> moveNode(const std::string& node, const NodeMove& move,
+                                                       std::uint64_t gesture = 0);
     /// The same of a node that `describe` has told of.
-    [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move, std::uint64_t gesture = 0);
-    /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes it).
+    [[nodiscard]] Expected<answer::Committed> moveNode(const ObjectInfo& node, const NodeMove& move,
+                                                       std::uint64_t gesture = 0);
+    /// Removes a node with everything below it, and what only they used (`removalList` in Edits.h; the server makes
+    /// it).
     [[nodiscard]] Expected<answer::Committed> removeNode(ObjectId node);
-    /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step of undo. The copy is
-    /// `ids.front().second`.
+    /// A node with everything below it once more (`cloneList` in common/scene/Clones.h; the server makes it): one step
+    /// of undo. The copy is `ids.front().second`.
     [[nodiscard]] Expected<answer::Committed> cloneNode(const CloneWish& wish);
-    /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none: the root), under a
-    /// Transform of its own, named after the file, where it is a model, a scene of several top nodes, or the placing says anything.
+    /// The server imports a file of its own, or one of its assets ("asset://NAME"), and adds it below `parent` (none:
+    /// the root), under a Transform of its own, named after the file, where it is a model, a scene of several top
+    /// nodes, or the placing says anything.
     ///
-    /// kIfThere: a file which is in the scene already (below `parent`, where one is said) is taken in again in its place: what has changed
-    /// in it, without what people have changed since. Says `reloaded` then.
+    /// kIfThere: a file which is in the scene already (below `parent`, where one is said) is taken in again in its
+    /// place: what has changed in it, without what people have changed since. Says `reloaded` then.
     enum class Reload : bool { kNever, kIfThere };
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
-                                                std::chrono::milliseconds timeout = std::chrono::minutes(2), const Placing& placing = {},
-                                                Reload reload = Reload::kNever);
+                                                std::chrono::milliseconds timeout = std::chrono::minutes(2),
+                                                const Placing& placing = {}, Reload reload = Reload::kNever);
     [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);
     /// Milliseconds that hosts may take for a frame before detail is left away (common/wall/Detail.h); 0: none is.
     [[nodiscard]] Expected<void> setBudget(double milliseconds);
-    /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held until
-    /// another one is said, or this application leaves. kRefused: the server takes no input.
+    /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held
+    /// until another one is said, or this application leaves. kRefused: the server takes no input.
     [[nodiscard]] Expected<void> navigate(const NavigationWish& wish);
     /// What is under a pixel of the mosaic of the first screen, from its upper left.
     [[nodiscard]] Expected<answer::Picked> pick(double xPx, double yPx) {
@@ -188,12 +196,14 @@ public:
     [[nodiscard]] Expected<answer::Measured> measure(const Vec3d& from, ObjectId node) {
         return measure(from, std::nullopt, node);
     }
-    /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the manipulator's, `face` the
-    /// handle's number. kRefused: somebody else holds it, or its target is driven. What was held before is let go.
+    /// Takes hold of a manipulator's handle (server/manipulators); `hit` is false where there is none. `node` is the
+    /// manipulator's, `face` the handle's number. kRefused: somebody else holds it, or its target is driven. What was
+    /// held before is let go.
     [[nodiscard]] Expected<answer::Picked> grab(const Aim& aim);
     [[nodiscard]] Expected<answer::Picked> grab(const Ray& ray) { return grab(Aim{.wand = {}, .ray = ray}); }
-    /// Leads what is held to where the ray is now: all drags of one grab are one step of undo, and what collides stops as with `moveNode`. A ray that
-    /// says nothing (beside the plane, behind the eye) leaves all as it is. kRefused: nothing is held.
+    /// Leads what is held to where the ray is now: all drags of one grab are one step of undo, and what collides stops
+    /// as with `moveNode`. A ray that says nothing (beside the plane, behind the eye) leaves all as it is. kRefused:
+    /// nothing is held.
     [[nodiscard]] Expected<answer::Committed> drag(const Aim& aim);
     [[nodiscard]] Expected<answer::Committed> drag(const Ray& ray) { return drag(Aim{.wand = {}, .ray = ray}); }
     /// Lets go. Whoever leaves lets go as well.

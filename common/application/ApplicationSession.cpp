@@ -31,10 +31,7 @@ ClientSessionConfig sessionConfig(const ApplicationSessionOptions& options) {
 }  // namespace
 
 ApplicationSession::ApplicationSession(ApplicationSessionOptions options, Transport& transport, Give give)
-    : options_(std::move(options)),
-      transport_(transport),
-      give_(std::move(give)),
-      session_(sessionConfig(options_)) {
+    : options_(std::move(options)), transport_(transport), give_(std::move(give)), session_(sessionConfig(options_)) {
     open(ChannelKind::kControl);
 }
 

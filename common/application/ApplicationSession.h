@@ -53,7 +53,7 @@ struct ApplicationSessionOptions {
     /// The word that lets it in, or an empty one: asked for once the server is there. May be empty.
     std::function<std::string(const std::string& peer)> access = {};
     CurrentKeys keys = {};  ///< empty: links are plain; for `limits` of the transport, too
-    bool lists = true;  ///< false: the server sends neither its scene nor its lists
+    bool lists = true;      ///< false: the server sends neither its scene nor its lists
     bool blobs = false;
     std::chrono::milliseconds connectTimeout{10'000};
     Epoch seenEpoch;  ///< servers before this one are not listened to
@@ -61,7 +61,8 @@ struct ApplicationSessionOptions {
     std::size_t maxBlobBytes = std::size_t{1} << 30;
 };
 
-/// One thread calls all members, and `give` is called by it, within them. Whoever owns it brings the events of its links
+/// One thread calls all members, and `give` is called by it, within them. Whoever owns it brings the events of its
+/// links
 /// (`owns`) and calls `advance` when `nextDeadline` has come.
 class ApplicationSession {
 public:

@@ -32,8 +32,11 @@ Expected<Proposal> proposalOf(const ChangeList& list, const Proposals::Known& kn
         }
     }
     if (bytes > limits::kMaxUploadBytes)
-        return fail(ErrorCode::kLimit, fmt::format("the proposal has {} bytes of arrays, and {} MiB may come with one; propose them one after the other",
-                                                   bytes, limits::kMaxUploadBytes >> 20));
+        return fail(
+            ErrorCode::kLimit,
+            fmt::format(
+                "the proposal has {} bytes of arrays, and {} MiB may come with one; propose them one after the other",
+                bytes, limits::kMaxUploadBytes >> 20));
     proposal.list = encodeChangeList(list);
     if (proposal.list.size() > limits::kMaxProposalBytes)
         return fail(ErrorCode::kLimit,

@@ -12,8 +12,9 @@
 
 namespace tessera {
 
-/// Makes proposals without the arrays that the server has as far as anybody knows here: it took them in an earlier proposal, or sent them itself. Only
-/// those count that are still in memory. Where it has let go of them since, it refuses the list, and is sent all of them.
+/// Makes proposals without the arrays that the server has as far as anybody knows here: it took them in an earlier
+/// proposal, or sent them itself. Only those count that are still in memory. Where it has let go of them since, it
+/// refuses the list, and is sent all of them.
 class Proposals {
 public:
     using Known = std::function<bool(const BlobId&)>;

@@ -13,14 +13,14 @@ namespace tessera {
 namespace {
 
 void* newObject(const TypeInfo& type) {
-    void* memory = ::operator new(type.size, std::align_val_t{type.alignment});
+    void* memory = ::operator new (type.size, std::align_val_t{type.alignment});
     type.construct(memory);
     return memory;
 }
 
 void deleteObject(const TypeInfo& type, void* object) {
     type.destroy(object);
-    ::operator delete(object, std::align_val_t{type.alignment});
+    ::operator delete (object, std::align_val_t{type.alignment});
 }
 
 }  // namespace

@@ -31,13 +31,14 @@ public:
     [[nodiscard]] std::uint64_t childCount(ObjectId node) const;
     /// The core of a node that was told, or nothing.
     [[nodiscard]] Object coreOf(ObjectId node) const;
-    /// Of an Animation, a Motion or a Movie where a tree of that core's type was asked for: s. Nothing: the server does not know it (yet).
+    /// Of an Animation, a Motion or a Movie where a tree of that core's type was asked for: s. Nothing: the server does
+    /// not know it (yet).
     [[nodiscard]] std::optional<double> lengthOf(ObjectId core) const;
 
     /// Adds what an answer holds. kBadInput: it is none of this version's scene.
     [[nodiscard]] Expected<void> add(ByteSpan content);
-    /// A page of a tree, behind those before it. What was told already is not told twice: only its fields are as in this
-    /// page.
+    /// A page of a tree, behind those before it. What was told already is not told twice: only its fields are as in
+    /// this page.
     [[nodiscard]] Expected<void> add(const answer::TreePage& page);
 
 private:

@@ -60,7 +60,8 @@ Blob::Blob(std::shared_ptr<const void> owner, ByteSpan bytes, Place place) {
 }
 
 void Blob::lay(Content& content, std::shared_ptr<const void> owner, ByteSpan bytes, Place place) {
-    content.paged = place == Place::kSharedMapping && bytes.size() >= kPagedBytes ? PagedBytes::over(owner, bytes) : nullptr;
+    content.paged =
+        place == Place::kSharedMapping && bytes.size() >= kPagedBytes ? PagedBytes::over(owner, bytes) : nullptr;
     content.bytes = content.paged ? ByteSlice() : ByteSlice(std::move(owner), bytes);
 }
 
@@ -118,8 +119,9 @@ void Blob::setRange(Content& content, std::uint64_t offset, ByteSpan bytes) cons
 Expected<Blob> Blob::withRange(std::uint64_t offset, ByteSpan bytes) const {
     if (!resident()) return fail(ErrorCode::kRefused, "the array is not here");
     if (bytes.empty() || offset > sizeBytes() || bytes.size() > sizeBytes() - offset)
-        return fail(ErrorCode::kBadInput, "the range [" + std::to_string(offset) + ", +" + std::to_string(bytes.size()) +
-                                              ") does not lie in an array of " + std::to_string(sizeBytes()) + " bytes");
+        return fail(ErrorCode::kBadInput, "the range [" + std::to_string(offset) + ", +" +
+                                              std::to_string(bytes.size()) + ") does not lie in an array of " +
+                                              std::to_string(sizeBytes()) + " bytes");
     auto content = std::make_shared<Content>(*content_);
     setRange(*content, offset, bytes);
     content->id = content->leaves.empty() ? hash128(content->all()) : blobIdOf(sizeBytes(), content->leaves);

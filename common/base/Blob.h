@@ -17,8 +17,9 @@
 
 namespace tessera {
 
-/// Name of a blob: the hash of its bytes. Equal bytes, equal id, on every host. Of more than one leaf of kBlobLeafBytes it is
-/// the hash of the leaves' hashes, so that a change of a few bytes costs the hashes of the leaves that they lie in.
+/// Name of a blob: the hash of its bytes. Equal bytes, equal id, on every host. Of more than one leaf of kBlobLeafBytes
+/// it is the hash of the leaves' hashes, so that a change of a few bytes costs the hashes of the leaves that they lie
+/// in.
 using BlobId = Hash128;
 inline constexpr std::size_t kBlobLeafBytes = 65536;
 [[nodiscard]] BlobId blobIdOf(ByteSpan bytes);
@@ -27,7 +28,8 @@ inline constexpr std::size_t kBlobLeafBytes = 65536;
 
 /// A handle on a blob; copying it shares the bytes. Thread-safe because the bytes never change.
 ///
-/// Large ones share pages with those that `withRange` makes of them (PagedBytes.h), and yet lie in one piece for who reads them.
+/// Large ones share pages with those that `withRange` makes of them (PagedBytes.h), and yet lie in one piece for who
+/// reads them.
 ///
 /// A handle may be *absent*: its id and size are known, its bytes are not here (an application that follows the scene
 /// without its bulk data). The default handle is *empty*: no blob at all.
@@ -45,20 +47,22 @@ public:
         if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
         return Blob(std::move(bytes));
     }
-    /// Where bytes lie that somebody else has put there: in a shared mapping, from its beginning on, versions can share its pages.
+    /// Where bytes lie that somebody else has put there: in a shared mapping, from its beginning on, versions can share
+    /// its pages.
     enum class Place : std::uint8_t { kAnywhere, kSharedMapping };
     /// Bytes that lie where somebody else has put them, which never change while `owner` lives. Hashes them.
     Blob(std::shared_ptr<const void> owner, ByteSpan bytes, Place place = Place::kAnywhere);
     /// The same blob with its bytes, which the caller has copied there, in another place. Hashes nothing.
-    [[nodiscard]] Blob movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes, Place place = Place::kAnywhere) const;
+    [[nodiscard]] Blob movedTo(std::shared_ptr<const void> owner, ByteSpan sameBytes,
+                               Place place = Place::kAnywhere) const;
     [[nodiscard]] static Blob absent(BlobId id, std::uint64_t sizeBytes);
-    /// The same with other bytes from `offset` on. Hashes the leaves that change. One that is paged costs what changes; a large
-    /// one that is not is copied into pages; one below kPagedBytes is copied. Refused where the range does not lie inside, or
-    /// the bytes are not here.
+    /// The same with other bytes from `offset` on. Hashes the leaves that change. One that is paged costs what changes;
+    /// a large one that is not is copied into pages; one below kPagedBytes is copied. Refused where the range does not
+    /// lie inside, or the bytes are not here.
     [[nodiscard]] Expected<Blob> withRange(std::uint64_t offset, ByteSpan bytes) const;
     static constexpr std::size_t kPagedBytes = std::size_t{1} << 20;
-    /// The same blob, so that the first edit of it costs no more than a later one: copies one of kPagedBytes and more that is not
-    /// paged yet. To be called where the bytes arrive, before others have a handle.
+    /// The same blob, so that the first edit of it costs no more than a later one: copies one of kPagedBytes and more
+    /// that is not paged yet. To be called where the bytes arrive, before others have a handle.
     [[nodiscard]] Blob paged() const;
 
     /// An earlier array that `withRange` has led from to this one: outside of [begin, end) the bytes are the same. What
@@ -81,8 +85,8 @@ public:
     [[nodiscard]] bool soleHandle() const { return content_.use_count() == 1; }
     /// The bytes; an empty span where the blob is empty or absent. Storage is aligned for any scalar type.
     [[nodiscard]] ByteSpan bytes() const { return content_ ? content_->all() : ByteSpan(); }
-    /// Bytes from `offset` on, as many as `to` holds; they lie inside. Costs what is read: of a version that nobody asks all bytes
-    /// of, nobody needs to lay the pages side by side.
+    /// Bytes from `offset` on, as many as `to` holds; they lie inside. Costs what is read: of a version that nobody
+    /// asks all bytes of, nobody needs to lay the pages side by side.
     void read(std::uint64_t offset, std::span<std::byte> to) const;
     /// Values [first, first + count) of T, which lie inside.
     template <typename T>
@@ -101,7 +105,9 @@ public:
     }
     /// The bytes with what keeps them alive.
     [[nodiscard]] ByteSlice slice() const {
-        return content_ && content_->paged ? ByteSlice(content_->paged, content_->all()) : content_ ? content_->bytes : ByteSlice();
+        return content_ && content_->paged ? ByteSlice(content_->paged, content_->all())
+               : content_                  ? content_->bytes
+                                           : ByteSlice();
     }
 
     /// Two handles are equal when they name the same content, resident or not.
@@ -114,7 +120,7 @@ private:
         BlobId id;
         std::uint64_t sizeBytes = 0;
         bool resident = false;
-        ByteSlice bytes;                          ///< or none, and paged
+        ByteSlice bytes;  ///< or none, and paged
         std::shared_ptr<const PagedBytes> paged;
         std::vector<Hash128> leaves;  ///< their hashes, where there are several
         std::vector<Origin> origins;

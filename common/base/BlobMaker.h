@@ -21,8 +21,8 @@ public:
 };
 
 /// Takes memory as the bytes come, not as they are announced. A large blob lies in pages from the beginning
-/// (Blob::paged), and is there once, but for a place that cannot be had in one piece: that is copied at the end. Each of
-/// its leaves is hashed when it comes, if it comes in one piece. One thread at a time.
+/// (Blob::paged), and is there once, but for a place that cannot be had in one piece: that is copied at the end. Each
+/// of its leaves is hashed when it comes, if it comes in one piece. One thread at a time.
 class BlobMaker {
 public:
     /// `place`: for a large one, instead of pages of this process. May be null.

@@ -44,11 +44,14 @@ Expected<ChildProgram> ChildProgram::start(const Options& options) {
 
     int last = 2;
     for (const Given& given : options.files) last = std::max(last, given.as);
-    // Under numbers that none of the child's own has: one would be written over before it is passed on, or keep its close-on-exec.
+    // Under numbers that none of the child's own has: one would be written over before it is passed on, or keep its
+    // close-on-exec.
     std::vector<FileHandle> apart;
     for (const Given& given : options.files) {
         apart.emplace_back(::fcntl(given.file, F_DUPFD_CLOEXEC, last + 1));
-        if (apart.back().get() < 0) return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: a file of its own: {}", options.path, std::strerror(errno)));
+        if (apart.back().get() < 0)
+            return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: a file of its own: {}", options.path,
+                                                        std::strerror(errno)));
     }
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
@@ -59,7 +62,8 @@ Expected<ChildProgram> ChildProgram::start(const Options& options) {
         else
             posix_spawn_file_actions_addclose(&files, number);
     }
-    for (std::size_t i = 0; i < apart.size(); ++i) posix_spawn_file_actions_adddup2(&files, apart[i].get(), options.files[i].as);
+    for (std::size_t i = 0; i < apart.size(); ++i)
+        posix_spawn_file_actions_adddup2(&files, apart[i].get(), options.files[i].as);
     posix_spawn_file_actions_addclosefrom_np(&files, last + 1);
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
@@ -71,12 +75,14 @@ Expected<ChildProgram> ChildProgram::start(const Options& options) {
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
     ChildProgram child;
-    const int failure = ::posix_spawn(&child.pid_, options.path.c_str(), &files, &attributes, arguments.data(), environment.data());
+    const int failure =
+        ::posix_spawn(&child.pid_, options.path.c_str(), &files, &attributes, arguments.data(), environment.data());
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
     if (failure == 0) return child;
     child.pid_ = -1;
-    return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: {}; it belongs beside the running program", options.path, std::strerror(failure)));
+    return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: {}; it belongs beside the running program",
+                                                options.path, std::strerror(failure)));
 }
 
 int ChildProgram::reap() {

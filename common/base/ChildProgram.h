@@ -15,7 +15,8 @@ namespace tessera {
 /// In the running program's folder; installed, in `../libexec/tessera` from there.
 [[nodiscard]] std::string pathBesideThisProgram(std::string_view name);
 
-/// Killed and reaped at the latest when this goes. Not thread-safe; with PR_SET_PDEATHSIG the child ends with the thread that starts it.
+/// Killed and reaped at the latest when this goes. Not thread-safe; with PR_SET_PDEATHSIG the child ends with the
+/// thread that starts it.
 class ChildProgram {
 public:
     /// An open file of this process, and its number in the child.
@@ -26,10 +27,11 @@ public:
         std::string path;
         std::vector<std::string> arguments;
         std::vector<std::string> environment;  ///< beside LC_ALL=C: no variable of this process steers a library there
-        std::vector<Given> files;              ///< all that it has, whatever their numbers; of 0, 1 and 2 what is not named is /dev/null
+        std::vector<Given>
+            files;  ///< all that it has, whatever their numbers; of 0, 1 and 2 what is not named is /dev/null
     };
-    /// In a process group of its own, no signal blocked or handled. Ctrl-C at a terminal so reaches this process alone, which then ends the child.
-    /// Fails with "'PATH' cannot be started: why; it belongs beside the running program".
+    /// In a process group of its own, no signal blocked or handled. Ctrl-C at a terminal so reaches this process alone,
+    /// which then ends the child. Fails with "'PATH' cannot be started: why; it belongs beside the running program".
     [[nodiscard]] static Expected<ChildProgram> start(const Options& options);
 
     ChildProgram() = default;

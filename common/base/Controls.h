@@ -22,8 +22,8 @@ namespace tessera {
 /// person is told what another has said, these could make it look like something else.
 [[nodiscard]] constexpr bool isControl(char32_t number) {
     const auto within = [number](char32_t first, char32_t last) { return number >= first && number <= last; };
-    return number < 0x20 || within(0x7F, 0x9F) || number == 0x61C || within(0x200B, 0x200F) ||
-           within(0x2028, 0x202E) || within(0x2066, 0x2069) || number == 0xFEFF;
+    return number < 0x20 || within(0x7F, 0x9F) || number == 0x61C || within(0x200B, 0x200F) || within(0x2028, 0x202E) ||
+           within(0x2066, 0x2069) || number == 0xFEFF;
 }
 
 }  // namespace tessera

@@ -23,8 +23,8 @@ struct Entrant {
 
     Role role = Role::kViewer;
     By by = By::kNothing;
-    std::string name = {};  ///< of the person, the token, or the server's user
-    std::string from = {};  ///< the address, where a door asks for it; empty: the link's own
+    std::string name = {};   ///< of the person, the token, or the server's user
+    std::string from = {};   ///< the address, where a door asks for it; empty: the link's own
     std::string panel = {};  ///< AccessPass::panel
     bool operator==(const Entrant&) const = default;
     /// The same one, wherever from.

@@ -19,9 +19,9 @@ struct FailedLoginLimits {
     std::chrono::seconds forgotten{60};  ///< an address that has failed at nothing for so long begins anew
     /// What the next one waits; each waits twice as long. Programs wait for ten seconds, and are to hear why.
     std::chrono::seconds first{1}, longest{8};
-    std::size_t maxAddresses = 4096;  ///< above it the one that has failed least recently is forgotten
+    std::size_t maxAddresses = 4096;                   ///< above it the one that has failed least recently is forgotten
     std::size_t maxWaitingOfOne = 4, maxWaiting = 32;  ///< refusals
-    std::chrono::seconds tells{10};   ///< at most one address in so long is told of
+    std::chrono::seconds tells{10};                    ///< at most one address in so long is told of
 };
 
 /// For a door, which refuses. It slows down programs that go on asking with a word that has ended, and whoever waits
@@ -56,8 +56,8 @@ public:
     struct Verdict {
         std::chrono::seconds wait{};        ///< before the refusal is said; zero: it is said at once
         std::optional<Ticket> ticket = {};  ///< of one that waits
-        bool close = false;   ///< too many wait: the connection is closed at once, and nothing said
-        bool begins = false;  ///< the address is slowed down from now on: people may be told
+        bool close = false;                 ///< too many wait: the connection is closed at once, and nothing said
+        bool begins = false;                ///< the address is slowed down from now on: people may be told
     };
     [[nodiscard]] Verdict failed(SourceAddress from, TimePoint now);
 

@@ -15,8 +15,9 @@
 
 namespace tessera {
 
-/// Each source has a queue of its own. Sources of the first rank are served before all others; those of one rank take turns,
-/// one value each. Nothing here bounds what a source brings: whoever pushes does. Any number of producers, one consumer.
+/// Each source has a queue of its own. Sources of the first rank are served before all others; those of one rank take
+/// turns, one value each. Nothing here bounds what a source brings: whoever pushes does. Any number of producers, one
+/// consumer.
 template <typename T>
 class FairQueue {
 public:

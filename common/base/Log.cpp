@@ -55,7 +55,8 @@ private:
             if (waiting_.empty()) return;
             std::string text = std::exchange(waiting_, {});
             if (const std::uint64_t count = std::exchange(leftOut_, 0))
-                text += program_ + ": warning: " + std::to_string(count) + " messages are left out here: nobody read them fast enough\n";
+                text += program_ + ": warning: " + std::to_string(count) +
+                        " messages are left out here: nobody read them fast enough\n";
             writing_ = true;
             lock.unlock();
             write(text);

@@ -9,9 +9,9 @@
 
 namespace tessera {
 
-/// Takes whole lines, thread-safe, and never waits for whoever reads them: a thread of its own writes. What waits is bounded
-/// (kMaxWaitingBytes); lines beyond are left out and counted, and the count is said as soon as there is room. Passed to whoever has
-/// something to say; there is no global log.
+/// Takes whole lines, thread-safe, and never waits for whoever reads them: a thread of its own writes. What waits is
+/// bounded (kMaxWaitingBytes); lines beyond are left out and counted, and the count is said as soon as there is room.
+/// Passed to whoever has something to say; there is no global log.
 ///
 /// A text may quote what a peer said: control characters (Controls.h) come out as "\x1b" and "\u202e", as does what is
 /// no UTF-8, and what follows a line's end is indented, so that it is neither a command to a terminal nor another line.
@@ -19,8 +19,8 @@ class Log {
 public:
     static constexpr std::size_t kMaxWaitingBytes = std::size_t{256} << 10;
 
-    /// `program` stands in front of every line, e.g. "tessera-client[left]". `out` stays open for as long as the process runs, or
-    /// until a `flush` has said true behind the last line; nothing is left in its buffer.
+    /// `program` stands in front of every line, e.g. "tessera-client[left]". `out` stays open for as long as the
+    /// process runs, or until a `flush` has said true behind the last line; nothing is left in its buffer.
     explicit Log(std::string program, std::FILE* out = stderr);
     /// Flushes.
     ~Log();

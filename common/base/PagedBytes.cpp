@@ -27,8 +27,8 @@ constexpr std::size_t pagesFor(std::size_t bytes) {
     return (bytes + kPage - 1) / kPage;
 }
 
-/// The file in which all pages of this process lie. Its places are given once and never again; memory is taken where something
-/// is written, and given back as a hole.
+/// The file in which all pages of this process lie. Its places are given once and never again; memory is taken where
+/// something is written, and given back as a hole.
 class PageFile {
 public:
     static PageFile& ofThisProcess() {
@@ -75,8 +75,9 @@ private:
     PageFile() {
         rlimit file{}, addresses{};
         // Beyond the one a write would be a signal; views of versions soon take more of the other than arrays do.
-        if (::getrlimit(RLIMIT_FSIZE, &file) != 0 || file.rlim_cur != RLIM_INFINITY || ::getrlimit(RLIMIT_AS, &addresses) != 0 ||
-            addresses.rlim_cur != RLIM_INFINITY || ::sysconf(_SC_PAGESIZE) != static_cast<long>(kPage))
+        if (::getrlimit(RLIMIT_FSIZE, &file) != 0 || file.rlim_cur != RLIM_INFINITY ||
+            ::getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY ||
+            ::sysconf(_SC_PAGESIZE) != static_cast<long>(kPage))
             return;
         file_ = ::memfd_create("tessera-pages", MFD_CLOEXEC);
         if (file_ >= 0 && ::ftruncate(file_, static_cast<off_t>(kBytes)) != 0) file_ = (::close(file_), -1);
@@ -126,13 +127,14 @@ public:
     }
     /// A mapping of all of it, in which pieces can be laid; MAP_FAILED.
     [[nodiscard]] void* map(std::size_t bytes) const {
-        if (ours()) return ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, PageFile::ofThisProcess().get(), slot_->byteOf(0));
+        if (ours())
+            return ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, PageFile::ofThisProcess().get(), slot_->byteOf(0));
         // Of no bytes before: another mapping of the same pages, for which nobody needs to know the file.
         return ::mremap(const_cast<std::byte*>(mapped_.data()), 0, bytes, MREMAP_MAYMOVE);
     }
 
-    /// A version comes. Of its pages that are away and that nobody needs at home, `most` come home: `home` tells which, and
-    /// nobody else looks at them before it does.
+    /// A version comes. Of its pages that are away and that nobody needs at home, `most` come home: `home` tells which,
+    /// and nobody else looks at them before it does.
     void enter(Pieces& away, std::size_t most, std::vector<Piece>& home) {
         const std::scoped_lock lock(mutex_);
         if (ours()) bring(away, most, home);
@@ -156,17 +158,18 @@ private:
             std::uint32_t end = piece.first;
             while (end < piece.end && most > 0 && away_[end] == versions_) ++end, --most;
             if (end > piece.first) home.push_back({piece.first, end, piece.slot, piece.at});
-            if (end < piece.end) stay.push_back({end, piece.end, std::move(piece.slot), piece.at + (end - piece.first)});
+            if (end < piece.end)
+                stay.push_back({end, piece.end, std::move(piece.slot), piece.at + (end - piece.first)});
         }
         away = std::move(stay);
     }
 
-    const std::shared_ptr<const Slot> slot_;    ///< ours
-    const std::shared_ptr<const void> owner_;   ///< or somebody else's
+    const std::shared_ptr<const Slot> slot_;   ///< ours
+    const std::shared_ptr<const void> owner_;  ///< or somebody else's
     const ByteSpan mapped_;
     std::mutex mutex_;
-    std::uint32_t versions_ = 0;        ///< that live
-    std::vector<std::uint32_t> away_;   ///< of each page: versions that have it away; empty where it is somebody else's
+    std::uint32_t versions_ = 0;       ///< that live
+    std::vector<std::uint32_t> away_;  ///< of each page: versions that have it away; empty where it is somebody else's
 };
 
 PagedBytes::Maker::Maker(std::size_t size) : slot_(Slot::of(pagesFor(size))), size_(size) {}
@@ -223,7 +226,8 @@ PagedBytes::Pieces PagedBytes::without(const Pieces& away, std::uint32_t first, 
 std::shared_ptr<const PagedBytes> PagedBytes::withRange(std::size_t offset, ByteSpan bytes) const {
     TESSERA_CHECK(!bytes.empty() && offset <= size_ && bytes.size() <= size_ - offset, "a range lies in its array");
     const PageFile& file = PageFile::ofThisProcess();
-    const auto first = static_cast<std::uint32_t>(offset / kPage), end = static_cast<std::uint32_t>(pagesFor(offset + bytes.size()));
+    const auto first = static_cast<std::uint32_t>(offset / kPage),
+               end = static_cast<std::uint32_t>(pagesFor(offset + bytes.size()));
     const std::size_t pages = end - first;
     std::shared_ptr<const Slot> slot = Slot::of(pages);
     if (!slot) return nullptr;
@@ -237,7 +241,8 @@ std::shared_ptr<const PagedBytes> PagedBytes::withRange(std::size_t offset, Byte
         return file.write(slot->byteOf(page - first), std::span(edge).first(size));
     };
     if (!writePage(first) || (pages > 1 && !writePage(end - 1))) return nullptr;
-    if (pages > 2 && !file.write(slot->byteOf(1), bytes.subspan((first + 1) * kPage - offset, (pages - 2) * kPage))) return nullptr;
+    if (pages > 2 && !file.write(slot->byteOf(1), bytes.subspan((first + 1) * kPage - offset, (pages - 2) * kPage)))
+        return nullptr;
 
     Pieces away = without(away_, first, end);
     const auto place = std::find_if(away.begin(), away.end(), [&](const Piece& piece) { return piece.first >= end; });
@@ -260,14 +265,16 @@ void PagedBytes::read(std::size_t offset, std::span<std::byte> to) const {
         std::memcpy(to.data(), view + offset, to.size());
         return;
     }
-    auto piece = std::lower_bound(away_.begin(), away_.end(), offset / kPage, [](const Piece& p, std::size_t page) { return p.end <= page; });
+    auto piece = std::lower_bound(away_.begin(), away_.end(), offset / kPage,
+                                  [](const Piece& p, std::size_t page) { return p.end <= page; });
     while (!to.empty()) {
         const bool away = piece != away_.end() && piece->first * kPage <= offset;
         std::size_t until = size_;
         if (piece != away_.end()) until = std::min(size_, std::size_t{away ? piece->end : piece->first} * kPage);
         const std::span<std::byte> part = to.first(std::min(to.size(), until - offset));
         if (away)
-            PageFile::ofThisProcess().read(piece->slot->byteOf(piece->at) + static_cast<off_t>(offset - piece->first * kPage), part);
+            PageFile::ofThisProcess().read(
+                piece->slot->byteOf(piece->at) + static_cast<off_t>(offset - piece->first * kPage), part);
         else
             home_->read(offset, part);
         offset += part.size();
@@ -282,14 +289,16 @@ std::byte* PagedBytes::map() const {
     if (mappings <= kMostMappings) {
         auto* bytes = static_cast<std::byte*>(home_->map(size_));
         const auto lay = [&](const Piece& piece) {
-            return ::mmap(bytes + piece.first * kPage, (piece.end - piece.first) * kPage, PROT_READ, MAP_SHARED | MAP_FIXED,
-                          PageFile::ofThisProcess().get(), piece.slot->byteOf(piece.at)) != MAP_FAILED;
+            return ::mmap(bytes + piece.first * kPage, (piece.end - piece.first) * kPage, PROT_READ,
+                          MAP_SHARED | MAP_FIXED, PageFile::ofThisProcess().get(),
+                          piece.slot->byteOf(piece.at)) != MAP_FAILED;
         };
         if (bytes != failed && std::ranges::all_of(away_, lay)) return bytes;
         if (bytes != failed) ::munmap(bytes, size_);
     }
     // Too many mappings. A copy is one.
-    auto* copy = static_cast<std::byte*>(::mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    auto* copy =
+        static_cast<std::byte*>(::mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
     TESSERA_CHECK(copy != failed, "there are addresses for an array");
     read(0, {copy, size_});
     return copy;

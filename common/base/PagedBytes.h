@@ -10,13 +10,14 @@
 
 namespace tessera {
 
-/// One version of an array. It never changes; a change of a few bytes makes another version, which costs the pages that the
-/// change lies in, whatever the array's size.
+/// One version of an array. It never changes; a change of a few bytes makes another version, which costs the pages that
+/// the change lies in, whatever the array's size.
 ///
 /// The pages lie in a file in memory (memfd_create). An array has a *home* in it, where its pages lie in their order; a
-/// version that differs has some of them *away*. Whoever reads it as one piece has the home mapped, and over it what is away.
-/// A page comes home again once no version that still lives needs the one that is there: so a version has few pieces,
-/// however many changes have led to it. Where that fails, because an old version is kept, the array moves into a home of its own.
+/// version that differs has some of them *away*. Whoever reads it as one piece has the home mapped, and over it what is
+/// away. A page comes home again once no version that still lives needs the one that is there: so a version has few
+/// pieces, however many changes have led to it. Where that fails, because an old version is kept, the array moves into
+/// a home of its own.
 ///
 /// Any thread.
 class PagedBytes {
@@ -29,8 +30,8 @@ public:
 
     /// A copy. Null where there is no such memory: an old kernel, a limit, a full machine.
     [[nodiscard]] static std::shared_ptr<const PagedBytes> copyOf(ByteSpan bytes);
-    /// Bytes that lie in one shared mapping (MAP_SHARED, from its beginning on) that nobody ever writes to, for as long as
-    /// `owner` lives. Copies nothing.
+    /// Bytes that lie in one shared mapping (MAP_SHARED, from its beginning on) that nobody ever writes to, for as long
+    /// as `owner` lives. Copies nothing.
     [[nodiscard]] static std::shared_ptr<const PagedBytes> over(std::shared_ptr<const void> owner, ByteSpan mapped);
 
     /// What comes piece after piece. Memory is taken as it comes, whatever its size will be. Ranges lie inside.
@@ -74,7 +75,8 @@ private:
     using Pieces = std::vector<Piece>;
 
     [[nodiscard]] static std::shared_ptr<const PagedBytes> livingIn(std::shared_ptr<Home> home, std::size_t size);
-    PagedBytes(std::shared_ptr<Home> home, Pieces away, std::size_t size) : home_(std::move(home)), away_(std::move(away)), size_(size) {}
+    PagedBytes(std::shared_ptr<Home> home, Pieces away, std::size_t size)
+        : home_(std::move(home)), away_(std::move(away)), size_(size) {}
     [[nodiscard]] static Pieces without(const Pieces& away, std::uint32_t first, std::uint32_t end);
     /// One for what lies before, between and behind the pieces, one for each piece.
     [[nodiscard]] std::size_t mappingsOfView() const { return 2 * away_.size() + 1; }

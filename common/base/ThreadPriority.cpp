@@ -29,14 +29,15 @@ pid_t thisThread() {
     return static_cast<pid_t>(::syscall(SYS_gettid));
 }
 
-/// Of ordinary threads the one with the shorter slice comes first when it wakes; everybody may ask for one. Kernels before 6.12
-/// take no notice.
+/// Of ordinary threads the one with the shorter slice comes first when it wakes; everybody may ask for one. Kernels
+/// before 6.12 take no notice.
 bool askForShortSlice() {
     constexpr std::uint64_t kShortestNs = 100'000;
     errno = 0;
     const int nice = ::getpriority(PRIO_PROCESS, static_cast<id_t>(thisThread()));
     if (errno != 0) return false;
-    SchedulerAttributes wanted{.policy = SCHED_OTHER, .flags = kFlagResetOnFork, .nice = nice, .runtimeNs = kShortestNs};
+    SchedulerAttributes wanted{
+        .policy = SCHED_OTHER, .flags = kFlagResetOnFork, .nice = nice, .runtimeNs = kShortestNs};
     return ::syscall(SYS_sched_setattr, 0, &wanted, 0) == 0;
 }
 
@@ -54,7 +55,8 @@ void askForEveryProcessor(PriorityAnswer& answer) {
     cpu_set_t all;
     CPU_ZERO(&all);
     for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) CPU_SET(cpu, &all);
-    if (::sched_setaffinity(0, sizeof all, &all) != 0) add(answer.refused, std::string("all processors: ") + std::strerror(errno));
+    if (::sched_setaffinity(0, sizeof all, &all) != 0)
+        add(answer.refused, std::string("all processors: ") + std::strerror(errno));
 }
 
 }  // namespace

@@ -5,9 +5,10 @@
 
 namespace tessera {
 
-/// Who shows pictures comes before who draws them, and who says that all are to be shown before those whom it wakes with that.
+/// Who shows pictures comes before who draws them, and who says that all are to be shown before those whom it wakes
+/// with that.
 enum class Urgency : int {
-    kShowing = 1,    ///< priorities of SCHED_RR
+    kShowing = 1,  ///< priorities of SCHED_RR
     kReleasing = 2,
 };
 
@@ -18,14 +19,15 @@ struct PriorityAnswer {
     std::string refused;  ///< "SCHED_RR 1: Operation not permitted; …"; empty: it got what it asked for first
 };
 
-/// For threads that sleep mostly and do little when they are woken. The calling thread asks to run as soon as it is woken, whatever
-/// the processors are at: SCHED_RR; else a nice value of -10; else the shortest time slice that Linux gives (6.12 and later), with
-/// which it is let in before those that compute. And for every processor that this process may use, wherever the rest of it is
-/// bound to. What it starts, threads and processes, is as ordinary as before.
+/// For threads that sleep mostly and do little when they are woken. The calling thread asks to run as soon as it is
+/// woken, whatever the processors are at: SCHED_RR; else a nice value of -10; else the shortest time slice that Linux
+/// gives (6.12 and later), with which it is let in before those that compute. And for every processor that this process
+/// may use, wherever the rest of it is bound to. What it starts, threads and processes, is as ordinary as before.
 [[nodiscard]] PriorityAnswer askToRunAhead(Urgency urgency);
 
-/// The calling thread is ahead of others as long as this lives, where the system allows it without being asked twice: for a thread
-/// that computes much and has something urgent to say now and then. A microsecond each time; where it is refused, nothing.
+/// The calling thread is ahead of others as long as this lives, where the system allows it without being asked twice:
+/// for a thread that computes much and has something urgent to say now and then. A microsecond each time; where it is
+/// refused, nothing.
 class AheadForNow {
 public:
     AheadForNow();

@@ -59,8 +59,8 @@ struct RangeEdit {
     FieldId field;             ///< of kind kBlob
     std::uint64_t offset = 0;  ///< in bytes; the array keeps its size
     Blob bytes;                ///< resident, not empty
-    /// The array afterwards. Empty: not known yet (in proposals). Absent: its name is known, which whoever holds the array
-    /// compares with what comes out.
+    /// The array afterwards. Empty: not known yet (in proposals). Absent: its name is known, which whoever holds the
+    /// array compares with what comes out.
     Blob result;
     bool operator==(const RangeEdit&) const = default;
 };

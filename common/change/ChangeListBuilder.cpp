@@ -77,7 +77,8 @@ struct ChangeListBuilder::Impl {
         if (!hand.column || hand.key != key) {
             auto it = columns.find(key);
             if (it == columns.end())
-                it = columns.emplace(key, FieldColumn::ofShape(type, field, kind, static_cast<std::uint8_t>(width))).first;
+                it = columns.emplace(key, FieldColumn::ofShape(type, field, kind, static_cast<std::uint8_t>(width)))
+                         .first;
             hand = {key, &it->second};
         }
         return *hand.column;

@@ -46,7 +46,8 @@ void FieldColumn::append(ObjectId id, const FieldValue& value) {
         [&](auto& all) {
             using Scalar = typename std::decay_t<decltype(all)>::value_type;
             if constexpr (std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double>) {
-                const auto& packed = std::get<std::conditional_t<std::is_same_v<Scalar, float>, Floats, Doubles>>(value);
+                const auto& packed =
+                    std::get<std::conditional_t<std::is_same_v<Scalar, float>, Floats, Doubles>>(value);
                 all.insert(all.end(), packed.values.begin(), packed.values.begin() + packed.width);
             } else {
                 all.push_back(std::get<Single<Scalar>>(value));
@@ -63,7 +64,8 @@ void FieldColumn::assign(std::size_t row, const FieldValue& value) {
         [&](auto& all) {
             using Scalar = typename std::decay_t<decltype(all)>::value_type;
             if constexpr (std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double>) {
-                const auto& packed = std::get<std::conditional_t<std::is_same_v<Scalar, float>, Floats, Doubles>>(value);
+                const auto& packed =
+                    std::get<std::conditional_t<std::is_same_v<Scalar, float>, Floats, Doubles>>(value);
                 std::copy_n(packed.values.begin(), packed.width,
                             all.begin() + static_cast<std::ptrdiff_t>(row * width));
             } else {

@@ -30,8 +30,8 @@ inline constexpr double kSecondsPerFrame = 1.0 / 60.0;
 using ObjectType = StrongId<struct ObjectTypeTag, std::uint16_t>;
 using FieldId = StrongId<struct FieldIdTag, std::uint16_t>;
 
-/// The shapes a field can have. Width is the number of scalars: 1 to 4 for the two float kinds, else 1. The numbers stand
-/// on the wire.
+/// The shapes a field can have. Width is the number of scalars: 1 to 4 for the two float kinds, else 1. The numbers
+/// stand on the wire.
 enum class FieldKind : std::uint8_t { kFloat, kDouble, kInt, kRef, kText, kBlob, kBool, kRefs, kMatrix };
 inline constexpr std::size_t kFieldKinds = 9;
 /// For messages: "float", "reference list", …

@@ -314,8 +314,8 @@ Bytes encodeChangeList(const ChangeList& list) {
     std::vector<RangeRecord> ranges;
     Bytes rangeBytes;
     for (const RangeEdit& range : list.ranges) {
-        ranges.push_back({range.object.value, range.offset, range.bytes.sizeBytes(), range.type.value, range.field.value, 0,
-                          recordOf(range.result)});
+        ranges.push_back({range.object.value, range.offset, range.bytes.sizeBytes(), range.type.value,
+                          range.field.value, 0, recordOf(range.result)});
         const ByteSpan own = range.bytes.bytes();
         rangeBytes.insert(rangeBytes.end(), own.begin(), own.end());
     }

@@ -127,9 +127,11 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     const auto collision = readCollision(head.collision());
     if (!collision) return tl::unexpected(collision.error());
     payload.collision = *collision;
-    if (head.showing() > kLastShowing) return badFrame(fmt::format("frame: it shows {}, which nobody knows", head.showing()));
+    if (head.showing() > kLastShowing)
+        return badFrame(fmt::format("frame: it shows {}, which nobody knows", head.showing()));
     payload.showing = static_cast<Showing>(head.showing());
-    if (head.detail() >= kDetailSteps.size()) return badFrame(fmt::format("frame: step {} of detail, of {}", head.detail(), kDetailSteps.size()));
+    if (head.detail() >= kDetailSteps.size())
+        return badFrame(fmt::format("frame: step {} of detail, of {}", head.detail(), kDetailSteps.size()));
     payload.view.detail = head.detail();
     return payload;
 }
@@ -196,7 +198,8 @@ Expected<HostStats> decodeStats(ByteSpan bytes) {
     for (const proto::frame::TileStats& from : head.tiles()) {
         if (from.tile().size() > kMaxNameBytes)
             return badFrame(fmt::format("statistics: a tile's name of {} bytes", from.tile().size()));
-        if (!areTimes({from.cull_ms(), from.draw_ms(), from.hand_over_ms(), from.cull_queued_ms(), from.draw_queued_ms()}))
+        if (!areTimes(
+                {from.cull_ms(), from.draw_ms(), from.hand_over_ms(), from.cull_queued_ms(), from.draw_queued_ms()}))
             return noTime();
         stats.tiles.push_back({.tile = from.tile(),
                                .cullMs = from.cull_ms(),

@@ -38,15 +38,17 @@ struct TileStats {
     std::uint64_t inFrustum = 0;  ///< draw items in the tile's frustum
     std::uint64_t drawn = 0;      ///< of those, not found hidden
     std::uint64_t trianglesDrawn = 0;
-    // Of cullers that ask the renderer: questions, times that one waited for an answer, triangles drawn for depth alone.
+    // Of cullers that ask the renderer: questions, times that one waited for an answer, triangles drawn for depth
+    // alone.
     std::uint64_t queries = 0, waits = 0, depthTriangles = 0;
-    double handOverMs = 0;                     ///< the picture laid where it is shown from
+    double handOverMs = 0;                      ///< the picture laid where it is shown from
     double cullQueuedMs = 0, drawQueuedMs = 0;  ///< of the times above: ready to run, and no processor was free
     // That the picture was divided into (0: it was not), of them neighbours drew, and were drawn here and there.
     std::uint64_t parts = 0, partsHelped = 0, partsTwice = 0;
     bool operator==(const TileStats&) const = default;
 };
-/// A program of a material that a host draws without, as it took too long; said with each frame until the server has made it heavy.
+/// A program of a material that a host draws without, as it took too long; said with each frame until the server has
+/// made it heavy.
 struct HeldUp {
     ObjectId program;
     double ms = 0;  ///< of a picture, when it was ended
@@ -55,10 +57,10 @@ struct HeldUp {
 /// One host's work on one frame, all on its draw thread. Durations by its own clock: hosts' clocks differ.
 struct HostStats {
     std::vector<TileStats> tiles;
-    double workMs = 0;  ///< from taking the frame in hand to the last picture
+    double workMs = 0;                      ///< from taking the frame in hand to the last picture
     double applyMs = 0, applyQueuedMs = 0;  ///< the list applied to the replica; of that, as above
-    std::uint64_t helpedParts = 0;  ///< of neighbours' pictures, drawn here after the frame before
-    double helpMs = 0;              ///< that took; no part of `workMs`
+    std::uint64_t helpedParts = 0;          ///< of neighbours' pictures, drawn here after the frame before
+    double helpMs = 0;                      ///< that took; no part of `workMs`
     std::vector<HeldUp> heldUp = {};
     bool operator==(const HostStats&) const = default;
 };

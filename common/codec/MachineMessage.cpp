@@ -18,7 +18,8 @@ void put(proto::Wall::Machine& to, const Machine& from) {
 Machine machineOf(const proto::Wall::Machine& from) {
     Machine machine{.ssh = from.ssh(), .port = from.port(), .display = from.display()};
     if (!from.command().empty()) machine.command = from.command();
-    for (const proto::Wall::Variable& variable : from.environment()) machine.environment.emplace_back(variable.name(), variable.value());
+    for (const proto::Wall::Variable& variable : from.environment())
+        machine.environment.emplace_back(variable.name(), variable.value());
     machine.arguments.assign(from.args().begin(), from.args().end());
     return machine;
 }

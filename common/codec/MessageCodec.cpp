@@ -20,7 +20,8 @@ constexpr std::size_t kMaxParts = 3;
 using MessageParts = std::vector<ByteSlice>;
 
 static_assert(MessageLimits{}.maxEntries * sizeof(BlobInfo) <= message::kRoomForBlobs);
-static_assert(MessageLimits{}.maxEntries * sizeof(HashEntry) + kMaxMessageHeadBytes <= message::HashAnswer::kInfo.maxPayload);
+static_assert(MessageLimits{}.maxEntries * sizeof(HashEntry) + kMaxMessageHeadBytes <=
+              message::HashAnswer::kInfo.maxPayload);
 
 // ---- numbers of any type as those of a head: 64 bits
 

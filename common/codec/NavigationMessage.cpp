@@ -17,8 +17,8 @@ void putNavigation(const Navigation& from, proto::Wall::Navigation& to) {
 Expected<Navigation> readNavigation(const proto::Wall::Navigation& from) {
     // Enumerations are open in proto3: a number may stand for nothing.
     if (!proto::Wall::NavigationMode_IsValid(from.mode()))
-        return fail(ErrorCode::kBadInput,
-                    fmt::format("navigation: mode cannot be {}: FLY, ORBIT and WALK are known", static_cast<int>(from.mode())));
+        return fail(ErrorCode::kBadInput, fmt::format("navigation: mode cannot be {}: FLY, ORBIT and WALK are known",
+                                                      static_cast<int>(from.mode())));
     Navigation to;
     to.mode = static_cast<NavigationMode>(from.mode());
     if (from.has_speed_m_s()) to.speed = from.speed_m_s();

@@ -24,7 +24,8 @@ Expected<std::shared_ptr<const WarpMesh>> meshOf(const std::string& bytes) {
     const bool good = sides[0] > 0 && sides[1] > 0 && sides[0] <= limits.maxWarpSide && sides[1] <= limits.maxWarpSide;
     const std::size_t count = good ? static_cast<std::size_t>(sides[0]) * static_cast<std::size_t>(sides[1]) : 0;
     if (!good || bytes.size() != sizeof sides + count * sizeof(WarpNode))
-        return fail(ErrorCode::kBadInput, fmt::format("warp_mesh says {} x {} nodes and has {} bytes", sides[0], sides[1], bytes.size()));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("warp_mesh says {} x {} nodes and has {} bytes", sides[0], sides[1], bytes.size()));
     mesh.columns = sides[0];
     mesh.rows = sides[1];
     mesh.nodes.resize(count);
@@ -47,12 +48,14 @@ void putChannels(const ChannelValues& from, proto::Wall::Output::Channels& to) {
 
 Expected<Bytes> fileOf(const WallFiles& files, const std::string& name, std::size_t atMost) {
     if (files) return files(name, atMost);
-    return fail(ErrorCode::kNotFound, fmt::format("the wall names the file \"{}\" and does not come from a file itself", name));
+    return fail(ErrorCode::kNotFound,
+                fmt::format("the wall names the file \"{}\" and does not come from a file itself", name));
 }
 
 }  // namespace
 
-Expected<TileOutput> outputOf(const proto::Wall::Output& message, int tileWidthPx, int tileHeightPx, const WallFiles& files) {
+Expected<TileOutput> outputOf(const proto::Wall::Output& message, int tileWidthPx, int tileHeightPx,
+                              const WallFiles& files) {
     TileOutput out;
     // Enumerations are open in proto3: a number may stand for nothing.
     if (!proto::Wall::Output::Stereo_IsValid(message.stereo()))
@@ -78,7 +81,8 @@ Expected<TileOutput> outputOf(const proto::Wall::Output& message, int tileWidthP
     } else if (!out.warpFile.empty()) {
         auto text = fileOf(files, out.warpFile, kMaxMeshText);
         if (!text) return tl::unexpected(text.error());
-        const double width = out.widthPx > 0 ? out.widthPx : tileWidthPx, height = out.heightPx > 0 ? out.heightPx : tileHeightPx;
+        const double width = out.widthPx > 0 ? out.widthPx : tileWidthPx,
+                     height = out.heightPx > 0 ? out.heightPx : tileHeightPx;
         auto mesh = readMesh(asText(*text), out.warpFile, width / std::max(1.0, height));
         if (!mesh) return tl::unexpected(mesh.error());
         out.warp = std::make_shared<const WarpMesh>(std::move(*mesh));
@@ -113,7 +117,8 @@ void putOutput(const TileOutput& output, proto::Wall::Output& message) {
         const std::int32_t sides[2] = {output.warp->columns, output.warp->rows};
         std::string& bytes = *message.mutable_warp_mesh();
         bytes.assign(reinterpret_cast<const char*>(sides), sizeof sides);
-        bytes.append(reinterpret_cast<const char*>(output.warp->nodes.data()), output.warp->nodes.size() * sizeof(WarpNode));
+        bytes.append(reinterpret_cast<const char*>(output.warp->nodes.data()),
+                     output.warp->nodes.size() * sizeof(WarpNode));
     }
     if (output.blendPicture) *message.mutable_blend_png() = std::string(asText(*output.blendPicture));
 }

@@ -27,10 +27,10 @@ Expected<CommittedListPtr> decodeSnapshot(const Blob& content) {
     const Expected<SplitParts> split = splitParts(content.bytes(), kMaxSnapshotHeadBytes, kParts);
     if (!split) return tl::unexpected(split.error());
     const Expected<HeadReader> head = HeadReader::read(split->head);
-    if (!head || split->parts.size() != kParts)
-        return fail(ErrorCode::kBadInput, "its head makes no sense");
+    if (!head || split->parts.size() != kParts) return fail(ErrorCode::kBadInput, "its head makes no sense");
     // As large as the blob, which has been fetched already: there is nothing left to bound.
-    Expected<std::vector<BlobInfo>> blobs = recordsFrom<BlobInfo>(split->parts[1], std::numeric_limits<std::size_t>::max());
+    Expected<std::vector<BlobInfo>> blobs =
+        recordsFrom<BlobInfo>(split->parts[1], std::numeric_limits<std::size_t>::max());
     if (!blobs) return tl::unexpected(blobs.error());
     return share(CommittedList{.sequence = Sequence(head->varint(kSequence)),
                                .stateHash = StateHash(head->fixed(kStateHash)),

@@ -8,8 +8,8 @@
 namespace tessera {
 
 [[nodiscard]] Blob encodeSnapshot(const CommittedList& whole);
-/// Never crashes whatever the bytes are, and takes memory in proportion to them. The list's bytes stay where they lie in the
-/// blob. kBadInput.
+/// Never crashes whatever the bytes are, and takes memory in proportion to them. The list's bytes stay where they lie
+/// in the blob. kBadInput.
 [[nodiscard]] Expected<CommittedListPtr> decodeSnapshot(const Blob& content);
 
 }  // namespace tessera

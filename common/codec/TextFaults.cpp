@@ -93,10 +93,8 @@ void FirstTextFault::pointAt(const std::string& word) {
     if (offset == std::string_view::npos) return;
     const std::size_t found = text_.rfind(word, offset + static_cast<std::size_t>(std::max(place_.column, 0)));
     if (found == std::string_view::npos) return;
-    const std::size_t lineStart =
-        text_.rfind('\n', found) == std::string_view::npos ? 0 : text_.rfind('\n', found) + 1;
-    place_.line =
-        static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(found), '\n'));
+    const std::size_t lineStart = text_.rfind('\n', found) == std::string_view::npos ? 0 : text_.rfind('\n', found) + 1;
+    place_.line = static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(found), '\n'));
     place_.column = static_cast<int>(found - lineStart);
 }
 

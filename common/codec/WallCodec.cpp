@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "common/codec/MachineMessage.h"
-#include "common/codec/TrackingMessage.h"
 #include "common/codec/NavigationMessage.h"
+#include "common/codec/TrackingMessage.h"
 #include "common/codec/WallMessage.h"
 #include "proto/wall.pb.h"
 
@@ -108,7 +108,9 @@ ScreenPixels sizeOf(const Wall& wall, const TileAssignment& tile) {
     const Screen* const screen = wall.findScreen(tile.screen);
     if (!screen) return {};
     const Screen::Grid& grid = screen->grid;
-    const auto within = [](int index, const std::vector<int>& sizes) { return index >= 0 && (sizes.empty() || static_cast<std::size_t>(index) < sizes.size()); };
+    const auto within = [](int index, const std::vector<int>& sizes) {
+        return index >= 0 && (sizes.empty() || static_cast<std::size_t>(index) < sizes.size());
+    };
     if (!within(tile.column, grid.columnWidthsPx) || !within(tile.row, grid.rowHeightsPx)) return {};
     return {.width = grid.columnWidthPx(tile.column), .height = grid.rowHeightPx(tile.row)};
 }

@@ -20,8 +20,8 @@ inline constexpr std::size_t kMaxWallWireBytes = std::size_t{64} << 20;
 /// Errors read `file:line:column: text`; an unknown key names the nearest known one. The result has passed checkWall. A
 /// wall without a name gets that of its file, without folder and extension. Outputs that name files are refused.
 [[nodiscard]] Expected<Wall> parseWall(std::string_view text, std::string_view fileName);
-/// Reads a file, at most 1 MiB, and those that its outputs name: they lie in its folder or below. Blend pictures of a screen that
-/// let through more than one projector's light are refused (`findBlendExcess`).
+/// Reads a file, at most 1 MiB, and those that its outputs name: they lie in its folder or below. Blend pictures of a
+/// screen that let through more than one projector's light are refused (`findBlendExcess`).
 [[nodiscard]] Expected<Wall> loadWall(const std::string& path);
 
 /// A wall file's text. The files that outputs name are to be written by the caller.

@@ -78,7 +78,8 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
     tl::expected<Wall, WallFault> wall = wallOf(message, files);
     if (!wall) return fail(ErrorCode::kBadInput, located(fileName, placeOf(wall.error(), tree), wall.error().message));
     if (auto excess = findBlendExcess(*wall)) {
-        const WallFault fault{.part = WallFault::Part::kTile, .index = excess->host, .tile = excess->tile, .message = {}};
+        const WallFault fault{
+            .part = WallFault::Part::kTile, .index = excess->host, .tile = excess->tile, .message = {}};
         return fail(ErrorCode::kBadInput, located(fileName, placeOf(fault, tree), excess->message));
     }
     if (wall->name.empty()) wall->name = std::filesystem::path(fileName).stem().string();
@@ -89,31 +90,39 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
 Expected<Bytes> bytesOfFile(const std::filesystem::path& path, std::size_t most) {
     std::error_code code;
     const std::filesystem::file_status status = std::filesystem::status(path, code);
-    if (!std::filesystem::exists(status)) return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file", path.string()));
-    if (!std::filesystem::is_regular_file(status)) return fail(ErrorCode::kBadInput, fmt::format("{}: not a file", path.string()));
+    if (!std::filesystem::exists(status))
+        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file", path.string()));
+    if (!std::filesystem::is_regular_file(status))
+        return fail(ErrorCode::kBadInput, fmt::format("{}: not a file", path.string()));
     std::ifstream file(path, std::ios::binary);
-    if (!file) return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+    if (!file)
+        return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
     Bytes bytes(std::min<std::size_t>(most, std::filesystem::file_size(path, code)) + 1);
     file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    if (file.bad()) return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+    if (file.bad())
+        return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
     bytes.resize(static_cast<std::size_t>(file.gcount()));
-    if (bytes.size() > most) return fail(ErrorCode::kLimit, fmt::format("{}: larger than {} bytes", path.string(), most));
+    if (bytes.size() > most)
+        return fail(ErrorCode::kLimit, fmt::format("{}: larger than {} bytes", path.string(), most));
     return bytes;
 }
 
-/// Files that a wall file names lie beside it or below: a wall from somebody else reads nothing of this machine's. All of them
-/// together fit into what a wall may be on the wire.
+/// Files that a wall file names lie beside it or below: a wall from somebody else reads nothing of this machine's. All
+/// of them together fit into what a wall may be on the wire.
 WallFiles filesBeside(const std::string& wallPath) {
-    return [folder = std::filesystem::path(wallPath).parent_path(), left = kMaxWallWireBytes](const std::string& name, std::size_t atMost) mutable -> Expected<Bytes> {
+    return [folder = std::filesystem::path(wallPath).parent_path(), left = kMaxWallWireBytes](
+               const std::string& name, std::size_t atMost) mutable -> Expected<Bytes> {
         const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
         if (relative.is_absolute() || relative.empty() || *relative.begin() == "..")
             return fail(ErrorCode::kBadInput, fmt::format("\"{}\" is not beside the wall file or below", name));
         // Nor by a link that stands beside it.
         std::error_code code;
         const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, code);
-        const std::filesystem::path meant = std::filesystem::weakly_canonical(folder / relative, code).lexically_relative(home);
+        const std::filesystem::path meant =
+            std::filesystem::weakly_canonical(folder / relative, code).lexically_relative(home);
         if (code || meant.empty() || *meant.begin() == "..")
-            return fail(ErrorCode::kBadInput, fmt::format("\"{}\" is a link that leads out of the wall file's folder", name));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("\"{}\" is a link that leads out of the wall file's folder", name));
         auto bytes = bytesOfFile(folder / relative, std::min(atMost, left));
         if (bytes) left -= bytes->size();
         return bytes;

@@ -72,7 +72,8 @@ tl::unexpected<Error> noLimits() {
     return fail(ErrorCode::kUnsupported, fmt::format("limits cannot be set ({})", std::strerror(errno)));
 }
 
-/// All rights beyond a common user's; `reading`: but for that of reading any file, which a server that is an administrator's has.
+/// All rights beyond a common user's; `reading`: but for that of reading any file, which a server that is an
+/// administrator's has.
 bool dropCapabilities(bool reading) {
     __user_cap_header_struct head{_LINUX_CAPABILITY_VERSION_3, 0};
     __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3] = {};
@@ -101,7 +102,9 @@ struct RulesetAttributes {
     std::uint64_t files = 0, network = 0, scopes = 0;
 };
 
-long landlockVersion() { return ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION); }
+long landlockVersion() {
+    return ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
+}
 
 RulesetAttributes handledRights(long version) {
     RulesetAttributes handled{.files = (1ull << 13) - 1};  // execute … make_sym
@@ -127,7 +130,8 @@ Expected<void> allowReading(int ruleset, const std::string& file) {
     landlock_path_beneath_attr rule{};
     rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | (inRoot ? 0 : LANDLOCK_ACCESS_FS_READ_DIR);
     rule.parent_fd = place->get();
-    if (::syscall(SYS_landlock_add_rule, ruleset, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) != 0) return noLandlock("no rule");
+    if (::syscall(SYS_landlock_add_rule, ruleset, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) != 0)
+        return noLandlock("no rule");
     return {};
 }
 
@@ -136,7 +140,8 @@ Expected<void> restrictFiles(const std::string& file) {
     const long version = landlockVersion();
     if (version < 1) return noLandlock("this kernel does not have it, or has it switched off");
     const RulesetAttributes attributes = handledRights(version);
-    const FileHandle ruleset(static_cast<int>(::syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
+    const FileHandle ruleset(
+        static_cast<int>(::syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
     if (ruleset.get() < 0) return noLandlock("no rule set");
     if (!file.empty())
         if (Expected<void> allowed = allowReading(ruleset.get(), file); !allowed) return allowed;
@@ -161,7 +166,8 @@ public:
     }
     Expected<void> load() {
         if (!good_) return fail(ErrorCode::kUnsupported, "seccomp: the filter cannot be built");
-        if (const int failure = seccomp_load(context_.get()); failure != 0) return fail(ErrorCode::kUnsupported, fmt::format("seccomp: {}", std::strerror(-failure)));
+        if (const int failure = seccomp_load(context_.get()); failure != 0)
+            return fail(ErrorCode::kUnsupported, fmt::format("seccomp: {}", std::strerror(-failure)));
         return {};
     }
 
@@ -175,7 +181,8 @@ private:
     bool good_;
 };
 
-/// For reading, and never so that the opening of a pipe would wait for somebody: with O_NONBLOCK, of a folder, or of a place alone.
+/// For reading, and never so that the opening of a pipe would wait for somebody: with O_NONBLOCK, of a folder, or of a
+/// place alone.
 void allowOpening(Filter& filter) {
     constexpr std::uint64_t writing = O_ACCMODE | O_CREAT | O_TRUNC | (O_TMPFILE & ~O_DIRECTORY);
     for (const std::uint64_t how : {O_NONBLOCK, O_DIRECTORY, O_PATH}) {
@@ -198,7 +205,8 @@ Expected<void> restrictCalls(const ConfinementProfile& profile) {
         filter.allow(kLookingAtFiles);
         allowOpening(filter);
     }
-    if (profile.extendsTime) filter.allowWhere(SCMP_SYS(prlimit64), SCMP_A0(SCMP_CMP_EQ, 0), SCMP_A1(SCMP_CMP_EQ, RLIMIT_CPU));
+    if (profile.extendsTime)
+        filter.allowWhere(SCMP_SYS(prlimit64), SCMP_A0(SCMP_CMP_EQ, 0), SCMP_A1(SCMP_CMP_EQ, RLIMIT_CPU));
     // abort() sends a signal; only to itself.
     filter.allowWhere(SCMP_SYS(tgkill), SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(::getpid())));
     return filter.load();
@@ -209,7 +217,8 @@ Expected<void> restrict(const ConfinementProfile& profile, const std::string& fi
     if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return fail(ErrorCode::kUnsupported, "no PR_SET_NO_NEW_PRIVS");
     Expected<void> files = restrictFiles(file);
     // Where no file can be opened at all, the calls alone see to it.
-    if (!files && files.error().code == ErrorCode::kUnsupported && (!profile.readsFolder || allowUnconfined)) files = {};
+    if (!files && files.error().code == ErrorCode::kUnsupported && (!profile.readsFolder || allowUnconfined))
+        files = {};
     if (!files) return files;
     return restrictCalls(profile);
 }
@@ -224,13 +233,16 @@ Expected<void> boundResources(const ConfinementProfile& profile, pid_t parent) {
     }
     ::prctl(PR_SET_DUMPABLE, 0);
     constexpr rlim_t kStack = rlim_t{16} << 20;
-    bool done = limitResource(RLIMIT_CORE, 0, 0) && limitResource(RLIMIT_FSIZE, 0, 0) && limitResource(RLIMIT_NOFILE, profile.openFiles, profile.openFiles) &&
+    bool done = limitResource(RLIMIT_CORE, 0, 0) && limitResource(RLIMIT_FSIZE, 0, 0) &&
+                limitResource(RLIMIT_NOFILE, profile.openFiles, profile.openFiles) &&
                 limitResource(RLIMIT_STACK, kStack, kStack);
     // The sanitizers' shadow memory is terabytes of address space.
     if (!kSanitized) done = done && limitResource(RLIMIT_AS, profile.memoryBytes, profile.memoryBytes);
     if (!done) return noLimits();
     // Nobody may raise them afterwards: root neither.
-    if (!dropCapabilities(profile.readsFolder)) return fail(ErrorCode::kUnsupported, fmt::format("capabilities cannot be given away ({})", std::strerror(errno)));
+    if (!dropCapabilities(profile.readsFolder))
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("capabilities cannot be given away ({})", std::strerror(errno)));
     return {};
 }
 
@@ -238,12 +250,16 @@ Expected<void> confine(const ConfinementProfile& profile, const std::string& fil
     Expected<void> restricted = restrict(profile, profile.readsFolder ? file : std::string(), allowUnconfined);
     if (restricted || (restricted.error().code == ErrorCode::kUnsupported && allowUnconfined)) return {};
     if (restricted.error().code != ErrorCode::kUnsupported) return restricted;
-    return fail(ErrorCode::kUnsupported, fmt::format("this system cannot confine {}, so {}: {}", profile.who, profile.otherwise, restricted.error().message));
+    return fail(ErrorCode::kUnsupported, fmt::format("this system cannot confine {}, so {}: {}", profile.who,
+                                                     profile.otherwise, restricted.error().message));
 }
 
 Expected<void> boundProcessorTime(const ProcessorTime& time) {
     const rlim_t given = allowance(time.given);
-    granting = {.given = given, .most = std::max(given, static_cast<rlim_t>(time.most.count())), .perMebibyte = static_cast<rlim_t>(time.perMebibyte.count()), .readBytes = 0};
+    granting = {.given = given,
+                .most = std::max(given, static_cast<rlim_t>(time.most.count())),
+                .perMebibyte = static_cast<rlim_t>(time.perMebibyte.count()),
+                .readBytes = 0};
     // At the soft limit SIGXCPU says why; whoever ignores it dies at the hard one.
     if (!limitResource(RLIMIT_CPU, given, granting.most + 2)) return noLimits();
     return {};
@@ -257,7 +273,8 @@ Expected<void> boundFurtherTime(std::chrono::seconds more) {
 
 void renewTime(std::chrono::seconds more) {
     rlimit now{};
-    if (::getrlimit(RLIMIT_CPU, &now) == 0) (void)limitResource(RLIMIT_CPU, std::min(secondsUsed() + allowance(more), now.rlim_max), now.rlim_max);
+    if (::getrlimit(RLIMIT_CPU, &now) == 0)
+        (void)limitResource(RLIMIT_CPU, std::min(secondsUsed() + allowance(more), now.rlim_max), now.rlim_max);
 }
 
 void grantTimeFor(std::size_t bytes) {
@@ -270,8 +287,12 @@ std::vector<std::string> missingForConfinement() {
     std::vector<std::string> missing;
     const std::uint32_t kill = SECCOMP_RET_KILL_PROCESS;
     if (::syscall(SYS_seccomp, SECCOMP_GET_ACTION_AVAIL, 0, &kill) != 0)
-        missing.emplace_back("this kernel has no seccomp: no file is read, no film played, no program of a material tried");
-    if (landlockVersion() < 1) missing.emplace_back("this kernel has no Landlock, or has it switched off: no file is read (--allow-unconfined-import reads files all the same)");
+        missing.emplace_back(
+            "this kernel has no seccomp: no file is read, no film played, no program of a material tried");
+    if (landlockVersion() < 1)
+        missing.emplace_back(
+            "this kernel has no Landlock, or has it switched off: no file is read (--allow-unconfined-import reads "
+            "files all the same)");
     return missing;
 }
 

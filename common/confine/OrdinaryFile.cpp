@@ -18,7 +18,8 @@ namespace {
 
 tl::unexpected<Error> notOpened(int reason) {
     if (reason == ELOOP) return fail(ErrorCode::kRefused, "was replaced by a link while it was looked for");
-    return fail(reason == ENOENT || reason == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kBadInput, fmt::format("cannot be opened ({})", std::strerror(reason)));
+    return fail(reason == ENOENT || reason == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kBadInput,
+                fmt::format("cannot be opened ({})", std::strerror(reason)));
 }
 
 /// Folder by folder, each held while the next is opened in it: what is renamed meanwhile leads nowhere else.
@@ -29,18 +30,22 @@ Expected<FileHandle> openByFolders(std::string_view path, int flags) {
         const std::size_t slash = path.find('/', begin);
         const bool last = slash == path.npos;
         const std::string part(path.substr(begin, last ? path.npos : slash - begin));
-        FileHandle next(::openat(at.get(), part.c_str(), O_NOFOLLOW | O_CLOEXEC | (last ? flags : O_PATH | O_DIRECTORY)));
+        FileHandle next(
+            ::openat(at.get(), part.c_str(), O_NOFOLLOW | O_CLOEXEC | (last ? flags : O_PATH | O_DIRECTORY)));
         if (next.get() < 0) {
             const int reason = errno;
             struct stat there {};
             // Of a link that has to be a folder the kernel says that it is none.
-            const bool link = reason == ENOTDIR && ::fstatat(at.get(), part.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(there.st_mode);
+            const bool link = reason == ENOTDIR &&
+                              ::fstatat(at.get(), part.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
+                              S_ISLNK(there.st_mode);
             return notOpened(link ? ELOOP : reason);
         }
         if (last) {
             // Of a place alone the link itself was opened.
             struct stat there {};
-            if ((flags & O_PATH) != 0 && ::fstat(next.get(), &there) == 0 && S_ISLNK(there.st_mode)) return notOpened(ELOOP);
+            if ((flags & O_PATH) != 0 && ::fstat(next.get(), &there) == 0 && S_ISLNK(there.st_mode))
+                return notOpened(ELOOP);
             return next;
         }
         at = std::move(next);
@@ -74,10 +79,13 @@ Expected<FileHandle> openWithoutLinks(const std::string& path, int flags) {
 }  // namespace
 
 Expected<OrdinaryFile> openOrdinaryFile(const std::string& path) {
-    const auto ordinary = [](const FileHandle& file, struct stat& about) { return ::fstat(file.get(), &about) == 0 && S_ISREG(about.st_mode); };
+    const auto ordinary = [](const FileHandle& file, struct stat& about) {
+        return ::fstat(file.get(), &about) == 0 && S_ISREG(about.st_mode);
+    };
     const Error other{ErrorCode::kBadInput, "is not an ordinary file"};
     struct stat about {};
-    // First the place alone: to open a device or a pipe does something with it. What has come to its place since is open a moment, and not read.
+    // First the place alone: to open a device or a pipe does something with it. What has come to its place since is
+    // open a moment, and not read.
     const Expected<FileHandle> place = openWithoutLinks(path, O_PATH);
     if (!place) return tl::unexpected(place.error());
     if (!ordinary(*place, about)) return tl::unexpected(other);

@@ -7,14 +7,15 @@
 
 namespace tessera {
 
-/// What one kind of child has once it is confined (Confinement.h); there is nothing that it has besides. Every child computes, reads and writes the
-/// descriptors that it was given, and ends; it is one thread.
+/// What one kind of child has once it is confined (Confinement.h); there is nothing that it has besides. Every child
+/// computes, reads and writes the descriptors that it was given, and ends; it is one thread.
 struct ConfinementProfile {
-    std::string_view who;        ///< in messages: "this system cannot confine WHO"
-    std::string_view otherwise;  ///< what is then not done: "the file was not read"
+    std::string_view who;         ///< in messages: "this system cannot confine WHO"
+    std::string_view otherwise;   ///< what is then not done: "the file was not read"
     std::size_t memoryBytes = 0;  ///< of address space
     unsigned openFiles = 0;       ///< descriptors, those that it was given among them
-    /// Opens files for reading, of one folder and below. Without it none is opened at all: needs seccomp alone. With it: Landlock too.
+    /// Opens files for reading, of one folder and below. Without it none is opened at all: needs seccomp alone. With
+    /// it: Landlock too.
     bool readsFolder = false;
     /// Has executable memory, as compilers need it.
     bool makesCode = false;

@@ -13,22 +13,23 @@ struct KeyFrames {
     ObjectId target;    ///< any object: a core, a material, a light
     std::string field;  ///< its name, as `tessera-ctl types` tells it; numbers, flags, and arrays of floats or doubles
     Blob times;         ///< double per key: s, ascending
-    /// double: of each key all numbers of the field; quaternions as w x y z. kSpline: of each key the tangent that leads in, the value, the tangent
-    /// that leads out (per s), as glTF 2.0 has them.
+    /// double: of each key all numbers of the field; quaternions as w x y z. kSpline: of each key the tangent that
+    /// leads in, the value, the tangent that leads out (per s), as glTF 2.0 has them.
     Blob values;
-    /// Between keys; before the first and after the last their values hold. Quaternions turn along the shorter arc (kLinear), or are brought to
-    /// length one (kSpline). Flags and whole numbers step, whatever this says.
+    /// Between keys; before the first and after the last their values hold. Quaternions turn along the shorter arc
+    /// (kLinear), or are brought to length one (kSpline). Flags and whole numbers step, whatever this says.
     std::int64_t interpolation = kLinear;
 };
 template <>
 inline constexpr auto kSaid<KeyFrames> = []<typename T>(Describing<T>) {
-    return describe("KeyFrames", field<&T::target>(1, "target").toAnything().affects(Effect::kTime),
-             field<&T::field>(2, "field").affects(Effect::kTime),
-             field<&T::times>(3, "times").doublesEach(1).affects(Effect::kTime),
-             field<&T::values>(4, "values").doublesEach(1).affects(Effect::kTime),
-             field<&T::interpolation>(5, "interpolation")
-                 .oneOf({{KeyFrames::kStep, "step"}, {KeyFrames::kLinear, "linear"}, {KeyFrames::kSpline, "spline"}})
-                 .affects(Effect::kTime))
+    return describe(
+               "KeyFrames", field<&T::target>(1, "target").toAnything().affects(Effect::kTime),
+               field<&T::field>(2, "field").affects(Effect::kTime),
+               field<&T::times>(3, "times").doublesEach(1).affects(Effect::kTime),
+               field<&T::values>(4, "values").doublesEach(1).affects(Effect::kTime),
+               field<&T::interpolation>(5, "interpolation")
+                   .oneOf({{KeyFrames::kStep, "step"}, {KeyFrames::kLinear, "linear"}, {KeyFrames::kSpline, "spline"}})
+                   .affects(Effect::kTime))
         .notACore();
 };
 
@@ -38,20 +39,22 @@ struct Animation {
     static constexpr std::int64_t kOnce = 0, kLoop = 1, kPingPong = 2;
     RefList channels;  ///< of KeyFrames
     bool playing = true;
-    /// Grows by speed / 60 s per frame while it plays; setting it is a seek. It begins at 0 and ends at the last key of any channel.
+    /// Grows by speed / 60 s per frame while it plays; setting it is a seek. It begins at 0 and ends at the last key of
+    /// any channel.
     double time = 0;
     double speed = 1;  ///< below 0: backwards
     std::int64_t mode = kLoop;
 };
 template <>
 inline constexpr auto kSaid<Animation> = []<typename T>(Describing<T>) {
-    return describe("Animation", field<&T::channels>(1, "channels").to(typeOf<KeyFrames>()).affects(Effect::kTime),
-             field<&T::playing>(2, "playing").affects(Effect::kTime),
-             field<&T::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
-             field<&T::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),
-             field<&T::mode>(5, "mode")
-                 .oneOf({{Animation::kOnce, "once"}, {Animation::kLoop, "loop"}, {Animation::kPingPong, "ping-pong"}})
-                 .affects(Effect::kTime));
+    return describe(
+        "Animation", field<&T::channels>(1, "channels").to(typeOf<KeyFrames>()).affects(Effect::kTime),
+        field<&T::playing>(2, "playing").affects(Effect::kTime),
+        field<&T::time>(3, "time").unit(Unit::kSecond).between(-1e9, 1e9).affects(Effect::kTime),
+        field<&T::speed>(4, "speed").between(-1e6, 1e6).affects(Effect::kTime),
+        field<&T::mode>(5, "mode")
+            .oneOf({{Animation::kOnce, "once"}, {Animation::kLoop, "loop"}, {Animation::kPingPong, "ping-pong"}})
+            .affects(Effect::kTime));
 };
 
 }  // namespace tessera

@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-/// Chunks in their order, at least half full but for the last ones left; prefix counts in a Fenwick tree, which is made anew
-/// when a chunk comes or goes (once in kChunk / 2 changes at most); and which chunk holds a child.
+/// Chunks in their order, at least half full but for the last ones left; prefix counts in a Fenwick tree, which is made
+/// anew when a chunk comes or goes (once in kChunk / 2 changes at most); and which chunk holds a child.
 struct ChildList::Many {
     struct Chunk {
         std::uint32_t count = 0;
@@ -103,7 +103,8 @@ std::size_t ChildList::indexOf(ObjectId child) const {
         TESSERA_CHECK(it != many_->where.end(), "a node is not among its parent's children");
         const Many::Chunk& chunk = *it->second;
         const auto end = chunk.ids.begin() + chunk.count;
-        return many_->before(chunk.number) + static_cast<std::size_t>(std::find(chunk.ids.begin(), end, child) - chunk.ids.begin());
+        return many_->before(chunk.number) +
+               static_cast<std::size_t>(std::find(chunk.ids.begin(), end, child) - chunk.ids.begin());
     }
     const ObjectId* end = few_ + size_;
     const ObjectId* found = std::find(const_cast<const ObjectId*>(few_), end, child);
@@ -164,7 +165,8 @@ void ChildList::insert(std::size_t index, ObjectId child) {
             spot = many_->spotFor(index);
         }
         const auto at = spot.chunk->ids.begin() + spot.offset;
-        std::copy_backward(at, spot.chunk->ids.begin() + spot.chunk->count, spot.chunk->ids.begin() + spot.chunk->count + 1);
+        std::copy_backward(at, spot.chunk->ids.begin() + spot.chunk->count,
+                           spot.chunk->ids.begin() + spot.chunk->count + 1);
         *at = child;
         ++spot.chunk->count;
         many_->add(spot.chunk->number, 1);

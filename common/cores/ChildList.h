@@ -10,8 +10,9 @@
 
 namespace tessera {
 
-/// A sequence of distinct ids. Few stand in one array; many in chunks with an index beside them, so that inserting, erasing and
-/// finding a child by id or by index cost O(log n) however many there are (and the moving of one chunk of kChunk ids).
+/// A sequence of distinct ids. Few stand in one array; many in chunks with an index beside them, so that inserting,
+/// erasing and finding a child by id or by index cost O(log n) however many there are (and the moving of one chunk of
+/// kChunk ids).
 ///
 /// `orderHash` depends on the ids and their order alone and is kept up to date at a constant cost: it is a sum over
 /// neighbours, each child hashed with the one before it.
@@ -27,9 +28,7 @@ public:
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
-    [[nodiscard]] ObjectId operator[](std::size_t index) const {
-        return isMany() ? atMany(index) : few_[index];
-    }
+    [[nodiscard]] ObjectId operator[](std::size_t index) const { return isMany() ? atMany(index) : few_[index]; }
     [[nodiscard]] ObjectId front() const { return (*this)[0]; }
     [[nodiscard]] ObjectId back() const { return (*this)[size_ - 1]; }
     /// The child must be there.

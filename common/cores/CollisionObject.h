@@ -30,7 +30,7 @@ struct CollisionObject : CollisionWords {
     /// geometry is not what is asked for, or deforms and is neither freeform nor spherical Bézier, it is taken as the
     /// surface that is drawn, and the report names it.
     std::int64_t shape = kTriangles;
-    std::int64_t layers = 1;          ///< bits for the masks of interests; 0: takes part in nothing
+    std::int64_t layers = 1;  ///< bits for the masks of interests; 0: takes part in nothing
     /// Above 0, for rigid objects that are whole and whose node is a Transform of its own: a free body, which gravity,
     /// impulses and its velocities move. 0: moved by motions and hands alone, and by no impulse.
     double mass = 0;
@@ -44,14 +44,15 @@ struct CollisionObject : CollisionWords {
     /// How near to it a motion is stopped, and how deep two may lie in each other and still slide, in units of the
     /// world. Of two objects the smaller one counts. 0: a ten-thousandth of what moves.
     double tolerance = 0;
-    /// Above 0: a surface of triangles is looked at as solid balls that cover it, of the radius (diagonal of the geometry's
-    /// own bounding box) / 2^(level + 1). What touches the surface touches the balls; what is farther from it than
-    /// two radii touches none. Hulls, points, what deforms and free bodies stay as they are.
+    /// Above 0: a surface of triangles is looked at as solid balls that cover it, of the radius (diagonal of the
+    /// geometry's own bounding box) / 2^(level + 1). What touches the surface touches the balls; what is farther from
+    /// it than two radii touches none. Hulls, points, what deforms and free bodies stay as they are.
     std::int64_t level = 0;
     /// By how much distances from it may be wrong, in percent of the diagonal of each geometry's own bounding box: of
-    /// distance fields (0: 1 percent) and of what chooses its shape itself (0: not at all). Below 0.1 there is no such field,
-    /// and of most shapes below 0.3: too many places to keep. What touches, and where motions stop, is exact all the same.
-    /// Of freeform (0: 0.01 percent) also how far apart may be what is told to touch; what meets is never told apart.
+    /// distance fields (0: 1 percent) and of what chooses its shape itself (0: not at all). Below 0.1 there is no such
+    /// field, and of most shapes below 0.3: too many places to keep. What touches, and where motions stop, is exact all
+    /// the same. Of freeform (0: 0.01 percent) also how far apart may be what is told to touch; what meets is never
+    /// told apart.
     double error = 0;
 
     static constexpr double kFastest = 1e6;

@@ -18,8 +18,7 @@ struct CollisionWords {
 /// Of Interest: its response, mode, detail and show, in this order.
 struct InterestWords {
     static constexpr std::int64_t kReport = 0, kStop = 1, kSlide = 2, kBounce = 3, kRollback = 4, kAsk = 5;
-    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4,
-                                  kSelf = 5;
+    static constexpr std::int64_t kPseudoDynamic = 0, kStatic = 1, kDynamic = 2, kDistance = 3, kIgnore = 4, kSelf = 5;
     static constexpr std::int64_t kAllFaces = 0, kYesOrNo = -1;
     static constexpr std::int64_t kShowPoints = 1, kShowNormals = 2, kShowFaces = 4;
 };

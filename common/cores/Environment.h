@@ -14,8 +14,9 @@ struct Environment {
     Vec3f ground{0.12f, 0.11f, 0.10f};      ///< ambient radiance from -Y
     Vec3f background{0.05f, 0.06f, 0.08f};  ///< linear colour of empty pixels
     Vec3d gravity = Vec3d::Zero();          ///< acceleration of free bodies
-    /// A picture of everything around, twice as wide as high (equirectangular): its middle lies along -Z, what is right of
-    /// that along +X, its upper edge along +Y. Or six squares, an Image whose shape is a cube. Best of encoding rgbe; none: sky and ground.
+    /// A picture of everything around, twice as wide as high (equirectangular): its middle lies along -Z, what is right
+    /// of that along +X, its upper edge along +Y. Or six squares, an Image whose shape is a cube. Best of encoding
+    /// rgbe; none: sky and ground.
     ObjectId image;
     float strength = 1.0f;   ///< of the image: radiance is what it says times this
     float turn = 0.0f;       ///< of the image about +Y, counter-clockwise seen from above
@@ -23,15 +24,15 @@ struct Environment {
 };
 template <>
 inline constexpr auto kSaid<Environment> = []<typename T>(Describing<T>) {
-    return describe("Environment",
-             field<&T::sky>(1, "sky").atLeast(0).affects(Effect::kLight),
-             field<&T::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
-             field<&T::background>(3, "background").atLeast(0).affects(Effect::kLight),
-             field<&T::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
-             field<&T::image>(5, "image").to(typeOf<Image>()).affects(Effect::kLight),
-             field<&T::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
-             field<&T::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
-             field<&T::showImage>(8, "showImage").affects(Effect::kLight));
+    return describe(
+        "Environment", field<&T::sky>(1, "sky").atLeast(0).affects(Effect::kLight),
+        field<&T::ground>(2, "ground").atLeast(0).affects(Effect::kLight),
+        field<&T::background>(3, "background").atLeast(0).affects(Effect::kLight),
+        field<&T::gravity>(4, "gravity").unit(Unit::kWorldPerSecond2).between(-1e6, 1e6).affects(Effect::kTerms),
+        field<&T::image>(5, "image").to(typeOf<Image>()).affects(Effect::kLight),
+        field<&T::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
+        field<&T::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
+        field<&T::showImage>(8, "showImage").affects(Effect::kLight));
 };
 
 }  // namespace tessera

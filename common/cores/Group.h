@@ -10,8 +10,6 @@ struct Group {
     static constexpr ObjectType kType{2};
 };
 template <>
-inline constexpr auto kSaid<Group> = []<typename T>(Describing<T>) {
-    return describe("Group");
-};
+inline constexpr auto kSaid<Group> = []<typename T>(Describing<T>) { return describe("Group"); };
 
 }  // namespace tessera

@@ -10,7 +10,8 @@ namespace tessera {
 struct Inline : LoadWords {
     static constexpr ObjectType kType{28};
     std::string file;             ///< as `tessera-ctl load` takes it, or relative to the scene file that says it
-    std::int64_t load = kAtOnce;  ///< kNear: once any user's head is within `distance` of the node's origin; kByHand: once `wanted` is set
+    std::int64_t load = kAtOnce;  ///< kNear: once any user's head is within `distance` of the node's origin; kByHand:
+                                  ///< once `wanted` is set
     double distance = 0;
     bool wanted = false;
     // Written by the server.
@@ -19,19 +20,20 @@ struct Inline : LoadWords {
 };
 template <>
 inline constexpr auto kSaid<Inline> = []<typename T>(Describing<T>) {
-    return describe("Inline", field<&T::file>(1, "file").affects(Effect::kTime),
-             field<&T::load>(2, "load")
-                 .oneOf({{LoadWords::kAtOnce, "at-once"}, {LoadWords::kNear, "near"}, {LoadWords::kByHand, "by-hand"}})
-                 .affects(Effect::kTime),
-             field<&T::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
-             field<&T::wanted>(4, "wanted").affects(Effect::kTime),
-             field<&T::state>(5, "state")
-                 .oneOf({{LoadWords::kWaiting, "waiting"},
-                         {LoadWords::kLoading, "loading"},
-                         {LoadWords::kThere, "there"},
-                         {LoadWords::kFailed, "failed"}})
-                 .affects(Effect::kTime),
-             field<&T::problem>(6, "problem").affects(Effect::kTime));
+    return describe(
+        "Inline", field<&T::file>(1, "file").affects(Effect::kTime),
+        field<&T::load>(2, "load")
+            .oneOf({{LoadWords::kAtOnce, "at-once"}, {LoadWords::kNear, "near"}, {LoadWords::kByHand, "by-hand"}})
+            .affects(Effect::kTime),
+        field<&T::distance>(3, "distance").unit(Unit::kWorld).between(0, 1e30).affects(Effect::kTime),
+        field<&T::wanted>(4, "wanted").affects(Effect::kTime),
+        field<&T::state>(5, "state")
+            .oneOf({{LoadWords::kWaiting, "waiting"},
+                    {LoadWords::kLoading, "loading"},
+                    {LoadWords::kThere, "there"},
+                    {LoadWords::kFailed, "failed"}})
+            .affects(Effect::kTime),
+        field<&T::problem>(6, "problem").affects(Effect::kTime));
 };
 
 }  // namespace tessera

@@ -13,8 +13,6 @@ struct InverseTransform {
     [[nodiscard]] NodePose pose() const;
 };
 template <>
-inline constexpr auto kSaid<InverseTransform> = []<typename T>(Describing<T>) {
-    return describe("InverseTransform");
-};
+inline constexpr auto kSaid<InverseTransform> = []<typename T>(Describing<T>) { return describe("InverseTransform"); };
 
 }  // namespace tessera

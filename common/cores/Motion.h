@@ -11,8 +11,8 @@ struct Motion {
     static constexpr ObjectType kType{11};
     static constexpr std::int64_t kOnce = 0, kLoop = 1, kPingPong = 2;
     ObjectId target;  ///< a Transform
-    /// double[11] per key: time in s (ascending), translation xyz, rotation wxyz, scale xyz. Linear between keys, rotation
-    /// by slerp along the shorter arc.
+    /// double[11] per key: time in s (ascending), translation xyz, rotation wxyz, scale xyz. Linear between keys,
+    /// rotation by slerp along the shorter arc.
     Blob keys;
     std::int64_t mode = kOnce;
     bool playing = true;
@@ -21,14 +21,13 @@ struct Motion {
 };
 template <>
 inline constexpr auto kSaid<Motion> = []<typename T>(Describing<T>) {
-    return describe("Motion",
-             field<&T::target>(1, "target").to(typeOf<Transform>()).affects(Effect::kTime),
-             field<&T::keys>(2, "keys").affects(Effect::kTime),
-             field<&T::mode>(3, "mode")
-                 .oneOf({{Motion::kOnce, "once"}, {Motion::kLoop, "loop"}, {Motion::kPingPong, "ping-pong"}})
-                 .affects(Effect::kTime),
-             field<&T::playing>(4, "playing").affects(Effect::kTime),
-             field<&T::time>(5, "time").unit(Unit::kSecond).affects(Effect::kTime));
+    return describe("Motion", field<&T::target>(1, "target").to(typeOf<Transform>()).affects(Effect::kTime),
+                    field<&T::keys>(2, "keys").affects(Effect::kTime),
+                    field<&T::mode>(3, "mode")
+                        .oneOf({{Motion::kOnce, "once"}, {Motion::kLoop, "loop"}, {Motion::kPingPong, "ping-pong"}})
+                        .affects(Effect::kTime),
+                    field<&T::playing>(4, "playing").affects(Effect::kTime),
+                    field<&T::time>(5, "time").unit(Unit::kSecond).affects(Effect::kTime));
 };
 
 }  // namespace tessera

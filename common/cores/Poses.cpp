@@ -1,5 +1,6 @@
-// Where cores put what is below their nodes. Here and not in their headers, because the products would be compiled wherever a header
-// is; and all together, because a traversal does little else than `placeBelow`: in one piece, without a call or a matrix in between.
+// Where cores put what is below their nodes. Here and not in their headers, because the products would be compiled
+// wherever a header is; and all together, because a traversal does little else than `placeBelow`: in one piece, without
+// a call or a matrix in between.
 #include "common/cores/ComponentTransform.h"
 #include "common/cores/InverseTransform.h"
 #include "common/cores/Transform.h"
@@ -42,7 +43,8 @@ template <typename Core>
         return;
     }
     world_T_node.linear().noalias() = world_T_parent.linear() * pose.matrix.linear();
-    world_T_node.translation().noalias() = world_T_parent.linear() * pose.matrix.translation() + world_T_parent.translation();
+    world_T_node.translation().noalias() =
+        world_T_parent.linear() * pose.matrix.translation() + world_T_parent.translation();
     world_T_node.makeAffine();
 }
 

@@ -1,5 +1,5 @@
-/// The types of objects that a scene can hold, by name and number: for those who speak of a type and hold none of it. Each struct
-/// stands in a header of its own, so that a field more in one costs those alone who use that one.
+/// The types of objects that a scene can hold, by name and number: for those who speak of a type and hold none of it.
+/// Each struct stands in a header of its own, so that a field more in one costs those alone who use that one.
 #pragma once
 
 #include "common/field/Field.h"

@@ -17,10 +17,9 @@ struct Transform {
 };
 template <>
 inline constexpr auto kSaid<Transform> = []<typename T>(Describing<T>) {
-    return describe("Transform",
-             field<&T::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
-             field<&T::rotation>(2, "rotation").affects(Effect::kPose),
-             field<&T::scale>(3, "scale").affects(Effect::kPose));
+    return describe("Transform", field<&T::translation>(1, "translation").unit(Unit::kWorld).affects(Effect::kPose),
+                    field<&T::rotation>(2, "rotation").affects(Effect::kPose),
+                    field<&T::scale>(3, "scale").affects(Effect::kPose));
 };
 
 }  // namespace tessera

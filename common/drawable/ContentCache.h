@@ -1,4 +1,5 @@
-/// What is made of content, by the content's name: made once, however many threads ask, and kept while somebody uses it.
+/// What is made of content, by the content's name: made once, however many threads ask, and kept while somebody uses
+/// it.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,15 @@
 
 namespace tessera {
 
-/// `Value` has `bytes()`, and `inUse()`: whether somebody keeps a part of it. Nothing that is used is dropped; of what is not, as much is
-/// kept as was asked for last. A value never changes. Any thread.
+/// `Value` has `bytes()`, and `inUse()`: whether somebody keeps a part of it. Nothing that is used is dropped; of what
+/// is not, as much is kept as was asked for last. A value never changes. Any thread.
 template <typename Value>
 class ContentCache {
 public:
     explicit ContentCache(std::size_t mostUnusedBytes) : mostUnusedBytes_(mostUnusedBytes) {}
 
-    /// `make` gives a Value of what `key` names. Who asks for it at the same time waits, and nobody else does: `make` may ask for other keys.
+    /// `make` gives a Value of what `key` names. Who asks for it at the same time waits, and nobody else does: `make`
+    /// may ask for other keys.
     template <typename Make>
     [[nodiscard]] std::shared_ptr<const Value> get(const Hash128& key, Make&& make) {
         std::shared_ptr<Entry> entry;
@@ -58,9 +60,9 @@ public:
 
 private:
     struct Entry {
-        Turn turn;                                  ///< of who makes it
-        std::shared_ptr<const Value> made;          ///< under the entry's turn
-        std::shared_ptr<const Value> value;         ///< under the cache's: the same
+        Turn turn;                           ///< of who makes it
+        std::shared_ptr<const Value> made;   ///< under the entry's turn
+        std::shared_ptr<const Value> value;  ///< under the cache's: the same
         std::uint64_t lastUse = 0;
     };
 

@@ -13,10 +13,17 @@
 namespace tessera {
 namespace {
 
-const Deformation& deformationOf(const void* core) { return *static_cast<const Deformation*>(core); }
+const Deformation& deformationOf(const void* core) {
+    return *static_cast<const Deformation*>(core);
+}
 
 MeshArrays atRest(const Deformation& d) {
-    return {.positions = d.positions, .normals = d.normals, .colors = d.colors, .texcoords = d.texcoords, .indices = d.indices, .texcoords1 = d.texcoords1};
+    return {.positions = d.positions,
+            .normals = d.normals,
+            .colors = d.colors,
+            .texcoords = d.texcoords,
+            .indices = d.indices,
+            .texcoords1 = d.texcoords1};
 }
 
 std::array<const Blob*, 7> blobsOf(const Deformation& d) {
@@ -28,7 +35,9 @@ bool allHere(const Deformation& d) {
     return std::ranges::all_of(blobs, [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
-bool holdsNothing(const Deformation& d) { return d.positions.empty() && d.indices.empty(); }
+bool holdsNothing(const Deformation& d) {
+    return d.positions.empty() && d.indices.empty();
+}
 
 /// Of all but where the control points are.
 Hash128 recipeOf(const Deformation& d) {
@@ -39,7 +48,9 @@ Hash128 recipeOf(const Deformation& d) {
     parts[7] = {static_cast<std::uint64_t>(d.pointsX), static_cast<std::uint64_t>(d.pointsY)};
     parts[8] = {static_cast<std::uint64_t>(d.pointsZ), static_cast<std::uint64_t>(d.degreeX)};
     parts[9] = {static_cast<std::uint64_t>(d.degreeY), static_cast<std::uint64_t>(d.degreeZ)};
-    for (Eigen::Index i = 0; i < 3; ++i) parts[static_cast<std::size_t>(10 + i)] = {std::bit_cast<std::uint64_t>(d.lower[i]), std::bit_cast<std::uint64_t>(d.upper[i])};
+    for (Eigen::Index i = 0; i < 3; ++i)
+        parts[static_cast<std::size_t>(10 + i)] = {std::bit_cast<std::uint64_t>(d.lower[i]),
+                                                   std::bit_cast<std::uint64_t>(d.upper[i])};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -54,16 +65,23 @@ struct DeformationPlan {
 
 Expected<Lattice> latticeOf(const Deformation& d) {
     if (const Expected<void> mesh = checkMesh(atRest(d)); !mesh) return failWith("the mesh at rest", mesh.error());
-    const auto axis = [](std::int64_t degree, std::int64_t points) { return LatticeAxis{static_cast<unsigned>(degree), static_cast<unsigned>(points)}; };
-    if (!d.lower.allFinite() || !d.upper.allFinite()) return fail(ErrorCode::kBadInput, "the volume has a corner that is no number");
-    if (!((d.upper - d.lower).minCoeff() > 0)) return fail(ErrorCode::kBadInput, "the volume's upper corner is not above its lower one along each axis");
+    const auto axis = [](std::int64_t degree, std::int64_t points) {
+        return LatticeAxis{static_cast<unsigned>(degree), static_cast<unsigned>(points)};
+    };
+    if (!d.lower.allFinite() || !d.upper.allFinite())
+        return fail(ErrorCode::kBadInput, "the volume has a corner that is no number");
+    if (!((d.upper - d.lower).minCoeff() > 0))
+        return fail(ErrorCode::kBadInput, "the volume's upper corner is not above its lower one along each axis");
     Expected<Lattice> lattice =
-        Lattice::make(LatticeVolume::of({d.lower, d.upper}), {axis(d.degreeX, d.pointsX), axis(d.degreeY, d.pointsY), axis(d.degreeZ, d.pointsZ)});
+        Lattice::make(LatticeVolume::of({d.lower, d.upper}),
+                      {axis(d.degreeX, d.pointsX), axis(d.degreeY, d.pointsY), axis(d.degreeZ, d.pointsZ)});
     if (!lattice) return lattice;
     const std::size_t wanted = lattice->controlPoints().size() * 12;
     if (!d.controlPoints.empty() && d.controlPoints.sizeBytes() != wanted)
-        return fail(ErrorCode::kBadInput, "controlPoints has " + std::to_string(d.controlPoints.sizeBytes()) + " bytes; " + std::to_string(d.pointsX) + " x " +
-                                              std::to_string(d.pointsY) + " x " + std::to_string(d.pointsZ) + " points of three floats have " + std::to_string(wanted));
+        return fail(ErrorCode::kBadInput, "controlPoints has " + std::to_string(d.controlPoints.sizeBytes()) +
+                                              " bytes; " + std::to_string(d.pointsX) + " x " +
+                                              std::to_string(d.pointsY) + " x " + std::to_string(d.pointsZ) +
+                                              " points of three floats have " + std::to_string(wanted));
     return lattice;
 }
 
@@ -82,7 +100,8 @@ constexpr float kFarthestControl = 1e30F;
 Expected<void> checkControls(std::span<const float> points) {
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!(std::abs(points[i]) <= kFarthestControl))
-            return fail(ErrorCode::kBadInput, "control point " + std::to_string(i / 3) + " has a coordinate that is not a number within 1e30");
+            return fail(ErrorCode::kBadInput, "control point " + std::to_string(i / 3) +
+                                                  " has a coordinate that is not a number within 1e30");
     return {};
 }
 
@@ -124,7 +143,8 @@ DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMe
     Lattice lattice = *plan->lattice;
     const std::span<const float> numbers = d.controlPoints.as<float>();
     std::vector<Vec3d> controls(numbers.size() / 3);
-    for (std::size_t i = 0; i < controls.size(); ++i) controls[i] = Vec3d(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
+    for (std::size_t i = 0; i < controls.size(); ++i)
+        controls[i] = Vec3d(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
     if (!lattice.setControlPoints(0, controls)) return {};
     const std::span<const float> from = d.positions.as<float>(), normalsFrom = d.normals.as<float>();
     const auto deform = [&](std::size_t first, std::size_t count, std::span<float> to, std::span<float> normalsTo) {
@@ -155,8 +175,11 @@ DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMe
     if (first >= end) return out;
     std::vector<float> positions(3 * (end - first)), normals(normalsFrom.empty() ? 0 : positions.size());
     deform(first, end - first, positions, normals);
-    out.arrays.positions = *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
-    if (!normals.empty()) out.arrays.normals = *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
+    out.arrays.positions =
+        *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
+    if (!normals.empty())
+        out.arrays.normals =
+            *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
     return out;
 }
 

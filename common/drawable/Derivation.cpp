@@ -7,7 +7,8 @@
 namespace tessera {
 namespace {
 
-/// One a process, as content is the same for whoever asks: hosts of several tiles, a server's collision, picks and report.
+/// One a process, as content is the same for whoever asks: hosts of several tiles, a server's collision, picks and
+/// report.
 ContentCache<DerivedMesh>& derivedMeshes() {
     static ContentCache<DerivedMesh> cache(kMostUnusedDerivedBytes);
     return cache;

@@ -1,15 +1,17 @@
 /// Drawables whose arrays are not their fields but are made of them: surfaces that control points stand for.
 ///
-/// A type says what its arrays depend on and how they are made; renderer, collision and picks ask `Drawable` as they ask one of arrays.
-/// What is made is made once a process, by content, and kept while somebody keeps its positions. Edits of ranges of the control points
-/// lead from arrays to arrays by `Blob::withRange`: so these have origins (Drawable.h, originsOf), and who follows ranges follows them.
+/// A type says what its arrays depend on and how they are made; renderer, collision and picks ask `Drawable` as they
+/// ask one of arrays. What is made is made once a process, by content, and kept while somebody keeps its positions.
+/// Edits of ranges of the control points lead from arrays to arrays by `Blob::withRange`: so these have origins
+/// (Drawable.h, originsOf), and who follows ranges follows them.
 ///
-/// How fine they are is a Fineness: 0 is as the fields say, for whoever collides, picks and counts; a screen may draw finer ones, everywhere or
-/// in parts (client/render/ScreenFineness.h).
+/// How fine they are is a Fineness: 0 is as the fields say, for whoever collides, picks and counts; a screen may draw
+/// finer ones, everywhere or in parts (client/render/ScreenFineness.h).
 ///
-/// Every host derives for itself, and seams and collisions rest on all getting the same bytes: a derivation is a pure function of its source, with
-/// no clock, no order of asking, no eye, and the same result along every way of edits. (One build of the programs on all hosts: processors
-/// agree on IEEE's operations, compilers need not agree on their order.) Nothing of it is in a scene's state or hash.
+/// Every host derives for itself, and seams and collisions rest on all getting the same bytes: a derivation is a pure
+/// function of its source, with no clock, no order of asking, no eye, and the same result along every way of edits.
+/// (One build of the programs on all hosts: processors agree on IEEE's operations, compilers need not agree on their
+/// order.) Nothing of it is in a scene's state or hash.
 #pragma once
 
 #include <array>
@@ -52,8 +54,8 @@ struct Derivation {
     Expected<void> (*check)(const void*);
     /// Nothing where there is nothing to be seen, or an array is not here. The recipe tells finenesses apart.
     std::optional<DerivedSource> (*source)(const void*, const Fineness& fineness);
-    /// Empty arrays where the object is none that `check` lets pass, or where it would take too many triangles. With or without `earlier`,
-    /// which is as fine, the same bytes.
+    /// Empty arrays where the object is none that `check` lets pass, or where it would take too many triangles. With or
+    /// without `earlier`, which is as fine, the same bytes.
     DerivedMesh (*derive)(const void*, const Fineness& fineness, const EarlierMesh* earlier);
     /// Whether all the bytes that it is made of are here.
     bool (*resident)(const void*);
@@ -75,15 +77,19 @@ struct ScreenParts {
     struct Part {
         std::array<float, 3> lower{}, upper{};  ///< around whatever the part can be, in the object's own coordinates
         std::array<float, kSteps> deviation{};  ///< by steps: see ScreenSteps
-        std::uint32_t triangles = 0;            ///< as the fields say; each step makes four of one. 0: the part has no surface
-        std::uint32_t rim = 0;                  ///< segments around it, as the fields say: so many triangles more its neighbours have for a step of it
-        [[nodiscard]] Box box() const { return {Vec3f(lower[0], lower[1], lower[2]).cast<double>(), Vec3f(upper[0], upper[1], upper[2]).cast<double>()}; }
+        std::uint32_t triangles = 0;  ///< as the fields say; each step makes four of one. 0: the part has no surface
+        std::uint32_t rim =
+            0;  ///< segments around it, as the fields say: so many triangles more its neighbours have for a step of it
+        [[nodiscard]] Box box() const {
+            return {Vec3f(lower[0], lower[1], lower[2]).cast<double>(),
+                    Vec3f(upper[0], upper[1], upper[2]).cast<double>()};
+        }
     };
     /// Parts that follow each other, kGroup of them: for who looks at many.
     static constexpr std::size_t kGroup = 16;
     struct Group {
-        Box box;                ///< around those that have a surface
-        float deviation = 0;    ///< of any, as the fields say
+        Box box;              ///< around those that have a surface
+        float deviation = 0;  ///< of any, as the fields say
     };
     std::vector<Part> parts;
     std::vector<Group> groups;
@@ -96,14 +102,16 @@ struct ScreenParts {
 struct ScreenSteps {
     unsigned (*finest)(const void*);
     double (*screenError)(const void*);  ///< pixels; 0: only as the fields say
-    /// How far surface and triangles of so many steps everywhere are from each other, in the object's own coordinates, without rounding to floats: of NURBS
-    /// at most, of subdivision surfaces an estimate on the safe side. A pure function of the object.
+    /// How far surface and triangles of so many steps everywhere are from each other, in the object's own coordinates,
+    /// without rounding to floats: of NURBS at most, of subdivision surfaces an estimate on the safe side. A pure
+    /// function of the object.
     double (*deviation)(const void*, unsigned steps);
-    /// Objects with the same number above 0 that are as fine have the same vertices on edges that they share. 0: it shares none.
+    /// Objects with the same number above 0 that are as fine have the same vertices on edges that they share. 0: it
+    /// shares none.
     double (*seam)(const void*);
     std::shared_ptr<const void> (*copy)(const void*);
-    /// What may be as fine as it likes by itself, a pure function of the object; made once a process, in time proportional to what has moved. Null
-    /// function: it steps as a whole. Null: there is nothing to be seen.
+    /// What may be as fine as it likes by itself, a pure function of the object; made once a process, in time
+    /// proportional to what has moved. Null function: it steps as a whole. Null: there is nothing to be seen.
     std::shared_ptr<const ScreenParts> (*parts)(const void*) = nullptr;
 };
 

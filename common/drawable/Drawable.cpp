@@ -77,14 +77,16 @@ MeshKey keyOf(const MeshArrays& arrays) {
 bool Drawable::resident() const {
     if (type_->derivation) return type_->derivation->resident(core_);
     const MeshArrays all = arrays();
-    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1, &all.lines})
+    for (const Blob* blob :
+         {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1, &all.lines})
         if (!blob->empty() && !blob->resident()) return false;
     return true;
 }
 
 std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
-    const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals, &arrays.colors, &arrays.texcoords,
-                                              &arrays.indices, &arrays.texcoords1, &arrays.lines};
+    const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals, &arrays.colors,
+                                                        &arrays.texcoords, &arrays.indices, &arrays.texcoords1,
+                                                        &arrays.lines};
     std::vector<MeshOrigin> origins;
     MeshOrigin origin{.key = keyOf(arrays), .changed = {}};
     // Each array as it is, or some edits back, so many of all arrays together: they need not have been edited together.

@@ -1,5 +1,5 @@
-/// Which cores can be drawn, picked and collided with, and what each has for that: one registry, asked by renderer, collision,
-/// picking, view, committer and report, none of which names such a type.
+/// Which cores can be drawn, picked and collided with, and what each has for that: one registry, asked by renderer,
+/// collision, picking, view, committer and report, none of which names such a type.
 #pragma once
 
 #include <array>
@@ -39,11 +39,13 @@ struct MeshOrigin {
 /// The nearest first, as far as its arrays remember (see Blob::origins); empty where none came from ranges.
 [[nodiscard]] std::vector<MeshOrigin> originsOf(const MeshArrays& arrays);
 
-/// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in Drawable.cpp.
+/// What a type of drawable says of itself; the functions take one of its objects. A new drawable is one entry in
+/// Drawable.cpp.
 struct DrawableType {
     ObjectType type;
-    /// Its surface (triangles or points) or its lines: handles on arrays, not yet checked (checkMesh). What a picture, a pick and a
-    /// collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else. Null: they are derived.
+    /// Its surface (triangles or points) or its lines: handles on arrays, not yet checked (checkMesh). What a picture,
+    /// a pick and a collision share. `trianglesOfPoints` makes triangles of points for whoever knows nothing else.
+    /// Null: they are derived.
     MeshArrays (*arrays)(const void*) = nullptr;
     /// A Material, or none.
     ObjectId (*material)(const void*) = nullptr;
@@ -59,10 +61,14 @@ public:
 
     [[nodiscard]] explicit operator bool() const { return core_ != nullptr; }
     /// Derived arrays are sound, or empty where what they are made of is not here.
-    [[nodiscard]] MeshArrays arrays() const { return type_->derivation ? derivedArrays(*type_->derivation, core_, fineness_) : type_->arrays(core_); }
+    [[nodiscard]] MeshArrays arrays() const {
+        return type_->derivation ? derivedArrays(*type_->derivation, core_, fineness_) : type_->arrays(core_);
+    }
     [[nodiscard]] bool derived() const { return type_->derivation != nullptr; }
     /// What derived arrays are made of; nothing of others, and where there is nothing to be seen.
-    [[nodiscard]] std::optional<DerivedSource> source() const { return derived() ? type_->derivation->source(core_, fineness_) : std::nullopt; }
+    [[nodiscard]] std::optional<DerivedSource> source() const {
+        return derived() ? type_->derivation->source(core_, fineness_) : std::nullopt;
+    }
     /// Of derived triangles: the smooth surface that they are of. Null where there is none. Made anew by each call.
     [[nodiscard]] std::shared_ptr<const SmoothSurface> smoothSurface() const {
         return derived() && type_->derivation->smooth ? type_->derivation->smooth(core_) : nullptr;
@@ -82,8 +88,8 @@ public:
     /// As it is shown and as its arrays say, wherever their bytes are. 0 of what would be derived from absent ones.
     [[nodiscard]] std::uint64_t triangleCount() const { return tessera::triangleCount(arrays()); }
     /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh
-    /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing. Of a
-    /// derived drawable: whether its fields fit together, and nothing is derived.
+    /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing. Of
+    /// a derived drawable: whether its fields fit together, and nothing is derived.
     [[nodiscard]] Expected<void> check(const MeshKey& sound = {}) const;
 
     /// The same, with arrays that are so much finer than its fields say; nobody but a screen asks for that.
@@ -108,7 +114,9 @@ public:
     [[nodiscard]] double deviation() const { return byScreen()->deviation(core_, fineness_.steps); }
     [[nodiscard]] double seam() const { return byScreen()->seam(core_); }
     /// Null where it steps as a whole.
-    [[nodiscard]] std::shared_ptr<const ScreenParts> parts() const { return byScreen()->parts ? byScreen()->parts(core_) : nullptr; }
+    [[nodiscard]] std::shared_ptr<const ScreenParts> parts() const {
+        return byScreen()->parts ? byScreen()->parts(core_) : nullptr;
+    }
 
 private:
     const DrawableType* type_ = nullptr;

@@ -46,7 +46,8 @@ bool bc3LetsThrough(const std::byte* block) {
     // The one end that is 255, or of six steps index 7.
     for (int i = 0; i < 16; ++i, indices >>= 3) {
         const unsigned index = indices & 7;
-        const bool full = (index == 0 && first == 255) || (index == 1 && second == 255) || (index == 7 && first <= second);
+        const bool full =
+            (index == 0 && first == 255) || (index == 1 && second == 255) || (index == 7 && first <= second);
         if (!full) return true;
     }
     return false;
@@ -60,17 +61,22 @@ unsigned bitsOf(const std::byte* block, int first, int count) {
     return value;
 }
 
-/// Modes 0 to 3 have no alpha; of the others the ends that alpha is made of are all full, or it lets through (Khronos Data Format 1.3, section 20.1).
+/// Modes 0 to 3 have no alpha; of the others the ends that alpha is made of are all full, or it lets through (Khronos
+/// Data Format 1.3, section 20.1).
 bool bc7LetsThrough(const std::byte* block) {
     const int mode = std::countr_zero(std::to_integer<unsigned>(block[0]) | 0x100u);
     if (mode < 4) return false;
-    const auto allFull = [block](int first, int bits, int ends) { return bitsOf(block, first, bits * ends) == (1u << bits * ends) - 1; };
+    const auto allFull = [block](int first, int bits, int ends) {
+        return bitsOf(block, first, bits * ends) == (1u << bits * ends) - 1;
+    };
     switch (mode) {
-        case 4:  // 5 bits of mode, 2 of rotation, 1 of index; 2 ends of 5 bits of red, green, blue each, 2 of 6 bits of alpha
+        case 4:  // 5 bits of mode, 2 of rotation, 1 of index; 2 ends of 5 bits of red, green, blue each, 2 of 6 bits of
+                 // alpha
         case 5: {  // 6 bits of mode, 2 of rotation; 2 ends of 7 bits each, 2 of 8
             const int rotation = static_cast<int>(bitsOf(block, mode + 1, 2));
             const int start = 8, bits = mode == 4 ? 5 : 7, alphaBits = mode == 4 ? 6 : 8;
-            return rotation == 0 ? !allFull(start + 6 * bits, alphaBits, 2) : !allFull(start + 2 * bits * (rotation - 1), bits, 2);
+            return rotation == 0 ? !allFull(start + 6 * bits, alphaBits, 2)
+                                 : !allFull(start + 2 * bits * (rotation - 1), bits, 2);
         }
         case 6:  // 7 bits of mode; 2 ends of 7 bits of four channels, and a lowest bit for each end
             return !(allFull(7 + 42, 7, 2) && bitsOf(block, 63, 2) == 3);
@@ -93,7 +99,8 @@ std::uint64_t unitBytes(std::int64_t encoding) {
 }
 
 std::int64_t mostMipmaps(const Image& image) {
-    const std::int64_t longest = std::max({image.widthPx, image.heightPx, image.shape == Image::kSolid ? image.depthPx : 1, std::int64_t{1}});
+    const std::int64_t longest =
+        std::max({image.widthPx, image.heightPx, image.shape == Image::kSolid ? image.depthPx : 1, std::int64_t{1}});
     return static_cast<std::int64_t>(std::bit_width(static_cast<std::uint64_t>(longest)));
 }
 
@@ -105,7 +112,8 @@ std::vector<ImageLevel> levelsOf(const Image& image) {
         const auto half = [i](std::int64_t px) { return std::max<std::int64_t>(1, px >> i); };
         ImageLevel level{.widthPx = half(image.widthPx), .heightPx = half(image.heightPx), .offset = offset};
         level.depthPx = image.shape == Image::kSolid ? half(image.depthPx) : image.shape == Image::kCube ? 6 : 1;
-        level.sliceBytes = unitsAcross(level.widthPx, compressed) * unitsAcross(level.heightPx, compressed) * unitBytes(image.encoding);
+        level.sliceBytes = unitsAcross(level.widthPx, compressed) * unitsAcross(level.heightPx, compressed) *
+                           unitBytes(image.encoding);
         level.sizeBytes = level.sliceBytes * static_cast<std::uint64_t>(level.depthPx);
         offset += level.sizeBytes;
         levels.push_back(level);
@@ -119,27 +127,38 @@ Expected<void> checkImage(const Image& image) {
     static constexpr std::array<const char*, 4> kShapes = {"flat", "line", "solid", "cube"};
     // The table of types bounds them.
     const auto shape = static_cast<std::size_t>(image.shape);
-    const std::int64_t most = image.shape == Image::kSolid ? kMostSolid : image.shape == Image::kCube ? kMostCube : kMostFlat;
+    const std::int64_t most = image.shape == Image::kSolid  ? kMostSolid
+                              : image.shape == Image::kCube ? kMostCube
+                                                            : kMostFlat;
     if (image.widthPx < 1 || image.heightPx < 1 || image.widthPx > most || image.heightPx > most)
-        return misfit(fmt::format("a {} image of {} × {} pixels: 1 to {} a side there may be", kShapes[shape], image.widthPx, image.heightPx, most));
+        return misfit(fmt::format("a {} image of {} × {} pixels: 1 to {} a side there may be", kShapes[shape],
+                                  image.widthPx, image.heightPx, most));
     if (image.shape == Image::kLine && image.heightPx != 1)
         return misfit(fmt::format("a line is one pixel high, and this one {}", image.heightPx));
     if (image.shape == Image::kCube && image.widthPx != image.heightPx)
         return misfit(fmt::format("a cube's faces are squares, not {} × {} pixels", image.widthPx, image.heightPx));
     if (image.shape == Image::kSolid ? image.depthPx > kMostSolid : image.depthPx != 1)
-        return misfit(image.shape == Image::kSolid ? fmt::format("a solid of {} slices: 1 to {} there may be", image.depthPx, kMostSolid)
-                                                   : fmt::format("of a {} image depthPx is 1, and here it is {}", kShapes[shape], image.depthPx));
+        return misfit(
+            image.shape == Image::kSolid
+                ? fmt::format("a solid of {} slices: 1 to {} there may be", image.depthPx, kMostSolid)
+                : fmt::format("of a {} image depthPx is 1, and here it is {}", kShapes[shape], image.depthPx));
     if (image.encoding == Image::kRgbe && (image.shape == Image::kLine || image.shape == Image::kSolid))
         return misfit("pixels of encoding rgbe are flat images and cubes");
     if (!isCompressed(image.encoding) && image.mipmaps != 1)
-        return misfit(fmt::format("mipmaps come with compressed pixels alone; of others they are made, and `mipmaps` is 1, not {}", image.mipmaps));
+        return misfit(fmt::format(
+            "mipmaps come with compressed pixels alone; of others they are made, and `mipmaps` is 1, not {}",
+            image.mipmaps));
     if (image.mipmaps > mostMipmaps(image))
-        return misfit(fmt::format("{} × {} pixels have {} mipmaps, not {}", image.widthPx, image.heightPx, mostMipmaps(image), image.mipmaps));
+        return misfit(fmt::format("{} × {} pixels have {} mipmaps, not {}", image.widthPx, image.heightPx,
+                                  mostMipmaps(image), image.mipmaps));
     const ImageLevel last = levelsOf(image).back();
     if (const std::uint64_t needed = last.offset + last.sizeBytes; needed != given) {
-        const std::string slices = image.shape == Image::kSolid ? fmt::format(" × {}", image.depthPx) : image.shape == Image::kCube ? " × 6" : "";
+        const std::string slices = image.shape == Image::kSolid  ? fmt::format(" × {}", image.depthPx)
+                                   : image.shape == Image::kCube ? " × 6"
+                                                                 : "";
         const std::string mipmaps = image.mipmaps > 1 ? fmt::format(" with {} mipmaps", image.mipmaps) : "";
-        return misfit(fmt::format("{} bytes are not {} × {}{} pixels{}, which take {}", given, image.widthPx, image.heightPx, slices, mipmaps, needed));
+        return misfit(fmt::format("{} bytes are not {} × {}{} pixels{}, which take {}", given, image.widthPx,
+                                  image.heightPx, slices, mipmaps, needed));
     }
     return {};
 }
@@ -157,7 +176,9 @@ bool isOpaque(const Image& image) {
         case Image::kBc1:
             return none(8, bc1LetsThrough);
         case Image::kBc2:
-            return none(16, [](const std::byte* block) { return std::any_of(block, block + 8, [](std::byte b) { return b != std::byte{0xff}; }); });
+            return none(16, [](const std::byte* block) {
+                return std::any_of(block, block + 8, [](std::byte b) { return b != std::byte{0xff}; });
+            });
         case Image::kBc3:
             return none(16, bc3LetsThrough);
         case Image::kBc7:

@@ -9,7 +9,8 @@ namespace tessera {
 
 /// Of one surface in a scene; beyond: it is refused, and the tolerance has to be larger.
 inline constexpr std::size_t kMostNurbsTriangles = 500'000;
-/// Likewise: an edit is judged in the frame that it comes in. TessellationLimits::maxSums; of cubic surfaces the triangles end sooner.
+/// Likewise: an edit is judged in the frame that it comes in. TessellationLimits::maxSums; of cubic surfaces the
+/// triangles end sooner.
 inline constexpr std::size_t kMostNurbsSums = std::size_t{1} << 27;
 
 extern const Derivation kNurbsDerivation;

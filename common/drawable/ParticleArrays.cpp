@@ -19,18 +19,28 @@ namespace {
 constexpr std::size_t kMostRampStops = 65536;
 constexpr std::size_t kPlaceBytes = 3 * sizeof(float);
 
-const Particles& particlesOf(const void* core) { return *static_cast<const Particles*>(core); }
-std::size_t particleCount(const Particles& p) { return static_cast<std::size_t>(p.positions.sizeBytes() / kPlaceBytes); }
-bool haveTails(const Particles& p) { return p.mode == Particles::kLines; }
-bool haveTurns(const Particles& p) { return p.mode == Particles::kQuads; }
+const Particles& particlesOf(const void* core) {
+    return *static_cast<const Particles*>(core);
+}
+std::size_t particleCount(const Particles& p) {
+    return static_cast<std::size_t>(p.positions.sizeBytes() / kPlaceBytes);
+}
+bool haveTails(const Particles& p) {
+    return p.mode == Particles::kLines;
+}
+bool haveTurns(const Particles& p) {
+    return p.mode == Particles::kQuads;
+}
 
 bool particlesAreHere(const Particles& p) {
     const auto here = [](const Blob& blob) { return blob.empty() || blob.resident(); };
-    return here(p.positions) && (!haveTails(p) || here(p.tails)) && here(p.colors) && here(p.sizes) && here(p.ages) && (!haveTurns(p) || here(p.turns)) &&
-           here(p.ageColors) && here(p.ageSizes);
+    return here(p.positions) && (!haveTails(p) || here(p.tails)) && here(p.colors) && here(p.sizes) && here(p.ages) &&
+           (!haveTurns(p) || here(p.turns)) && here(p.ageColors) && here(p.ageSizes);
 }
 
-tl::unexpected<Error> badParticles(std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); }
+tl::unexpected<Error> badParticles(std::string why) {
+    return fail(ErrorCode::kBadInput, std::move(why));
+}
 
 struct NumberBounds {
     double least = 0, most = 0;  ///< both included
@@ -38,21 +48,28 @@ struct NumberBounds {
 };
 constexpr double kUtmostFloat = std::numeric_limits<float>::max();
 constexpr NumberBounds kFinite{-kUtmostFloat, kUtmostFloat, "has to be finite"};
-constexpr NumberBounds kAnyNumber{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), "has to be a number"};
+constexpr NumberBounds kAnyNumber{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+                                  "has to be a number"};
 constexpr NumberBounds kSizes{0, kGreatestParticleSize, "has to be from 0 to 1e12"};
 
-Expected<void> checkNumbers(std::span<const float> numbers, std::size_t first, std::size_t each, std::string_view name, const NumberBounds& bounds) {
+Expected<void> checkNumbers(std::span<const float> numbers, std::size_t first, std::size_t each, std::string_view name,
+                            const NumberBounds& bounds) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         const double number = static_cast<double>(numbers[i]);
         if (!(number >= bounds.least && number <= bounds.most))
-            return badParticles(fmt::format("{} of particle {} is {}: it {}", name, first + i / each, number, bounds.words));
+            return badParticles(
+                fmt::format("{} of particle {} is {}: it {}", name, first + i / each, number, bounds.words));
     }
     return {};
 }
 
 Expected<void> checkRamp(const Blob& blob, std::string_view name) {
-    if (blob.sizeBytes() % 4 != 0) return badParticles(fmt::format("{} has {} bytes, no whole number of stops of 4 bytes", name, blob.sizeBytes()));
-    if (blob.sizeBytes() / 4 > kMostRampStops) return fail(ErrorCode::kLimit, fmt::format("{} has {} stops, at most {} are allowed", name, blob.sizeBytes() / 4, kMostRampStops));
+    if (blob.sizeBytes() % 4 != 0)
+        return badParticles(
+            fmt::format("{} has {} bytes, no whole number of stops of 4 bytes", name, blob.sizeBytes()));
+    if (blob.sizeBytes() / 4 > kMostRampStops)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} has {} stops, at most {} are allowed", name, blob.sizeBytes() / 4, kMostRampStops));
     return {};
 }
 
@@ -60,20 +77,24 @@ Expected<void> checkParticles(const void* core) {
     const Particles& p = particlesOf(core);
     if (!particlesAreHere(p)) return badParticles("an array of the particles is not here");
     if (p.positions.sizeBytes() % kPlaceBytes != 0)
-        return badParticles(fmt::format("positions has {} bytes, no whole number of places of {} bytes", p.positions.sizeBytes(), kPlaceBytes));
+        return badParticles(fmt::format("positions has {} bytes, no whole number of places of {} bytes",
+                                        p.positions.sizeBytes(), kPlaceBytes));
     const std::size_t count = particleCount(p);
-    if (count > kMostParticles) return fail(ErrorCode::kLimit, fmt::format("{} particles, at most {} are allowed", count, kMostParticles));
+    if (count > kMostParticles)
+        return fail(ErrorCode::kLimit, fmt::format("{} particles, at most {} are allowed", count, kMostParticles));
     struct Own {
         const Blob* blob;
         std::string_view name;
         std::size_t bytesEach;
         bool counts;
     };
-    for (const Own& own : {Own{&p.tails, "tails", kPlaceBytes, haveTails(p)}, Own{&p.colors, "colors", 4, true}, Own{&p.sizes, "sizes", 4, true},
-                           Own{&p.ages, "ages", 4, true}, Own{&p.turns, "turns", 4, haveTurns(p)}})
+    for (const Own& own :
+         {Own{&p.tails, "tails", kPlaceBytes, haveTails(p)}, Own{&p.colors, "colors", 4, true},
+          Own{&p.sizes, "sizes", 4, true}, Own{&p.ages, "ages", 4, true}, Own{&p.turns, "turns", 4, haveTurns(p)}})
         if (own.counts && !own.blob->empty() && own.blob->sizeBytes() != count * own.bytesEach)
-            return badParticles(fmt::format("{} has {} bytes: {} particles have {} of {} each, or none at all", own.name, own.blob->sizeBytes(), count,
-                                            count * own.bytesEach, own.bytesEach));
+            return badParticles(fmt::format("{} has {} bytes: {} particles have {} of {} each, or none at all",
+                                            own.name, own.blob->sizeBytes(), count, count * own.bytesEach,
+                                            own.bytesEach));
     if (haveTails(p) && count > 0 && p.tails.empty()) return badParticles("lines need tails, as many as positions");
     for (const auto& [blob, name] : {std::pair(&p.ageColors, "ageColors"), std::pair(&p.ageSizes, "ageSizes")})
         if (Expected<void> good = checkRamp(*blob, name); !good) return good;
@@ -126,8 +147,13 @@ RampPlace rampPlace(double age, std::size_t stops) {
 class ParticleLooks {
 public:
     explicit ParticleLooks(const Particles& p)
-        : size_(p.size), mostSize_(haveTails(p) ? Geometry::kWidestLinePx : kGreatestParticleSize), sizes_(p.sizes.as<float>()), ages_(p.ages.as<float>()),
-          sizeRamp_(p.ageSizes.as<float>()), colors_(p.colors.as<std::uint8_t>()), colorRamp_(p.ageColors.as<std::uint8_t>()) {}
+        : size_(p.size),
+          mostSize_(haveTails(p) ? Geometry::kWidestLinePx : kGreatestParticleSize),
+          sizes_(p.sizes.as<float>()),
+          ages_(p.ages.as<float>()),
+          sizeRamp_(p.ageSizes.as<float>()),
+          colors_(p.colors.as<std::uint8_t>()),
+          colorRamp_(p.ageColors.as<std::uint8_t>()) {}
 
     [[nodiscard]] float size(std::size_t i) const {
         const double age = ageOf(i);
@@ -149,7 +175,8 @@ public:
         const RampPlace at = rampPlace(age, colorRamp_.size() / 4);
         const auto share = static_cast<unsigned>(at.share * 256);
         for (std::size_t k = 0; k < 4; ++k) {
-            const unsigned ramp = colorRamp_[4 * at.from + k] * (256 - share) + colorRamp_[4 * at.to + k] * share;  // of 256 × 255
+            const unsigned ramp =
+                colorRamp_[4 * at.from + k] * (256 - share) + colorRamp_[4 * at.to + k] * share;  // of 256 × 255
             own[k] = static_cast<std::uint8_t>((own[k] * ramp + 127 * 256) / (255 * 256));
         }
         return own;
@@ -166,11 +193,14 @@ private:
 /// Places of some particles, as the arrays of lines have them or as they are.
 std::vector<float> placesOf(const Particles& p, std::size_t first, std::size_t end) {
     const std::span<const float> heads = p.positions.as<float>(), tails = p.tails.as<float>();
-    if (!haveTails(p)) return {heads.begin() + static_cast<std::ptrdiff_t>(3 * first), heads.begin() + static_cast<std::ptrdiff_t>(3 * end)};
+    if (!haveTails(p))
+        return {heads.begin() + static_cast<std::ptrdiff_t>(3 * first),
+                heads.begin() + static_cast<std::ptrdiff_t>(3 * end)};
     std::vector<float> both;
     both.reserve(6 * (end - first));
     for (std::size_t i = first; i < end; ++i)
-        for (const auto& from : {tails, heads}) both.insert(both.end(), {from[3 * i], from[3 * i + 1], from[3 * i + 2]});
+        for (const auto& from : {tails, heads})
+            both.insert(both.end(), {from[3 * i], from[3 * i + 1], from[3 * i + 2]});
     return both;
 }
 
@@ -179,10 +209,12 @@ DerivedMesh movedParticles(const Particles& p, const EarlierMesh& earlier) {
     const std::size_t first = range.begin, end = std::min<std::size_t>(range.end, particleCount(p));
     DerivedMesh out{.arrays = earlier.mesh.arrays, .plan = nullptr};
     if (first >= end) return out;
-    if (!checkNumbers(p.positions.as<float>().subspan(3 * first, 3 * (end - first)), first, 3, "the position", kFinite)) return {};
+    if (!checkNumbers(p.positions.as<float>().subspan(3 * first, 3 * (end - first)), first, 3, "the position", kFinite))
+        return {};
     const std::vector<float> places = placesOf(p, first, end);
     const std::size_t bytesEach = kPlaceBytes * (haveTails(p) ? 2 : 1);
-    Expected<Blob> moved = out.arrays.positions.withRange(bytesEach * first, std::as_bytes(std::span<const float>(places)));
+    Expected<Blob> moved =
+        out.arrays.positions.withRange(bytesEach * first, std::as_bytes(std::span<const float>(places)));
     if (!moved) return {};
     out.arrays.positions = std::move(*moved);
     return out;

@@ -20,22 +20,37 @@ namespace {
 /// Nothing: triangles, lines and points are as they stand.
 std::optional<RunKind> runKindOf(const Geometry& g) {
     switch (g.primitive) {
-        case Geometry::kLineStrip: return RunKind::kLineStrips;
-        case Geometry::kLineLoop: return RunKind::kLineLoops;
-        case Geometry::kTriangleStrip: return RunKind::kTriangleStrips;
-        case Geometry::kTriangleFan: return RunKind::kTriangleFans;
-        case Geometry::kQuads: return RunKind::kQuads;
-        case Geometry::kQuadStrip: return RunKind::kQuadStrips;
-        case Geometry::kPolygons: return RunKind::kPolygons;
-        default: return std::nullopt;
+        case Geometry::kLineStrip:
+            return RunKind::kLineStrips;
+        case Geometry::kLineLoop:
+            return RunKind::kLineLoops;
+        case Geometry::kTriangleStrip:
+            return RunKind::kTriangleStrips;
+        case Geometry::kTriangleFan:
+            return RunKind::kTriangleFans;
+        case Geometry::kQuads:
+            return RunKind::kQuads;
+        case Geometry::kQuadStrip:
+            return RunKind::kQuadStrips;
+        case Geometry::kPolygons:
+            return RunKind::kPolygons;
+        default:
+            return std::nullopt;
     }
 }
 
-bool isHere(const Blob& blob) { return blob.empty() || blob.resident(); }
-bool areHere(const Geometry& g) { return isHere(g.positions) && isHere(g.indices) && isHere(g.lengths); }
+bool isHere(const Blob& blob) {
+    return blob.empty() || blob.resident();
+}
+bool areHere(const Geometry& g) {
+    return isHere(g.positions) && isHere(g.indices) && isHere(g.lengths);
+}
 
 PrimitiveRuns runsOf(const Geometry& g, RunKind kind) {
-    return {.kind = kind, .positions = g.positions.as<float>(), .indices = g.indices.as<std::uint32_t>(), .lengths = g.lengths.as<std::uint32_t>()};
+    return {.kind = kind,
+            .positions = g.positions.as<float>(),
+            .indices = g.indices.as<std::uint32_t>(),
+            .lengths = g.lengths.as<std::uint32_t>()};
 }
 
 /// Indices of triangles or lines, or why there are none.
@@ -49,8 +64,9 @@ struct AssembledIndices {
 
 /// Of strips and fans, of what their order depends on alone: moved vertices have the same.
 Hash128 nameOf(const Geometry& g, RunKind kind, const BlobId& positions) {
-    const std::array<Hash128, 5> parts{Hash128{Geometry::kType.value, static_cast<std::uint64_t>(kind)}, g.indices.id(), g.lengths.id(),
-                                       followPlaces(kind) ? positions : BlobId(), Hash128{g.positions.sizeBytes(), 0}};
+    const std::array<Hash128, 5> parts{Hash128{Geometry::kType.value, static_cast<std::uint64_t>(kind)}, g.indices.id(),
+                                       g.lengths.id(), followPlaces(kind) ? positions : BlobId(),
+                                       Hash128{g.positions.sizeBytes(), 0}};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -59,7 +75,9 @@ ContentCache<AssembledIndices>& assembledIndices() {
     return cache;
 }
 
-AssembledIndices wrongIndices(Error wrong) { return {.indices = {}, .wrong = std::move(wrong)}; }
+AssembledIndices wrongIndices(Error wrong) {
+    return {.indices = {}, .wrong = std::move(wrong)};
+}
 
 /// From those of the positions that edits of ranges led from, if somebody has them still.
 std::optional<AssembledIndices> assembledFrom(const Geometry& g, const PrimitiveRuns& runs) {
@@ -77,9 +95,12 @@ std::optional<AssembledIndices> assembledFrom(const Geometry& g, const Primitive
         if (first == end) {
             // A handle of its own: whether somebody uses an entry is told by handles.
             const auto same = std::make_shared<const std::vector<std::uint32_t>>(std::move(indices));
-            return AssembledIndices{.indices = known->indices.movedTo(same, std::as_bytes(std::span(*same))), .wrong = {}, .sound = true};
+            return AssembledIndices{
+                .indices = known->indices.movedTo(same, std::as_bytes(std::span(*same))), .wrong = {}, .sound = true};
         }
-        Expected<Blob> blob = known->indices.withRange(first * sizeof(std::uint32_t), std::as_bytes(std::span<const std::uint32_t>(indices).subspan(first, end - first)));
+        Expected<Blob> blob = known->indices.withRange(
+            first * sizeof(std::uint32_t),
+            std::as_bytes(std::span<const std::uint32_t>(indices).subspan(first, end - first)));
         if (!blob) return wrongIndices(blob.error());
         return AssembledIndices{.indices = std::move(*blob), .wrong = {}, .sound = true};
     }
@@ -95,8 +116,8 @@ Expected<void> checkPlaces(const Geometry& g) {
 
 Expected<void> checkWhole(const Blob& numbers, std::string_view name) {
     if (numbers.sizeBytes() % sizeof(std::uint32_t) == 0) return {};
-    return fail(ErrorCode::kBadInput, fmt::format("the {} have {} bytes, not a whole number of elements of 4 bytes", name,
-                                                  numbers.sizeBytes()));
+    return fail(ErrorCode::kBadInput, fmt::format("the {} have {} bytes, not a whole number of elements of 4 bytes",
+                                                  name, numbers.sizeBytes()));
 }
 
 AssembledIndices assembledAnew(const Geometry& g, const PrimitiveRuns& runs) {
@@ -105,13 +126,17 @@ AssembledIndices assembledAnew(const Geometry& g, const PrimitiveRuns& runs) {
         if (const Expected<void> whole = checkWhole(*blob, name); !whole) return wrongIndices(whole.error());
     // Of strips and fans the name says nothing of places, so no more may be said here than how many there are.
     if (g.positions.sizeBytes() % (3 * sizeof(float)) != 0)
-        return wrongIndices({ErrorCode::kBadInput, fmt::format("the positions have {} bytes, not a whole number of elements of 12 bytes", g.positions.sizeBytes())});
+        return wrongIndices({ErrorCode::kBadInput,
+                             fmt::format("the positions have {} bytes, not a whole number of elements of 12 bytes",
+                                         g.positions.sizeBytes())});
     if (followPlaces(runs.kind))
         if (const Expected<void> sound = checkPlaces(g); !sound) return wrongIndices(sound.error());
     if (const Expected<void> sound = checkRuns(runs); !sound) return wrongIndices(sound.error());
     const Expected<std::vector<std::uint32_t>> indices = assembleRuns(runs);
     if (!indices) return wrongIndices(indices.error());
-    return {.indices = indices->empty() ? Blob() : Blob::of(std::span<const std::uint32_t>(*indices)), .wrong = {}, .sound = true};
+    return {.indices = indices->empty() ? Blob() : Blob::of(std::span<const std::uint32_t>(*indices)),
+            .wrong = {},
+            .sound = true};
 }
 
 std::shared_ptr<const AssembledIndices> assembledOf(const Geometry& g, RunKind kind) {
@@ -125,7 +150,8 @@ std::shared_ptr<const AssembledIndices> assembledOf(const Geometry& g, RunKind k
 
 /// As many bytes as the indices would have: repeated corners, which join strips, are counted.
 Blob absentIndices(const Geometry& g, RunKind kind) {
-    const std::uint64_t corners = (g.indices.empty() ? g.positions.sizeBytes() / (3 * sizeof(float)) : g.indices.sizeBytes() / sizeof(std::uint32_t));
+    const std::uint64_t corners = (g.indices.empty() ? g.positions.sizeBytes() / (3 * sizeof(float))
+                                                     : g.indices.sizeBytes() / sizeof(std::uint32_t));
     const std::uint64_t runs = g.lengths.empty() ? 1 : g.lengths.sizeBytes() / sizeof(std::uint32_t);
     const auto less = [&](std::uint64_t each) { return corners > each * runs ? corners - each * runs : 0; };
     const std::uint64_t elements = kind == RunKind::kLineStrips  ? 2 * less(1)
@@ -135,7 +161,8 @@ Blob absentIndices(const Geometry& g, RunKind kind) {
     return elements == 0 ? Blob() : Blob::absent(nameOf(g, kind, g.positions.id()), elements * sizeof(std::uint32_t));
 }
 
-/// 0, 1, 2 …: of triangles and lines that take the vertices as they stand. What is left over of vertices makes none, as in OpenGL.
+/// 0, 1, 2 …: of triangles and lines that take the vertices as they stand. What is left over of vertices makes none, as
+/// in OpenGL.
 Blob consecutiveIndices(std::uint64_t vertices, std::uint64_t each) {
     const std::uint64_t count = std::min<std::uint64_t>(vertices - vertices % each, 0xffffffffu);
     if (count == 0) return {};
@@ -145,18 +172,22 @@ Blob consecutiveIndices(std::uint64_t vertices, std::uint64_t each) {
              [count] {
                  std::vector<std::uint32_t> indices(count);
                  std::iota(indices.begin(), indices.end(), 0u);
-                 return AssembledIndices{.indices = Blob::of(std::span<const std::uint32_t>(indices)), .wrong = {}, .sound = true};
+                 return AssembledIndices{
+                     .indices = Blob::of(std::span<const std::uint32_t>(indices)), .wrong = {}, .sound = true};
              })
         ->indices;
 }
 
-bool holdNothing(const Geometry& g) { return g.positions.empty() && g.indices.empty() && g.lengths.empty(); }
+bool holdNothing(const Geometry& g) {
+    return g.positions.empty() && g.indices.empty() && g.lengths.empty();
+}
 
 }  // namespace
 
 MeshArrays arraysOf(const Geometry& g) {
     const std::optional<RunKind> kind = runKindOf(g);
-    const bool points = g.primitive == Geometry::kPoints, lines = kind ? areLines(*kind) : g.primitive == Geometry::kLines;
+    const bool points = g.primitive == Geometry::kPoints,
+               lines = kind ? areLines(*kind) : g.primitive == Geometry::kLines;
     MeshArrays arrays{.positions = g.positions,
                       .normals = g.normals,
                       .colors = g.colors,
@@ -164,7 +195,9 @@ MeshArrays arraysOf(const Geometry& g) {
                       .indices = {},
                       .texcoords1 = g.texcoords1,
                       .lines = {},
-                      .primitive = points ? Primitive::kPoints : lines ? Primitive::kLines : Primitive::kTriangles,
+                      .primitive = points  ? Primitive::kPoints
+                                   : lines ? Primitive::kLines
+                                           : Primitive::kTriangles,
                       .pointRadius = points ? g.pointRadius : 0.0,
                       .lineWidth = lines ? g.lineWidth : 0.0f};
     Blob indices = g.indices;
@@ -180,7 +213,9 @@ Expected<void> checkPrimitives(const Geometry& g) {
     const std::optional<RunKind> kind = runKindOf(g);
     if (!kind) return checkWhole(g.lengths, "lengths");  // which count for nothing yet
     if (holdNothing(g)) return {};
-    if (!areHere(g)) return fail(ErrorCode::kBadInput, "the positions, indices or lengths are not here: their blobs have to be fetched first");
+    if (!areHere(g))
+        return fail(ErrorCode::kBadInput,
+                    "the positions, indices or lengths are not here: their blobs have to be fetched first");
     const std::shared_ptr<const AssembledIndices> assembled = assembledOf(g, *kind);
     if (!assembled->sound) return tl::unexpected(assembled->wrong);
     return {};

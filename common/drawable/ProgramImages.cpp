@@ -24,7 +24,8 @@ public:
         }
         const auto inWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
         const auto end = std::ranges::find_if_not(rest_, inWord);
-        const std::string_view word = rest_.substr(0, std::max<std::size_t>(static_cast<std::size_t>(end - rest_.begin()), rest_.empty() ? 0 : 1));
+        const std::string_view word = rest_.substr(
+            0, std::max<std::size_t>(static_cast<std::size_t>(end - rest_.begin()), rest_.empty() ? 0 : 1));
         rest_.remove_prefix(word.size());
         return word;
     }
@@ -53,7 +54,8 @@ std::optional<ObjectId> uniformOfAnotherShape(const Aspect& scene, const Materia
         const auto* uniform = scene.get<Uniform>(id);
         const auto* image = uniform && uniform->image ? scene.get<Image>(uniform->image) : nullptr;
         if (!image || (image->shape != Image::kCube && image->shape != Image::kSolid)) continue;
-        if (declaresSampler(program->surface, uniform->name) || declaresSampler(program->vertex, uniform->name)) return id;
+        if (declaresSampler(program->surface, uniform->name) || declaresSampler(program->vertex, uniform->name))
+            return id;
     }
     return std::nullopt;
 }

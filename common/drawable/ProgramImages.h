@@ -14,8 +14,9 @@ namespace tessera {
 /// Whether a text declares `uniform sampler2D NAME;`, remarks left away.
 [[nodiscard]] bool declaresSampler(std::string_view text, std::string_view name);
 
-/// Programs declare samplers of flat images alone (sampler2D). The first of the material's uniforms that its program declares so, and whose image is a cube
-/// or a solid: with one the material is drawn without its program, on every host. An image that no sampler is called after is not looked at.
+/// Programs declare samplers of flat images alone (sampler2D). The first of the material's uniforms that its program
+/// declares so, and whose image is a cube or a solid: with one the material is drawn without its program, on every
+/// host. An image that no sampler is called after is not looked at.
 [[nodiscard]] std::optional<ObjectId> uniformOfAnotherShape(const Aspect& scene, const Material& material);
 
 }  // namespace tessera

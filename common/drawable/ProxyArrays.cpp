@@ -10,7 +10,9 @@
 namespace tessera {
 namespace {
 
-const ProxyGroup& proxyOf(const void* core) { return *static_cast<const ProxyGroup*>(core); }
+const ProxyGroup& proxyOf(const void* core) {
+    return *static_cast<const ProxyGroup*>(core);
+}
 
 Expected<void> checkProxy(const void* core) {
     const ProxyGroup& proxy = proxyOf(core);
@@ -21,7 +23,8 @@ Expected<void> checkProxy(const void* core) {
 std::optional<DerivedSource> sourceOfProxy(const void* core, const Fineness&) {
     const ProxyGroup& proxy = proxyOf(core);
     if (proxy.state == ProxyGroup::kThere || proxy.lower == proxy.upper) return std::nullopt;
-    const std::array<double, 6> corners{proxy.lower.x(), proxy.lower.y(), proxy.lower.z(), proxy.upper.x(), proxy.upper.y(), proxy.upper.z()};
+    const std::array<double, 6> corners{proxy.lower.x(), proxy.lower.y(), proxy.lower.z(),
+                                        proxy.upper.x(), proxy.upper.y(), proxy.upper.z()};
     return DerivedSource{Hash128{ProxyGroup::kType.value, 12}, Blob::of(std::span<const double>(corners))};
 }
 

@@ -22,7 +22,8 @@ Box boundsBelow(const Aspect& scene, ObjectId from, bool ofServers) {
         const auto [it, isNew] = local.try_emplace(drawable.key());
         if (isNew) it->second = drawable.bounds();
         bounds.extend(it->second.transformed(visit.world_T_node));
-        if (const Box seen = boxOnScreens(scene, visit.node.core); !seen.empty()) bounds.extend(seen.transformed(visit.world_T_node));
+        if (const Box seen = boxOnScreens(scene, visit.node.core); !seen.empty())
+            bounds.extend(seen.transformed(visit.world_T_node));
         return Descend::kInto;
     });
     action.run(scene, from);

@@ -12,14 +12,23 @@ namespace {
 
 using Rows = std::array<double, 12>;  // a matrix, row by row
 
-const Skin& skinOf(const void* core) { return *static_cast<const Skin*>(core); }
+const Skin& skinOf(const void* core) {
+    return *static_cast<const Skin*>(core);
+}
 
 MeshArrays skinAtRest(const Skin& s) {
-    return {.positions = s.positions, .normals = s.normals, .colors = s.colors, .texcoords = s.texcoords, .indices = s.indices, .texcoords1 = s.texcoords1};
+    return {.positions = s.positions,
+            .normals = s.normals,
+            .colors = s.colors,
+            .texcoords = s.texcoords,
+            .indices = s.indices,
+            .texcoords1 = s.texcoords1};
 }
 
 std::array<const Blob*, 13> skinBlobs(const Skin& s) {
-    return {&s.positions, &s.normals, &s.colors, &s.texcoords, &s.indices, &s.texcoords1, &s.jointIndices, &s.jointWeights, &s.morphPositions, &s.morphNormals, &s.weights, &s.pose, &s.inverseBinds};
+    return {&s.positions,  &s.normals,      &s.colors,       &s.texcoords,      &s.indices,
+            &s.texcoords1, &s.jointIndices, &s.jointWeights, &s.morphPositions, &s.morphNormals,
+            &s.weights,    &s.pose,         &s.inverseBinds};
 }
 
 bool skinIsHere(const Skin& s) {
@@ -27,17 +36,29 @@ bool skinIsHere(const Skin& s) {
     return std::ranges::all_of(blobs, [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
-bool skinHoldsNothing(const Skin& s) { return s.positions.empty() && s.indices.empty(); }
+bool skinHoldsNothing(const Skin& s) {
+    return s.positions.empty() && s.indices.empty();
+}
 
-tl::unexpected<Error> badSkin(std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); }
+tl::unexpected<Error> badSkin(std::string why) {
+    return fail(ErrorCode::kBadInput, std::move(why));
+}
 
-bool hasJoints(const Skin& s) { return !s.jointIndices.empty() && !s.jointWeights.empty(); }
-bool hasMorphs(const Skin& s) { return !s.morphPositions.empty() && !s.weights.empty(); }
+bool hasJoints(const Skin& s) {
+    return !s.jointIndices.empty() && !s.jointWeights.empty();
+}
+bool hasMorphs(const Skin& s) {
+    return !s.morphPositions.empty() && !s.weights.empty();
+}
 /// The joints move something, and it is said where they are.
-bool follows(const Skin& s) { return hasJoints(s) && !s.pose.empty(); }
+bool follows(const Skin& s) {
+    return hasJoints(s) && !s.pose.empty();
+}
 
 /// Of the array whose ranges people edit: where the joints are, or how far targets are gone to.
-const Blob& movingArray(const Skin& s) { return follows(s) || !hasMorphs(s) ? s.pose : s.weights; }
+const Blob& movingArray(const Skin& s) {
+    return follows(s) || !hasMorphs(s) ? s.pose : s.weights;
+}
 
 Hash128 recipeOfSkin(const Skin& s) {
     std::array<Hash128, 13> parts{};
@@ -49,15 +70,19 @@ Hash128 recipeOfSkin(const Skin& s) {
     return hash128(std::as_bytes(std::span(parts)));
 }
 
-std::string countText(std::size_t count, const char* of) { return std::to_string(count) + " " + of; }
+std::string countText(std::size_t count, const char* of) {
+    return std::to_string(count) + " " + of;
+}
 
 Expected<void> checkSkinNumbers(const Blob& blob, const char* name, std::size_t each) {
     if (blob.sizeBytes() % (each * sizeof(float)) != 0)
-        return badSkin(std::string(name) + " has " + countText(blob.sizeBytes(), "bytes, no whole number of ") + std::to_string(each) + " floats each");
+        return badSkin(std::string(name) + " has " + countText(blob.sizeBytes(), "bytes, no whole number of ") +
+                       std::to_string(each) + " floats each");
     const std::span<const float> numbers = blob.as<float>();
     for (std::size_t i = 0; i < numbers.size(); ++i)
         if (!(std::abs(static_cast<double>(numbers[i])) <= kGreatestSkinNumber))
-            return badSkin(std::string(name) + " " + std::to_string(i / each) + " holds a number that is not within 1e15");
+            return badSkin(std::string(name) + " " + std::to_string(i / each) +
+                           " holds a number that is not within 1e15");
     return {};
 }
 
@@ -71,20 +96,27 @@ Expected<void> checkJoints(const Skin& s, std::size_t vertices) {
     const std::size_t joints = jointCountOf(s);
     for (const auto& [blob, name] : {std::pair(&s.pose, "pose"), std::pair(&s.inverseBinds, "inverseBinds")})
         if (!blob->empty() && blob->sizeBytes() / sizeof(float) / 12 != joints)
-            return badSkin(std::string(name) + " is of " + countText(blob->sizeBytes() / sizeof(float) / 12, "joints, and the skin has ") + std::to_string(joints));
+            return badSkin(std::string(name) + " is of " +
+                           countText(blob->sizeBytes() / sizeof(float) / 12, "joints, and the skin has ") +
+                           std::to_string(joints));
     if (!s.jointIndices.empty() && s.jointIndices.sizeBytes() != vertices * 4 * sizeof(std::uint16_t))
-        return badSkin("jointIndices has " + countText(s.jointIndices.sizeBytes(), "bytes; ") + countText(vertices, "vertices with four each have ") + std::to_string(vertices * 8));
+        return badSkin("jointIndices has " + countText(s.jointIndices.sizeBytes(), "bytes; ") +
+                       countText(vertices, "vertices with four each have ") + std::to_string(vertices * 8));
     if (!s.jointWeights.empty() && s.jointWeights.sizeBytes() != vertices * 4 * sizeof(float))
-        return badSkin("jointWeights has " + countText(s.jointWeights.sizeBytes(), "bytes; ") + countText(vertices, "vertices with four each have ") + std::to_string(vertices * 16));
+        return badSkin("jointWeights has " + countText(s.jointWeights.sizeBytes(), "bytes; ") +
+                       countText(vertices, "vertices with four each have ") + std::to_string(vertices * 16));
     if (!hasJoints(s)) return {};
     const std::span<const std::uint16_t> indices = s.jointIndices.as<std::uint16_t>();
     const std::span<const float> weights = s.jointWeights.as<float>();
     for (std::size_t v = 0; v < vertices; ++v) {
         double sum = 0;
         for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
-            if (!(weights[k] >= 0 && static_cast<double>(weights[k]) <= kGreatestSkinNumber)) return badSkin("vertex " + std::to_string(v) + " has a joint weight that is no number from 0 to 1e15");
+            if (!(weights[k] >= 0 && static_cast<double>(weights[k]) <= kGreatestSkinNumber))
+                return badSkin("vertex " + std::to_string(v) + " has a joint weight that is no number from 0 to 1e15");
             sum += static_cast<double>(weights[k]);
-            if (weights[k] > 0 && indices[k] >= joints) return badSkin("vertex " + std::to_string(v) + " follows joint " + std::to_string(indices[k]) + " of " + std::to_string(joints));
+            if (weights[k] > 0 && indices[k] >= joints)
+                return badSkin("vertex " + std::to_string(v) + " follows joint " + std::to_string(indices[k]) + " of " +
+                               std::to_string(joints));
         }
         if (!(sum > 1e-30)) return badSkin("vertex " + std::to_string(v) + " has no joint weight above 0");
     }
@@ -93,17 +125,22 @@ Expected<void> checkJoints(const Skin& s, std::size_t vertices) {
 
 Expected<void> checkMorphs(const Skin& s, std::size_t vertices) {
     const std::size_t each = vertices * 3 * sizeof(float);
-    for (const auto& [blob, name] : {std::pair(&s.morphPositions, "morphPositions"), std::pair(&s.morphNormals, "morphNormals")}) {
+    for (const auto& [blob, name] :
+         {std::pair(&s.morphPositions, "morphPositions"), std::pair(&s.morphNormals, "morphNormals")}) {
         if (blob->empty()) continue;
         if (each == 0 || blob->sizeBytes() % each != 0)
-            return badSkin(std::string(name) + " has " + countText(blob->sizeBytes(), "bytes, no whole number of targets of ") + countText(vertices, "vertices"));
+            return badSkin(std::string(name) + " has " +
+                           countText(blob->sizeBytes(), "bytes, no whole number of targets of ") +
+                           countText(vertices, "vertices"));
         if (const Expected<void> numbers = checkSkinNumbers(*blob, name, 3); !numbers) return numbers;
     }
     const std::size_t targets = each == 0 ? 0 : static_cast<std::size_t>(s.morphPositions.sizeBytes()) / each;
-    if (!s.morphNormals.empty() && !s.morphPositions.empty() && s.morphNormals.sizeBytes() != s.morphPositions.sizeBytes())
+    if (!s.morphNormals.empty() && !s.morphPositions.empty() &&
+        s.morphNormals.sizeBytes() != s.morphPositions.sizeBytes())
         return badSkin("morphNormals and morphPositions are of different numbers of targets");
     if (hasMorphs(s) && s.weights.sizeBytes() / sizeof(float) != targets)
-        return badSkin("weights has " + countText(s.weights.sizeBytes() / sizeof(float), "numbers, and there are ") + countText(targets, "targets"));
+        return badSkin("weights has " + countText(s.weights.sizeBytes() / sizeof(float), "numbers, and there are ") +
+                       countText(targets, "targets"));
     return {};
 }
 
@@ -114,7 +151,8 @@ Expected<void> checkSkin(const void* core) {
     if (const Expected<void> binds = checkSkinNumbers(s.inverseBinds, "inverseBinds", 12); !binds) return binds;
     if (const Expected<void> weights = checkSkinNumbers(s.weights, "weights", 1); !weights) return weights;
     if (!skinHoldsNothing(s))
-        if (const Expected<void> mesh = checkMesh(skinAtRest(s)); !mesh) return failWith("the mesh at rest", mesh.error());
+        if (const Expected<void> mesh = checkMesh(skinAtRest(s)); !mesh)
+            return failWith("the mesh at rest", mesh.error());
     const std::size_t vertices = static_cast<std::size_t>(s.positions.sizeBytes()) / (3 * sizeof(float));
     if (const Expected<void> joints = checkJoints(s, vertices); !joints) return joints;
     return checkMorphs(s, vertices);
@@ -144,15 +182,16 @@ std::shared_ptr<const SkinPlan> planOfSkin(const Skin& s) {
 /// Deforms vertices of one state of a skin that is sound.
 class SkinDeformer {
 public:
-    explicit SkinDeformer(const Skin& s)
-        : rest_(s.positions.as<float>()), normals_(s.normals.as<float>()) {
+    explicit SkinDeformer(const Skin& s) : rest_(s.positions.as<float>()), normals_(s.normals.as<float>()) {
         if (hasMorphs(s)) {
             const std::span<const float> weights = s.weights.as<float>();
             const std::span<const float> positions = s.morphPositions.as<float>(), normals = s.morphNormals.as<float>();
             for (std::size_t t = 0; t < weights.size(); ++t) {
                 if (weights[t] == 0) continue;
                 targets_.push_back({static_cast<double>(weights[t]), positions.subspan(t * rest_.size(), rest_.size()),
-                                    normals.empty() || normals_.empty() ? std::span<const float>() : normals.subspan(t * rest_.size(), rest_.size())});
+                                    normals.empty() || normals_.empty()
+                                        ? std::span<const float>()
+                                        : normals.subspan(t * rest_.size(), rest_.size())});
             }
         }
         if (!follows(s)) return;
@@ -171,14 +210,16 @@ public:
         if (!indices_.empty()) {
             const Rows m = blended(v);
             const std::array<double, 3> at = p;
-            for (std::size_t r = 0; r < 3; ++r) p[r] = m[4 * r] * at[0] + m[4 * r + 1] * at[1] + m[4 * r + 2] * at[2] + m[4 * r + 3];
+            for (std::size_t r = 0; r < 3; ++r)
+                p[r] = m[4 * r] * at[0] + m[4 * r + 1] * at[1] + m[4 * r + 2] * at[2] + m[4 * r + 3];
             if (normal) n = turned(m, n);
         }
         for (std::size_t r = 0; r < 3; ++r) position[r] = toFloat(p[r]);
         if (!normal) return;
         const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (std::size_t r = 0; r < 3; ++r)
-            normal[r] = length > 1e-100 && std::isfinite(length) ? static_cast<float>(n[r] / length) : normals_[3 * v + r];  // crushed: as at rest
+            normal[r] = length > 1e-100 && std::isfinite(length) ? static_cast<float>(n[r] / length)
+                                                                 : normals_[3 * v + r];  // crushed: as at rest
     }
 
 private:
@@ -189,7 +230,8 @@ private:
     static constexpr double kFarthest = 1e30;  ///< of sums of many, as floats
     static float toFloat(double number) { return static_cast<float>(std::clamp(number, -kFarthest, kFarthest)); }
 
-    std::array<double, 3> morphed(std::size_t v, std::span<const float> from, std::span<const float> Target::*deltas) const {
+    std::array<double, 3> morphed(std::size_t v, std::span<const float> from,
+                                  std::span<const float> Target::*deltas) const {
         std::array<double, 3> sum{};
         for (std::size_t r = 0; r < 3; ++r) sum[r] = static_cast<double>(from[3 * v + r]);
         for (const Target& target : targets_) {
@@ -222,7 +264,8 @@ private:
         const auto at = [&](std::size_t r, std::size_t c) { return m[4 * (r % 3) + c % 3] / greatest; };
         std::array<double, 3> out{};
         for (std::size_t r = 0; r < 3; ++r)
-            for (std::size_t c = 0; c < 3; ++c) out[r] += (at(r + 1, c + 1) * at(r + 2, c + 2) - at(r + 1, c + 2) * at(r + 2, c + 1)) * n[c];
+            for (std::size_t c = 0; c < 3; ++c)
+                out[r] += (at(r + 1, c + 1) * at(r + 2, c + 2) - at(r + 1, c + 2) * at(r + 2, c + 1)) * n[c];
         return out;
     }
 
@@ -273,14 +316,18 @@ DerivedMesh deriveSkin(const void* core, const Fineness&, const EarlierMesh* ear
     }
     const SkinDeformer deformer(s);
     std::vector<float> positions(3 * (end - first)), normals(s.normals.empty() ? 0 : positions.size());
-    for (std::size_t v = first; v < end; ++v) deformer.deform(v, &positions[3 * (v - first)], normals.empty() ? nullptr : &normals[3 * (v - first)]);
+    for (std::size_t v = first; v < end; ++v)
+        deformer.deform(v, &positions[3 * (v - first)], normals.empty() ? nullptr : &normals[3 * (v - first)]);
     if (!earlier) {
         out.arrays.positions = Blob::of(std::span<const float>(positions));
         if (!normals.empty()) out.arrays.normals = Blob::of(std::span<const float>(normals));
         return out;
     }
-    out.arrays.positions = *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
-    if (!normals.empty()) out.arrays.normals = *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
+    out.arrays.positions =
+        *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
+    if (!normals.empty())
+        out.arrays.normals =
+            *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
     return out;
 }
 

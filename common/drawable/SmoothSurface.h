@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// In the coordinates of the drawable's arrays. The positions of a control mesh are DerivedSource::points, three floats each: where
-/// two sources differ by these alone, nothing else of the control mesh does.
+/// In the coordinates of the drawable's arrays. The positions of a control mesh are DerivedSource::points, three floats
+/// each: where two sources differ by these alone, nothing else of the control mesh does.
 struct SmoothSurface {
     std::variant<ControlMesh, NurbsSurface> surface;
 };

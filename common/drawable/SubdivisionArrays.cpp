@@ -15,7 +15,9 @@
 namespace tessera {
 namespace {
 
-const SubdivisionSurface& surfaceOf(const void* core) { return *static_cast<const SubdivisionSurface*>(core); }
+const SubdivisionSurface& surfaceOf(const void* core) {
+    return *static_cast<const SubdivisionSurface*>(core);
+}
 
 std::array<const Blob*, 7> topologyOf(const SubdivisionSurface& s) {
     return {&s.faceSizes, &s.faceVertices, &s.creases, &s.creaseSharpness, &s.corners, &s.cornerSharpness, &s.holes};
@@ -28,7 +30,8 @@ bool isNothing(const SubdivisionSurface& s) {
 
 bool isHere(const SubdivisionSurface& s) {
     const auto blobs = topologyOf(s);
-    return (s.points.empty() || s.points.resident()) && std::all_of(blobs.begin(), blobs.end(), [](const Blob* blob) { return blob->empty() || blob->resident(); });
+    return (s.points.empty() || s.points.resident()) &&
+           std::all_of(blobs.begin(), blobs.end(), [](const Blob* blob) { return blob->empty() || blob->resident(); });
 }
 
 /// Of all but where the points are and how fine the triangles.
@@ -43,24 +46,29 @@ Hash128 topologyKeyOf(const SubdivisionSurface& s) {
 }
 /// Of all but where the points are.
 Hash128 recipeOf(const SubdivisionSurface& s, const Fineness& fineness) {
-    const std::array<Hash128, 3> parts{topologyKeyOf(s), Hash128{static_cast<std::uint64_t>(s.level + fineness.steps), 0}, fineness.levels.id()};
+    const std::array<Hash128, 3> parts{
+        topologyKeyOf(s), Hash128{static_cast<std::uint64_t>(s.level + fineness.steps), 0}, fineness.levels.id()};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
 Expected<ControlMesh> controlMeshOf(const SubdivisionSurface& s) {
     const auto whole = [](const Blob& blob, std::size_t each, const char* what) -> Expected<void> {
         if (blob.sizeBytes() % each == 0) return {};
-        return fail(ErrorCode::kBadInput, std::string(what) + " has " + std::to_string(blob.sizeBytes()) + " bytes, which is no multiple of " + std::to_string(each));
+        return fail(ErrorCode::kBadInput, std::string(what) + " has " + std::to_string(blob.sizeBytes()) +
+                                              " bytes, which is no multiple of " + std::to_string(each));
     };
     const auto matching = [](const Blob& sharpness, std::size_t count, const char* what) -> Expected<void> {
         if (sharpness.empty() || sharpness.as<float>().size() == count) return {};
-        return fail(ErrorCode::kBadInput, std::string(what) + " has " + std::to_string(sharpness.as<float>().size()) + " numbers for " + std::to_string(count));
+        return fail(ErrorCode::kBadInput, std::string(what) + " has " + std::to_string(sharpness.as<float>().size()) +
+                                              " numbers for " + std::to_string(count));
     };
     const std::size_t creases = s.creases.sizeBytes() / 8, corners = s.corners.sizeBytes() / 4;
     for (const Expected<void>& good :
-         {whole(s.points, 12, "points"), whole(s.faceSizes, 4, "faceSizes"), whole(s.faceVertices, 4, "faceVertices"), whole(s.creases, 8, "creases"),
-          whole(s.creaseSharpness, 4, "creaseSharpness"), whole(s.corners, 4, "corners"), whole(s.cornerSharpness, 4, "cornerSharpness"), whole(s.holes, 4, "holes"),
-          matching(s.creaseSharpness, creases, "creaseSharpness"), matching(s.cornerSharpness, corners, "cornerSharpness")})
+         {whole(s.points, 12, "points"), whole(s.faceSizes, 4, "faceSizes"), whole(s.faceVertices, 4, "faceVertices"),
+          whole(s.creases, 8, "creases"), whole(s.creaseSharpness, 4, "creaseSharpness"),
+          whole(s.corners, 4, "corners"), whole(s.cornerSharpness, 4, "cornerSharpness"), whole(s.holes, 4, "holes"),
+          matching(s.creaseSharpness, creases, "creaseSharpness"),
+          matching(s.cornerSharpness, corners, "cornerSharpness")})
         if (!good) return tl::unexpected(good.error());
     const auto numbers = [](const Blob& blob) {
         const auto values = blob.as<std::uint32_t>();
@@ -76,8 +84,11 @@ Expected<ControlMesh> controlMeshOf(const SubdivisionSurface& s) {
     mesh.holes = numbers(s.holes);
     const auto ends = s.creases.as<std::uint32_t>(), vertices = s.corners.as<std::uint32_t>();
     for (std::size_t i = 0; i < creases; ++i)
-        mesh.creases.push_back({ends[2 * i], ends[2 * i + 1], s.creaseSharpness.empty() ? kInfiniteSharpness : s.creaseSharpness.as<float>()[i]});
-    for (std::size_t i = 0; i < corners; ++i) mesh.corners.push_back({vertices[i], s.cornerSharpness.empty() ? kInfiniteSharpness : s.cornerSharpness.as<float>()[i]});
+        mesh.creases.push_back({ends[2 * i], ends[2 * i + 1],
+                                s.creaseSharpness.empty() ? kInfiniteSharpness : s.creaseSharpness.as<float>()[i]});
+    for (std::size_t i = 0; i < corners; ++i)
+        mesh.corners.push_back(
+            {vertices[i], s.cornerSharpness.empty() ? kInfiniteSharpness : s.cornerSharpness.as<float>()[i]});
     return mesh;
 }
 
@@ -117,7 +128,9 @@ std::shared_ptr<const SubdivisionPlan> planOf(const SubdivisionSurface& s, const
     return plans.get(recipeOf(s, fineness), [&]() -> SubdivisionPlan {
         const std::shared_ptr<const SharedPlan> shared = sharedPlanOf(s);
         if (!shared->plan) return {.tessellation = {}, .indices = {}, .error = shared->error};
-        const auto refused = [](const char* why) { return SubdivisionPlan{.tessellation = {}, .indices = {}, .error = Error{ErrorCode::kBadInput, why}}; };
+        const auto refused = [](const char* why) {
+            return SubdivisionPlan{.tessellation = {}, .indices = {}, .error = Error{ErrorCode::kBadInput, why}};
+        };
         const std::int64_t level = s.level + fineness.steps;
         if (level < 0 || level > LimitTessellation::kFinestLevel) return refused("a level is from 0 to 6");
         std::vector<std::uint8_t> levels(shared->plan->topology().mesh().faceCount(), static_cast<std::uint8_t>(level));
@@ -139,7 +152,8 @@ constexpr float kFarthest = 1e30F;
 Expected<void> checkPoints(std::span<const float> points) {
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!(std::abs(points[i]) <= kFarthest))
-            return fail(ErrorCode::kBadInput, "control point " + std::to_string(i / 3) + " has a coordinate that is not a number within 1e30");
+            return fail(ErrorCode::kBadInput, "control point " + std::to_string(i / 3) +
+                                                  " has a coordinate that is not a number within 1e30");
     return {};
 }
 
@@ -180,14 +194,16 @@ DerivedMesh deriveSurface(const void* core, const Fineness& fineness, const Earl
         return out;
     }
     const std::vector<std::uint32_t> moved = pointsIn(earlier->changed);
-    const auto before = earlier->mesh.arrays.positions.as<float>(), normalsBefore = earlier->mesh.arrays.normals.as<float>();
+    const auto before = earlier->mesh.arrays.positions.as<float>(),
+               normalsBefore = earlier->mesh.arrays.normals.as<float>();
     std::vector<float> positions(before.begin(), before.end()), normals(normalsBefore.begin(), normalsBefore.end());
     const LimitTessellation::Range changed = tessellation.update(moved, points, positions, normals);
     out.arrays.positions = earlier->mesh.arrays.positions;
     out.arrays.normals = earlier->mesh.arrays.normals;
     if (changed.begin == changed.end) return out;
     const auto follow = [&](Blob& blob, const std::vector<float>& now) {
-        const std::span<const float> part = std::span<const float>(now).subspan(3 * changed.begin, 3 * (changed.end - changed.begin));
+        const std::span<const float> part =
+            std::span<const float>(now).subspan(3 * changed.begin, 3 * (changed.end - changed.begin));
         blob = *blob.withRange(3 * sizeof(float) * changed.begin, std::as_bytes(part));
     };
     follow(out.arrays.positions, positions);
@@ -199,11 +215,14 @@ DerivedMesh deriveSurface(const void* core, const Fineness& fineness, const Earl
 struct MeasuredSurface {
     std::vector<LimitReach> reaches;  ///< by control face
     std::shared_ptr<const ScreenParts> parts;
-    [[nodiscard]] std::size_t bytes() const { return reaches.size() * sizeof(LimitReach) + (parts ? parts->bytes() : 0); }
+    [[nodiscard]] std::size_t bytes() const {
+        return reaches.size() * sizeof(LimitReach) + (parts ? parts->bytes() : 0);
+    }
     [[nodiscard]] bool inUse() const { return parts && parts.use_count() > 1; }
 };
 
-std::shared_ptr<const ScreenParts> partsFrom(const SubdivisionSurface& s, const SharedPlan& shared, const std::vector<LimitReach>& reaches) {
+std::shared_ptr<const ScreenParts> partsFrom(const SubdivisionSurface& s, const SharedPlan& shared,
+                                             const std::vector<LimitReach>& reaches) {
     const TaggedMesh& mesh = shared.plan->topology().mesh();
     auto out = std::make_shared<ScreenParts>();
     out->finest = static_cast<unsigned>(std::max<std::int64_t>(0, shared.finest - s.level));
@@ -214,8 +233,12 @@ std::shared_ptr<const ScreenParts> partsFrom(const SubdivisionSurface& s, const 
         ScreenParts::Part& part = out->parts[f];
         part.lower = reaches[f].lower;
         part.upper = reaches[f].upper;
-        const auto levelAt = [&](std::int64_t steps) { return std::min<std::int64_t>(LimitPlan::kFinestLevel, std::max<std::int64_t>(s.level + steps, shared.plan->hasPolygons() ? 1 : 0)); };
-        for (std::size_t k = 0; k < ScreenParts::kSteps; ++k) part.deviation[k] = reaches[f].deviation[static_cast<std::size_t>(levelAt(static_cast<std::int64_t>(k)))];
+        const auto levelAt = [&](std::int64_t steps) {
+            return std::min<std::int64_t>(LimitPlan::kFinestLevel,
+                                          std::max<std::int64_t>(s.level + steps, shared.plan->hasPolygons() ? 1 : 0));
+        };
+        for (std::size_t k = 0; k < ScreenParts::kSteps; ++k)
+            part.deviation[k] = reaches[f].deviation[static_cast<std::size_t>(levelAt(static_cast<std::int64_t>(k)))];
         const std::uint32_t n = 1U << levelAt(0), size = mesh.faceSize(f);
         part.triangles = shared.plan->triangular() ? n * n : size * n * n / 2;
         part.rim = size * n;
@@ -249,7 +272,8 @@ std::shared_ptr<const ScreenParts> partsOf(const void* core) {
             if (!known || known->reaches.empty()) continue;
             out.reaches = known->reaches;
             for (const std::uint32_t p : topology.touchedBy(pointsIn({origin.begin, origin.end})))
-                if (const std::uint32_t f = topology.ptexFace(p).face; faces.empty() || faces.back() != f) faces.push_back(f);
+                if (const std::uint32_t f = topology.ptexFace(p).face; faces.empty() || faces.back() != f)
+                    faces.push_back(f);
             break;
         }
         if (out.reaches.empty()) {
@@ -273,7 +297,8 @@ double deviationOf(const void* core, unsigned steps) {
     const std::shared_ptr<const ScreenParts> parts = partsOf(core);
     float most = 0;
     if (parts)
-        for (const ScreenParts::Part& part : parts->parts) most = std::max(most, part.deviation[std::min<std::size_t>(steps, ScreenParts::kSteps - 1)]);
+        for (const ScreenParts::Part& part : parts->parts)
+            most = std::max(most, part.deviation[std::min<std::size_t>(steps, ScreenParts::kSteps - 1)]);
     return static_cast<double>(most);
 }
 
@@ -282,7 +307,9 @@ constexpr ScreenSteps kSubdivisionSteps{
     .screenError = [](const void* core) { return surfaceOf(core).screenError; },
     .deviation = &deviationOf,
     .seam = [](const void*) { return 0.0; },
-    .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const SubdivisionSurface>(surfaceOf(core)); },
+    .copy = [](const void* core) -> std::shared_ptr<const void> {
+        return std::make_shared<const SubdivisionSurface>(surfaceOf(core));
+    },
     .parts = &partsOf,
 };
 
@@ -292,7 +319,8 @@ std::shared_ptr<const SmoothSurface> smoothSubdivision(const void* core) {
     Expected<ControlMesh> mesh = controlMeshOf(s);
     if (!mesh || mesh->scheme == SubdivisionScheme::kBilinear) return nullptr;
     const std::span<const float> xyz = s.points.as<float>();
-    for (std::size_t i = 0; i < mesh->positions.size(); ++i) mesh->positions[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    for (std::size_t i = 0; i < mesh->positions.size(); ++i)
+        mesh->positions[i] = Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
     return std::make_shared<const SmoothSurface>(SmoothSurface{std::move(*mesh)});
 }
 

@@ -22,11 +22,17 @@ constexpr unsigned kTextSteps = 3;
 /// Sides of a rim that turns by less are one smooth surface.
 constexpr double kSmoothCosine = 0.8;
 
-const Text& textOf(const void* core) { return *static_cast<const Text*>(core); }
-bool isTextHere(const Text& text) { return text.outlines.empty() || text.outlines.resident(); }
+const Text& textOf(const void* core) {
+    return *static_cast<const Text*>(core);
+}
+bool isTextHere(const Text& text) {
+    return text.outlines.empty() || text.outlines.resident();
+}
 
 /// Of 1/65536 em.
-double chordTolerance(unsigned steps) { return std::ldexp(OutlinePoint::kPerEm / 512.0, -2 * static_cast<int>(steps)); }
+double chordTolerance(unsigned steps) {
+    return std::ldexp(OutlinePoint::kPerEm / 512.0, -2 * static_cast<int>(steps));
+}
 
 /// The letters' shapes cut into triangles, or why they are not: shared by all sizes.
 struct CutLetters {
@@ -65,11 +71,15 @@ std::shared_ptr<const CutLetters> lettersOf(const Blob& outlines, unsigned steps
             if (!cut) return wrongLetters(cut.error());
             letters.shapes.push_back(std::move(*cut));
             corners += letters.shapes.back().vertices.size();
-            if (corners > kMostCutCorners) return wrongLetters({ErrorCode::kLimit, fmt::format("the letters' shapes have more than {} corners", kMostCutCorners)});
+            if (corners > kMostCutCorners)
+                return wrongLetters(
+                    {ErrorCode::kLimit, fmt::format("the letters' shapes have more than {} corners", kMostCutCorners)});
         }
-        for (const PlacedLetter& letter : letters.outlines.letters) letters.triangles += letters.shapes[letter.shape].triangles.size() / 3;
+        for (const PlacedLetter& letter : letters.outlines.letters)
+            letters.triangles += letters.shapes[letter.shape].triangles.size() / 3;
         if (letters.triangles > kMostTextTriangles)
-            return wrongLetters({ErrorCode::kLimit, fmt::format("the letters have {} triangles, at most {} are allowed", letters.triangles, kMostTextTriangles)});
+            return wrongLetters({ErrorCode::kLimit, fmt::format("the letters have {} triangles, at most {} are allowed",
+                                                                letters.triangles, kMostTextTriangles)});
         letters.sound = true;
         return letters;
     });
@@ -87,15 +97,17 @@ std::optional<DerivedSource> sourceOfText(const void* core, const Fineness& fine
     const Text& text = textOf(core);
     if (text.outlines.empty() || !text.outlines.resident()) return std::nullopt;
     // Other outlines are another mesh, not the same one bent.
-    const std::array<Hash128, 3> parts{Hash128{Text::kType.value, fineness.steps}, Hash128{std::bit_cast<std::uint64_t>(text.size), std::bit_cast<std::uint64_t>(text.depth)},
-                                       text.outlines.id()};
+    const std::array<Hash128, 3> parts{
+        Hash128{Text::kType.value, fineness.steps},
+        Hash128{std::bit_cast<std::uint64_t>(text.size), std::bit_cast<std::uint64_t>(text.depth)}, text.outlines.id()};
     return DerivedSource{hash128(std::as_bytes(std::span(parts))), text.outlines};
 }
 
 /// Corners with normals of their own.
 class LetterMesh {
 public:
-    LetterMesh(double size, double depth) : perUnit_(size / OutlinePoint::kPerEm), back_(static_cast<float>(-depth)), solid_(depth > 0) {}
+    LetterMesh(double size, double depth)
+        : perUnit_(size / OutlinePoint::kPerEm), back_(static_cast<float>(-depth)), solid_(depth > 0) {}
 
     void add(const LetterTriangles& shape, const OutlinePoint& at) {
         const std::uint32_t front = count(), many = static_cast<std::uint32_t>(shape.vertices.size());
@@ -119,7 +131,9 @@ public:
 private:
     using Vec2 = std::array<double, 2>;
     [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(positions_.size() / 3); }
-    [[nodiscard]] Vec2 place(const OutlinePoint& p, const OutlinePoint& at) const { return {perUnit_ * (double(p.x) + at.x), perUnit_ * (double(p.y) + at.y)}; }
+    [[nodiscard]] Vec2 place(const OutlinePoint& p, const OutlinePoint& at) const {
+        return {perUnit_ * (double(p.x) + at.x), perUnit_ * (double(p.y) + at.y)};
+    }
     void vertex(const Vec2& p, float z, const std::array<float, 3>& normal) {
         positions_.insert(positions_.end(), {static_cast<float>(p[0]), static_cast<float>(p[1]), z});
         normals_.insert(normals_.end(), normal.begin(), normal.end());
@@ -144,7 +158,8 @@ private:
                     const double x = own[0] + beside[0], y = own[1] + beside[1], length = std::hypot(x, y);
                     normal = {x / length, y / length};
                 }
-                for (const float z : {0.0F, back_}) vertex(place(point(end), at), z, {static_cast<float>(normal[0]), static_cast<float>(normal[1]), 0});
+                for (const float z : {0.0F, back_})
+                    vertex(place(point(end), at), z, {static_cast<float>(normal[0]), static_cast<float>(normal[1]), 0});
             }
             for (const std::uint32_t corner : {0u, 1u, 3u, 0u, 3u, 2u}) indices_.push_back(first + corner);
         }
@@ -167,15 +182,19 @@ DerivedMesh deriveText(const void* core, const Fineness& fineness, const Earlier
 }
 
 constexpr ScreenSteps kTextScreenSteps{
-    .finest = [](const void* core) {
-        // As fine as there are no more triangles than may be.
-        unsigned steps = kTextSteps;
-        while (steps > 0 && !lettersOf(textOf(core).outlines, steps)->sound) --steps;
-        return steps;
-    },
+    .finest =
+        [](const void* core) {
+            // As fine as there are no more triangles than may be.
+            unsigned steps = kTextSteps;
+            while (steps > 0 && !lettersOf(textOf(core).outlines, steps)->sound) --steps;
+            return steps;
+        },
     .screenError = [](const void* core) { return textOf(core).screenError; },
     // Half a unit is what vertices are rounded by, in x and in y.
-    .deviation = [](const void* core, unsigned steps) { return (chordTolerance(steps) + 0.75) * textOf(core).size / OutlinePoint::kPerEm; },
+    .deviation =
+        [](const void* core, unsigned steps) {
+            return (chordTolerance(steps) + 0.75) * textOf(core).size / OutlinePoint::kPerEm;
+        },
     .seam = [](const void*) { return 0.0; },
     .copy = [](const void* core) -> std::shared_ptr<const void> { return std::make_shared<const Text>(textOf(core)); },
 };

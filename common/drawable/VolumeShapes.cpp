@@ -56,7 +56,9 @@ std::vector<Vec3d> polygonOn(const ClipPlane& plane, std::span<const ClipPlane> 
     return polygon;
 }
 
-bool samePlane(const ClipPlane& a, const ClipPlane& b) { return (a.n - b.n).cwiseAbs().maxCoeff() < kOneCorner && std::abs(a.d - b.d) < kOneCorner; }
+bool samePlane(const ClipPlane& a, const ClipPlane& b) {
+    return (a.n - b.n).cwiseAbs().maxCoeff() < kOneCorner && std::abs(a.d - b.d) < kOneCorner;
+}
 
 /// Corners that are one, and fans of triangles between them.
 class Corners {
@@ -68,7 +70,8 @@ public:
     void add(const std::vector<Vec3d>& polygon, bool turned, std::uint32_t slice = 0) {
         std::vector<std::uint32_t> corners;
         for (const Vec3d& place : polygon)
-            if (const std::uint32_t corner = find(place, slice); corners.empty() || (corner != corners.back() && corner != corners.front()))
+            if (const std::uint32_t corner = find(place, slice);
+                corners.empty() || (corner != corners.back() && corner != corners.front()))
                 corners.push_back(corner);
         if (turned) std::ranges::reverse(corners);
         for (std::size_t i = 2; i < corners.size(); ++i)
@@ -101,8 +104,8 @@ private:
     std::map<Cell, std::vector<std::uint32_t>> cells_;
 };
 
-/// Cut where earlier planes go through it: each piece lies on one side of each of these (Fuchs, Kedem and Naylor, "On visible surface generation by a
-/// priori tree structures", 1980), so that an eye can have them back to front.
+/// Cut where earlier planes go through it: each piece lies on one side of each of these (Fuchs, Kedem and Naylor, "On
+/// visible surface generation by a priori tree structures", 1980), so that an eye can have them back to front.
 std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<const ClipPlane> earlier) {
     std::vector<std::vector<Vec3d>> pieces;
     if (polygon.size() > 2) pieces.push_back(std::move(polygon));
@@ -110,7 +113,8 @@ std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<c
         std::vector<std::vector<Vec3d>> cut;
         for (std::vector<Vec3d>& piece : pieces) {
             const auto beyond = [&](double side) {
-                return std::ranges::any_of(piece, [&](const Vec3d& p) { return side * (plane.n.dot(p) - plane.d) > kOnPlane; });
+                return std::ranges::any_of(
+                    piece, [&](const Vec3d& p) { return side * (plane.n.dot(p) - plane.d) > kOnPlane; });
             };
             if (!beyond(1) || !beyond(-1)) {
                 cut.push_back(std::move(piece));
@@ -132,7 +136,8 @@ Fineness finenessOnScreens(const Aspect& aspect, ObjectId core) {
 }
 
 Box boxOf(const Volume& v) {
-    const Vec3d last(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1));
+    const Vec3d last(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1),
+                     static_cast<double>(v.sizeZ - 1));
     return {v.origin, v.origin + v.spacing.cwiseProduct(last)};
 }
 
@@ -150,8 +155,10 @@ MeshData shapeOnScreens(const Volume& v) {
     const auto add = [&](const Blob& blob, std::vector<ClipPlane>& to) {
         const std::span<const double> numbers = blob.as<double>();
         for (std::size_t i = 0; i + 3 < numbers.size(); i += 4) {
-            const ClipPlane plane = planeInCube({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]}, middle, half);
-            if (std::ranges::none_of(to, [&](const ClipPlane& known) { return samePlane(known, plane); })) to.push_back(plane);
+            const ClipPlane plane =
+                planeInCube({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]}, middle, half);
+            if (std::ranges::none_of(to, [&](const ClipPlane& known) { return samePlane(known, plane); }))
+                to.push_back(plane);
         }
     };
     add(v.clipPlanes, planes);
@@ -160,7 +167,8 @@ MeshData shapeOnScreens(const Volume& v) {
         std::vector<ClipPlane> slices;
         add(v.slices, slices);
         for (std::uint32_t i = 0; i < slices.size(); ++i)
-            for (const std::vector<Vec3d>& piece : piecesOf(polygonOn(slices[i], planes, planes.size()), std::span(slices).first(i)))
+            for (const std::vector<Vec3d>& piece :
+                 piecesOf(polygonOn(slices[i], planes, planes.size()), std::span(slices).first(i)))
                 corners.add(piece, false, i);
     } else {
         for (std::size_t i = 0; i < planes.size(); ++i) corners.add(polygonOn(planes[i], planes, i), true);
@@ -170,7 +178,8 @@ MeshData shapeOnScreens(const Volume& v) {
     for (std::size_t i = 0; i < corners.places().size(); ++i) {
         const Vec3f place = (middle + half.cwiseProduct(corners.places()[i])).cast<float>();
         mesh.positions.insert(mesh.positions.end(), {place.x(), place.y(), place.z()});
-        mesh.texcoords.insert(mesh.texcoords.end(), {-1e30f, static_cast<float>(v.mode == Volume::kSlices ? corners.sliceOf(i) : 0)});
+        mesh.texcoords.insert(mesh.texcoords.end(),
+                              {-1e30f, static_cast<float>(v.mode == Volume::kSlices ? corners.sliceOf(i) : 0)});
     }
     mesh.pointRadius = v.mode == Volume::kSlices ? 2 : 1;
     return mesh;

@@ -1,11 +1,13 @@
-/// What of a Volume a screen draws where it is not its surface: the box that rays go through, or the planes that it shows itself on.
+/// What of a Volume a screen draws where it is not its surface: the box that rays go through, or the planes that it
+/// shows itself on.
 ///
 /// Both travel in the arrays of triangles, and are told from those of a Geometry by a radius, which triangles have not:
-///   clouds, maxima  the faces of the voxels' box, as far as clip planes leave it, seen from inside: each ray that meets it leaves it once, wherever
+///   clouds, maxima  the faces of the voxels' box, as far as clip planes leave it, seen from inside: each ray that
+///   meets it leaves it once, wherever
 ///                   the eye is. `pointRadius` 1
 ///   slices          of each plane what lies in that box, cut where earlier planes go through it. `pointRadius` 2
-/// `texcoords` are no place: the first number keeps their content from being that of any Geometry, the second one says which slice a corner is of. What
-/// is seen there is the voxels' (client/draw/VolumeTextures.h).
+/// `texcoords` are no place: the first number keeps their content from being that of any Geometry, the second one says
+/// which slice a corner is of. What is seen there is the voxels' (client/draw/VolumeTextures.h).
 #pragma once
 
 #include "common/cores/Volume.h"
@@ -27,8 +29,9 @@ enum class VolumeShape : std::uint8_t { kNone, kBox, kSlices };
     return arrays.pointRadius == 1 ? VolumeShape::kBox : VolumeShape::kSlices;
 }
 
-/// By its mode, in the node's coordinates; empty where nothing is left. Of volumes whose sizes and planes have been checked. Corners are found in
-/// double in the box's own coordinates, where it is a cube, and those nearer than 1e-9 of it are one: faces share their corners, the box is closed.
+/// By its mode, in the node's coordinates; empty where nothing is left. Of volumes whose sizes and planes have been
+/// checked. Corners are found in double in the box's own coordinates, where it is a cube, and those nearer than 1e-9 of
+/// it are one: faces share their corners, the box is closed.
 [[nodiscard]] MeshData shapeOnScreens(const Volume& volume);
 
 /// From the first voxel's middle to the last one's: around all that any mode draws, and the surface.

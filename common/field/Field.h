@@ -1,5 +1,5 @@
-/// How a type of object says what its fields are: once, beside its struct. Everything else (table, storage, hash, codec,
-/// snapshot, inverse, schema hash, files, `tessera-ctl`) is derived from it.
+/// How a type of object says what its fields are: once, beside its struct. Everything else (table, storage, hash,
+/// codec, snapshot, inverse, schema hash, files, `tessera-ctl`) is derived from it.
 ///
 ///     struct PointLight { static constexpr ObjectType kType{9}; Vec3f color…; float range…; };
 ///     template <>
@@ -31,17 +31,17 @@ namespace tessera {
 /// follows, and names no types.
 enum class Effect : std::uint16_t {
     kNone = 0,
-    kName = 1,         ///< what a node is called
-    kStructure = 2,    ///< which core a node has; every placement besides
-    kVisibility = 4,   ///< which children are shown
-    kPose = 8,         ///< where what is below a node stands
-    kShape = 16,       ///< the surface of a drawable
-    kLook = 32,        ///< its colours, material, images; the order in which it is drawn
-    kLight = 64,       ///< lights, and the light of the surroundings
-    kRules = 128,      ///< who takes part in collisions, with whom
-    kTerms = 256,      ///< how they collide: masses, responses, thresholds
-    kTime = 512,       ///< what moves by itself
-    kView = 1024,      ///< cameras
+    kName = 1,        ///< what a node is called
+    kStructure = 2,   ///< which core a node has; every placement besides
+    kVisibility = 4,  ///< which children are shown
+    kPose = 8,        ///< where what is below a node stands
+    kShape = 16,      ///< the surface of a drawable
+    kLook = 32,       ///< its colours, material, images; the order in which it is drawn
+    kLight = 64,      ///< lights, and the light of the surroundings
+    kRules = 128,     ///< who takes part in collisions, with whom
+    kTerms = 256,     ///< how they collide: masses, responses, thresholds
+    kTime = 512,      ///< what moves by itself
+    kView = 1024,     ///< cameras
 };
 [[nodiscard]] constexpr Effect operator|(Effect a, Effect b) {
     return static_cast<Effect>(static_cast<std::uint16_t>(a) | static_cast<std::uint16_t>(b));
@@ -51,8 +51,18 @@ enum class Effect : std::uint16_t {
     return (static_cast<std::uint16_t>(a) & static_cast<std::uint16_t>(b)) != 0;
 }
 
-enum class Unit : std::uint8_t { kNone, kWorld, kSecond, kFrame, kRadian, kPixel, kWorldPerSecond, kWorldPerSecond2,
-                                 kRadianPerSecond, kWorldPerMetre };
+enum class Unit : std::uint8_t {
+    kNone,
+    kWorld,
+    kSecond,
+    kFrame,
+    kRadian,
+    kPixel,
+    kWorldPerSecond,
+    kWorldPerSecond2,
+    kRadianPerSecond,
+    kWorldPerMetre
+};
 /// "world units per s", …; empty for kNone.
 [[nodiscard]] std::string_view nameOf(Unit unit);
 
@@ -78,18 +88,19 @@ struct FieldInfo {
     std::uint8_t width = 1;
     /// For refs and lists of them: what may be referred to (none: any core, or any object). A ref may always be "none".
     std::optional<ObjectType> refType;
-    bool anyObject = false;  ///< of one without a refType: materials, images and nodes too
-    bool quaternion = false;  ///< width 4, must not be zero
+    bool anyObject = false;        ///< of one without a refType: materials, images and nodes too
+    bool quaternion = false;       ///< width 4, must not be zero
     std::uint8_t numbersEach = 0;  ///< of an array of floats or doubles: how many an element has; 0: it is none
     bool doubles = false;          ///< of such an array
-    std::uint8_t integersEach = 0, integerBytes = 0;  ///< of an array of unsigned integers: how many an element has, of which size
+    std::uint8_t integersEach = 0,
+                 integerBytes = 0;  ///< of an array of unsigned integers: how many an element has, of which size
     Effect effects = Effect::kNone;
     Unit measuredIn = Unit::kNone;
     /// What a number of this field may be (each scalar of it). Every number must be finite besides.
     double least = -std::numeric_limits<double>::infinity();
     double greatest = std::numeric_limits<double>::infinity();
-    /// Where a file has another number, its reader takes the nearest good one and says so; edits are refused. Of looks: a scene
-    /// is not lost for them.
+    /// Where a file has another number, its reader takes the nearest good one and says so; edits are refused. Of looks:
+    /// a scene is not lost for them.
     bool nearestFromFiles = false;
     WordUse wordUse = WordUse::kNone;
     std::array<FieldWord, kMaxWords> wordStore{};
@@ -100,14 +111,16 @@ struct FieldInfo {
     /// On a struct of this type, wherever it lies. `write` expects kind and width to be right.
     FieldValue (*read)(const void*) = nullptr;
     void (*write)(void*, const FieldValue&) = nullptr;
-    /// Where the value lies: `width` floats or doubles, or one value of the C++ type of its kind. Quaternions lie there as
-    /// x y z w, while values say w x y z.
+    /// Where the value lies: `width` floats or doubles, or one value of the C++ type of its kind. Quaternions lie there
+    /// as x y z w, while values say w x y z.
     void* (*at)(void*) = nullptr;
 
     [[nodiscard]] std::span<const FieldWord> words() const { return std::span(wordStore).first(wordCount); }
     [[nodiscard]] bool holdsRefs() const { return kind == FieldKind::kRef || kind == FieldKind::kRefs; }
     /// Of such: whether it may lead to objects of that type.
-    [[nodiscard]] bool mayReferTo(ObjectType type, bool isCore) const { return refType ? type == *refType : isCore || anyObject; }
+    [[nodiscard]] bool mayReferTo(ObjectType type, bool isCore) const {
+        return refType ? type == *refType : isCore || anyObject;
+    }
 
     // How a description says the rest.
     [[nodiscard]] constexpr FieldInfo affects(Effect effect) const {
@@ -143,7 +156,8 @@ struct FieldInfo {
         info.doubles = true;
         return info;
     }
-    /// Of an array whose elements are so many unsigned integers of 1, 2 or 4 bytes: what programs that read it are told.
+    /// Of an array whose elements are so many unsigned integers of 1, 2 or 4 bytes: what programs that read it are
+    /// told.
     [[nodiscard]] constexpr FieldInfo integers(std::uint8_t each, std::uint8_t bytes) const {
         FieldInfo info = *this;
         info.integersEach = each;
@@ -151,7 +165,9 @@ struct FieldInfo {
         return info;
     }
     /// Of an element of an array of floats or doubles.
-    [[nodiscard]] constexpr std::size_t elementBytes() const { return numbersEach * (doubles ? sizeof(double) : sizeof(float)); }
+    [[nodiscard]] constexpr std::size_t elementBytes() const {
+        return numbersEach * (doubles ? sizeof(double) : sizeof(float));
+    }
     [[nodiscard]] constexpr FieldInfo atLeast(double bound) const { return between(bound, greatest); }
     /// A reference to whatever a scene holds.
     [[nodiscard]] constexpr FieldInfo toAnything() const {
@@ -343,8 +359,8 @@ template <typename... Fields>
     return {name, true, {fields...}};
 }
 
-/// How every type describes itself; specialised beside its struct. A template of the type (`&T::color`): where a file has the
-/// struct alone, nothing of this is compiled.
+/// How every type describes itself; specialised beside its struct. A template of the type (`&T::color`): where a file
+/// has the struct alone, nothing of this is compiled.
 template <typename T>
 inline constexpr int kSaid = 0;
 template <typename T>

@@ -6,8 +6,8 @@
 
 namespace tessera {
 
-/// A core that shines has a member `LightSource light() const`; the table of types finds it there. It stands at the origin of
-/// its node and looks along -Z.
+/// A core that shines has a member `LightSource light() const`; the table of types finds it there. It stands at the
+/// origin of its node and looks along -Z.
 struct LightSource {
     enum class Kind : std::uint8_t { kDirectional, kPoint, kSpot };
     Kind kind = Kind::kPoint;
@@ -17,10 +17,11 @@ struct LightSource {
     float innerAngle = 0, outerAngle = 0;
     bool shadows = false;  ///< things stand in its way
     bool on = true;
-    ObjectId beacon;             ///< a Node that it stands at instead of its own
-    Vec3f attenuation{0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
-    ObjectId scope;              ///< a Node: it lights what is below that alone; none: everything
-    bool outside = false;        ///< with a scope: it lights everything but what is below
+    ObjectId beacon;  ///< a Node that it stands at instead of its own
+    Vec3f attenuation{
+        0, 0, 1};    ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
+    ObjectId scope;  ///< a Node: it lights what is below that alone; none: everything
+    bool outside = false;  ///< with a scope: it lights everything but what is below
 };
 
 }  // namespace tessera

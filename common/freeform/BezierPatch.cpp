@@ -26,7 +26,8 @@ public:
         value_[0] = 1;
         for (int d = 1; d <= degree; ++d) {
             if (d == degree)
-                for (int i = 0; i <= degree; ++i) derivative_[i] = degree * ((i > 0 ? value_[i - 1] : 0) - (i < degree ? value_[i] : 0));
+                for (int i = 0; i <= degree; ++i)
+                    derivative_[i] = degree * ((i > 0 ? value_[i - 1] : 0) - (i < degree ? value_[i] : 0));
             value_[d] = 0;
             for (int i = d; i > 0; --i) value_[i] = (1 - t) * value_[i] + t * value_[i - 1];
             value_[0] *= 1 - t;
@@ -70,7 +71,8 @@ PlainPoint plainAt(const BezierPatch& patch, double u, double v) {
     return {plain, (du.head<3>() - du.w() * plain) / w, (dv.head<3>() - dv.w() * plain) / w, around.size().maxCoeff()};
 }
 
-/// Whether both derivatives are more than what rounding leaves of nothing, beside what their control points could make of them.
+/// Whether both derivatives are more than what rounding leaves of nothing, beside what their control points could make
+/// of them.
 bool haveDirections(const BezierPatch& patch, const PlainPoint& p) {
     constexpr double kNothing = 1e-9, kClearly = 1e-6;
     if (std::min(p.du.cwiseAbs().maxCoeff(), p.dv.cwiseAbs().maxCoeff()) > kClearly * p.reach) return true;
@@ -78,10 +80,15 @@ bool haveDirections(const BezierPatch& patch, const PlainPoint& p) {
     for (int j = 0; j <= patch.degreeV; ++j)
         for (int i = 0; i <= patch.degreeU; ++i) {
             const Vec3d here = patch.at(i, j).head<3>() / patch.at(i, j).w();
-            if (i < patch.degreeU) alongU = std::max(alongU, (patch.at(i + 1, j).head<3>() / patch.at(i + 1, j).w() - here).cwiseAbs().maxCoeff());
-            if (j < patch.degreeV) alongV = std::max(alongV, (patch.at(i, j + 1).head<3>() / patch.at(i, j + 1).w() - here).cwiseAbs().maxCoeff());
+            if (i < patch.degreeU)
+                alongU = std::max(alongU,
+                                  (patch.at(i + 1, j).head<3>() / patch.at(i + 1, j).w() - here).cwiseAbs().maxCoeff());
+            if (j < patch.degreeV)
+                alongV = std::max(alongV,
+                                  (patch.at(i, j + 1).head<3>() / patch.at(i, j + 1).w() - here).cwiseAbs().maxCoeff());
         }
-    return p.du.cwiseAbs().maxCoeff() > kNothing * patch.degreeU * alongU && p.dv.cwiseAbs().maxCoeff() > kNothing * patch.degreeV * alongV;
+    return p.du.cwiseAbs().maxCoeff() > kNothing * patch.degreeU * alongU &&
+           p.dv.cwiseAbs().maxCoeff() > kNothing * patch.degreeV * alongV;
 }
 
 /// The normal `step` of the way towards the patch's middle.

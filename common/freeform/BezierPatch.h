@@ -14,17 +14,25 @@ namespace tessera {
 
 struct BezierPatch {
     int degreeU = 3, degreeV = 3;
-    /// (w·x, w·y, w·z, w) with w above 0, u fastest: (degreeU + 1) · (degreeV + 1) of them. w = 1 everywhere: a polynomial patch.
+    /// (w·x, w·y, w·z, w) with w above 0, u fastest: (degreeU + 1) · (degreeV + 1) of them. w = 1 everywhere: a
+    /// polynomial patch.
     std::vector<Vec4d> points;
 
-    [[nodiscard]] const Vec4d& at(int i, int j) const { return points[static_cast<std::size_t>(j) * static_cast<std::size_t>(degreeU + 1) + static_cast<std::size_t>(i)]; }
-    [[nodiscard]] Vec4d& at(int i, int j) { return points[static_cast<std::size_t>(j) * static_cast<std::size_t>(degreeU + 1) + static_cast<std::size_t>(i)]; }
+    [[nodiscard]] const Vec4d& at(int i, int j) const {
+        return points[static_cast<std::size_t>(j) * static_cast<std::size_t>(degreeU + 1) +
+                      static_cast<std::size_t>(i)];
+    }
+    [[nodiscard]] Vec4d& at(int i, int j) {
+        return points[static_cast<std::size_t>(j) * static_cast<std::size_t>(degreeU + 1) +
+                      static_cast<std::size_t>(i)];
+    }
 };
 
 /// The surface lies in the hull of its control points, so in this box.
 [[nodiscard]] Box boxOf(const BezierPatch& patch);
 
-/// At (u, v) in [0, 1]². Where du × dv vanishes (an edge collapsed to a pole) the normal is what it tends to, inwards along the patch.
+/// At (u, v) in [0, 1]². Where du × dv vanishes (an edge collapsed to a pole) the normal is what it tends to, inwards
+/// along the patch.
 [[nodiscard]] SurfacePoint evaluate(const BezierPatch& patch, double u, double v);
 
 enum class PatchAxis { kU, kV };

@@ -8,7 +8,8 @@ void triangleStep(std::vector<Vec3d>& points, int degree, double u, double v) {
     const double w = 1 - u - v;
     for (int j = 0; j < degree; ++j) {
         for (int i = 0; i + j < degree; ++i) {
-            const Vec3d mixed = w * points[BezierTriangle::index(degree, i, j)] + u * points[BezierTriangle::index(degree, i + 1, j)] +
+            const Vec3d mixed = w * points[BezierTriangle::index(degree, i, j)] +
+                                u * points[BezierTriangle::index(degree, i + 1, j)] +
                                 v * points[BezierTriangle::index(degree, i, j + 1)];
             // Rows become shorter, so what is written lies at or before what was read.
             points[BezierTriangle::index(degree - 1, i, j)] = mixed;
@@ -60,7 +61,8 @@ BezierTriangle partOf(const BezierTriangle& triangle, const std::array<Vec2d, 3>
 
 std::array<BezierTriangle, 4> split(const BezierTriangle& triangle) {
     const Vec2d a(0, 0), b(1, 0), c(0, 1), ab(0.5, 0), bc(0.5, 0.5), ca(0, 0.5);
-    return {partOf(triangle, {a, ab, ca}), partOf(triangle, {ab, b, bc}), partOf(triangle, {ca, bc, c}), partOf(triangle, {bc, ca, ab})};
+    return {partOf(triangle, {a, ab, ca}), partOf(triangle, {ab, b, bc}), partOf(triangle, {ca, bc, c}),
+            partOf(triangle, {bc, ca, ab})};
 }
 
 }  // namespace tessera

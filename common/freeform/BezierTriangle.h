@@ -15,7 +15,8 @@ namespace tessera {
 /// The corners are (u, v) = (0, 0), (1, 0) and (0, 1).
 struct BezierTriangle {
     int degree = 4;
-    /// (degree + 1)(degree + 2) / 2 of them, rows of equal j (towards the third corner), i (towards the second) fastest.
+    /// (degree + 1)(degree + 2) / 2 of them, rows of equal j (towards the third corner), i (towards the second)
+    /// fastest.
     std::vector<Vec3d> points;
 
     [[nodiscard]] static constexpr std::size_t index(int degree, int i, int j) {

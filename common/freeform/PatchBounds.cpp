@@ -7,7 +7,9 @@
 namespace tessera {
 namespace {
 
-Vec3d place(const Vec4d& p) { return p.head<3>() / p.w(); }
+Vec3d place(const Vec4d& p) {
+    return p.head<3>() / p.w();
+}
 
 bool isPolynomial(const BezierPatch& patch) {
     const double w = patch.points.front().w();
@@ -15,7 +17,8 @@ bool isPolynomial(const BezierPatch& patch) {
 }
 
 Vec3d twistOf(const BezierPatch& patch) {
-    return place(patch.at(0, 0)) - place(patch.at(patch.degreeU, 0)) - place(patch.at(0, patch.degreeV)) + place(patch.at(patch.degreeU, patch.degreeV));
+    return place(patch.at(0, 0)) - place(patch.at(patch.degreeU, 0)) - place(patch.at(0, patch.degreeV)) +
+           place(patch.at(patch.degreeU, patch.degreeV));
 }
 
 /// A bound of how far a rational curve is from its chord at the same parameter: as bilinearDeviation, of one parameter.
@@ -45,20 +48,22 @@ double chordDeviation(const Vec4d* points, int degree, std::size_t stride) {
 
 double bilinearDeviation(const BezierPatch& patch) {
     const int n = patch.degreeU, m = patch.degreeV;
-    const Vec3d corner[4] = {place(patch.at(0, 0)), place(patch.at(n, 0)), place(patch.at(0, m)), place(patch.at(n, m))};
+    const Vec3d corner[4] = {place(patch.at(0, 0)), place(patch.at(n, 0)), place(patch.at(0, m)),
+                             place(patch.at(n, m))};
     double most = 0;
     if (isPolynomial(patch)) {
         // The bilinear patch has the control points of the evenly divided quad: the difference has the differences.
         for (int j = 0; j <= m; ++j)
             for (int i = 0; i <= n; ++i) {
                 const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / m;
-                const Vec3d even = (1 - v) * ((1 - u) * corner[0] + u * corner[1]) + v * ((1 - u) * corner[2] + u * corner[3]);
+                const Vec3d even =
+                    (1 - v) * ((1 - u) * corner[0] + u * corner[1]) + v * ((1 - u) * corner[2] + u * corner[3]);
                 most = std::max(most, (place(patch.at(i, j)) - even).norm());
             }
         return most;
     }
-    // P / W − L = (P − W·L) / W. Above, a polynomial of one degree more, below its hull's least: each coefficient is the mean of four
-    // differences of a control point and a corner, and W has such means of four weights.
+    // P / W − L = (P − W·L) / W. Above, a polynomial of one degree more, below its hull's least: each coefficient is
+    // the mean of four differences of a control point and a corner, and W has such means of four weights.
     double least = std::numeric_limits<double>::infinity();
     for (int l = 0; l <= m + 1; ++l)
         for (int k = 0; k <= n + 1; ++k) {
@@ -66,7 +71,8 @@ double bilinearDeviation(const BezierPatch& patch) {
             double weights = 0;
             for (int b = 0; b < 2; ++b)
                 for (int a = 0; a < 2; ++a) {
-                    const double share = static_cast<double>((a == 0 ? n + 1 - k : k) * (b == 0 ? m + 1 - l : l)) / ((n + 1) * (m + 1));
+                    const double share =
+                        static_cast<double>((a == 0 ? n + 1 - k : k) * (b == 0 ? m + 1 - l : l)) / ((n + 1) * (m + 1));
                     if (share == 0) continue;
                     const Vec4d& p = patch.at(k - a, l - b);
                     sum += share * p.w() * (place(p) - corner[2 * b + a]);

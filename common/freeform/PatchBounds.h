@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// At every (u, v) the patch is no farther than this from the bilinear patch through its four corners, at the same (u, v).
+/// At every (u, v) the patch is no farther than this from the bilinear patch through its four corners, at the same (u,
+/// v).
 [[nodiscard]] double bilinearDeviation(const BezierPatch& patch);
 
 /// The axis along which rows of control points are farther from even chords: halving it there brings a facet nearer.

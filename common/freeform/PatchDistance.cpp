@@ -8,11 +8,12 @@
 #include <utility>
 #include <vector>
 
-
 namespace tessera {
 namespace {
 
-double distanceToBox(const Box& box, const Vec3d& p) { return (box.lower - p).cwiseMax(p - box.upper).cwiseMax(0).norm(); }
+double distanceToBox(const Box& box, const Vec3d& p) {
+    return (box.lower - p).cwiseMax(p - box.upper).cwiseMax(0).norm();
+}
 
 /// The least of the control points along a direction of length 1, from a place.
 double leastAlong(const BezierPatch& patch, const Vec3d& place, const Vec3d& direction) {
@@ -37,7 +38,8 @@ public:
         : patches_(patches), place_(place), options_(options) {}
 
     std::optional<ClosestPoint> run() {
-        for (std::size_t k = 0; k < patches_.size(); ++k) consider({patches_[k], k, Vec2d::Zero(), Vec2d::Ones(), 0, options_.mask == nullptr});
+        for (std::size_t k = 0; k < patches_.size(); ++k)
+            consider({patches_[k], k, Vec2d::Zero(), Vec2d::Ones(), 0, options_.mask == nullptr});
         std::size_t looked = 0;
         double least = std::numeric_limits<double>::infinity();  // of what is left out
         while (!open_.empty()) {
@@ -77,7 +79,12 @@ private:
         const int axis = alongU ? 0 : 1;
         const double middle = 0.5 * (part.lower[axis] + part.upper[axis]);
         for (int k = 0; k < 2; ++k) {
-            PatchPart half{std::move(halves[static_cast<std::size_t>(k)]), part.patch, part.lower, part.upper, part.nearest, part.all};
+            PatchPart half{std::move(halves[static_cast<std::size_t>(k)]),
+                           part.patch,
+                           part.lower,
+                           part.upper,
+                           part.nearest,
+                           part.all};
             (k == 0 ? half.upper : half.lower)[axis] = middle;
             consider(std::move(half));
         }
@@ -97,7 +104,8 @@ private:
         if (part.nearest >= best_.distance) return;
         if (!part.all) {
             const Vec2d &low = part.lower, &high = part.upper;
-            for (const Vec2d& corner : {low, high, Vec2d(low.x(), high.y()), Vec2d(high.x(), low.y())}) offer(part.patch, corner);
+            for (const Vec2d& corner : {low, high, Vec2d(low.x(), high.y()), Vec2d(high.x(), low.y())})
+                offer(part.patch, corner);
         }
         if (offer(part.patch, middle)) descend(part.patch, middle);
         open_.push(std::move(part));
@@ -127,7 +135,10 @@ private:
                 }
             const double determinant = a.determinant();
             if (!(determinant > 1e-14 * a(0, 0) * a(1, 1))) return;
-            const Vec2d to = (at + Vec2d(a(1, 1) * b.x() - a(0, 1) * b.y(), a(0, 0) * b.y() - a(1, 0) * b.x()) / determinant).cwiseMax(0).cwiseMin(1);
+            const Vec2d to =
+                (at + Vec2d(a(1, 1) * b.x() - a(0, 1) * b.y(), a(0, 0) * b.y() - a(1, 0) * b.x()) / determinant)
+                    .cwiseMax(0)
+                    .cwiseMin(1);
             if (!to.allFinite() || to == at || !offer(patch, to)) return;
             at = to;
         }
@@ -137,13 +148,19 @@ private:
     Vec3d place_;
     const ClosestPointOptions& options_;
     std::priority_queue<PatchPart> open_;
-    ClosestPoint best_{.patch = 0, .u = 0, .v = 0, .point = Vec3d::Zero(), .distance = std::numeric_limits<double>::infinity(), .error = 0};
+    ClosestPoint best_{.patch = 0,
+                       .u = 0,
+                       .v = 0,
+                       .point = Vec3d::Zero(),
+                       .distance = std::numeric_limits<double>::infinity(),
+                       .error = 0};
     double finest_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace
 
-std::optional<ClosestPoint> closestPoint(std::span<const BezierPatch> patches, const Vec3d& place, const ClosestPointOptions& options) {
+std::optional<ClosestPoint> closestPoint(std::span<const BezierPatch> patches, const Vec3d& place,
+                                         const ClosestPointOptions& options) {
     if (!place.allFinite()) return std::nullopt;
     return ClosestPointSearch(patches, place, options).run();
 }

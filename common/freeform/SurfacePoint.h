@@ -5,8 +5,9 @@
 
 namespace tessera {
 
-/// In the surface's own frame and units. `du`, `dv`: derivatives by the face's or patch's parameters, zero vectors where there are none
-/// (a cusp, a collapsed edge). `normal`: of length 1 along du × dv, its limit where that is zero; a zero vector where there is no limit.
+/// In the surface's own frame and units. `du`, `dv`: derivatives by the face's or patch's parameters, zero vectors
+/// where there are none (a cusp, a collapsed edge). `normal`: of length 1 along du × dv, its limit where that is zero;
+/// a zero vector where there is no limit.
 struct SurfacePoint {
     Vec3d point = Vec3d::Zero(), du = Vec3d::Zero(), dv = Vec3d::Zero(), normal = Vec3d::Zero();
     double error = 0;  ///< the surface is no farther from `point` than this, rounding aside; 0: exact

@@ -42,16 +42,21 @@ struct Ear {
         return turnOf(a, b, p) >= 0 && turnOf(b, c, p) >= 0 && turnOf(c, a, p) >= 0 && p != a && p != b && p != c;
     }
     [[nodiscard]] bool isApartFrom(const GridBox& other) const {
-        if (other.lowerX > box.upperX || other.upperX < box.lowerX || other.lowerY > box.upperY || other.upperY < box.lowerY) return true;
+        if (other.lowerX > box.upperX || other.upperX < box.lowerX || other.lowerY > box.upperY ||
+            other.upperY < box.lowerY)
+            return true;
         // Right of a side as a whole: its corner that is farthest left is.
         const auto isRightOf = [&](const GridPoint& from, const GridPoint& to) {
-            return turnOf(from, to, {to.y > from.y ? other.lowerX : other.upperX, to.x > from.x ? other.upperY : other.lowerY}) < 0;
+            return turnOf(from, to,
+                          {to.y > from.y ? other.lowerX : other.upperX, to.x > from.x ? other.upperY : other.lowerY}) <
+                   0;
         };
         return isRightOf(a, b) || isRightOf(b, c) || isRightOf(c, a);
     }
 };
 
-/// Bits of the two numbers by turns: what is near each other is mostly beside each other in this order (G. M. Morton, 1966).
+/// Bits of the two numbers by turns: what is near each other is mostly beside each other in this order (G. M. Morton,
+/// 1966).
 std::uint64_t mortonOf(const GridPoint& p) {
     const auto spread = [](std::uint64_t v) {
         v = (v | (v << 16)) & 0x0000FFFF0000FFFFull;
@@ -66,7 +71,8 @@ std::uint64_t mortonOf(const GridPoint& p) {
 /// The corners that may lie in an ear: those that turn inwards. A heap of boxes, the leaves kLeaf corners each.
 class InwardCorners {
 public:
-    InwardCorners(std::span<const GridPoint> corners, std::vector<std::uint32_t> inward) : corners_(corners), order_(std::move(inward)), place_(corners.size(), kNowhere) {
+    InwardCorners(std::span<const GridPoint> corners, std::vector<std::uint32_t> inward)
+        : corners_(corners), order_(std::move(inward)), place_(corners.size(), kNowhere) {
         std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted;
         sorted.reserve(order_.size());
         for (const std::uint32_t corner : order_) sorted.emplace_back(mortonOf(corners[corner]), corner);
@@ -130,7 +136,13 @@ private:
 class Clipping {
 public:
     Clipping(std::span<const GridPoint> corners, bool turned, std::uint64_t& steps)
-        : corners_(corners), turned_(turned), steps_(steps), next_(corners.size()), before_(corners.size()), turn_(corners.size(), 0), left_(corners.size()) {
+        : corners_(corners),
+          turned_(turned),
+          steps_(steps),
+          next_(corners.size()),
+          before_(corners.size()),
+          turn_(corners.size(), 0),
+          left_(corners.size()) {
         for (std::uint32_t i = 0; i < corners.size(); ++i) {
             const auto many = static_cast<std::uint32_t>(corners.size());
             next_[i] = turned ? (i + many - 1) % many : (i + 1) % many;
@@ -145,8 +157,10 @@ public:
         std::uint32_t corner = start_;
         for (std::size_t i = 0; i < left_; ++i, corner = next_[corner]) {
             turn_[corner] = side(corner);
-            if (turn_[corner] > 0) enqueue(corner);
-            else inward.push_back(corner);
+            if (turn_[corner] > 0)
+                enqueue(corner);
+            else
+                inward.push_back(corner);
         }
         InwardCorners blocking(corners_, std::move(inward));
         const auto clip = [&](std::uint32_t tip) {
@@ -161,7 +175,8 @@ public:
             }
         };
         while (left_ > 2) {
-            if (steps_ == 0) return fail(ErrorCode::kLimit, "the outline takes too long to be cut into triangles: fewer corners do");
+            if (steps_ == 0)
+                return fail(ErrorCode::kLimit, "the outline takes too long to be cut into triangles: fewer corners do");
             if (queue_.empty()) {
                 clip(cornerWithoutEar());
                 continue;
@@ -175,7 +190,9 @@ public:
     }
 
 private:
-    [[nodiscard]] std::int64_t side(std::uint32_t corner) const { return turnOf(corners_[before_[corner]], corners_[corner], corners_[next_[corner]]); }
+    [[nodiscard]] std::int64_t side(std::uint32_t corner) const {
+        return turnOf(corners_[before_[corner]], corners_[corner], corners_[next_[corner]]);
+    }
 
     /// Neighbours of what is clipped go to the end: so triangles are fat rather than fans of slivers.
     void enqueue(std::uint32_t corner) {
@@ -194,7 +211,8 @@ private:
         --left_;
     }
 
-    /// Corners that are where the next one is, and tips of spikes, which lead out and back on one line: what is inside does not change.
+    /// Corners that are where the next one is, and tips of spikes, which lead out and back on one line: what is inside
+    /// does not change.
     void clipIdle() {
         std::uint32_t corner = 0;
         for (std::size_t passed = 0; passed < left_ && left_ > 2;) {
@@ -213,7 +231,8 @@ private:
         return b == c || (turnOf(a, b, c) == 0 && (a.x - b.x) * (c.x - b.x) + (a.y - b.y) * (c.y - b.y) > 0);
     }
 
-    /// Of an outline without ears, as it touches or crosses itself, or is flat: what has no area first, then what turns outwards, then any.
+    /// Of an outline without ears, as it touches or crosses itself, or is flat: what has no area first, then what turns
+    /// outwards, then any.
     [[nodiscard]] std::uint32_t cornerWithoutEar() {
         std::uint32_t corner = cursor_, outward = corner;
         bool found = false;

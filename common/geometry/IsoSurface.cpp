@@ -34,7 +34,11 @@ template <typename Number>
 class IsoSurfaceMaker {
 public:
     IsoSurfaceMaker(const VoxelGrid& grid, double value, std::size_t mostTriangles)
-        : grid_(grid), value_(value), most_(mostTriangles), nx_(static_cast<std::ptrdiff_t>(grid.size[0])), ny_(static_cast<std::ptrdiff_t>(grid.size[1])),
+        : grid_(grid),
+          value_(value),
+          most_(mostTriangles),
+          nx_(static_cast<std::ptrdiff_t>(grid.size[0])),
+          ny_(static_cast<std::ptrdiff_t>(grid.size[1])),
           nz_(static_cast<std::ptrdiff_t>(grid.size[2])) {
         for (auto& layer : layers_) layer.assign(static_cast<std::size_t>(nx_ * ny_) * kEdgeDirections, kNone);
     }
@@ -44,7 +48,8 @@ public:
         for (std::ptrdiff_t z = -1; z < nz_; ++z) {
             for (std::ptrdiff_t y = -1; y < ny_; ++y) cellsOfRow(y, z);
             if (mesh_.indices.size() / 3 > most_)
-                return fail(ErrorCode::kLimit, fmt::format("the surface at {} has more than {} triangles", value_, most_));
+                return fail(ErrorCode::kLimit,
+                            fmt::format("the surface at {} has more than {} triangles", value_, most_));
             // The upper layer becomes the lower one.
             std::swap(layers_[0], layers_[1]);
             std::fill(layers_[1].begin(), layers_[1].end(), kNone);
@@ -55,8 +60,12 @@ public:
 private:
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
-    [[nodiscard]] bool within(const Place& p) const { return p[0] >= 0 && p[0] < nx_ && p[1] >= 0 && p[1] < ny_ && p[2] >= 0 && p[2] < nz_; }
-    [[nodiscard]] std::size_t indexOf(const Place& p) const { return static_cast<std::size_t>((p[2] * ny_ + p[1]) * nx_ + p[0]); }
+    [[nodiscard]] bool within(const Place& p) const {
+        return p[0] >= 0 && p[0] < nx_ && p[1] >= 0 && p[1] < ny_ && p[2] >= 0 && p[2] < nz_;
+    }
+    [[nodiscard]] std::size_t indexOf(const Place& p) const {
+        return static_cast<std::size_t>((p[2] * ny_ + p[1]) * nx_ + p[0]);
+    }
     [[nodiscard]] double valueAt(const Place& p) const {
         Number number;
         std::memcpy(&number, grid_.voxels.data() + indexOf(p) * sizeof(Number), sizeof(Number));
@@ -97,10 +106,13 @@ private:
         for (unsigned i = 0; i < 4; ++i) in |= ((insideBits >> t.corners[i]) & 1u) << i;
         if (in == 0 || in == 15) return;
         // Even permutations of the corners: the first one, or the first two, are on a side of their own.
-        static constexpr std::array<std::array<unsigned, 4>, 4> kOne = {{{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
-        static constexpr std::array<std::array<unsigned, 4>, 6> kTwo = {{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}}};
+        static constexpr std::array<std::array<unsigned, 4>, 4> kOne = {
+            {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
+        static constexpr std::array<std::array<unsigned, 4>, 6> kTwo = {
+            {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 2, 0, 3}, {1, 3, 2, 0}, {2, 3, 0, 1}}};
         const auto vertex = [&](unsigned a, unsigned b) {
-            return (in >> a & 1u) != 0 ? vertexBetween(base, t.corners[a], t.corners[b], face) : vertexBetween(base, t.corners[b], t.corners[a], face);
+            return (in >> a & 1u) != 0 ? vertexBetween(base, t.corners[a], t.corners[b], face)
+                                       : vertexBetween(base, t.corners[b], t.corners[a], face);
         };
         for (const auto& [i, j, k, l] : kOne) {
             const bool alone = in == (1u << i), allButOne = in == (15u & ~(1u << i));
@@ -125,7 +137,8 @@ private:
     }
 
     [[nodiscard]] static Place cornerOf(const Place& base, unsigned corner) {
-        return {base[0] + static_cast<std::ptrdiff_t>(corner & 1u), base[1] + static_cast<std::ptrdiff_t>(corner >> 1 & 1u),
+        return {base[0] + static_cast<std::ptrdiff_t>(corner & 1u),
+                base[1] + static_cast<std::ptrdiff_t>(corner >> 1 & 1u),
                 base[2] + static_cast<std::ptrdiff_t>(corner >> 2 & 1u)};
     }
 
@@ -145,8 +158,9 @@ private:
             for (std::size_t axis = 0; axis < 3; ++axis) key[axis] = std::min(from[axis], to[axis]);
         }
         const std::size_t of = indexOf(key) * kEdgeDirections + direction;
-        std::uint32_t& known = face >= 0 ? caps_.try_emplace(of * 6 + static_cast<std::size_t>(face), kNone).first->second
-                                         : layers_[static_cast<std::size_t>(key[2] - base[2])][of % layers_[0].size()];
+        std::uint32_t& known = face >= 0
+                                   ? caps_.try_emplace(of * 6 + static_cast<std::size_t>(face), kNone).first->second
+                                   : layers_[static_cast<std::size_t>(key[2] - base[2])][of % layers_[0].size()];
         if (known != kNone) return known;
         known = static_cast<std::uint32_t>(mesh_.positions.size() / 3);
         Vec3d normal = Vec3d::Zero();
@@ -156,11 +170,14 @@ private:
             normal = -((1 - share) * gradientAt(from) + share * gradientAt(to));
             const double length = normal.norm();
             // None where the field is flat: a triangle's own then.
-            if (length > 0 && std::isfinite(length)) normal /= length;
-            else normal = Vec3d::Zero();
+            if (length > 0 && std::isfinite(length))
+                normal /= length;
+            else
+                normal = Vec3d::Zero();
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double step = static_cast<double>(from[axis]) + (share > 0 ? share * static_cast<double>(to[axis] - from[axis]) : 0.0);
+            const double step = static_cast<double>(from[axis]) +
+                                (share > 0 ? share * static_cast<double>(to[axis] - from[axis]) : 0.0);
             const auto a = static_cast<Eigen::Index>(axis);
             mesh_.positions.push_back(static_cast<float>(grid_.origin[a] + grid_.spacing[a] * step));
             mesh_.normals.push_back(static_cast<float>(normal[a]));
@@ -177,7 +194,8 @@ private:
             before[axis] = std::max<std::ptrdiff_t>(0, p[axis] - 1);
             after[axis] = std::min(last[axis], p[axis] + 1);
             const auto a = static_cast<Eigen::Index>(axis);
-            gradient[a] = (valueAt(after) - valueAt(before)) / (static_cast<double>(after[axis] - before[axis]) * grid_.spacing[a]);
+            gradient[a] = (valueAt(after) - valueAt(before)) /
+                          (static_cast<double>(after[axis] - before[axis]) * grid_.spacing[a]);
         }
         return gradient;
     }
@@ -187,7 +205,8 @@ private:
     std::size_t most_;
     std::ptrdiff_t nx_, ny_, nz_;
     MeshData mesh_;
-    std::array<std::vector<std::uint32_t>, 2> layers_;  ///< vertices of the layers below and above the cells, by lower end and direction
+    std::array<std::vector<std::uint32_t>, 2>
+        layers_;  ///< vertices of the layers below and above the cells, by lower end and direction
     std::unordered_map<std::size_t, std::uint32_t> caps_;
 };
 
@@ -200,10 +219,14 @@ double VoxelGrid::at(std::size_t x, std::size_t y, std::size_t z) const {
         return static_cast<double>(number);
     };
     switch (format) {
-        case VoxelFormat::kUint8: return read(std::uint8_t{});
-        case VoxelFormat::kUint16: return read(std::uint16_t{});
-        case VoxelFormat::kInt16: return read(std::int16_t{});
-        case VoxelFormat::kFloat: break;
+        case VoxelFormat::kUint8:
+            return read(std::uint8_t{});
+        case VoxelFormat::kUint16:
+            return read(std::uint16_t{});
+        case VoxelFormat::kInt16:
+            return read(std::int16_t{});
+        case VoxelFormat::kFloat:
+            break;
     }
     return read(float{});
 }
@@ -231,10 +254,14 @@ double VoxelGrid::linearAt(const Vec3d& steps) const {
 
 Expected<MeshData> isoSurface(const VoxelGrid& grid, double value, std::size_t mostTriangles) {
     switch (grid.format) {
-        case VoxelFormat::kUint8: return IsoSurfaceMaker<std::uint8_t>(grid, value, mostTriangles).make();
-        case VoxelFormat::kUint16: return IsoSurfaceMaker<std::uint16_t>(grid, value, mostTriangles).make();
-        case VoxelFormat::kInt16: return IsoSurfaceMaker<std::int16_t>(grid, value, mostTriangles).make();
-        case VoxelFormat::kFloat: break;
+        case VoxelFormat::kUint8:
+            return IsoSurfaceMaker<std::uint8_t>(grid, value, mostTriangles).make();
+        case VoxelFormat::kUint16:
+            return IsoSurfaceMaker<std::uint16_t>(grid, value, mostTriangles).make();
+        case VoxelFormat::kInt16:
+            return IsoSurfaceMaker<std::int16_t>(grid, value, mostTriangles).make();
+        case VoxelFormat::kFloat:
+            break;
     }
     return IsoSurfaceMaker<float>(grid, value, mostTriangles).make();
 }
@@ -251,14 +278,16 @@ std::array<std::size_t, 3> coarserSize(const std::array<std::size_t, 3>& size) {
 std::vector<float> sampled(const VoxelGrid& grid, const std::array<std::size_t, 3>& size) {
     Vec3d stride;
     for (std::size_t axis = 0; axis < 3; ++axis)
-        stride[static_cast<Eigen::Index>(axis)] = static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1);
+        stride[static_cast<Eigen::Index>(axis)] =
+            static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1);
     std::vector<float> numbers;
     numbers.reserve(size[0] * size[1] * size[2]);
     for (std::size_t z = 0; z < size[2]; ++z)
         for (std::size_t y = 0; y < size[1]; ++y)
             for (std::size_t x = 0; x < size[0]; ++x)
                 numbers.push_back(static_cast<float>(
-                    grid.linearAt(Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)).cwiseProduct(stride))));
+                    grid.linearAt(Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z))
+                                      .cwiseProduct(stride))));
     return numbers;
 }
 
@@ -272,7 +301,8 @@ MeshData isoSurfaceWithin(const VoxelGrid& grid, double value, std::size_t mostT
         if (size == coarse.size) return {};  // a single cell
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const auto a = static_cast<Eigen::Index>(axis);
-            coarse.spacing[a] = grid.spacing[a] * (static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1));
+            coarse.spacing[a] =
+                grid.spacing[a] * (static_cast<double>(grid.size[axis] - 1) / static_cast<double>(size[axis] - 1));
         }
         coarse.size = size;
         coarse.format = VoxelFormat::kFloat;

@@ -16,29 +16,35 @@ namespace {
 
 constexpr std::size_t kMostCorners = 16384;  // of a letter, once it is flat
 constexpr std::size_t kMostTries = 16;
-constexpr double kMostChords = 256;          // of a curve
+constexpr double kMostChords = 256;  // of a curve
 
 using Ring = std::vector<OutlinePoint>;
 
 std::int64_t turnAt(const OutlinePoint& a, const OutlinePoint& b, const OutlinePoint& c) {
-    return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) - (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
+    return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) -
+           (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
 }
 
-/// Chords of equal shares of the parameter. Off by at most h² / 8 of the second derivative, which is at most d (d - 1) times the largest second difference of
-/// the d + 1 control points.
+/// Chords of equal shares of the parameter. Off by at most h² / 8 of the second derivative, which is at most d (d - 1)
+/// times the largest second difference of the d + 1 control points.
 void addChords(const OutlinePoint& from, const OutlineSegment& segment, double tolerance, Ring& ring) {
     std::array<OutlinePoint, 4> c{from, segment.points[0], segment.points[1], segment.points[2]};
     const std::uint32_t degree = segment.degree;
     double bend = 0;
-    for (std::uint32_t i = 0; i + 2 <= degree; ++i) bend = std::max(bend, std::hypot(double{1} * c[i].x - 2.0 * c[i + 1].x + c[i + 2].x, double{1} * c[i].y - 2.0 * c[i + 1].y + c[i + 2].y));
-    const double chords = std::clamp(std::ceil(std::sqrt(degree * (degree - 1.0) * bend / (8 * tolerance))), 1.0, kMostChords);
+    for (std::uint32_t i = 0; i + 2 <= degree; ++i)
+        bend = std::max(bend, std::hypot(double{1} * c[i].x - 2.0 * c[i + 1].x + c[i + 2].x,
+                                         double{1} * c[i].y - 2.0 * c[i + 1].y + c[i + 2].y));
+    const double chords =
+        std::clamp(std::ceil(std::sqrt(degree * (degree - 1.0) * bend / (8 * tolerance))), 1.0, kMostChords);
     for (double i = 1; i < chords; ++i) {
         const double t = i / chords, s = 1 - t;
         const auto at = [&](auto coordinate) {
             const double p0 = coordinate(c[0]), p1 = coordinate(c[1]), p2 = coordinate(c[2]), p3 = coordinate(c[3]);
-            return degree == 2 ? s * s * p0 + 2 * s * t * p1 + t * t * p2 : s * s * s * p0 + 3 * s * s * t * p1 + 3 * s * t * t * p2 + t * t * t * p3;
+            return degree == 2 ? s * s * p0 + 2 * s * t * p1 + t * t * p2
+                               : s * s * s * p0 + 3 * s * s * t * p1 + 3 * s * t * t * p2 + t * t * t * p3;
         };
-        ring.push_back({static_cast<std::int32_t>(std::lround(at([](const OutlinePoint& p) { return double(p.x); }))), static_cast<std::int32_t>(std::lround(at([](const OutlinePoint& p) { return double(p.y); })))});
+        ring.push_back({static_cast<std::int32_t>(std::lround(at([](const OutlinePoint& p) { return double(p.x); }))),
+                        static_cast<std::int32_t>(std::lround(at([](const OutlinePoint& p) { return double(p.y); })))});
     }
     ring.push_back(c[degree]);
 }
@@ -54,7 +60,8 @@ Ring flattened(const OutlineContour& contour, double tolerance) {
 /// Twice the area, counter-clockwise above 0.
 double areaOf(const Ring& ring) {
     double area = 0;
-    for (std::size_t i = 0; i < ring.size(); ++i) area += static_cast<double>(turnAt(ring[0], ring[i], ring[(i + 1) % ring.size()]));
+    for (std::size_t i = 0; i < ring.size(); ++i)
+        area += static_cast<double>(turnAt(ring[0], ring[i], ring[(i + 1) % ring.size()]));
     return area;
 }
 
@@ -64,7 +71,9 @@ std::optional<int> windingOf(const Ring& ring, const OutlinePoint& p) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
         const OutlinePoint &a = ring[i], &b = ring[(i + 1) % ring.size()];
         const std::int64_t side = turnAt(a, b, p);
-        if (side == 0 && p.x >= std::min(a.x, b.x) && p.x <= std::max(a.x, b.x) && p.y >= std::min(a.y, b.y) && p.y <= std::max(a.y, b.y)) return std::nullopt;
+        if (side == 0 && p.x >= std::min(a.x, b.x) && p.x <= std::max(a.x, b.x) && p.y >= std::min(a.y, b.y) &&
+            p.y <= std::max(a.y, b.y))
+            return std::nullopt;
         if (a.y <= p.y && b.y > p.y && side > 0) ++winding;
         if (a.y > p.y && b.y <= p.y && side < 0) --winding;
     }
@@ -87,13 +96,16 @@ struct Part {
 /// Cuts from holes to the rim until one outline goes around all.
 class Joining {
 public:
-    Joining(std::span<const OutlinePoint> vertices, Part part, std::uint64_t& steps) : vertices_(vertices), outline_(std::move(part.rim)), holes_(std::move(part.holes)), steps_(steps) {
+    Joining(std::span<const OutlinePoint> vertices, Part part, std::uint64_t& steps)
+        : vertices_(vertices), outline_(std::move(part.rim)), holes_(std::move(part.holes)), steps_(steps) {
         const auto rightmost = [&](const std::vector<std::uint32_t>& hole) {
-            return *std::ranges::max_element(hole, {}, [&](std::uint32_t v) { return std::pair(vertices_[v].x, vertices_[v].y); });
+            return *std::ranges::max_element(
+                hole, {}, [&](std::uint32_t v) { return std::pair(vertices_[v].x, vertices_[v].y); });
         };
         for (auto& hole : holes_) std::rotate(hole.begin(), std::ranges::find(hole, rightmost(hole)), hole.end());
         // The one farthest right first: nothing but the outline is right of it.
-        std::ranges::stable_sort(holes_, [&](const auto& a, const auto& b) { return vertices_[a.front()].x > vertices_[b.front()].x; });
+        std::ranges::stable_sort(
+            holes_, [&](const auto& a, const auto& b) { return vertices_[a.front()].x > vertices_[b.front()].x; });
     }
 
     /// What does not come into it is left out of `rims`, to which all others are added.
@@ -120,14 +132,16 @@ private:
         std::vector<std::pair<double, std::size_t>> nearest;
         steps_ -= std::min<std::uint64_t>(steps_, outline_.size());
         if (steps_ == 0) return std::nullopt;
-        for (std::size_t i = 0; i < outline_.size(); ++i) nearest.emplace_back(std::hypot(double(corner(i).x) - from.x, double(corner(i).y) - from.y), i);
+        for (std::size_t i = 0; i < outline_.size(); ++i)
+            nearest.emplace_back(std::hypot(double(corner(i).x) - from.x, double(corner(i).y) - from.y), i);
         std::sort(nearest.begin(), nearest.end());
         for (const auto& [distance, i] : nearest) {
             const auto& cut = corner(i);
             const OutlinePoint &before = corner(i + outline_.size() - 1), &after = corner(i + 1);
             if (cut == from || !isInCone(before, cut, after, from) || meets(outline_, from, cut)) continue;
             bool free = true;
-            for (std::size_t other = hole; other < holes_.size() && free; ++other) free = !meets(holes_[other], from, cut);
+            for (std::size_t other = hole; other < holes_.size() && free; ++other)
+                free = !meets(holes_[other], from, cut);
             if (free) return i;
             if (steps_ == 0) break;
         }
@@ -135,7 +149,8 @@ private:
     }
 
     /// Whether the way from `corner` to `p` begins inside, which is left of the ways to and from the corner.
-    static bool isInCone(const OutlinePoint& before, const OutlinePoint& corner, const OutlinePoint& after, const OutlinePoint& p) {
+    static bool isInCone(const OutlinePoint& before, const OutlinePoint& corner, const OutlinePoint& after,
+                         const OutlinePoint& p) {
         if (turnAt(before, corner, after) > 0) return turnAt(before, corner, p) > 0 && turnAt(corner, after, p) > 0;
         return turnAt(before, corner, p) > 0 || turnAt(corner, after, p) > 0;
     }
@@ -146,7 +161,9 @@ private:
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const OutlinePoint &a = vertices_[ring[i]], &b = vertices_[ring[(i + 1) % ring.size()]];
             const int sideA = sign(turnAt(from, to, a)), sideB = sign(turnAt(from, to, b));
-            if (sideA == 0 && a != from && a != to && std::min(from.x, to.x) <= a.x && a.x <= std::max(from.x, to.x) && std::min(from.y, to.y) <= a.y && a.y <= std::max(from.y, to.y)) return true;
+            if (sideA == 0 && a != from && a != to && std::min(from.x, to.x) <= a.x && a.x <= std::max(from.x, to.x) &&
+                std::min(from.y, to.y) <= a.y && a.y <= std::max(from.y, to.y))
+                return true;
             if (sideA * sideB < 0 && sign(turnAt(a, b, from)) * sign(turnAt(a, b, to)) < 0) return true;
         }
         return false;
@@ -158,7 +175,9 @@ private:
     std::uint64_t& steps_;
 };
 
-GridPoint onGrid(const OutlinePoint& p) { return {std::int64_t{p.x} + (GridPoint::kMost >> 1), std::int64_t{p.y} + (GridPoint::kMost >> 1)}; }
+GridPoint onGrid(const OutlinePoint& p) {
+    return {std::int64_t{p.x} + (GridPoint::kMost >> 1), std::int64_t{p.y} + (GridPoint::kMost >> 1)};
+}
 
 }  // namespace
 
@@ -170,7 +189,8 @@ Expected<LetterTriangles> trianglesOf(const LetterShape& shape, double tolerance
     for (const OutlineContour& contour : shape) {
         Ring ring = flattened(contour, std::max(tolerance, 1.0));
         corners += ring.size();
-        if (corners > kMostCorners) return fail(ErrorCode::kLimit, "a letter has more corners than 16384, curves as chords");
+        if (corners > kMostCorners)
+            return fail(ErrorCode::kLimit, "a letter has more corners than 16384, curves as chords");
         const double area = areaOf(ring);
         if (ring.size() < 3 || area == 0) continue;
         rings.push_back(std::move(ring));

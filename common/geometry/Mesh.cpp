@@ -136,8 +136,8 @@ bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
     const auto finite = [&](const Blob& blob, const ByteRange& bytes) { return within(blob, bytes, Finite()); };
     const Known isVertex{arrays.positions.sizeBytes() / (3 * sizeof(float))};
     const auto known = [&](const Blob& blob, const ByteRange& bytes) { return within(blob, bytes, isVertex); };
-    return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) && finite(arrays.texcoords, ranges[3]) &&
-           finite(arrays.texcoords1, ranges[5]) &&
+    return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) &&
+           finite(arrays.texcoords, ranges[3]) && finite(arrays.texcoords1, ranges[5]) &&
            known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]);
 }
 

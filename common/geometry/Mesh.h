@@ -36,8 +36,8 @@ struct MeshLimits {
 };
 
 /// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out
-/// of range (which), a position that is not finite, an absent blob, points or lines with indices of triangles, points with a negative radius.
-/// Costs one pass.
+/// of range (which), a position that is not finite, an absent blob, points or lines with indices of triangles, points
+/// with a negative radius. Costs one pass.
 [[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
 
 /// Bytes [begin, end) of an array.
@@ -64,10 +64,10 @@ using MeshRanges = std::array<ByteRange, kMeshArrays>;
 
 /// A mesh under construction: counter-clockwise triangles seen from outside, lines, or points.
 struct MeshData {
-    std::vector<float> positions;   ///< xyz
-    std::vector<float> normals;     ///< xyz, or empty
-    std::vector<float> texcoords;   ///< uv, or empty
-    std::vector<float> texcoords1;  ///< a second set, or empty
+    std::vector<float> positions;      ///< xyz
+    std::vector<float> normals;        ///< xyz, or empty
+    std::vector<float> texcoords;      ///< uv, or empty
+    std::vector<float> texcoords1;     ///< a second set, or empty
     std::vector<std::uint8_t> colors;  ///< rgba, or empty
     std::vector<std::uint32_t> indices;
     std::vector<std::uint32_t> lines;  ///< two each; of kLines alone
@@ -85,8 +85,8 @@ struct MeshData {
     void append(const MeshData& other, const Affine3d& place);
 };
 
-/// Shapes stand on their own centre; lengths in scene units. Texture coordinates go once around, and once over each flat
-/// face; on pipes they repeat along it.
+/// Shapes stand on their own centre; lengths in scene units. Texture coordinates go once around, and once over each
+/// flat face; on pipes they repeat along it.
 [[nodiscard]] MeshData makeBox(const Vec3d& size);
 /// Along +Y, closed by caps.
 [[nodiscard]] MeshData makeCylinder(double radius, double height, int segments);

@@ -16,14 +16,18 @@ using PlaneBits = std::uint64_t;
 class SurfaceCutter {
 public:
     SurfaceCutter(const MeshArrays& mesh, std::span<const Vec4d> planes, std::size_t mostTriangles)
-        : positions_(mesh.positions.as<float>()), normals_(mesh.normals.as<float>()), indices_(mesh.indices.as<std::uint32_t>()), most_(mostTriangles) {
+        : positions_(mesh.positions.as<float>()),
+          normals_(mesh.normals.as<float>()),
+          indices_(mesh.indices.as<std::uint32_t>()),
+          most_(mostTriangles) {
         for (const Vec4d& plane : planes) planes_.push_back(plane / plane.head<3>().norm());
         given_ = positions_.size() / 3;
     }
 
     Expected<MeshData> make() {
         beyond_.resize(given_);
-        for (std::size_t v = 0; v < given_; ++v) beyond_[v] = beyondAt(placeOf(static_cast<std::uint32_t>(v)), ~PlaneBits{0});
+        for (std::size_t v = 0; v < given_; ++v)
+            beyond_[v] = beyondAt(placeOf(static_cast<std::uint32_t>(v)), ~PlaneBits{0});
         for (std::size_t t = 0; t + 2 < indices_.size(); t += 3) {
             const std::array<std::uint32_t, 3> corners{indices_[t], indices_[t + 1], indices_[t + 2]};
             const std::array<PlaneBits, 3> beyond{beyond_[corners[0]], beyond_[corners[1]], beyond_[corners[2]]};
@@ -32,7 +36,9 @@ public:
                 kept_.insert(kept_.end(), corners.begin(), corners.end());
             else
                 cut(corners, cutting);
-            if (kept_.size() / 3 > most_) return fail(ErrorCode::kLimit, fmt::format("a surface that planes cut has more than {} triangles", most_));
+            if (kept_.size() / 3 > most_)
+                return fail(ErrorCode::kLimit,
+                            fmt::format("a surface that planes cut has more than {} triangles", most_));
         }
         return mesh();
     }
@@ -47,12 +53,16 @@ private:
         const float* p = &numbers[3 * std::size_t{at}];
         return {p[0], p[1], p[2]};
     }
-    [[nodiscard]] Vec3d placeOf(std::uint32_t v) const { return v < given_ ? three(positions_, v) : made_[v - given_].place; }
+    [[nodiscard]] Vec3d placeOf(std::uint32_t v) const {
+        return v < given_ ? three(positions_, v) : made_[v - given_].place;
+    }
     [[nodiscard]] Vec3d normalOf(std::uint32_t v) const {
         if (v >= given_) return made_[v - given_].normal;
         return normals_.empty() ? Vec3d(Vec3d::Zero()) : three(normals_, v);
     }
-    [[nodiscard]] double off(std::size_t plane, const Vec3d& place) const { return planes_[plane].head<3>().dot(place) - planes_[plane].w(); }
+    [[nodiscard]] double off(std::size_t plane, const Vec3d& place) const {
+        return planes_[plane].head<3>().dot(place) - planes_[plane].w();
+    }
     [[nodiscard]] PlaneBits beyondAt(const Vec3d& place, PlaneBits of) const {
         PlaneBits bits = 0;
         for (std::size_t k = 0; k < planes_.size(); ++k)
@@ -60,7 +70,8 @@ private:
         return bits;
     }
 
-    /// Of an edge with one end on each side. Both triangles at an edge cut it at the same planes in the same order: at those that an end is beyond.
+    /// Of an edge with one end on each side. Both triangles at an edge cut it at the same planes in the same order: at
+    /// those that an end is beyond.
     [[nodiscard]] std::uint32_t cornerBetween(std::uint32_t in, std::uint32_t out, std::size_t plane) {
         const Vec3d from = placeOf(in), to = placeOf(out);
         const double before = off(plane, from), after = off(plane, to);
@@ -71,7 +82,8 @@ private:
         const double share = before / (before - after);
         Made corner{from + share * (to - from), (1 - share) * normalOf(in) + share * normalOf(out)};
         if (const double length = corner.normal.norm(); length > 0) corner.normal /= length;
-        // Between two that are not beyond a plane nothing is, whatever rounding says: the triangle beside this one may not ask.
+        // Between two that are not beyond a plane nothing is, whatever rounding says: the triangle beside this one may
+        // not ask.
         beyond_.push_back(beyondAt(corner.place, (beyond_[in] | beyond_[out]) & ~(PlaneBits{1} << plane)));
         made_.push_back(corner);
         return known->second;
@@ -94,7 +106,8 @@ private:
             }
             std::swap(polygon_, left_);
         }
-        for (std::size_t i = 2; i < polygon_.size(); ++i) kept_.insert(kept_.end(), {polygon_[0], polygon_[i - 1], polygon_[i]});
+        for (std::size_t i = 2; i < polygon_.size(); ++i)
+            kept_.insert(kept_.end(), {polygon_[0], polygon_[i - 1], polygon_[i]});
     }
 
     /// Corners that are left, in their order.
@@ -131,7 +144,9 @@ private:
 }  // namespace
 
 Expected<MeshData> cutAtPlanes(const MeshArrays& mesh, std::span<const Vec4d> planes, std::size_t mostTriangles) {
-    if (planes.size() > kMostCutPlanes) return fail(ErrorCode::kLimit, fmt::format("{} planes at once, at most {} can cut", planes.size(), kMostCutPlanes));
+    if (planes.size() > kMostCutPlanes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} planes at once, at most {} can cut", planes.size(), kMostCutPlanes));
     return SurfaceCutter(mesh, planes, mostTriangles).make();
 }
 

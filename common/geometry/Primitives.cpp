@@ -19,13 +19,20 @@ struct RunWords {
 };
 RunWords wordsOf(RunKind kind) {
     switch (kind) {
-        case RunKind::kLineStrips: return {"line strip", "line strips", 2};
-        case RunKind::kLineLoops: return {"line loop", "line loops", 3};
-        case RunKind::kTriangleStrips: return {"triangle strip", "triangle strips", 3};
-        case RunKind::kTriangleFans: return {"triangle fan", "triangle fans", 3};
-        case RunKind::kQuads: return {"quad", "quads", 4};
-        case RunKind::kQuadStrips: return {"quad strip", "quad strips", 4};
-        case RunKind::kPolygons: break;
+        case RunKind::kLineStrips:
+            return {"line strip", "line strips", 2};
+        case RunKind::kLineLoops:
+            return {"line loop", "line loops", 3};
+        case RunKind::kTriangleStrips:
+            return {"triangle strip", "triangle strips", 3};
+        case RunKind::kTriangleFans:
+            return {"triangle fan", "triangle fans", 3};
+        case RunKind::kQuads:
+            return {"quad", "quads", 4};
+        case RunKind::kQuadStrips:
+            return {"quad strip", "quad strips", 4};
+        case RunKind::kPolygons:
+            break;
     }
     return {"polygon", "polygons", 3};
 }
@@ -51,7 +58,8 @@ Vec3d placeOf(const PrimitiveRuns& runs, std::size_t corner) {
     return {runs.positions[at], runs.positions[at + 1], runs.positions[at + 2]};
 }
 
-/// As seen along the axis that the normal is nearest to, from where they go around to the left; empty: they have no area from anywhere.
+/// As seen along the axis that the normal is nearest to, from where they go around to the left; empty: they have no
+/// area from anywhere.
 std::vector<GridPoint> seenFlat(const PrimitiveRuns& runs, std::size_t first, std::size_t count) {
     // From its own middle, as far from the origin products would lose what tells corners apart.
     Vec3d low = placeOf(runs, first), high = low;
@@ -79,7 +87,9 @@ std::vector<GridPoint> seenFlat(const PrimitiveRuns& runs, std::size_t first, st
     std::vector<GridPoint> flat(count);
     for (std::size_t i = 0; i < count; ++i) {
         const Vec3d at = placeOf(runs, first + i);
-        const auto onGrid = [&](Eigen::Index k) { return std::clamp<std::int64_t>(std::llround((at[k] - low[k]) * steps), 0, GridPoint::kMost); };
+        const auto onGrid = [&](Eigen::Index k) {
+            return std::clamp<std::int64_t>(std::llround((at[k] - low[k]) * steps), 0, GridPoint::kMost);
+        };
         flat[i] = {onGrid(across), onGrid(up)};
     }
     return flat;
@@ -90,14 +100,17 @@ bool isCutAcross(const PrimitiveRuns& runs, std::size_t first) {
     std::array<Vec3d, 4> p;
     for (std::size_t i = 0; i < 4; ++i) p[i] = placeOf(runs, first + i);
     const Vec3d normal = (p[2] - p[0]).cross(p[3] - p[1]);
-    const auto faces = [&](std::size_t a, std::size_t b, std::size_t c) { return (p[b] - p[a]).cross(p[c] - p[a]).dot(normal); };
+    const auto faces = [&](std::size_t a, std::size_t b, std::size_t c) {
+        return (p[b] - p[a]).cross(p[c] - p[a]).dot(normal);
+    };
     return std::min(faces(0, 1, 2), faces(0, 2, 3)) <= 0 && std::min(faces(0, 1, 3), faces(1, 2, 3)) > 0;
 }
 
 constexpr std::array<std::uint32_t, 6> kAlong{0, 1, 2, 0, 2, 3}, kAcross{0, 1, 3, 1, 2, 3};
 
 /// Of one quad or polygon: corner numbers of its triangles.
-Expected<std::vector<std::uint32_t>> cut(const PrimitiveRuns& runs, std::size_t run, std::size_t first, std::size_t count) {
+Expected<std::vector<std::uint32_t>> cut(const PrimitiveRuns& runs, std::size_t run, std::size_t first,
+                                         std::size_t count) {
     if (runs.kind == RunKind::kQuads || count == 4) {
         const auto& corners = isCutAcross(runs, first) ? kAcross : kAlong;
         return std::vector<std::uint32_t>(corners.begin(), corners.end());
@@ -128,8 +141,10 @@ public:
                 break;
             case RunKind::kTriangleStrips:
                 for (std::size_t i = 2; i < count; ++i)
-                    if (i % 2 == 0) triangle(at(i - 2), at(i - 1), at(i));
-                    else triangle(at(i - 1), at(i - 2), at(i));
+                    if (i % 2 == 0)
+                        triangle(at(i - 2), at(i - 1), at(i));
+                    else
+                        triangle(at(i - 1), at(i - 2), at(i));
                 break;
             case RunKind::kTriangleFans:
                 for (std::size_t i = 2; i < count; ++i) triangle(at(0), at(i - 1), at(i));
@@ -142,7 +157,8 @@ public:
                 }
                 break;
             case RunKind::kQuads:
-            case RunKind::kPolygons: break;
+            case RunKind::kPolygons:
+                break;
         }
     }
     [[nodiscard]] std::vector<std::uint32_t> take() { return std::move(made_); }
@@ -164,12 +180,14 @@ Expected<void> checkRuns(const PrimitiveRuns& runs, const MeshLimits& limits) {
     const RunWords words = wordsOf(runs.kind);
     const std::size_t corners = runs.corners();
     if (runs.kind == RunKind::kQuads) {
-        if (corners % 4 != 0) return fail(ErrorCode::kBadInput, fmt::format("{} corners are no whole number of quads", corners));
+        if (corners % 4 != 0)
+            return fail(ErrorCode::kBadInput, fmt::format("{} corners are no whole number of quads", corners));
     } else {
         std::uint64_t sum = 0;
         for (const std::uint32_t length : runs.lengths) sum += length;
         if (!runs.lengths.empty() && sum != corners)
-            return fail(ErrorCode::kBadInput, fmt::format("the lengths of {} {} add up to {} corners, but there are {}", runs.lengths.size(), words.many, sum, corners));
+            return fail(ErrorCode::kBadInput, fmt::format("the lengths of {} {} add up to {} corners, but there are {}",
+                                                          runs.lengths.size(), words.many, sum, corners));
         std::size_t bad = 0, badCount = 0;
         bool found = false;
         forEachRun(runs, [&](std::size_t run, std::size_t, std::size_t count) {
@@ -179,14 +197,21 @@ Expected<void> checkRuns(const PrimitiveRuns& runs, const MeshLimits& limits) {
             badCount = count;
         });
         if (found)
-            return fail(ErrorCode::kBadInput, fmt::format("{} {} has {} corner{}: it takes {}", words.one, bad, badCount, badCount == 1 ? "" : "s",
-                                                          runs.kind == RunKind::kQuadStrips ? "an even number from 4" : fmt::format("at least {}", words.least)));
+            return fail(
+                ErrorCode::kBadInput,
+                fmt::format("{} {} has {} corner{}: it takes {}", words.one, bad, badCount, badCount == 1 ? "" : "s",
+                            runs.kind == RunKind::kQuadStrips ? "an even number from 4"
+                                                              : fmt::format("at least {}", words.least)));
     }
     const std::uint64_t most = areLines(runs.kind) ? limits.maxLines : limits.maxTriangles;
-    if (corners > most) return fail(ErrorCode::kLimit, fmt::format("{} corners of {}, at most {} are allowed", corners, words.many, most));
+    if (corners > most)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} corners of {}, at most {} are allowed", corners, words.many, most));
     for (std::size_t i = 0; i < runs.indices.size(); ++i)
         if (runs.indices[i] >= runs.vertices())
-            return fail(ErrorCode::kBadInput, fmt::format("corner {} of the {} names vertex {}, but there are {} vertices", i, words.many, runs.indices[i], runs.vertices()));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("corner {} of the {} names vertex {}, but there are {} vertices", i, words.many,
+                                    runs.indices[i], runs.vertices()));
     return {};
 }
 
@@ -199,11 +224,13 @@ Expected<std::vector<std::uint32_t>> assembleRuns(const PrimitiveRuns& runs) {
     std::size_t triangles = 0;
     forEachRun(runs, [&](std::size_t, std::size_t, std::size_t count) { triangles += count - 2; });
     std::vector<std::uint32_t> assembled(3 * triangles);
-    if (const Expected<ByteRange> done = reassembleRuns(runs, 0, runs.vertices(), assembled); !done) return tl::unexpected(done.error());
+    if (const Expected<ByteRange> done = reassembleRuns(runs, 0, runs.vertices(), assembled); !done)
+        return tl::unexpected(done.error());
     return assembled;
 }
 
-Expected<ByteRange> reassembleRuns(const PrimitiveRuns& runs, std::size_t firstVertex, std::size_t endVertex, std::vector<std::uint32_t>& assembled) {
+Expected<ByteRange> reassembleRuns(const PrimitiveRuns& runs, std::size_t firstVertex, std::size_t endVertex,
+                                   std::vector<std::uint32_t>& assembled) {
     ByteRange touched{.begin = assembled.size(), .end = 0};
     if (!followPlaces(runs.kind)) return ByteRange();
     std::size_t slot = 0;

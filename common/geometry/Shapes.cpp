@@ -138,7 +138,8 @@ MeshData makeSphere(double radius, int segments) {
             Vec3d out = std::cos(latitude) * aroundY(i, segments) + std::sin(latitude) * Vec3d::UnitY();
             // The poles exactly on the axis: cos(pi / 2) is not quite 0.
             if (ring == 0 || ring == rings) out = Vec3d(0, ring == 0 ? -1 : 1, 0);
-            addVertex(mesh, radius * out, out, {static_cast<double>(i) / segments, 1 - static_cast<double>(ring) / rings});
+            addVertex(mesh, radius * out, out,
+                      {static_cast<double>(i) / segments, 1 - static_cast<double>(ring) / rings});
         }
     }
     const auto at = [&](int ring, int i) { return static_cast<std::uint32_t>(ring * (segments + 1) + i); };
@@ -218,7 +219,8 @@ MeshData makePipe(std::span<const Vec3d> path, double radius, int segments) {
             for (int i = 0; i <= segments; ++i) {
                 const Vec3d out = offset(i, direction);
                 const Vec3d at = mitred(joint, direction, out);
-                addVertex(mesh, at, out, {static_cast<double>(i) / segments, -(along + (at - points[s]).dot(direction)) / girth});
+                addVertex(mesh, at, out,
+                          {static_cast<double>(i) / segments, -(along + (at - points[s]).dot(direction)) / girth});
             }
         }
         addBand(mesh, rings[0], rings[1], segments);

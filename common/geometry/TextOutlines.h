@@ -18,7 +18,8 @@ struct OutlinePoint {
     bool operator==(const OutlinePoint&) const = default;
 };
 
-/// On from where the one before ends: a line (degree 1), or a Bézier curve of degree 2 or 3. The last of `degree` points is its end.
+/// On from where the one before ends: a line (degree 1), or a Bézier curve of degree 2 or 3. The last of `degree`
+/// points is its end.
 struct OutlineSegment {
     std::uint32_t degree = 1;
     std::array<OutlinePoint, 3> points;
@@ -41,8 +42,9 @@ struct PlacedLetter {
     bool operator==(const PlacedLetter&) const = default;
 };
 
-/// Each shape once, and where it stands. As a blob of 32-bit words, little-endian: 1, shapes, letters; of each shape its contours, of each contour x, y
-/// of its start and its segments, of each segment its degree and x, y of its points; of each letter shape, x, y.
+/// Each shape once, and where it stands. As a blob of 32-bit words, little-endian: 1, shapes, letters; of each shape
+/// its contours, of each contour x, y of its start and its segments, of each segment its degree and x, y of its points;
+/// of each letter shape, x, y.
 struct TextOutlines {
     static constexpr std::size_t kMostLetters = 65536, kMostSegments = 1'000'000;
     std::vector<LetterShape> shapes;
@@ -63,9 +65,10 @@ struct LetterTriangles {
     std::vector<std::vector<std::uint32_t>> rims;
 };
 
-/// Chords are within `tolerance` (of 1/65536 em, at least 1) of the curves, and half a unit that vertices are rounded by. Contours count where the winding
-/// number of the others at them says that something begins or ends there; a hole is cut out of the smallest contour around it. Contours that cross others are filled
-/// each by itself. kLimit: kMostCorners, or what kMostClipSteps of Primitives.h allow.
+/// Chords are within `tolerance` (of 1/65536 em, at least 1) of the curves, and half a unit that vertices are rounded
+/// by. Contours count where the winding number of the others at them says that something begins or ends there; a hole
+/// is cut out of the smallest contour around it. Contours that cross others are filled each by itself. kLimit:
+/// kMostCorners, or what kMostClipSteps of Primitives.h allow.
 [[nodiscard]] Expected<LetterTriangles> trianglesOf(const LetterShape& shape, double tolerance);
 
 }  // namespace tessera

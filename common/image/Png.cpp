@@ -139,8 +139,12 @@ PngRowReader::PngRowReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) 
 PngRowReader::~PngRowReader() = default;
 PngRowReader::PngRowReader(PngRowReader&&) noexcept = default;
 PngRowReader& PngRowReader::operator=(PngRowReader&&) noexcept = default;
-int PngRowReader::widthPx() const { return static_cast<int>(impl_->widthPx); }
-int PngRowReader::heightPx() const { return static_cast<int>(impl_->heightPx); }
+int PngRowReader::widthPx() const {
+    return static_cast<int>(impl_->widthPx);
+}
+int PngRowReader::heightPx() const {
+    return static_cast<int>(impl_->heightPx);
+}
 
 Expected<PngRowReader> PngRowReader::open(ByteSpan bytes) {
     auto impl = std::make_unique<Impl>(bytes);

@@ -1,7 +1,8 @@
 /// What of an InputState takes hold of things on the wall: the handles of manipulators.
 ///
-/// Who takes hold does so at the cursor (`cursorX`, `cursorY`), and asks for a grab of the view too (InputAction::kGrab): where there is no handle,
-/// that is what it is. From then on the hand is as far from the cursor as the drags (`lookRight`, `panRight`, …) have gone since.
+/// Who takes hold does so at the cursor (`cursorX`, `cursorY`), and asks for a grab of the view too
+/// (InputAction::kGrab): where there is no handle, that is what it is. From then on the hand is as far from the cursor
+/// as the drags (`lookRight`, `panRight`, …) have gone since.
 #pragma once
 
 #include "common/input/InputState.h"

@@ -1,9 +1,9 @@
 /// What somebody does with mouse, keyboard and game pad, as it goes from a window over its host to the server.
 ///
-/// Whole states, never events: keys and sticks as they are now, ways of the mouse and the wheel as sums since the source
-/// began, and how often each action has been asked for. Whoever has missed some states knows from the next all that they said, so
-/// that states may be left out, and nothing sticks. Plain numbers, all of whose values mean something: nothing can be
-/// wrong with one. The bytes are those of the little-endian machines that Tessera runs on.
+/// Whole states, never events: keys and sticks as they are now, ways of the mouse and the wheel as sums since the
+/// source began, and how often each action has been asked for. Whoever has missed some states knows from the next all
+/// that they said, so that states may be left out, and nothing sticks. Plain numbers, all of whose values mean
+/// something: nothing can be wrong with one. The bytes are those of the little-endian machines that Tessera runs on.
 #pragma once
 
 #include <array>
@@ -15,16 +15,16 @@ namespace tessera {
 
 /// What is asked for once, not held.
 enum class InputAction : std::uint8_t {
-    kHome,         ///< to the first view
-    kFit,          ///< to where what is below the cursor, else the whole scene, fills the wall
-    kFitAll,       ///< the whole scene in any case
+    kHome,    ///< to the first view
+    kFit,     ///< to where what is below the cursor, else the whole scene, fills the wall
+    kFitAll,  ///< the whole scene in any case
     kFly,
     kOrbit,
     kWalk,
     kNextMode,
-    kLevel,        ///< upright again
-    kGrab,         ///< a drag begins at the cursor: what is there is what orbits turn around
-    kGoTo1,        ///< and the eight bookmarks after it
+    kLevel,               ///< upright again
+    kGrab,                ///< a drag begins at the cursor: what is there is what orbits turn around
+    kGoTo1,               ///< and the eight bookmarks after it
     kKeep1 = kGoTo1 + 9,  ///< the view becomes bookmark 1, and so on
 };
 inline constexpr std::size_t kBookmarks = 9;
@@ -37,7 +37,8 @@ struct InputState {
     enum Held : std::uint32_t { kFaster = 1 };
     std::uint32_t held = 0;
 
-    // Sums since the source began, counted around without end. A window's height is kUnit, and so is a click of the wheel.
+    // Sums since the source began, counted around without end. A window's height is kUnit, and so is a click of the
+    // wheel.
     static constexpr std::int64_t kUnit = 65536;
     std::uint64_t lookRight = 0, lookDown = 0;  ///< drags that turn
     std::uint64_t panRight = 0, panDown = 0;    ///< drags that shift
@@ -61,9 +62,7 @@ struct InputState {
         held = 0;
         right = up = back = turnRight = turnUp = rollRight = 0;
     }
-    [[nodiscard]] bool atRest() const {
-        return (right | up | back | turnRight | turnUp | rollRight) == 0;
-    }
+    [[nodiscard]] bool atRest() const { return (right | up | back | turnRight | turnUp | rollRight) == 0; }
     bool operator==(const InputState&) const = default;
 };
 static_assert(kInputActions <= std::tuple_size_v<decltype(InputState::asked)>);

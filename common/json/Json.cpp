@@ -33,7 +33,8 @@ bool isTooDeep(std::string_view text) {
     return false;
 }
 
-/// What the parser takes, and readers differ in, or it takes too long for. Names of members are looked through one by one.
+/// What the parser takes, and readers differ in, or it takes too long for. Names of members are looked through one by
+/// one.
 class Looker : public nlohmann::json_sax<Json> {
 public:
     [[nodiscard]] const std::optional<ApiError>& found() const { return found_; }

@@ -238,7 +238,8 @@ private:
             // JavaScript has no whole numbers near 2^64, where the way back from 0 begins.
             if (m.around && json.is_number_integer() && !json.is_number_unsigned())
                 value = static_cast<T>(json.get<std::int64_t>());
-            else if (const std::optional<std::uint64_t> number = unsignedIn(place_, json, std::numeric_limits<T>::max()))
+            else if (const std::optional<std::uint64_t> number =
+                         unsignedIn(place_, json, std::numeric_limits<T>::max()))
                 value = static_cast<T>(*number);
         } else if constexpr (kind == ValueKind::kSigned) {
             if (const std::optional<std::int64_t> number =

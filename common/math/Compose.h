@@ -1,4 +1,5 @@
-/// The matrix of a transform. In a header of its own: what it needs of Eigen is compiled where it is used, not wherever vectors are.
+/// The matrix of a transform. In a header of its own: what it needs of Eigen is compiled where it is used, not wherever
+/// vectors are.
 #pragma once
 
 #include "common/math/Types.h"
@@ -8,8 +9,8 @@ namespace tessera {
 /// translation · rotation · scale, the order of every transform in a scene.
 [[nodiscard]] inline Affine3d composeTransform(const Vec3d& translation, const Quatd& rotation, const Vec3d& scale) {
     Affine3d m = Affine3d::Identity();
-    // Number by number: so the matrix stays in registers. In pairs it would be written singly and read back in twos, and
-    // processors wait for that.
+    // Number by number: so the matrix stays in registers. In pairs it would be written singly and read back in twos,
+    // and processors wait for that.
     const Mat3d r = rotation.normalized().toRotationMatrix();
     m(0, 0) = r(0, 0) * scale[0];
     m(1, 0) = r(1, 0) * scale[0];

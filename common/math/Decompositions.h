@@ -5,7 +5,8 @@
 
 namespace tessera {
 
-/// matrix = u · diagonal(values) · vᵀ; the values are not negative, the largest first. u and v are orthogonal, and may mirror.
+/// matrix = u · diagonal(values) · vᵀ; the values are not negative, the largest first. u and v are orthogonal, and may
+/// mirror.
 struct SingularValues {
     Mat3d u, v;
     Vec3d values;
@@ -16,8 +17,8 @@ struct SingularStretch {
     double most = 0, least = 0;
 };
 [[nodiscard]] SingularStretch singularStretchOf(const Mat3d& matrix);
-/// A bound of the former, quickly: the root of the largest row sum of mᵀm, which bounds its largest eigenvalue. Exact, but for a
-/// margin of rounding, for rotations and even scales.
+/// A bound of the former, quickly: the root of the largest row sum of mᵀm, which bounds its largest eigenvalue. Exact,
+/// but for a margin of rounding, for rotations and even scales.
 [[nodiscard]] double stretchOf(const Mat3d& matrix);
 
 /// The rotation nearest to a transform's linear part.

@@ -19,11 +19,13 @@ struct Placing {
     std::optional<double> scale;  ///< above 0
     std::optional<double> fit;    ///< above 0, instead of `scale`: how long the longest side of its box becomes
     UpAxis up = UpAxis::kOfFile;
-    std::optional<double> pointRadius;  ///< above 0, in the file's own units: of all its points, whatever it says of them
+    std::optional<double>
+        pointRadius;  ///< above 0, in the file's own units: of all its points, whatever it says of them
 
     /// Whether a person has said anything of where it stands.
     [[nodiscard]] bool said() const { return at || scale || fit || up != UpAxis::kOfFile; }
-    /// Whether they have said it in lengths of the wall: who looks at it stands before the wall, not where a camera of the file is.
+    /// Whether they have said it in lengths of the wall: who looks at it stands before the wall, not where a camera of
+    /// the file is.
     [[nodiscard]] bool isInMetres() const { return at || fit; }
 };
 

@@ -23,7 +23,8 @@ using Isometry3d = Eigen::Isometry3d;
 
 /// Whether a float has this very value.
 [[nodiscard]] constexpr bool isFloat(double x) {
-    return x <= static_cast<double>(std::numeric_limits<float>::max()) && x >= -static_cast<double>(std::numeric_limits<float>::max()) &&
+    return x <= static_cast<double>(std::numeric_limits<float>::max()) &&
+           x >= -static_cast<double>(std::numeric_limits<float>::max()) &&
            static_cast<double>(static_cast<float>(x)) == x;
 }
 

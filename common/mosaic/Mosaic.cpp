@@ -86,8 +86,8 @@ std::string nameOf(const Parts::Part& part) {
 
 Expected<void> checkSize(const Parts::Part& part, int width, int height) {
     if (width == part.width && height == part.height) return {};
-    return fail(ErrorCode::kBadInput, fmt::format("{} is {}x{}, but the tile {}x{}", nameOf(part), width, height,
-                                                  part.width, part.height));
+    return fail(ErrorCode::kBadInput,
+                fmt::format("{} is {}x{}, but the tile {}x{}", nameOf(part), width, height, part.width, part.height));
 }
 
 }  // namespace

@@ -33,7 +33,9 @@ public:
     explicit Crowd(std::chrono::milliseconds patience) : patience_(patience) {}
 
     /// It has just come.
-    Place add(SourceAddress from, T who, TimePoint now) { return rows_.add(from, {.since = now, .who = std::move(who)}); }
+    Place add(SourceAddress from, T who, TimePoint now) {
+        return rows_.add(from, {.since = now, .who = std::move(who)});
+    }
     /// It has said who it is, or is gone.
     void remove(const Place& place) { rows_.remove(place); }
     /// It has waited for us, and its time begins anew. At most kAgain times: who sends a handshake byte by byte would
@@ -74,9 +76,7 @@ private:
         place->since = now;
         rows_.moveToEnd(place);
     }
-    [[nodiscard]] TimePoint endOf(const Place& place) const {
-        return place->since + patience_;
-    }
+    [[nodiscard]] TimePoint endOf(const Place& place) const { return place->since + patience_; }
 
     std::chrono::milliseconds patience_;
     SourceRows<Entry> rows_;

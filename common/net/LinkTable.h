@@ -54,7 +54,8 @@ public:
     }
     /// Nothing for the stillborn, who have no slot.
     void discharge(LinkId id, std::size_t bytes) {
-        if (const std::size_t at = id.value % (slots_.size() + 1); at < slots_.size()) slots_[at].queued.fetch_sub(bytes);
+        if (const std::size_t at = id.value % (slots_.size() + 1); at < slots_.size())
+            slots_[at].queued.fetch_sub(bytes);
     }
     /// Bytes handed out and not taken yet, after the change; zero where there is no such link.
     std::size_t handOut(LinkId id, std::size_t bytes) {
@@ -72,9 +73,7 @@ public:
     void rest(LinkId id, bool resting) {
         if (Slot* slot = find(id)) slot->resting = resting;
     }
-    [[nodiscard]] bool resting(LinkId id) const {
-        return holds(id) && slots_[id.value % (slots_.size() + 1)].resting;
-    }
+    [[nodiscard]] bool resting(LinkId id) const { return holds(id) && slots_[id.value % (slots_.size() + 1)].resting; }
     [[nodiscard]] std::size_t queued(LinkId id) const {
         return holds(id) ? slots_[id.value % (slots_.size() + 1)].queued.load() : 0;
     }

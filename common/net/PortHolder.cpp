@@ -20,14 +20,17 @@ struct ListeningSocket {
     std::string user;
 };
 
-/// One of a table as /proc/net/tcp (proc(5)): number, local address:port in hex, remote, state, …, user, timeout, inode.
+/// One of a table as /proc/net/tcp (proc(5)): number, local address:port in hex, remote, state, …, user, timeout,
+/// inode.
 std::optional<ListeningSocket> listeningIn(const char* table, std::uint16_t port) {
     std::ifstream in(table);
     const std::string wanted = fmt::format("{:04X}", port);
     for (std::string line; std::getline(in, line);) {
         std::istringstream words(line);
         std::string number, local, remote, state, queues, timer, retransmits, user, timeout, inode;
-        if (!(words >> number >> local >> remote >> state >> queues >> timer >> retransmits >> user >> timeout >> inode)) continue;
+        if (!(words >> number >> local >> remote >> state >> queues >> timer >> retransmits >> user >> timeout >>
+              inode))
+            continue;
         constexpr const char* kListen = "0A";
         if (state == kListen && local.ends_with(":" + wanted)) return ListeningSocket{inode, user};
     }

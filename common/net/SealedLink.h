@@ -20,11 +20,11 @@ public:
         : channel(std::move(context), side, target) {}
 
     TlsChannel channel;
-    Bytes out;             ///< what is being written to the socket
-    bool writing = false;  ///< the reactor has it
-    bool shaking = false;  ///< another thread has the channel, or it waits for that
-    bool begun = false;    ///< its first step has been taken
-    bool ended = false;    ///< nothing more is sealed
+    Bytes out;                      ///< what is being written to the socket
+    bool writing = false;           ///< the reactor has it
+    bool shaking = false;           ///< another thread has the channel, or it waits for that
+    bool begun = false;             ///< its first step has been taken
+    bool ended = false;             ///< nothing more is sealed
     std::atomic<bool> over{false};  ///< the link is closed: nobody needs its handshake any more
 
     /// Seals what comes next in the queue, until 256 KiB are to be sent. Small pieces go together: each record has a

@@ -84,7 +84,7 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
 void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
                           SharedChain payload) {
     impl_->thread.post([impl = impl_.get(), link,
-                 wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
+                        wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
         impl->keepAlive(link, std::move(wanted));
     });
 }

@@ -34,8 +34,8 @@ struct Address {
 namespace link_event {
 struct Opened {
     LinkId link;
-    std::string peer;   ///< its address, for logs
-    bool near = false;  ///< it is on this machine
+    std::string peer;           ///< its address, for logs
+    bool near = false;          ///< it is on this machine
     SourceAddress source = {};  ///< none: it was dialled
 };
 /// The link is sealed: from here on nobody else reads it or writes into it. Comes before whatever is received on it.
@@ -56,7 +56,7 @@ struct Heard {
 /// Always the last event of a link, once.
 struct Closed {
     LinkId link;
-    std::string reason;  ///< for a person; closed by us: what `close` was given
+    std::string reason;                    ///< for a person; closed by us: what `close` was given
     ErrorCode code = ErrorCode::kNetwork;  ///< kRefused: keys do not fit, and dialling again changes nothing
 };
 }  // namespace link_event

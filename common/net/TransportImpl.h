@@ -35,9 +35,9 @@ constexpr auto kAcceptPause = 50ms;  ///< after a failed accept (no descriptors 
 constexpr auto kFlushTime = 1s;      ///< for what is queued when a link is closed by us
 constexpr int kBehindFrames = 10;    ///< niceness, of handshakes
 constexpr std::size_t kWireBytes = std::size_t{256} << 10;  ///< read at a time of a sealed link
-constexpr std::size_t kLarge = 64 * 1024;         ///< a message that is work for a thread of its own
-constexpr std::size_t kMessageCost = 256;         ///< of a message that waits to be taken, beside its payload
-constexpr std::size_t kWorthCaching = 64 * 1024;  ///< payloads whose checksum is kept for the next link
+constexpr std::size_t kLarge = 64 * 1024;                   ///< a message that is work for a thread of its own
+constexpr std::size_t kMessageCost = 256;                   ///< of a message that waits to be taken, beside its payload
+constexpr std::size_t kWorthCaching = 64 * 1024;            ///< payloads whose checksum is kept for the next link
 
 using LinkPtr = std::shared_ptr<TransportLink>;
 
@@ -359,7 +359,7 @@ struct Transport::Impl {
         });
     }
 
-    // ---- sealed links: TransportTls.cpp ------------------------------------------------------------------------------
+    // ---- sealed links: TransportTls.cpp -----------------------------------------------------------------------------
 
     /// What comes first on an accepted link tells whether its peer seals it.
     bool beginsSealed(const LinkPtr& link, std::size_t count);

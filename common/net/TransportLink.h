@@ -35,8 +35,8 @@ struct TransportLink {
     SendQueue queue;
     std::unique_ptr<SealedLink> sealed;  ///< null: plain, or nothing has come yet that would tell
     bool heard = false;                  ///< something has come
-    TimePoint heardAt{};  ///< the last event that told of bytes
-    TimePoint sentAt{};   ///< the last write
+    TimePoint heardAt{};                 ///< the last event that told of bytes
+    TimePoint sentAt{};                  ///< the last write
     struct KeepAlive {
         Duration interval{};
         std::uint16_t type = 0;

@@ -17,10 +17,12 @@ class Option;
 
 namespace tessera {
 
-/// Whether --help shows which values an option takes, behind the name of its type, or only the message that refuses one.
+/// Whether --help shows which values an option takes, behind the name of its type, or only the message that refuses
+/// one.
 enum class ShowValues { kInHelp, kInErrorsAlone };
 
-/// One option of an `Options`, valid as long as those are. Each call returns the same option, so that they can be chained.
+/// One option of an `Options`, valid as long as those are. Each call returns the same option, so that they can be
+/// chained.
 class Option {
 public:
     /// What --help shows for the value.
@@ -76,8 +78,8 @@ public:
     Options(const Options&) = delete;
     Options& operator=(const Options&) = delete;
 
-    /// A target keeps its value where the option is not given. A list takes one value or more, a number or text exactly one,
-    /// once.
+    /// A target keeps its value where the option is not given. A list takes one value or more, a number or text exactly
+    /// one, once.
     Option option(const std::string& names, std::string& target, const std::string& help = {});
     Option option(const std::string& names, int& target, const std::string& help = {});
     Option option(const std::string& names, unsigned& target, const std::string& help = {});
@@ -89,11 +91,11 @@ public:
     /// True where it is given, however often.
     Option flag(const std::string& names, bool& target, const std::string& help = {});
 
-    /// The words behind the program's name. Returns what there is to print instead of running, the text of --help or --version;
-    /// none: run. Errors: kUsage, what is wrong with them, with the option's name.
+    /// The words behind the program's name. Returns what there is to print instead of running, the text of --help or
+    /// --version; none: run. Errors: kUsage, what is wrong with them, with the option's name.
     [[nodiscard]] Expected<std::optional<std::string>> read(const std::vector<std::string>& words);
-    /// Reads main's arguments, prints that text, or on stderr "PROGRAM: what is wrong; see --help". Returns the exit code of a
-    /// program that has nothing more to do; none: run.
+    /// Reads main's arguments, prints that text, or on stderr "PROGRAM: what is wrong; see --help". Returns the exit
+    /// code of a program that has nothing more to do; none: run.
     [[nodiscard]] std::optional<int> parse(int argc, const char* const* argv);
 
 private:

@@ -51,7 +51,8 @@ bool readGreyHeader(png_structp png, png_infop info, png_uint_32* size, int* cha
     png_set_strip_alpha(png);
     png_read_update_info(png, info);
     *channels = png_get_channels(png, info);
-    if ((*channels != 1 && *channels != 3) || png_get_rowbytes(png, info) != std::size_t{size[0]} * static_cast<std::size_t>(*channels) * 2)
+    if ((*channels != 1 && *channels != 3) ||
+        png_get_rowbytes(png, info) != std::size_t{size[0]} * static_cast<std::size_t>(*channels) * 2)
         png_error(png, "its pixels cannot be made grey");
     return true;
 }
@@ -64,12 +65,14 @@ bool readGreyRow(png_structp png, std::uint8_t* row) {
 
 bool writeGrey(png_structp png, png_infop info, const BlendPicture& picture, std::uint8_t* row) {
     if (setjmp(png_jmpbuf(png))) return false;
-    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.widthPx), static_cast<png_uint_32>(picture.heightPx), 16, PNG_COLOR_TYPE_GRAY,
-                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.widthPx), static_cast<png_uint_32>(picture.heightPx), 16,
+                 PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_write_info(png, info);
     for (int y = 0; y < picture.heightPx; ++y) {
         for (int x = 0; x < picture.widthPx; ++x) {
-            const std::uint16_t value = picture.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x)];
+            const std::uint16_t value =
+                picture.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) +
+                               static_cast<std::size_t>(x)];
             row[2 * x] = static_cast<std::uint8_t>(value >> 8);
             row[2 * x + 1] = static_cast<std::uint8_t>(value);
         }
@@ -82,12 +85,17 @@ bool writeGrey(png_structp png, png_infop info, const BlendPicture& picture, std
 }  // namespace
 
 double BlendPicture::at(double u, double v) const {
-    const double x = std::clamp(u * widthPx - 0.5, 0.0, widthPx - 1.0), y = std::clamp(v * heightPx - 0.5, 0.0, heightPx - 1.0);
+    const double x = std::clamp(u * widthPx - 0.5, 0.0, widthPx - 1.0),
+                 y = std::clamp(v * heightPx - 0.5, 0.0, heightPx - 1.0);
     const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
     const int x1 = std::min(x0 + 1, widthPx - 1), y1 = std::min(y0 + 1, heightPx - 1);
     const double fx = x - x0, fy = y - y0;
-    const auto value = [&](int px, int py) { return values[static_cast<std::size_t>(py) * static_cast<std::size_t>(widthPx) + static_cast<std::size_t>(px)] / 65535.0; };
-    return (1 - fy) * ((1 - fx) * value(x0, y0) + fx * value(x1, y0)) + fy * ((1 - fx) * value(x0, y1) + fx * value(x1, y1));
+    const auto value = [&](int px, int py) {
+        return values[static_cast<std::size_t>(py) * static_cast<std::size_t>(widthPx) + static_cast<std::size_t>(px)] /
+               65535.0;
+    };
+    return (1 - fy) * ((1 - fx) * value(x0, y0) + fx * value(x1, y0)) +
+           fy * ((1 - fx) * value(x0, y1) + fx * value(x1, y1));
 }
 
 Expected<BlendPicture> decodeBlendPicture(ByteSpan bytes) {
@@ -111,7 +119,8 @@ Expected<BlendPicture> decodeBlendPicture(ByteSpan bytes) {
         good = readGreyRow(png, row.data());
         const std::size_t pixel = 2 * static_cast<std::size_t>(channels), first = channels == 3 ? 2 : 0;
         for (std::size_t x = 0; good && x < size[0]; ++x)
-            picture.values.push_back(static_cast<std::uint16_t>(row[x * pixel + first] << 8 | row[x * pixel + first + 1]));
+            picture.values.push_back(
+                static_cast<std::uint16_t>(row[x * pixel + first] << 8 | row[x * pixel + first + 1]));
     }
     png_destroy_read_struct(&png, &info, nullptr);
     if (!good) return fail(ErrorCode::kBadInput, std::string("not a readable PNG: ") + failure.text);

@@ -14,8 +14,9 @@ struct BlendPicture {
     [[nodiscard]] double at(double u, double v) const;
 };
 
-/// A PNG of 8 or 16 bits (or fewer), grey; of a coloured one the green channel. At most 16384 pixels each way and 2^26 in all; memory
-/// grows with the rows that are there. Never crashes whatever the bytes are. kBadInput says what is wrong.
+/// A PNG of 8 or 16 bits (or fewer), grey; of a coloured one the green channel. At most 16384 pixels each way and 2^26
+/// in all; memory grows with the rows that are there. Never crashes whatever the bytes are. kBadInput says what is
+/// wrong.
 [[nodiscard]] Expected<BlendPicture> decodeBlendPicture(ByteSpan png);
 /// 16 bits of grey.
 [[nodiscard]] Bytes encodeBlendPicture(const BlendPicture& picture);

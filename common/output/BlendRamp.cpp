@@ -56,7 +56,8 @@ BlackLift blackLiftOf(const Wall& wall, const Tile& tile) {
         }
     }
     if (lift.largestBlack == 0) return lift;
-    // All projectors that light a part of a tile: those of its own row and column, and of the neighbours that it overlaps.
+    // All projectors that light a part of a tile: those of its own row and column, and of the neighbours that it
+    // overlaps.
     const auto lightOf = [&](int column, int row, int part) -> std::optional<double> {
         const TileOverlaps over = overlapsOf(screen, column, row);
         const int across = part % 3, down = part / 3;

@@ -55,14 +55,17 @@ Expected<WarpMesh> readMesh(std::string_view text, std::string_view name, double
     // As some editors of Windows begin a text.
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     MeshLines lines(text);
-    const auto wrong = [&](std::string what) { return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", name, std::max(1, lines.number()), what)); };
+    const auto wrong = [&](std::string what) {
+        return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", name, std::max(1, lines.number()), what));
+    };
 
     auto words = lines.next();
     const auto type = words.size() == 1 ? numberIn<int>(words[0]) : std::nullopt;
     if (!type) return wrong("not a warp mesh: the first line is its type, 2 for a rectangular mesh");
     if (*type != 2) return wrong(fmt::format("a mesh of type {}: only rectangular ones, type 2, are read", *type));
     words = lines.next();
-    const auto columns = words.size() == 2 ? numberIn<int>(words[0]) : std::nullopt, rows = words.size() == 2 ? numberIn<int>(words[1]) : std::nullopt;
+    const auto columns = words.size() == 2 ? numberIn<int>(words[0]) : std::nullopt,
+               rows = words.size() == 2 ? numberIn<int>(words[1]) : std::nullopt;
     if (!columns || !rows) return wrong("the second line has to be the numbers of columns and rows of nodes");
     const OutputLimits limits;
     WarpMesh mesh{.columns = *columns, .rows = *rows, .nodes = {}};
@@ -78,14 +81,16 @@ Expected<WarpMesh> readMesh(std::string_view text, std::string_view name, double
             return fmt::format("node column {} row {}", at % mesh.columns, at / mesh.columns);
         };
         if (mesh.nodes.size() == count) return wrong(fmt::format("more than {} x {} nodes", mesh.columns, mesh.rows));
-        if (words.size() != 5) return wrong(fmt::format("{} has {} numbers instead of 5: x y u v intensity", node(), words.size()));
+        if (words.size() != 5)
+            return wrong(fmt::format("{} has {} numbers instead of 5: x y u v intensity", node(), words.size()));
         double values[5] = {};
         for (std::size_t i = 0; i < 5; ++i) {
             const auto value = numberIn<double>(words[i]);
             if (!value) return wrong(fmt::format("{}: \"{}\" is no number", node(), words[i].substr(0, 40)));
             values[i] = *value;
         }
-        if (values[4] < 0) return wrong(fmt::format("a hole: {} is marked as missing (intensity {:.6g})", node(), values[4]));
+        if (values[4] < 0)
+            return wrong(fmt::format("a hole: {} is marked as missing (intensity {:.6g})", node(), values[4]));
         mesh.nodes.push_back({.x = static_cast<float>(values[0] / aspect),
                               .y = static_cast<float>(values[1]),
                               .u = static_cast<float>(values[2]),
@@ -93,15 +98,18 @@ Expected<WarpMesh> readMesh(std::string_view text, std::string_view name, double
                               .intensity = static_cast<float>(values[4])});
     }
     if (mesh.nodes.size() < count)
-        return wrong(fmt::format("ends after {} of {} x {} nodes: node column {} row {} is missing", mesh.nodes.size(), mesh.columns, mesh.rows,
-                                 static_cast<int>(mesh.nodes.size()) % mesh.columns, static_cast<int>(mesh.nodes.size()) / mesh.columns));
-    if (auto fault = findWarpFault(mesh)) return fail(ErrorCode::kBadInput, fmt::format("{}: a mesh that {}", name, *fault));
+        return wrong(fmt::format("ends after {} of {} x {} nodes: node column {} row {} is missing", mesh.nodes.size(),
+                                 mesh.columns, mesh.rows, static_cast<int>(mesh.nodes.size()) % mesh.columns,
+                                 static_cast<int>(mesh.nodes.size()) / mesh.columns));
+    if (auto fault = findWarpFault(mesh))
+        return fail(ErrorCode::kBadInput, fmt::format("{}: a mesh that {}", name, *fault));
     return mesh;
 }
 
 std::string meshText(const WarpMesh& mesh, double aspect) {
     std::string text = fmt::format("2\n{} {}\n", mesh.columns, mesh.rows);
-    for (const WarpNode& n : mesh.nodes) text += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", n.x * aspect, n.y, n.u, n.v, n.intensity);
+    for (const WarpNode& n : mesh.nodes)
+        text += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", n.x * aspect, n.y, n.u, n.v, n.intensity);
     return text;
 }
 

@@ -20,9 +20,11 @@ float notBelow(double value) {
 }  // namespace
 
 std::optional<AimedRay> aim(const Ray& ray, double maxT, double reach) {
-    if (!(maxT >= 0) || !ray.origin.allFinite() || !ray.direction.allFinite() || ray.direction.isZero(0)) return std::nullopt;
+    if (!(maxT >= 0) || !ray.origin.allFinite() || !ray.direction.allFinite() || ray.direction.isZero(0))
+        return std::nullopt;
     AimedRay out;
-    // A direction of denormal length has no inverse; divided it is as good as any other. By a power of two: that rounds nothing.
+    // A direction of denormal length has no inverse; divided it is as good as any other. By a power of two: that rounds
+    // nothing.
     const double longestPart = ray.direction.cwiseAbs().maxCoeff();
     if (longestPart < 0.5 || longestPart > 2) {
         int exponent = 0;
@@ -59,7 +61,8 @@ std::optional<AimedRay> aim(const Ray& ray, double maxT, double reach) {
         out.ray.origin[i] = origin[k];
         out.ray.originUp[i] = notBelow(origin[k]);
         out.ray.originDown[i] = notAbove(origin[k]);
-        out.ray.inverse[i] = std::abs(direction[k]) < 1e-30 ? std::copysign(1e30f, static_cast<float>(direction[k])) : 1.0f / static_cast<float>(direction[k]);
+        out.ray.inverse[i] = std::abs(direction[k]) < 1e-30 ? std::copysign(1e30f, static_cast<float>(direction[k]))
+                                                            : 1.0f / static_cast<float>(direction[k]);
         const bool forward = !std::signbit(direction[k]);
         out.ray.nearRow[i] = forward ? i : i + 3;
         out.ray.farRow[i] = forward ? i + 3 : i;

@@ -16,7 +16,8 @@ struct AimedRay {
     [[nodiscard]] double tOf(double t) const { return (before + t) / length; }
 };
 
-/// `reach`: no coordinate of the tree is larger. Nothing: the ray cannot meet anything there, is not finite or has no direction.
+/// `reach`: no coordinate of the tree is larger. Nothing: the ray cannot meet anything there, is not finite or has no
+/// direction.
 [[nodiscard]] std::optional<AimedRay> aim(const Ray& ray, double maxT, double reach);
 
 namespace sse2 {

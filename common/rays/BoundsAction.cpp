@@ -19,12 +19,18 @@ namespace tessera {
 namespace {
 
 constexpr double kBeyond = std::numeric_limits<double>::infinity();
-Box everywhere() { return {Vec3d::Constant(-kBeyond), Vec3d::Constant(kBeyond)}; }
-bool isEverywhere(const Box& box) { return !box.empty() && !(box.lower.allFinite() && box.upper.allFinite()); }
-bool sameBox(const Box& a, const Box& b) { return (a.empty() && b.empty()) || (a.lower == b.lower && a.upper == b.upper); }
+Box everywhere() {
+    return {Vec3d::Constant(-kBeyond), Vec3d::Constant(kBeyond)};
+}
+bool isEverywhere(const Box& box) {
+    return !box.empty() && !(box.lower.allFinite() && box.upper.allFinite());
+}
+bool sameBox(const Box& a, const Box& b) {
+    return (a.empty() && b.empty()) || (a.lower == b.lower && a.upper == b.upper);
+}
 
-/// As Box::transformed, and as much larger as any order of the same sums may differ by: a product of three numbers and a sum of four, here and where
-/// the vertices are placed.
+/// As Box::transformed, and as much larger as any order of the same sums may differ by: a product of three numbers and
+/// a sum of four, here and where the vertices are placed.
 Box movedOutwards(const Box& box, const Affine3d& map) {
     if (box.empty()) return {};
     if (isEverywhere(box)) return everywhere();
@@ -41,7 +47,8 @@ Box movedOutwards(const Box& box, const Affine3d& map) {
 Box turnedAnyWay(const Box& box) {
     if (box.empty()) return {};
     if (isEverywhere(box)) return everywhere();
-    const double radius = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm() * (1 + 16 * std::numeric_limits<double>::epsilon());
+    const double radius =
+        box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm() * (1 + 16 * std::numeric_limits<double>::epsilon());
     return std::isfinite(radius) ? Box{Vec3d::Constant(-radius), Vec3d::Constant(radius)} : everywhere();
 }
 
@@ -103,7 +110,8 @@ Box boundsAtAnyFineness(const Drawable& drawable) {
     if (box.empty() || !drawable.byScreen()) return box;
     // Triangles of 0 steps are so far from the surface at most, and finer ones no farther on their side.
     // Their vertices are rounded to floats.
-    const double rounding = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff() * std::numeric_limits<float>::epsilon();
+    const double rounding =
+        box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).maxCoeff() * std::numeric_limits<float>::epsilon();
     const double off = 2 * drawable.deviation() + 2 * rounding;
     box.lower -= Vec3d::Constant(off);
     box.upper += Vec3d::Constant(off);
@@ -113,12 +121,15 @@ Box boundsAtAnyFineness(const Drawable& drawable) {
 }  // namespace
 
 struct BoundsAction::Impl {
-    SideTable<Bounded> nodes{{.created = [](ObjectId, const Object& object) { return object.is<Node>() ? std::optional<Bounded>(Bounded()) : std::nullopt; },
+    SideTable<Bounded> nodes{{.created =
+                                  [](ObjectId, const Object& object) {
+                                      return object.is<Node>() ? std::optional<Bounded>(Bounded()) : std::nullopt;
+                                  },
                               .destroyed = [this](ObjectId id, Bounded last) { forget(id, last); }}};
     std::unordered_map<ObjectId, std::set<ObjectId>> bearers;  ///< of every core that a node bears
     std::unordered_map<ObjectId, Box> drawn;                   ///< of drawable cores
     std::set<ObjectId> inverse;                                ///< nodes that stand in the world
-    std::unordered_set<ObjectId> stale;                        ///< their box, and with it where it lies in their parent's
+    std::unordered_set<ObjectId> stale;  ///< their box, and with it where it lies in their parent's
     Work work;
 
     void forget(ObjectId id, const Bounded& last) {
@@ -195,7 +206,8 @@ struct BoundsAction::Impl {
             const double condition = world_T_parent.linear().norm() * parent_T_world.linear().norm();
             Box moved = movedOutwards(box, parent_T_world);
             const double slack = 64 * std::numeric_limits<double>::epsilon() * condition *
-                                 (moved.lower.cwiseAbs().cwiseMax(moved.upper.cwiseAbs()).maxCoeff() + parent_T_world.translation().cwiseAbs().maxCoeff());
+                                 (moved.lower.cwiseAbs().cwiseMax(moved.upper.cwiseAbs()).maxCoeff() +
+                                  parent_T_world.translation().cwiseAbs().maxCoeff());
             moved.lower -= Vec3d::Constant(slack);
             moved.upper += Vec3d::Constant(slack);
             return std::isfinite(slack) ? moved : everywhere();
@@ -269,7 +281,8 @@ void BoundsAction::follow(const Aspect& aspect, const ChangeList& list) {
     for (const ObjectId id : list.destructions) impl.drawn.erase(id);
     impl.nodes.follow(aspect, list);
     for (const Creation& creation : list.creations)
-        if (creation.type == typeOf<Node>() && aspect.get<Node>(creation.id)) impl.bear(aspect, creation.id), impl.place(aspect, creation.id);
+        if (creation.type == typeOf<Node>() && aspect.get<Node>(creation.id))
+            impl.bear(aspect, creation.id), impl.place(aspect, creation.id);
     for (const FieldColumn& column : list.columns)
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::core>)
             for (const ObjectId id : column.ids) impl.bear(aspect, id);
@@ -297,6 +310,8 @@ Box BoundsAction::worldBox(const Aspect& aspect, ObjectId node) const {
     return movedOutwards(box(node), worldTransform(aspect, node));
 }
 
-const BoundsAction::Work& BoundsAction::work() const { return impl_->work; }
+const BoundsAction::Work& BoundsAction::work() const {
+    return impl_->work;
+}
 
 }  // namespace tessera

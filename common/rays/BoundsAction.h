@@ -1,4 +1,5 @@
-/// What is around all that can be drawn below each node? OpenSG's volumes of nodes, for whoever has an aspect of its own.
+/// What is around all that can be drawn below each node? OpenSG's volumes of nodes, for whoever has an aspect of its
+/// own.
 ///
 ///     BoundsAction bounds;
 ///     application->onChanges([&](const ChangeList& list, Sequence) { bounds.follow(application->scene(), list); });
@@ -21,14 +22,15 @@ struct Sphere {
     [[nodiscard]] bool empty() const { return radius < 0; }
 };
 
-/// A box around everything that can be drawn at and below each node, whatever switches, levels and users choose: surfaces as fine as screens draw
-/// them, points with their radius, letters, skins as they are posed, lines (their width in pixels not counted), what billboards turn in any direction.
-/// Rounding is on the outer side. Of what is not here (absent arrays) nothing is known. What no number can say (an InverseTransform below a scale of
-/// 0, products beyond all numbers) has the infinite box.
+/// A box around everything that can be drawn at and below each node, whatever switches, levels and users choose:
+/// surfaces as fine as screens draw them, points with their radius, letters, skins as they are posed, lines (their
+/// width in pixels not counted), what billboards turn in any direction. Rounding is on the outer side. Of what is not
+/// here (absent arrays) nothing is known. What no number can say (an InverseTransform below a scale of 0, products
+/// beyond all numbers) has the infinite box.
 ///
-/// Follows the scene list by list: a list costs what it changes, and on the way up from there O(log n) of a node's n children, as far as boxes change.
-/// Each InverseTransform of the scene costs the same again for every list that moves anything. A mesh is looked at once, however many nodes show it.
-/// One thread at a time.
+/// Follows the scene list by list: a list costs what it changes, and on the way up from there O(log n) of a node's n
+/// children, as far as boxes change. Each InverseTransform of the scene costs the same again for every list that moves
+/// anything. A mesh is looked at once, however many nodes show it. One thread at a time.
 class BoundsAction {
 public:
     BoundsAction();
@@ -36,12 +38,13 @@ public:
     BoundsAction(BoundsAction&&) noexcept;
     BoundsAction& operator=(BoundsAction&&) noexcept;
 
-    /// After every list that was applied to the aspect; before the first, and after what is no list (another scene), `lookAnew`.
+    /// After every list that was applied to the aspect; before the first, and after what is no list (another scene),
+    /// `lookAnew`.
     void follow(const Aspect& aspect, const ChangeList& list);
     void lookAnew(const Aspect& aspect);
 
-    /// In the coordinates of what is below the node: its own transform counts for its parent's box, not for its own. Empty where there is nothing to be
-    /// seen, and for what is no node.
+    /// In the coordinates of what is below the node: its own transform counts for its parent's box, not for its own.
+    /// Empty where there is nothing to be seen, and for what is no node.
     [[nodiscard]] Box box(ObjectId node) const;
     /// Around the box.
     [[nodiscard]] Sphere sphere(ObjectId node) const;

@@ -33,7 +33,8 @@ std::optional<Vec2d> texcoordOf(const MeshArrays& arrays, std::uint32_t face, co
 
 }  // namespace
 
-std::optional<HitDetails> detailsOf(const MeshArrays& arrays, const Affine3d& world_T_mesh, std::uint32_t face, const Vec3d& point) {
+std::optional<HitDetails> detailsOf(const MeshArrays& arrays, const Affine3d& world_T_mesh, std::uint32_t face,
+                                    const Vec3d& point) {
     const double radius = arrays.primitive == Primitive::kPoints ? shownRadius(arrays) : 0;
     const std::optional<std::array<Vec3f, 3>> corners = cornersOf(arrays, face, radius);
     if (!corners) return std::nullopt;
@@ -45,7 +46,8 @@ std::optional<HitDetails> detailsOf(const MeshArrays& arrays, const Affine3d& wo
     out.weights = {1, 0, 0};
     if (area > 0) {
         out.normal = cross / area;
-        // Areas of the parts across from each corner (C. Ericson, "Real-Time Collision Detection", 2005, 3.4), in the face's plane.
+        // Areas of the parts across from each corner (C. Ericson, "Real-Time Collision Detection", 2005, 3.4), in the
+        // face's plane.
         const double second = out.normal.dot((at[0] - point).cross(at[2] - at[0])) / -area;
         const double third = out.normal.dot((at[1] - at[0]).cross(point - at[0])) / area;
         out.weights = {1 - second - third, second, third};

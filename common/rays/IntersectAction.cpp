@@ -59,12 +59,12 @@ struct IntersectAction::Impl {
     PickTree places;
     std::vector<Shown> shown;  ///< by item of `places`
     std::vector<std::uint32_t> unused;
-    std::unordered_map<ObjectId, std::uint32_t> itemOf;                    ///< by node
+    std::unordered_map<ObjectId, std::uint32_t> itemOf;  ///< by node
     struct Known {
         ObjectId core, parent;
     };
-    std::unordered_map<ObjectId, Known> known;                             ///< all nodes below the root
-    std::unordered_map<ObjectId, std::unordered_set<ObjectId>> holders;    ///< by core
+    std::unordered_map<ObjectId, Known> known;                           ///< all nodes below the root
+    std::unordered_map<ObjectId, std::unordered_set<ObjectId>> holders;  ///< by core
     std::unordered_map<MeshKey, SharedMesh, MeshKeyHash> meshes;
     Work work;
 
@@ -148,8 +148,8 @@ struct IntersectAction::Impl {
         }
         return mesh.tree.get();
     }
-    /// visit(shown, its tree, the ray in its own coordinates), nearest boxes first, as long as they begin before `limit`. t is the same there: the
-    /// map is affine.
+    /// visit(shown, its tree, the ray in its own coordinates), nearest boxes first, as long as they begin before
+    /// `limit`. t is the same there: the map is affine.
     template <typename Visitor>
     void forNear(const Aspect& aspect, const Ray& ray, const double& limit, const Visitor& visit) {
         const auto wanted = [&](const Box& box) { return meetsBox(box, ray, limit); };
@@ -158,12 +158,15 @@ struct IntersectAction::Impl {
             const Shown& at = shown[item];
             const Affine3d local = at.world.inverse();
             if (!local.matrix().allFinite()) return;
-            if (const RayTree* mesh = tree(aspect, at)) visit(at, *mesh, Ray{local * ray.origin, local.linear() * ray.direction});
+            if (const RayTree* mesh = tree(aspect, at))
+                visit(at, *mesh, Ray{local * ray.origin, local.linear() * ray.direction});
         });
     }
-    [[nodiscard]] Intersection intersectionOf(const Aspect& aspect, const Ray& ray, const Shown& at, const TriangleHit& hit) const {
+    [[nodiscard]] Intersection intersectionOf(const Aspect& aspect, const Ray& ray, const Shown& at,
+                                              const TriangleHit& hit) const {
         Intersection out{.t = hit.t, .node = at.node, .face = hit.face, .point = ray.origin + hit.t * ray.direction};
-        const std::optional<HitDetails> details = detailsOf(drawableOf(aspect, at.core).arrays(), at.world, hit.face, out.point);
+        const std::optional<HitDetails> details =
+            detailsOf(drawableOf(aspect, at.core).arrays(), at.world, hit.face, out.point);
         if (!details) return out;
         out.normal = details->normal;
         out.weights = {hit.weights[0], hit.weights[1], hit.weights[2]};
@@ -175,7 +178,8 @@ struct IntersectAction::Impl {
 namespace {
 
 Expected<void> checkRay(const Ray& ray, double maxT) {
-    if (!ray.origin.allFinite() || !ray.direction.allFinite()) return fail(ErrorCode::kUsage, "a ray whose numbers are not finite");
+    if (!ray.origin.allFinite() || !ray.direction.allFinite())
+        return fail(ErrorCode::kUsage, "a ray whose numbers are not finite");
     if (ray.direction.isZero(0)) return fail(ErrorCode::kUsage, "a ray without a direction");
     if (!(maxT >= 0)) return fail(ErrorCode::kUsage, "a ray that ends before it begins");
     return {};
@@ -210,7 +214,8 @@ void IntersectAction::follow(const Aspect& aspect, const ChangeList& list) {
     for (const Placement& placement : list.placements) {
         changed.insert(placement.node);
         addSwitch(placement.parent);
-        if (const auto before = impl_->known.find(placement.node); before != impl_->known.end()) addSwitch(before->second.parent);
+        if (const auto before = impl_->known.find(placement.node); before != impl_->known.end())
+            addSwitch(before->second.parent);
     }
     for (const FieldColumn& column : list.columns) {
         if (!(effectsOf(column) & kWhatCounts)) continue;
@@ -227,7 +232,8 @@ void IntersectAction::follow(const Aspect& aspect, const ChangeList& list) {
         const Node* node = aspect.get<Node>(id);
         if (!node) continue;
         bool below = false;
-        for (ObjectId above = node->parent; above && !below; above = aspect.get<Node>(above)->parent) below = changed.contains(above);
+        for (ObjectId above = node->parent; above && !below; above = aspect.get<Node>(above)->parent)
+            below = changed.contains(above);
         if (!below) impl_->lookBelow(aspect, id);
     }
 }
@@ -257,7 +263,8 @@ Expected<bool> IntersectAction::any(const Aspect& aspect, const Ray& ray, double
     return limit < 0;
 }
 
-Expected<std::vector<Intersection>> IntersectAction::all(const Aspect& aspect, const Ray& ray, double maxT, std::size_t most) {
+Expected<std::vector<Intersection>> IntersectAction::all(const Aspect& aspect, const Ray& ray, double maxT,
+                                                         std::size_t most) {
     if (const Expected<void> good = checkRay(ray, maxT); !good) return tl::unexpected(good.error());
     struct Found {
         const Impl::Shown* at;

@@ -21,19 +21,20 @@
 namespace tessera {
 
 struct Intersection {
-    double t = 0;                   ///< in lengths of the ray's direction
-    ObjectId node;                  ///< that bears the drawable
-    std::uint32_t face = 0;         ///< triangle index in the drawable; of points, 8 for each (common/geometry/Points.h)
-    Vec3d point = Vec3d::Zero();    ///< world
+    double t = 0;                 ///< in lengths of the ray's direction
+    ObjectId node;                ///< that bears the drawable
+    std::uint32_t face = 0;       ///< triangle index in the drawable; of points, 8 for each (common/geometry/Points.h)
+    Vec3d point = Vec3d::Zero();  ///< world
     Vec3d normal =
         Vec3d::Zero();  ///< world, of length 1, as the face's corners turn there; zero of a face without area
     Vec3d weights = Vec3d::Zero();  ///< barycentric: of the face's corners; they sum up to 1
     std::optional<Vec2d> texcoord;  ///< of the first set, where the drawable has one
 };
 
-/// Rays against all triangles and points that are shown: a tree over what is placed, and one over each mesh (RayTree.h), which all that show
-/// the mesh share and the first ray that comes near makes. It follows the scene list by list: what that costs follows what the list changed,
-/// and O(log n) of the rest. Lines are not met; nor is what a scale flattens, and what is absent or malformed. One thread at a time.
+/// Rays against all triangles and points that are shown: a tree over what is placed, and one over each mesh
+/// (RayTree.h), which all that show the mesh share and the first ray that comes near makes. It follows the scene list
+/// by list: what that costs follows what the list changed, and O(log n) of the rest. Lines are not met; nor is what a
+/// scale flattens, and what is absent or malformed. One thread at a time.
 class IntersectAction {
 public:
     IntersectAction();
@@ -41,14 +42,16 @@ public:
     IntersectAction(IntersectAction&&) noexcept;
     IntersectAction& operator=(IntersectAction&&) noexcept;
 
-    /// After every list that was applied to the aspect; before the first, and after what is no list (another scene), `lookAnew`.
+    /// After every list that was applied to the aspect; before the first, and after what is no list (another scene),
+    /// `lookAnew`.
     void follow(const Aspect& aspect, const ChangeList& list);
     void lookAnew(const Aspect& aspect);
 
     static constexpr double kForever = std::numeric_limits<double>::infinity();
-    /// Among those with 0 <= t <= maxT. Of equal t the lowest node, then face. kUsage: a ray that is not finite, or has no direction; a maxT
-    /// that is no number or below 0. `aspect` is the one that was followed, as it was then.
-    [[nodiscard]] Expected<std::optional<Intersection>> nearest(const Aspect& aspect, const Ray& ray, double maxT = kForever);
+    /// Among those with 0 <= t <= maxT. Of equal t the lowest node, then face. kUsage: a ray that is not finite, or has
+    /// no direction; a maxT that is no number or below 0. `aspect` is the one that was followed, as it was then.
+    [[nodiscard]] Expected<std::optional<Intersection>> nearest(const Aspect& aspect, const Ray& ray,
+                                                                double maxT = kForever);
     [[nodiscard]] Expected<bool> any(const Aspect& aspect, const Ray& ray, double maxT = kForever);
     /// By t, then node, then face; the nearest `most` where there are more.
     [[nodiscard]] Expected<std::vector<Intersection>> all(const Aspect& aspect, const Ray& ray, double maxT = kForever,

@@ -1,4 +1,5 @@
-/// Boxes in a tree that is changed box by box, and what rays ask of boxes. Rays, boxes and maps in the same coordinates; any thread.
+/// Boxes in a tree that is changed box by box, and what rays ask of boxes. Rays, boxes and maps in the same
+/// coordinates; any thread.
 #pragma once
 
 #include <cstdint>

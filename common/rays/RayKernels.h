@@ -1,7 +1,8 @@
 /// A ray through a tree of triangles: what the kernels of the two instruction sets share.
 ///
-/// Plain data: this header is compiled into files of different instruction sets and must bring no inline function with it. Every lane does the
-/// same IEEE operations whatever the instruction set (nothing is contracted): answers do not depend on the processor.
+/// Plain data: this header is compiled into files of different instruction sets and must bring no inline function with
+/// it. Every lane does the same IEEE operations whatever the instruction set (nothing is contracted): answers do not
+/// depend on the processor.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,8 @@ inline constexpr std::uint32_t kLeafBit = 0x80000000u, kNoChild = 0xffffffffu;
 /// Of nodes above each other (RayTree.cpp divides so); a walk leaves seven siblings behind at each.
 inline constexpr std::size_t kMaxDepth = 48, kStack = kMaxDepth * (kWidth - 1) + 1;
 
-/// Eight children: boxes in floats, rounded outwards. Rows: lower x y z, upper x y z. Where there is none the box is empty.
+/// Eight children: boxes in floats, rounded outwards. Rows: lower x y z, upper x y z. Where there is none the box is
+/// empty.
 struct alignas(64) Node {
     float box[6][kWidth];
     std::uint32_t child[kWidth];  ///< a node, or kLeafBit and a leaf
@@ -56,7 +58,8 @@ struct HitSink {
 };
 
 struct RayKernels {
-    /// The nearest hit with t <= best->t; of equal t the one of the lowest face. `best` is set and true returned where there is one.
+    /// The nearest hit with t <= best->t; of equal t the one of the lowest face. `best` is set and true returned where
+    /// there is one.
     bool (*nearest)(const Tree& tree, const PreparedRay& ray, Hit* best);
     /// Whether there is any with t <= limit.
     bool (*any)(const Tree& tree, const PreparedRay& ray, double limit);

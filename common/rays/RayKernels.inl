@@ -1,9 +1,11 @@
-// One source for two instruction sets: TESSERA_RAYS names the one that this is compiled for, and Floats8, Doubles4 are its lanes.
+// One source for two instruction sets: TESSERA_RAYS names the one that this is compiled for, and Floats8, Doubles4 are
+// its lanes.
 //
-// Boxes: slabs, nearest side and farthest side by the direction's signs (T. Ize, "Robust BVH Ray Traversal", 2013, for what rounding may cost).
-// Triangles: sheared into the ray's own coordinates, four at once, in double (S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle
-// Intersection", 2013). Edge functions are differences of two rounded products, so rounding, being monotonous, may make one of them 0 but never
-// change its sign; 0 belongs to both triangles at an edge. So no ray passes between two triangles that share an edge.
+// Boxes: slabs, nearest side and farthest side by the direction's signs (T. Ize, "Robust BVH Ray Traversal", 2013, for
+// what rounding may cost). Triangles: sheared into the ray's own coordinates, four at once, in double (S. Woop, C.
+// Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013). Edge functions are differences of two rounded
+// products, so rounding, being monotonous, may make one of them 0 but never change its sign; 0 belongs to both
+// triangles at an edge. So no ray passes between two triangles that share an edge.
 
 #include "common/rays/RayKernels.h"
 
@@ -11,8 +13,8 @@ namespace tessera::rays::TESSERA_RAYS {
 
 namespace {
 
-/// More than roundings of floats can do to where a ray enters a box and where it leaves it: of the direction, its inverse, a difference, a product,
-/// each of 2^-24, on either side; and of this product.
+/// More than roundings of floats can do to where a ray enters a box and where it leaves it: of the direction, its
+/// inverse, a difference, a product, each of 2^-24, on either side; and of this product.
 constexpr float kGrown = 1.0f + 16.0f / 16777216.0f;
 
 /// A ray in all lanes of registers, for a whole walk.
@@ -36,8 +38,12 @@ struct Slabs {
 /// Bits of the children whose boxes the ray meets up to `limit`, and where it enters them.
 inline unsigned meetBoxes(const Slabs& slabs, std::size_t node, float limit, float* near) {
     const std::size_t at = node * (sizeof(Node) / sizeof(float));
-    const auto enters = [&](int k) { return (Floats8::load(slabs.nearRow[k] + at) - slabs.nearOrigin[k]) * slabs.inverse[k]; };
-    const auto leaves = [&](int k) { return (Floats8::load(slabs.farRow[k] + at) - slabs.farOrigin[k]) * slabs.inverse[k]; };
+    const auto enters = [&](int k) {
+        return (Floats8::load(slabs.nearRow[k] + at) - slabs.nearOrigin[k]) * slabs.inverse[k];
+    };
+    const auto leaves = [&](int k) {
+        return (Floats8::load(slabs.farRow[k] + at) - slabs.farOrigin[k]) * slabs.inverse[k];
+    };
     const Floats8 from = max(max(enters(0), enters(1)), max(enters(2), Floats8::all(0)));
     const Floats8 to = min(min(min(leaves(0), leaves(1)), leaves(2)) * Floats8::all(kGrown), Floats8::all(limit));
     from.store(near);
@@ -50,12 +56,17 @@ struct Met {
 };
 inline unsigned meetTriangles(const Leaf& leaf, const PreparedRay& ray, double limit, Met& met) {
     const unsigned x = ray.axis[0], y = ray.axis[1], z = ray.axis[2];
-    const Doubles4 ox = Doubles4::all(ray.origin[x]), oy = Doubles4::all(ray.origin[y]), oz = Doubles4::all(ray.origin[z]);
+    const Doubles4 ox = Doubles4::all(ray.origin[x]), oy = Doubles4::all(ray.origin[y]),
+                   oz = Doubles4::all(ray.origin[z]);
     const Doubles4 sx = Doubles4::all(ray.shear[0]), sy = Doubles4::all(ray.shear[1]);
-    const Doubles4 az = Doubles4::load(leaf.corner[z]) - oz, bz = Doubles4::load(leaf.corner[3 + z]) - oz, cz = Doubles4::load(leaf.corner[6 + z]) - oz;
-    const Doubles4 ax = Doubles4::load(leaf.corner[x]) - ox - sx * az, ay = Doubles4::load(leaf.corner[y]) - oy - sy * az;
-    const Doubles4 bx = Doubles4::load(leaf.corner[3 + x]) - ox - sx * bz, by = Doubles4::load(leaf.corner[3 + y]) - oy - sy * bz;
-    const Doubles4 cx = Doubles4::load(leaf.corner[6 + x]) - ox - sx * cz, cy = Doubles4::load(leaf.corner[6 + y]) - oy - sy * cz;
+    const Doubles4 az = Doubles4::load(leaf.corner[z]) - oz, bz = Doubles4::load(leaf.corner[3 + z]) - oz,
+                   cz = Doubles4::load(leaf.corner[6 + z]) - oz;
+    const Doubles4 ax = Doubles4::load(leaf.corner[x]) - ox - sx * az,
+                   ay = Doubles4::load(leaf.corner[y]) - oy - sy * az;
+    const Doubles4 bx = Doubles4::load(leaf.corner[3 + x]) - ox - sx * bz,
+                   by = Doubles4::load(leaf.corner[3 + y]) - oy - sy * bz;
+    const Doubles4 cx = Doubles4::load(leaf.corner[6 + x]) - ox - sx * cz,
+                   cy = Doubles4::load(leaf.corner[6 + y]) - oy - sy * cz;
     const Doubles4 u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
     const Doubles4 none = Doubles4::all(0);
     const unsigned inside = (lessOrEqual(none, u) & lessOrEqual(none, v) & lessOrEqual(none, w)) |
@@ -80,7 +91,8 @@ inline float roundedUp(double value) {
 /// What a walk comes to next is mostly in no cache.
 inline void fetch(const Tree& tree, std::uint32_t child) {
     const bool leaf = (child & kLeafBit) != 0;
-    const char* const at = leaf ? reinterpret_cast<const char*>(tree.leaves + (child & ~kLeafBit)) : reinterpret_cast<const char*>(tree.nodes + child);
+    const char* const at = leaf ? reinterpret_cast<const char*>(tree.leaves + (child & ~kLeafBit))
+                                : reinterpret_cast<const char*>(tree.nodes + child);
     __builtin_prefetch(at);
     __builtin_prefetch(at + 64);
     __builtin_prefetch(at + 128);

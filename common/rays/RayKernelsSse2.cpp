@@ -25,7 +25,8 @@ inline Floats8 min(Floats8 a, Floats8 b) {
     return {_mm_min_ps(a.low, b.low), _mm_min_ps(a.high, b.high)};
 }
 inline unsigned lessOrEqual(Floats8 a, Floats8 b) {
-    return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(a.low, b.low)) | _mm_movemask_ps(_mm_cmple_ps(a.high, b.high)) << 4);
+    return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(a.low, b.low)) |
+                                 _mm_movemask_ps(_mm_cmple_ps(a.high, b.high)) << 4);
 }
 
 struct Doubles4 {
@@ -53,7 +54,8 @@ inline Doubles4 operator/(Doubles4 a, Doubles4 b) {
     return {_mm_div_pd(a.low, b.low), _mm_div_pd(a.high, b.high)};
 }
 inline unsigned lessOrEqual(Doubles4 a, Doubles4 b) {
-    return static_cast<unsigned>(_mm_movemask_pd(_mm_cmple_pd(a.low, b.low)) | _mm_movemask_pd(_mm_cmple_pd(a.high, b.high)) << 2);
+    return static_cast<unsigned>(_mm_movemask_pd(_mm_cmple_pd(a.low, b.low)) |
+                                 _mm_movemask_pd(_mm_cmple_pd(a.high, b.high)) << 2);
 }
 
 }  // namespace

@@ -56,7 +56,11 @@ const rays::RayKernels& kernels() {
 
 struct RayTree::Storage {
     explicit Storage(const rays::Divided& from)
-        : nodes(from.nodes), leaves(from.leaves), tree{nodes.data(), leaves.data(), from.root}, faces(from.faces), reach(from.reach) {}
+        : nodes(from.nodes),
+          leaves(from.leaves),
+          tree{nodes.data(), leaves.data(), from.root},
+          faces(from.faces),
+          reach(from.reach) {}
 
     [[nodiscard]] std::optional<rays::AimedRay> aim(const Ray& ray, double maxT) const {
         return faces == 0 ? std::nullopt : rays::aim(ray, maxT, reach);
@@ -85,10 +89,13 @@ RayTree& RayTree::operator=(RayTree&&) noexcept = default;
 Expected<RayTree> RayTree::build(std::span<const float> positions, std::span<const std::uint32_t> indices) {
     const std::size_t vertices = positions.size() / 3, corners = indices.empty() ? vertices : indices.size();
     if (positions.size() % 3 != 0 || corners % 3 != 0)
-        return fail(ErrorCode::kBadInput, fmt::format("{} numbers and {} corners are no triangles", positions.size(), corners));
-    if (corners / 3 >= rays::kLeafBit) return fail(ErrorCode::kLimit, fmt::format("{} faces are more than a tree can hold", corners / 3));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} numbers and {} corners are no triangles", positions.size(), corners));
+    if (corners / 3 >= rays::kLeafBit)
+        return fail(ErrorCode::kLimit, fmt::format("{} faces are more than a tree can hold", corners / 3));
     for (const std::uint32_t index : indices)
-        if (index >= vertices) return fail(ErrorCode::kBadInput, fmt::format("a face names vertex {} of {}", index, vertices));
+        if (index >= vertices)
+            return fail(ErrorCode::kBadInput, fmt::format("a face names vertex {} of {}", index, vertices));
     return RayTree(std::make_unique<const Storage>(rays::divide(positions, indices)));
 }
 
@@ -128,7 +135,8 @@ std::vector<TriangleHit> RayTree::all(const Ray& ray, double maxT, std::size_t m
     std::vector<TriangleHit> hits;
     hits.reserve(sink.hits.size());
     for (const rays::Hit& hit : sink.hits) hits.push_back(hitOf(*aim, hit));
-    std::ranges::sort(hits, [](const TriangleHit& a, const TriangleHit& b) { return a.t != b.t ? a.t < b.t : a.face < b.face; });
+    std::ranges::sort(
+        hits, [](const TriangleHit& a, const TriangleHit& b) { return a.t != b.t ? a.t < b.t : a.face < b.face; });
     return hits;
 }
 

@@ -34,15 +34,17 @@ struct TriangleHit {
 /// The same answers with SSE2 and with AVX2.
 class RayTree {
 public:
-    /// `positions`: float[3] per vertex. `indices`: three per face; empty: consecutive vertices. kBadInput: an index without a vertex, a number
-    /// of values that is no multiple of three. kLimit: more than 2^31 - 1 faces.
-    [[nodiscard]] static Expected<RayTree> build(std::span<const float> positions, std::span<const std::uint32_t> indices);
+    /// `positions`: float[3] per vertex. `indices`: three per face; empty: consecutive vertices. kBadInput: an index
+    /// without a vertex, a number of values that is no multiple of three. kLimit: more than 2^31 - 1 faces.
+    [[nodiscard]] static Expected<RayTree> build(std::span<const float> positions,
+                                                 std::span<const std::uint32_t> indices);
     ~RayTree();
     RayTree(RayTree&&) noexcept;
     RayTree& operator=(RayTree&&) noexcept;
 
     static constexpr double kForever = std::numeric_limits<double>::infinity();
-    /// The nearest with 0 <= t <= maxT; of equal t the lowest face (of a ray from more than 16 sizes away: one of those that rounding makes equal).
+    /// The nearest with 0 <= t <= maxT; of equal t the lowest face (of a ray from more than 16 sizes away: one of those
+    /// that rounding makes equal).
     [[nodiscard]] std::optional<TriangleHit> nearest(const Ray& ray, double maxT = kForever) const;
     /// Whether there is one: shadows, sights.
     [[nodiscard]] bool any(const Ray& ray, double maxT = kForever) const;

@@ -59,7 +59,8 @@ double fours(std::size_t count) {
 
 class Division {
 public:
-    Division(std::span<const float> positions, std::span<const std::uint32_t> indices) : positions_(positions), indices_(indices) {}
+    Division(std::span<const float> positions, std::span<const std::uint32_t> indices)
+        : positions_(positions), indices_(indices) {}
 
     Divided make() {
         const std::size_t faces = (indices_.empty() ? positions_.size() / 3 : indices_.size()) / 3;
@@ -81,7 +82,8 @@ public:
         out_.faces = items_.size();
         if (items_.empty()) return std::move(out_);
         whole.end = items_.size();
-        for (int k = 0; k < 3; ++k) out_.reach = std::max({out_.reach, std::abs(whole.box.lower[k]), std::abs(whole.box.upper[k])});
+        for (int k = 0; k < 3; ++k)
+            out_.reach = std::max({out_.reach, std::abs(whole.box.lower[k]), std::abs(whole.box.upper[k])});
         // So that boxes hold what lies in their sides, and a ray along one of them meets it.
         pad_ = std::max(out_.reach * 0x1p-22f, FLT_MIN);
         out_.leaves.reserve(items_.size() * 2 / 5);
@@ -167,7 +169,8 @@ private:
         }
         // The first child's subtree comes first in memory.
         for (std::size_t i = count; i-- > 0;)
-            if (const std::uint32_t child = out_.nodes[open.node].child[i]; (child & kLeafBit) == 0) open_.push_back({ranges[i], child, open.depth + 1});
+            if (const std::uint32_t child = out_.nodes[open.node].child[i]; (child & kLeafBit) == 0)
+                open_.push_back({ranges[i], child, open.depth + 1});
     }
 
     void split(const Range& range, bool halves, Range& left, Range& right) {
@@ -219,7 +222,8 @@ private:
                 }
             }
         }
-        const auto begin = items_.begin() + static_cast<std::ptrdiff_t>(range.begin), end = items_.begin() + static_cast<std::ptrdiff_t>(range.end);
+        const auto begin = items_.begin() + static_cast<std::ptrdiff_t>(range.begin),
+                   end = items_.begin() + static_cast<std::ptrdiff_t>(range.end);
         auto middle = begin + (end - begin) / 2;
         if (bestAxis >= 0)
             middle = std::partition(begin, end, [&](const Item& item) { return binOf(item, bestAxis) <= bestBin; });
@@ -236,7 +240,9 @@ private:
     static void halve(const Range& range, Place begin, Place middle, Place end) {
         int axis = 0;
         for (int k = 1; k < 3; ++k)
-            if (double{range.centres.upper[k]} - range.centres.lower[k] > double{range.centres.upper[axis]} - range.centres.lower[axis]) axis = k;
+            if (double{range.centres.upper[k]} - range.centres.lower[k] >
+                double{range.centres.upper[axis]} - range.centres.lower[axis])
+                axis = k;
         std::nth_element(begin, middle, end, [&](const Item& a, const Item& b) {
             return a.centre(axis) < b.centre(axis) || (a.centre(axis) == b.centre(axis) && a.face < b.face);
         });

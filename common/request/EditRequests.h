@@ -70,22 +70,24 @@ struct Loaded {
 
     static constexpr ToldInfo kInfo{.name = "Loaded", .answer = 4, .help = "The file is in the scene"};
     static constexpr auto members() {
-        return std::tuple(member<&Loaded::node>(1, "node").said("the new node that holds the file's content"),
-                          member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
-                          member<&Loaded::notes>(4, "notes")
-                              .atMost(&ApplicationLimits::maxNotes)
-                              .said("what was left out or guessed, for people; of a reload what was kept, and why"),
-                          member<&Loaded::reloaded>(5, "reloaded").said("it was in the scene, and has been brought up to date"),
-                          member<&Loaded::changed>(6, "changed").said("of a reload: values of what was there"),
-                          member<&Loaded::created>(7, "created").said("of a reload: objects"),
-                          member<&Loaded::removed>(8, "removed").said("of a reload: objects"),
-                          member<&Loaded::kept>(9, "kept").said("of a reload: values that the file has changed, and somebody here too"));
+        return std::tuple(
+            member<&Loaded::node>(1, "node").said("the new node that holds the file's content"),
+            member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
+            member<&Loaded::notes>(4, "notes")
+                .atMost(&ApplicationLimits::maxNotes)
+                .said("what was left out or guessed, for people; of a reload what was kept, and why"),
+            member<&Loaded::reloaded>(5, "reloaded").said("it was in the scene, and has been brought up to date"),
+            member<&Loaded::changed>(6, "changed").said("of a reload: values of what was there"),
+            member<&Loaded::created>(7, "created").said("of a reload: objects"),
+            member<&Loaded::removed>(8, "removed").said("of a reload: objects"),
+            member<&Loaded::kept>(9, "kept").said(
+                "of a reload: values that the file has changed, and somebody here too"));
     }
 };
 
 /// What the next step of undo, or of redo, would do.
 struct StepPlan {
-    std::string what;              ///< a sentence without its full stop, for people; empty: there is no such step
+    std::string what;               ///< a sentence without its full stop, for people; empty: there is no such step
     std::vector<ObjectId> objects;  ///< some of those that it writes, makes or removes
     std::uint64_t changes = 0;      ///< at least so many
     bool operator==(const StepPlan&) const = default;
@@ -131,8 +133,8 @@ struct ProposeChanges {
         .help = "Commits a list of changes, whole or not at all",
         .bringsArrays = true,
         .forPanels = true,
-        .example =
-            R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],"set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
+        .example = R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],)"
+                   R"("set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
     static constexpr auto members() {
         return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
                               .said("proposals in a row of one gesture are one step of undo; 0: none"),
@@ -236,11 +238,11 @@ struct LoadFile {
                                        .help = "Adds a file on the server's disk to the scene",
                                        .example = R"({"path":"/srv/models/box.tsct","parent":"/hall","fit":2})"};
     static constexpr auto members() {
-        return std::tuple(member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
-                          member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"),
-                          spreadMember<&LoadFile::placing>(3),
-                          member<&LoadFile::reload>(8, "reload")
-                              .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
+        return std::tuple(
+            member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
+            member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadFile::placing>(3),
+            member<&LoadFile::reload>(8, "reload")
+                .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
     }
 };
 
@@ -262,11 +264,11 @@ struct LoadAsset {
                                        .help = "Adds one of the server's assets to the scene",
                                        .example = R"({"name":"box.tsct","parent":"/hall","at":[3,0,0]})"};
     static constexpr auto members() {
-        return std::tuple(member<&LoadAsset::name>(1, "name").said("behind asset://"),
-                          member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"),
-                          spreadMember<&LoadAsset::placing>(3),
-                          member<&LoadAsset::reload>(8, "reload")
-                              .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
+        return std::tuple(
+            member<&LoadAsset::name>(1, "name").said("behind asset://"),
+            member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadAsset::placing>(3),
+            member<&LoadAsset::reload>(8, "reload")
+                .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
     }
 };
 
@@ -278,8 +280,8 @@ struct GetSteps {
     static constexpr auto members() { return std::tuple(); }
 };
 
-using OfEdits = std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset,
-                             GetSteps>;
+using OfEdits =
+    std::variant<ProposeChanges, UndoStep, RedoStep, MoveNode, RemoveNode, CloneNode, LoadFile, LoadAsset, GetSteps>;
 
 }  // namespace request
 

@@ -42,7 +42,7 @@ struct RequestInfo {
     std::string_view help;      ///< one line for people
     bool bringsArrays = false;  ///< Uploads before it belong to it
     bool forPanels = false;     ///< whose token is of a panel may say it, as far as the panel reaches
-    bool ownLink = false;       ///< it is about the link that it comes by: nothing for a door behind which many share one
+    bool ownLink = false;  ///< it is about the link that it comes by: nothing for a door behind which many share one
     /// Its fields as JSON, as they may be said (common/json), in a scene with a /hall.
     std::string_view example = "{}";
 };

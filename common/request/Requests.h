@@ -32,12 +32,12 @@ using ApplicationRequest = Joined<request::OfEdits, request::OfScene, request::O
 /// Numbers that requests of older programs have: a server says in words that they are no longer understood.
 inline constexpr std::array<std::uint8_t, 1> kFormerRequests{24};
 
-using ApplicationAnswer = std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked,
-                                       answer::Contacts, answer::Images, answer::PairEvents, answer::Distances,
-                                       answer::Questions, answer::Objects, answer::TreePage, answer::Trackers,
-                                       answer::FoundPage, answer::Measured, answer::Identity, answer::ArrayPiece,
-                                       answer::Preview, answer::WallPlan, answer::People, answer::Steps,
-                                       answer::PanelState, answer::FolderPage>;
+using ApplicationAnswer =
+    std::variant<answer::Done, answer::Committed, answer::Status, answer::Loaded, answer::Picked, answer::Contacts,
+                 answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
+                 answer::TreePage, answer::Trackers, answer::FoundPage, answer::Measured, answer::Identity,
+                 answer::ArrayPiece, answer::Preview, answer::WallPlan, answer::People, answer::Steps,
+                 answer::PanelState, answer::FolderPage>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
                                        answer::Distances, answer::Questions, notice::Poses, notice::States>;

@@ -30,7 +30,8 @@ struct ObjectInfo {
     }
 };
 
-/// Where a node stands in the world: a point (x, y, z) of its own lies at origin + x · x_axis + y · y_axis + z · z_axis.
+/// Where a node stands in the world: a point (x, y, z) of its own lies at origin + x · x_axis + y · y_axis + z ·
+/// z_axis.
 struct PlaceValue {
     Vec3d xAxis = Vec3d::UnitX(), yAxis = Vec3d::UnitY(), zAxis = Vec3d::UnitZ(), origin = Vec3d::Zero();
     bool operator==(const PlaceValue&) const = default;

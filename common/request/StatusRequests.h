@@ -263,11 +263,10 @@ struct Person {
 
     static constexpr std::string_view kName = "Person";
     static constexpr auto members() {
-        return std::tuple(member<&Person::name>(1, "name").said("as proved: of a key, a token, the server's user"),
-                          member<&Person::program>(2, "program").said("as it calls itself"),
-                          member<&Person::role>(3, "role"),
-                          member<&Person::seconds>(4, "seconds").in("s").said("since it came"),
-                          member<&Person::you>(5, "you"));
+        return std::tuple(
+            member<&Person::name>(1, "name").said("as proved: of a key, a token, the server's user"),
+            member<&Person::program>(2, "program").said("as it calls itself"), member<&Person::role>(3, "role"),
+            member<&Person::seconds>(4, "seconds").in("s").said("since it came"), member<&Person::you>(5, "you"));
     }
 };
 struct People {
@@ -328,11 +327,12 @@ struct Poses {
 /// of it is another than before; each kStatesPeriod at most.
 struct States {
     std::vector<answer::HostInfo> hosts;
-    std::string journalTrouble;      ///< Status::journalTrouble
+    std::string journalTrouble;  ///< Status::journalTrouble
     std::uint64_t applications = 0;
     std::uint64_t comings = 0;  ///< and goings of applications: another number, other people
 
-    static constexpr ToldInfo kInfo{.name = "States", .notice = 8, .help = "How hosts are, and whether edits are taken"};
+    static constexpr ToldInfo kInfo{
+        .name = "States", .notice = 8, .help = "How hosts are, and whether edits are taken"};
     static constexpr auto members() {
         return std::tuple(member<&States::hosts>(1, "hosts").atMost(&ApplicationLimits::maxHosts),
                           member<&States::journalTrouble>(2, "journal_trouble")
@@ -375,11 +375,10 @@ struct SubscribeNews {
 
 struct WhoAmI {
     using Answer = answer::Identity;
-    static constexpr RequestInfo kInfo{
-        .number = 31,
-        .name = "WhoAmI",
-        .help = "As whom the server knows this application, and its role",
-        .forPanels = true};
+    static constexpr RequestInfo kInfo{.number = 31,
+                                       .name = "WhoAmI",
+                                       .help = "As whom the server knows this application, and its role",
+                                       .forPanels = true};
     static constexpr auto members() { return std::tuple(); }
 };
 

@@ -155,21 +155,20 @@ struct TilePlan {
 
     static constexpr std::string_view kName = "TilePlan";
     static constexpr auto members() {
-        return std::tuple(member<&TilePlan::name>(1, "name"), member<&TilePlan::screen>(2, "screen"),
-                          member<&TilePlan::host>(3, "host"), member<&TilePlan::user>(4, "user"),
-                          member<&TilePlan::eye>(5, "eye"),
-                          member<&TilePlan::x>(6, "x").in("px").said("from the left of its screen"),
-                          member<&TilePlan::y>(7, "y").in("px").said("from the top of its screen"),
-                          member<&TilePlan::width>(8, "width").in("px"),
-                          member<&TilePlan::height>(9, "height").in("px"),
-                          member<&TilePlan::lowerLeft>(10, "lower_left").in("m").said("in the wall's frame"),
-                          member<&TilePlan::lowerRight>(11, "lower_right").in("m"),
-                          member<&TilePlan::upperLeft>(12, "upper_left").in("m"),
-                          member<&TilePlan::seenFrom>(13, "seen_from")
-                              .in("m")
-                              .said("the eye that it is drawn for now, in the wall's frame"),
-                          member<&TilePlan::mosaicX>(14, "mosaic_x").in("px").said("in its screen's mosaic"),
-                          member<&TilePlan::mosaicY>(15, "mosaic_y").in("px").said("from above"));
+        return std::tuple(
+            member<&TilePlan::name>(1, "name"), member<&TilePlan::screen>(2, "screen"),
+            member<&TilePlan::host>(3, "host"), member<&TilePlan::user>(4, "user"), member<&TilePlan::eye>(5, "eye"),
+            member<&TilePlan::x>(6, "x").in("px").said("from the left of its screen"),
+            member<&TilePlan::y>(7, "y").in("px").said("from the top of its screen"),
+            member<&TilePlan::width>(8, "width").in("px"), member<&TilePlan::height>(9, "height").in("px"),
+            member<&TilePlan::lowerLeft>(10, "lower_left").in("m").said("in the wall's frame"),
+            member<&TilePlan::lowerRight>(11, "lower_right").in("m"),
+            member<&TilePlan::upperLeft>(12, "upper_left").in("m"),
+            member<&TilePlan::seenFrom>(13, "seen_from")
+                .in("m")
+                .said("the eye that it is drawn for now, in the wall's frame"),
+            member<&TilePlan::mosaicX>(14, "mosaic_x").in("px").said("in its screen's mosaic"),
+            member<&TilePlan::mosaicY>(15, "mosaic_y").in("px").said("from above"));
     }
 };
 struct UserPlan {
@@ -178,10 +177,9 @@ struct UserPlan {
 
     static constexpr std::string_view kName = "UserPlan";
     static constexpr auto members() {
-        return std::tuple(member<&UserPlan::name>(1, "name"),
-                          member<&UserPlan::position>(2, "position")
-                              .in("m")
-                              .said("of the head, as the wall's file has it"));
+        return std::tuple(
+            member<&UserPlan::name>(1, "name"),
+            member<&UserPlan::position>(2, "position").in("m").said("of the head, as the wall's file has it"));
     }
 };
 struct WallPlan {

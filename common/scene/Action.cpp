@@ -32,7 +32,7 @@ void Action::run(const Aspect& aspect, ObjectId from) const {
     struct Level {
         Affine3d world_T_node;
         ChildList::Iterator nextChild;
-        std::size_t left = 0;  ///< children that have yet to be entered
+        std::size_t left = 0;                          ///< children that have yet to be entered
         std::optional<std::vector<std::size_t>> some;  ///< where those stand among the others; nothing: they are all
         const ChildList* children = nullptr;
         Level* above = nullptr;

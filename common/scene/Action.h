@@ -21,8 +21,8 @@ struct Visit {
 
 enum class Descend { kInto, kPast };
 
-/// Depth first, children in order, what hides children respected (ChildChoice.h), transforms accumulated. Handlers are registered by core type;
-/// a node whose core has no handler is just passed through.
+/// Depth first, children in order, what hides children respected (ChildChoice.h), transforms accumulated. Handlers are
+/// registered by core type; a node whose core has no handler is just passed through.
 class Action {
 public:
     using Handler = std::function<Descend(const Visit&)>;
@@ -30,8 +30,7 @@ public:
     /// Called when a node with this type of core is entered. One handler per type.
     template <typename Core>
     void on(std::function<Descend(const Visit&, const Core&)> handler) {
-        setHandler(kTypeIndex<Core>,
-                   [h = std::move(handler)](const Visit& v) { return h(v, *v.core.as<Core>()); });
+        setHandler(kTypeIndex<Core>, [h = std::move(handler)](const Visit& v) { return h(v, *v.core.as<Core>()); });
     }
     /// Called for every node before the handler of its core.
     void onNode(Handler handler) { nodeHandler_ = std::move(handler); }

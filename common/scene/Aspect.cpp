@@ -23,11 +23,12 @@ struct Aspect::Impl {
 
     void create(const Creation& creation);
     void place(const Placement& placement, InverseRecorder* inverse);
-    /// Columns of one type with the same ids. `final`: nothing else touches objects of that type any more, so they can be
-    /// hashed while they are at hand.
+    /// Columns of one type with the same ids. `final`: nothing else touches objects of that type any more, so they can
+    /// be hashed while they are at hand.
     void setColumns(std::span<const FieldColumn> columns, bool final, InverseRecorder* inverse);
     /// Rows of a column from `first` on, whose objects these are.
-    void setRows(const FieldColumn& column, const FieldEntry& field, std::size_t first, std::span<std::byte* const> objects);
+    void setRows(const FieldColumn& column, const FieldEntry& field, std::size_t first,
+                 std::span<std::byte* const> objects);
     void setRange(const RangeEdit& range, const Blob& result, InverseRecorder* inverse);
     void destroy(ObjectId id);
     void rehash(ObjectId id, ObjectTable::Slot& slot) {
@@ -61,7 +62,7 @@ struct Aspect::Impl {
     std::vector<Touched> touched;
     std::vector<ObjectTable::Slot*> rows;         ///< of the columns at hand
     std::vector<ObjectTable::Slot*> checkedRows;  ///< CheckedList::rowsOf
-    std::vector<const FieldEntry*> fields;              ///< of the columns at hand
+    std::vector<const FieldEntry*> fields;        ///< of the columns at hand
 };
 
 void Aspect::Impl::create(const Creation& creation) {
@@ -158,9 +159,11 @@ void Aspect::Impl::setRows(const FieldColumn& column, const FieldEntry& field, s
                     for (const ObjectId id : held) hold(id, cursor);
                 }
             } else if constexpr (std::is_same_v<Scalar, std::uint8_t>) {
-                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<bool>(objects[row]) = values[first + row] != 0;
+                for (std::size_t row = 0; row < objects.size(); ++row)
+                    *field.in<bool>(objects[row]) = values[first + row] != 0;
             } else {
-                for (std::size_t row = 0; row < objects.size(); ++row) *field.in<Scalar>(objects[row]) = values[first + row];
+                for (std::size_t row = 0; row < objects.size(); ++row)
+                    *field.in<Scalar>(objects[row]) = values[first + row];
             }
         },
         column.values);
@@ -226,8 +229,9 @@ void Aspect::Impl::applyChecked(const ChangeList& list, const CheckedList& check
         const FieldColumn& column = list.columns[first];
         for (end = first + 1; end < list.columns.size() && checked.sameRows[end];) ++end;
         const auto sameType = [&](const auto& later) { return later.type == column.type; };
-        const bool final = std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(), sameType) &&
-                           std::ranges::none_of(list.ranges, sameType);
+        const bool final =
+            std::none_of(list.columns.begin() + static_cast<std::ptrdiff_t>(end), list.columns.end(), sameType) &&
+            std::ranges::none_of(list.ranges, sameType);
         if (checked.rowsOf == first)
             rows.swap(checkedRows);
         else
@@ -300,7 +304,8 @@ std::vector<Aspect::ObjectHash> Aspect::objectHashes(std::uint64_t leaf) const {
 namespace {
 
 /// The values of one field, of all objects of a type whose value is not the default.
-FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const FieldEntry& field, std::span<const ObjectId> ids) {
+FieldColumn columnOf(const ObjectTable& table, const TypeInfo& type, const FieldEntry& field,
+                     std::span<const ObjectId> ids) {
     FieldColumn column = FieldColumn::ofShape(type.type, field.id, field.kind, field.width);
     ObjectTable::ConstCursor cursor(table);
     std::visit(

@@ -86,7 +86,7 @@ public:
 
 private:
     friend ChangeList snapshot(const Aspect& aspect);
-    friend class Action;           // these find nodes and cores where they come in runs
+    friend class Action;  // these find nodes and cores where they come in runs
     friend class SiblingNames;
     friend class WorldTransforms;
     struct Impl;
@@ -94,8 +94,8 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Names the arrays that the list's ranges lead to, for a committer: a proposal does not know them. Refused where a range lies
-/// outside its array, or where the array is not here and its name is not said.
+/// Names the arrays that the list's ranges lead to, for a committer: a proposal does not know them. Refused where a
+/// range lies outside its array, or where the array is not here and its name is not said.
 [[nodiscard]] Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list);
 
 /// The list that leads from the empty scene to this one, next free id included.
@@ -107,8 +107,8 @@ private:
 /// The node at a path such as "/hall/crane" (names from the root's children down; "name[2]" picks the third of equal
 /// names), or "#17" by id. kNotFound says which step failed and what is there instead.
 [[nodiscard]] Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path);
-/// The same for many paths while the scene stays as it is: the children of a node that is asked about again are looked at
-/// once in all.
+/// The same for many paths while the scene stays as it is: the children of a node that is asked about again are looked
+/// at once in all.
 class NodeFinder {
 public:
     /// `maxLooks`: of nodes, in all.

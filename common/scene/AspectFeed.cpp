@@ -9,7 +9,9 @@
 #include "common/change/LikeSizes.h"
 
 namespace tessera {
-AspectReader::~AspectReader() { mailbox_->close(); }
+AspectReader::~AspectReader() {
+    mailbox_->close();
+}
 
 Expected<bool> AspectReader::catchUp() {
     bool any = false;
@@ -18,7 +20,8 @@ Expected<bool> AspectReader::catchUp() {
         if (!applied || scene_.stateHash() != next->hash) {
             mailbox_->close();
             return fail(ErrorCode::kFailed, fmt::format("list {} does not lead to the writer's scene{}", next->number,
-                                                        applied ? std::string(": was every list published?") : ": " + applied.error().message));
+                                                        applied ? std::string(": was every list published?")
+                                                                : ": " + applied.error().message));
         }
         number_ = next->number;
         any = true;

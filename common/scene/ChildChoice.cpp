@@ -20,7 +20,8 @@ std::optional<std::vector<std::size_t>> seenChildren(const Object& core, std::si
         if (index < count) seen.push_back(index);
     } else if (choice->choice == Switch::kMask) {
         for (std::uint64_t left = static_cast<std::uint64_t>(choice->mask); left != 0; left &= left - 1)
-            if (const auto index = static_cast<std::size_t>(std::countr_zero(left)); index < count) seen.push_back(index);
+            if (const auto index = static_cast<std::size_t>(std::countr_zero(left)); index < count)
+                seen.push_back(index);
     }
     return seen;
 }
@@ -28,16 +29,22 @@ std::optional<std::vector<std::size_t>> seenChildren(const Object& core, std::si
 Expected<void> checkRanges(const DistanceLOD& lod) {
     const std::span<const double> ranges = lod.ranges.as<double>();
     if (lod.ranges.sizeBytes() % sizeof(double) != 0)
-        return fail(ErrorCode::kBadInput, fmt::format("{} bytes of ranges are not a whole number of doubles", lod.ranges.sizeBytes()));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} bytes of ranges are not a whole number of doubles", lod.ranges.sizeBytes()));
     if (ranges.size() >= DistanceLOD::kMostLevels)
-        return fail(ErrorCode::kLimit, fmt::format("{} ranges: there may be {} at most", ranges.size(), DistanceLOD::kMostLevels - 1));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} ranges: there may be {} at most", ranges.size(), DistanceLOD::kMostLevels - 1));
     const bool size = lod.measure == DistanceLOD::kSize;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
         if (!std::isfinite(ranges[i]) || ranges[i] < 0)
-            return fail(ErrorCode::kBadInput, fmt::format("range {} is {}: it has to be a finite number from 0", i, ranges[i]));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("range {} is {}: it has to be a finite number from 0", i, ranges[i]));
         if (i == 0 || (size ? ranges[i] < ranges[i - 1] : ranges[i] > ranges[i - 1])) continue;
-        return fail(ErrorCode::kBadInput, fmt::format("range {} is {} after {}: each {} than the one before (set ranges and measure together)", i, ranges[i],
-                                                      ranges[i - 1], size ? "size in pixels has to be less" : "distance has to be greater"));
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("range {} is {} after {}: each {} than the one before (set ranges and measure together)", i,
+                        ranges[i], ranges[i - 1],
+                        size ? "size in pixels has to be less" : "distance has to be greater"));
     }
     return {};
 }

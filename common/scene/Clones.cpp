@@ -18,9 +18,7 @@ namespace {
 class Copying {
 public:
     Copying(const Aspect& aspect, const CloneOptions& options)
-        : aspect_(aspect),
-          options_(options),
-          shareTypes_(options.shareTypes.begin(), options.shareTypes.end()) {
+        : aspect_(aspect), options_(options), shareTypes_(options.shareTypes.begin(), options.shareTypes.end()) {
         for (const ObjectId id : options.shareObjects) {
             const Node* node = aspect.get<Node>(id);
             shareObjects_.insert(node ? node->core : id);
@@ -33,7 +31,8 @@ public:
         for (const ObjectId id : originals_) list.create(copyOf(id), aspect_.find(id).info().type);
         list.place(copyOf(top), under);
         // Parents before their children, siblings in their order.
-        for (std::size_t i = 1; i < nodes_; ++i) list.place(copyOf(originals_[i]), copyOf(aspect_.get<Node>(originals_[i])->parent));
+        for (std::size_t i = 1; i < nodes_; ++i)
+            list.place(copyOf(originals_[i]), copyOf(aspect_.get<Node>(originals_[i])->parent));
         for (const ObjectId id : originals_) setFields(list, id);
         if (!options_.name.empty()) list.set(copyOf(top), typeOf<Node>(), fieldId<&Node::name>, options_.name);
         Clone clone{list.take(), copyOf(top), originals_.size()};
@@ -43,8 +42,9 @@ public:
 
 private:
     [[nodiscard]] Error tooLarge(ObjectId top) const {
-        return {ErrorCode::kLimit, fmt::format("a copy of {} would take more than {} changes at once; copy it part by part",
-                                               pathOf(aspect_, top), options_.maxChanges)};
+        return {ErrorCode::kLimit,
+                fmt::format("a copy of {} would take more than {} changes at once; copy it part by part",
+                            pathOf(aspect_, top), options_.maxChanges)};
     }
     /// False: that was one too many. Each object is a change at least, each node two.
     bool add(ObjectId id) {
@@ -61,16 +61,20 @@ private:
         }
         return true;
     }
-    [[nodiscard]] bool isShared(ObjectId id, ObjectType type) const { return shareTypes_.contains(type) || shareObjects_.contains(id); }
+    [[nodiscard]] bool isShared(ObjectId id, ObjectType type) const {
+        return shareTypes_.contains(type) || shareObjects_.contains(id);
+    }
     /// The cores of the nodes, then what stands beside the tree and is referred to from there, however far.
     bool collectOthers() {
         for (std::size_t i = 0; i < nodes_; ++i)
-            if (const ObjectId core = aspect_.get<Node>(originals_[i])->core; core && !isShared(core, aspect_.find(core).info().type) && !add(core))
+            if (const ObjectId core = aspect_.get<Node>(originals_[i])->core;
+                core && !isShared(core, aspect_.find(core).info().type) && !add(core))
                 return false;
         for (std::size_t i = nodes_; i < originals_.size(); ++i) {
             const Object object = aspect_.find(originals_[i]);
             bool fits = true;
-            // What may refer to anything (key frames to what they move) takes part in none of it: that is no part of the original by this.
+            // What may refer to anything (key frames to what they move) takes part in none of it: that is no part of
+            // the original by this.
             const auto follow = [&](ObjectId to) {
                 if (!to || !fits) return;
                 const TypeInfo& type = aspect_.find(to).info();
@@ -131,7 +135,8 @@ Expected<void> checkShareList(const Aspect& aspect, const CloneOptions& options)
         if (type == typeOf<Node>()) return fail(ErrorCode::kUsage, "nodes cannot be shared: one node, one path");
     }
     for (const ObjectId id : options.shareObjects)
-        if (!aspect.find(id)) return fail(ErrorCode::kNotFound, fmt::format("there is no object #{} to share", id.value));
+        if (!aspect.find(id))
+            return fail(ErrorCode::kNotFound, fmt::format("there is no object #{} to share", id.value));
     return {};
 }
 
@@ -142,13 +147,15 @@ Expected<Clone> cloneList(const Aspect& aspect, ObjectId node, const CloneOption
     if (original == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
     if (node == kRootNode) return fail(ErrorCode::kRefused, "the root cannot be copied; copy what is below it");
     const ObjectId under = options.under ? options.under : original->parent;
-    if (under && aspect.get<Node>(under) == nullptr) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", under.value));
+    if (under && aspect.get<Node>(under) == nullptr)
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", under.value));
     if (under && standsBelow(aspect, under, node))
         return fail(ErrorCode::kRefused, fmt::format("{} cannot be copied into itself", pathOf(aspect, node)));
     for (const ObjectId one : {node, under})
         if (standsInServersOwn(aspect, one))
-            return fail(ErrorCode::kRefused, fmt::format("{}: the server makes it and takes it away; copy {}", pathOf(aspect, one),
-                                                         one == node ? "what it belongs to" : "to somewhere else"));
+            return fail(ErrorCode::kRefused,
+                        fmt::format("{}: the server makes it and takes it away; copy {}", pathOf(aspect, one),
+                                    one == node ? "what it belongs to" : "to somewhere else"));
     if (const Expected<void> good = checkShareList(aspect, options); !good) return tl::unexpected(good.error());
     return Copying(aspect, options).make(node, under);
 }

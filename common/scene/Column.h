@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// `Column<&Transform::translation> column(n); column.add(id, t); … list.columns.push_back(column.take());` No look-up per
-/// value as in a ChangeListBuilder, so the ids have to be distinct, and each (type, field) stands in a list once.
+/// `Column<&Transform::translation> column(n); column.add(id, t); … list.columns.push_back(column.take());` No look-up
+/// per value as in a ChangeListBuilder, so the ids have to be distinct, and each (type, field) stands in a list once.
 template <auto kMember>
 class Column {
     using Member = FieldMember<decltype(kMember)>;

@@ -1,5 +1,5 @@
-/// All structs that a scene can hold, for whoever needs each of them: the table. Others include those that they use. A new one:
-/// common/cores/README.md.
+/// All structs that a scene can hold, for whoever needs each of them: the table. Others include those that they use. A
+/// new one: common/cores/README.md.
 #pragma once
 
 #include "common/cores/Animation.h"

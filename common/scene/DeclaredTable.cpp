@@ -13,7 +13,8 @@ std::set<ObjectId> DeclaredData::follow(const Aspect& aspect, const ChangeList& 
             const Node* node = aspect.get<Node>(id);
             if (bearers_.contains(id) || (node && aspect.coreOf<ApplicationData>(*node))) stale.insert(id);
         } else if (type == typeOf<ApplicationData>()) {
-            if (const auto known = bearersOf_.find(id); known != bearersOf_.end()) stale.insert(known->second.begin(), known->second.end());
+            if (const auto known = bearersOf_.find(id); known != bearersOf_.end())
+                stale.insert(known->second.begin(), known->second.end());
         }
     };
     for (const FieldColumn& column : list.columns)
@@ -25,7 +26,8 @@ std::set<ObjectId> DeclaredData::follow(const Aspect& aspect, const ChangeList& 
     if (!bearers_.empty())
         for (const ObjectId id : list.destructions) {
             if (bearers_.contains(id)) stale.insert(id);
-            if (const auto known = bearersOf_.find(id); known != bearersOf_.end()) stale.insert(known->second.begin(), known->second.end());
+            if (const auto known = bearersOf_.find(id); known != bearersOf_.end())
+                stale.insert(known->second.begin(), known->second.end());
         }
     std::set<ObjectId> touched;
     for (const ObjectId id : stale) look(aspect, id, touched);
@@ -45,10 +47,14 @@ void DeclaredData::look(const Aspect& aspect, ObjectId bearer, std::set<ObjectId
     if (const auto known = bearers_.find(bearer); known != bearers_.end()) {
         const Place before = known->second;
         bearers_.erase(known);
-        if (const auto of = bearersOf_.find(before.core); of != bearersOf_.end() && of->second.erase(bearer) > 0 && of->second.empty()) bearersOf_.erase(of);
+        if (const auto of = bearersOf_.find(before.core);
+            of != bearersOf_.end() && of->second.erase(bearer) > 0 && of->second.empty())
+            bearersOf_.erase(of);
         if (before.node) {
             touched.insert(before.node);
-            if (const auto of = ofNode_.find(before.node); of != ofNode_.end() && of->second.erase(bearer) > 0 && of->second.empty()) ofNode_.erase(of);
+            if (const auto of = ofNode_.find(before.node);
+                of != ofNode_.end() && of->second.erase(bearer) > 0 && of->second.empty())
+                ofNode_.erase(of);
         }
     }
     const Node* node = aspect.get<Node>(bearer);
@@ -71,7 +77,8 @@ ChangeList DeclaredData::write(const Aspect& aspect, ObjectId node, Blob data) c
     ChangeListBuilder edits;
     if (const ObjectId bearer = bearerOf(node)) {
         const ObjectId core = aspect.get<Node>(bearer)->core;
-        if (!(aspect.get<ApplicationData>(core)->data == data)) edits.set(core, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, FieldValue(std::move(data)));
+        if (!(aspect.get<ApplicationData>(core)->data == data))
+            edits.set(core, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, FieldValue(std::move(data)));
         return edits.take();
     }
     if (!aspect.get<Node>(node)) return {};

@@ -1,8 +1,9 @@
-/// Typed data of nodes that an application declares to everybody: kept in the scene, so replicated, saved, undone; SideTable's is its own.
+/// Typed data of nodes that an application declares to everybody: kept in the scene, so replicated, saved, undone;
+/// SideTable's is its own.
 ///
-///     DeclaredTable<double> scores({.key = "org.example.score", .encode = …, .decode = …}, {.changed = [](ObjectId node, const double& score) { … }});
-///     scores.lookAnew(application->scene());
-///     application->onChanges([&](const ChangeList& list, Sequence) { scores.follow(application->scene(), list); });
+///     DeclaredTable<double> scores({.key = "org.example.score", .encode = …, .decode = …}, {.changed = [](ObjectId
+///     node, const double& score) { … }}); scores.lookAnew(application->scene()); application->onChanges([&](const
+///     ChangeList& list, Sequence) { scores.follow(application->scene(), list); });
 ///     application->propose(scores.write(application->scene(), node, 17.5));
 #pragma once
 
@@ -20,8 +21,8 @@
 
 namespace tessera {
 
-/// Which nodes have ApplicationData of one key, and which of their children bear it: follows a scene. A list costs a look-up per entry, and what it
-/// says of such children. One thread at a time.
+/// Which nodes have ApplicationData of one key, and which of their children bear it: follows a scene. A list costs a
+/// look-up per entry, and what it says of such children. One thread at a time.
 class DeclaredData {
 public:
     explicit DeclaredData(std::string key) : key_(std::move(key)) {}
@@ -31,7 +32,8 @@ public:
     [[nodiscard]] std::set<ObjectId> lookAnew(const Aspect& aspect);
     /// The child of the node that bears its data; none: it has none. Of several that of the lowest number counts.
     [[nodiscard]] ObjectId bearerOf(ObjectId node) const;
-    /// The lists that give a node this data (in place of what it has), and that take it. Empty where nothing would change.
+    /// The lists that give a node this data (in place of what it has), and that take it. Empty where nothing would
+    /// change.
     [[nodiscard]] ChangeList write(const Aspect& aspect, ObjectId node, Blob data) const;
     [[nodiscard]] ChangeList erase(const Aspect& aspect, ObjectId node) const;
 
@@ -53,14 +55,17 @@ public:
     struct Form {
         std::string key;
         std::function<Blob(const T&)> encode;
-        std::function<std::optional<T>(const Blob&)> decode;  ///< nothing: these bytes are none, or not here (an application without `wantBlobs`)
+        std::function<std::optional<T>(const Blob&)>
+            decode;  ///< nothing: these bytes are none, or not here (an application without `wantBlobs`)
     };
-    /// Called while `follow` and `lookAnew` run, each node once, in the order of their numbers. They may look at the scene.
+    /// Called while `follow` and `lookAnew` run, each node once, in the order of their numbers. They may look at the
+    /// scene.
     struct Callbacks {
         std::function<void(ObjectId node, const T&)> changed = {};  ///< it has come, or is another one
         std::function<void(ObjectId node)> gone = {};
     };
-    explicit DeclaredTable(Form form, Callbacks callbacks = {}) : form_(std::move(form)), callbacks_(std::move(callbacks)), data_(form_.key) {}
+    explicit DeclaredTable(Form form, Callbacks callbacks = {})
+        : form_(std::move(form)), callbacks_(std::move(callbacks)), data_(form_.key) {}
 
     void follow(const Aspect& aspect, const ChangeList& list) { settle(aspect, data_.follow(aspect, list)); }
     void lookAnew(const Aspect& aspect) { settle(aspect, data_.lookAnew(aspect)); }
@@ -70,7 +75,9 @@ public:
         return known == values_.end() ? nullptr : &known->second.second;
     }
     [[nodiscard]] std::size_t size() const { return values_.size(); }
-    [[nodiscard]] ChangeList write(const Aspect& aspect, ObjectId node, const T& value) const { return data_.write(aspect, node, form_.encode(value)); }
+    [[nodiscard]] ChangeList write(const Aspect& aspect, ObjectId node, const T& value) const {
+        return data_.write(aspect, node, form_.encode(value));
+    }
     [[nodiscard]] ChangeList erase(const Aspect& aspect, ObjectId node) const { return data_.erase(aspect, node); }
 
 private:

@@ -48,12 +48,15 @@ Expected<ChangeList> moveList(const Aspect& aspect, ObjectId node, const NodeMov
 }
 
 Expected<void> checkMove(const NodeMove& move) {
-    if (!move.translation && !move.rotation && !move.scale) return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
-    const bool finite = (!move.translation || move.translation->allFinite()) && (!move.scale || move.scale->allFinite());
+    if (!move.translation && !move.rotation && !move.scale)
+        return fail(ErrorCode::kUsage, "a move needs a translation, a rotation or a scale");
+    const bool finite =
+        (!move.translation || move.translation->allFinite()) && (!move.scale || move.scale->allFinite());
     if (!finite) return fail(ErrorCode::kUsage, "a move by a number that is not finite");
     if (move.rotation && !tellsRotation(move.rotation->squaredNorm()))
         return fail(ErrorCode::kUsage, "a rotation given by a quaternion that cannot be normalised");
-    if (move.scale && (move.scale->array() == 0).any()) return fail(ErrorCode::kUsage, "a scale of zero would flatten it");
+    if (move.scale && (move.scale->array() == 0).any())
+        return fail(ErrorCode::kUsage, "a scale of zero would flatten it");
     return {};
 }
 
@@ -106,8 +109,8 @@ Expected<ChangeList> removalList(const Aspect& aspect, ObjectId node, std::size_
         return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", node.value));
     std::vector<ObjectId> gone = subtree(aspect, node, maxNodes);
     if (gone.size() > maxNodes)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("more than {} nodes are below {}; remove it part by part", maxNodes, pathOf(aspect, node)));
+        return fail(ErrorCode::kLimit, fmt::format("more than {} nodes are below {}; remove it part by part", maxNodes,
+                                                   pathOf(aspect, node)));
     return removalOfAll(aspect, std::move(gone));
 }
 

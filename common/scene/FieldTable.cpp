@@ -18,8 +18,8 @@ static_assert(std::endian::native == std::endian::little, "canonical bytes are l
 
 // ---- hashing -------------------------------------------------------------------------------------------------------
 
-/// A sum of products of 128 bits, folded: two words each, with a key of their own for their place among the others. None
-/// waits for the one before it. Not cryptographic.
+/// A sum of products of 128 bits, folded: two words each, with a key of their own for their place among the others.
+/// None waits for the one before it. Not cryptographic.
 class WordHash {
 public:
     explicit WordHash(std::uint64_t seed) : key_(seed ^ 0x9E3779B97F4A7C15ull) {}
@@ -44,7 +44,8 @@ private:
 
 template <typename Real>
 std::uint64_t canonicalBits(Real value) {
-    return std::bit_cast<std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>>(value + Real(0));  // -0 + 0 is +0
+    return std::bit_cast<std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>>(value +
+                                                                                              Real(0));  // -0 + 0 is +0
 }
 
 template <typename Real>
@@ -103,7 +104,8 @@ struct Derived {
     static consteval bool sound() {
         for (std::size_t i = 0; i < kCount; ++i)
             for (std::size_t j = 0; j < i; ++j)
-                if (kSaid.fields[i].id == kSaid.fields[j].id || kSaid.fields[i].name == kSaid.fields[j].name) return false;
+                if (kSaid.fields[i].id == kSaid.fields[j].id || kSaid.fields[i].name == kSaid.fields[j].name)
+                    return false;
         return true;
     }
     static_assert(sound(), "two fields of one type share a number or a name");
@@ -128,7 +130,9 @@ struct Derived {
     template <std::size_t... kIndex>
     static void putFields(WordHash& hash, const T& object, std::index_sequence<kIndex...>) {
         // The description is a constant, so kinds, widths and places are known when this is compiled.
-        (putField<kSaid.fields[kIndex].kind, kSaid.fields[kIndex].width>(hash, kSaid.fields[kIndex].at(const_cast<T*>(&object))), ...);
+        (putField<kSaid.fields[kIndex].kind, kSaid.fields[kIndex].width>(
+             hash, kSaid.fields[kIndex].at(const_cast<T*>(&object))),
+         ...);
     }
     static std::uint64_t hash(const void* object, std::uint64_t seed) {
         WordHash hash(seed);
@@ -237,9 +241,9 @@ std::uint64_t schemaHash() {
     for (const TypeInfo& type : allTypes()) {
         text += fmt::format("{} {} {}\n", type.name, type.type.value, type.isCore);
         for (const FieldInfo& info : type.fields) {
-            text += fmt::format("{} {} {} {} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind), info.width,
-                                info.refType.value_or(ObjectType()).value, info.anyObject, static_cast<int>(info.wordUse), info.least,
-                                info.greatest);
+            text += fmt::format("{} {} {} {} {} {} {} {} {}", info.name, info.id.value, static_cast<int>(info.kind),
+                                info.width, info.refType.value_or(ObjectType()).value, info.anyObject,
+                                static_cast<int>(info.wordUse), info.least, info.greatest);
             for (const FieldWord& word : info.words()) text += fmt::format(" {}={}", word.word, word.number);
             text += '\n';
         }
@@ -366,12 +370,15 @@ std::string takeNearest(const FieldInfo& field, FieldValue& value) {
         const auto nearest = static_cast<Number>(std::clamp(static_cast<double>(number), field.least, field.greatest));
         if (!std::isfinite(number) || nearest == number) return;
         if (said.empty())
-            said = fmt::format("{} {} is not between {} and {}: {} is taken", field.name, number, field.least, field.greatest, nearest);
+            said = fmt::format("{} {} is not between {} and {}: {} is taken", field.name, number, field.least,
+                               field.greatest, nearest);
         number = nearest;
     };
     if (!field.nearestFromFiles) return said;
-    if (auto* floats = std::get_if<Floats>(&value)) std::ranges::for_each(std::span(floats->values).first(floats->width), bring);
-    if (auto* doubles = std::get_if<Doubles>(&value)) std::ranges::for_each(std::span(doubles->values).first(doubles->width), bring);
+    if (auto* floats = std::get_if<Floats>(&value))
+        std::ranges::for_each(std::span(floats->values).first(floats->width), bring);
+    if (auto* doubles = std::get_if<Doubles>(&value))
+        std::ranges::for_each(std::span(doubles->values).first(doubles->width), bring);
     return said;
 }
 

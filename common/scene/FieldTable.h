@@ -1,5 +1,5 @@
-/// The one table of types and fields, derived from their descriptions (Field.h). Codec, snapshot, inverse, hash, files and
-/// tools see only this: fields and values.
+/// The one table of types and fields, derived from their descriptions (Field.h). Codec, snapshot, inverse, hash, files
+/// and tools see only this: fields and values.
 #pragma once
 
 #include <functional>
@@ -40,15 +40,16 @@ struct TypeInfo {
     Effect effects = Effect::kNone;  ///< of all its fields together
     bool refers = false;             ///< some field is a ref or a list of them
 
-    std::size_t size = 0, alignment = 0;      ///< of its struct
-    void (*construct)(void*) = nullptr;       ///< a fresh one at this place
+    std::size_t size = 0, alignment = 0;  ///< of its struct
+    void (*construct)(void*) = nullptr;   ///< a fresh one at this place
     void (*destroy)(void*) = nullptr;
     void (*copy)(void*, const void*) = nullptr;  ///< a copy at this place; null for nodes
     /// Over all fields as they lie there. -0 counts as 0. `seed` goes in too.
     std::uint64_t (*hash)(const void*, std::uint64_t seed) = nullptr;
     /// Null: it leaves its node where it is.
     NodePose (*pose)(const void*) = nullptr;
-    /// Where a node with this core stands below a parent; null as `pose`. The one product that everybody makes: the same bits.
+    /// Where a node with this core stands below a parent; null as `pose`. The one product that everybody makes: the
+    /// same bits.
     void (*place)(const void*, const Affine3d& world_T_parent, Affine3d& world_T_node) = nullptr;
     /// Null: it does not shine.
     LightSource (*light)(const void*) = nullptr;
@@ -75,31 +76,33 @@ Object Object::of(const T& value) {
     return {allTypes()[kTypeIndex<T>], &value};
 }
 
-/// Hash over numbers, names, kinds, widths, references, words and bounds of all types and fields. Two programs with different hashes
-/// do not understand each other's change lists.
+/// Hash over numbers, names, kinds, widths, references, words and bounds of all types and fields. Two programs with
+/// different hashes do not understand each other's change lists.
 [[nodiscard]] std::uint64_t schemaHash();
 
 /// Every ref of an object that is not "none", as often as it is held.
 void forEachRef(const Object& object, const std::function<void(ObjectId)>& visit);
 
-/// What a column, or a whole list, may alter in what is derived from the scene. Placements count as structure; creations and
-/// destructions alone as nothing, because what is not placed is not seen.
+/// What a column, or a whole list, may alter in what is derived from the scene. Placements count as structure;
+/// creations and destructions alone as nothing, because what is not placed is not seen.
 [[nodiscard]] Effect effectsOf(ObjectType type, FieldId field);
 [[nodiscard]] inline Effect effectsOf(const FieldColumn& column) {
     return effectsOf(column.type, column.field);
 }
 [[nodiscard]] Effect effectsOf(const ChangeList& list);
 
-/// The number that a word names: of flags also several with commas between them, or "none". Numbers themselves are no words.
+/// The number that a word names: of flags also several with commas between them, or "none". Numbers themselves are no
+/// words.
 [[nodiscard]] std::optional<std::int64_t> numberOfWord(const FieldInfo& field, std::string_view word);
 /// The word for a number, where it has one.
 [[nodiscard]] std::optional<std::string> wordOfNumber(const FieldInfo& field, std::int64_t number);
 
-/// Why a value cannot be one of this field, whatever the scene: another kind or width, a number that is not finite or out of
-/// its bounds, a word that is none, a rotation without direction. Refs are not looked up.
+/// Why a value cannot be one of this field, whatever the scene: another kind or width, a number that is not finite or
+/// out of its bounds, a word that is none, a rotation without direction. Refs are not looked up.
 [[nodiscard]] Expected<void> checkValue(const FieldInfo& field, const FieldValue& value);
-/// For readers of files: brings finite numbers of a field that says so (`FieldInfo::nearestFromFiles`) within its bounds, and says
-/// what became of the first of them: "roughness 9 is not between 0 and 1: 1 is taken". Empty: it is as it was.
+/// For readers of files: brings finite numbers of a field that says so (`FieldInfo::nearestFromFiles`) within its
+/// bounds, and says what became of the first of them: "roughness 9 is not between 0 and 1: 1 is taken". Empty: it is as
+/// it was.
 [[nodiscard]] std::string takeNearest(const FieldInfo& field, FieldValue& value);
 
 /// A C++ value as a FieldValue, by the type of its member.

@@ -87,7 +87,8 @@ void InverseRecorder::edited(const RangeEdit& range, const Blob& before) {
     if (before.resident()) {
         // By its name: a history of edits is no history of arrays.
         inverse_.ranges.push_back({range.object, range.type, range.field, range.offset,
-                                   Blob(before.values<std::byte>(range.offset, range.bytes.sizeBytes())), Blob::absent(before.id(), before.sizeBytes())});
+                                   Blob(before.values<std::byte>(range.offset, range.bytes.sizeBytes())),
+                                   Blob::absent(before.id(), before.sizeBytes())});
     } else {
         wholes_.insert(key);
         lost_.set(range.object, range.type, range.field, before);

@@ -22,8 +22,10 @@ public:
 
     /// Before a node is taken from `parent` (none: it was detached), where it stands at `index`.
     void moved(ObjectId node, ObjectId parent, std::uint32_t index);
-    /// Before rows of a column are written: those from `first` on, whose objects these are. Called for the rows in order.
-    void overwritten(const FieldColumn& column, const FieldEntry& field, std::size_t first, std::span<std::byte* const> objects);
+    /// Before rows of a column are written: those from `first` on, whose objects these are. Called for the rows in
+    /// order.
+    void overwritten(const FieldColumn& column, const FieldEntry& field, std::size_t first,
+                     std::span<std::byte* const> objects);
     /// Before a range of an array is written.
     void edited(const RangeEdit& range, const Blob& before);
 
@@ -39,7 +41,8 @@ private:
     IdMap<Nothing> created_, destroyed_;
     /// Arrays that go back as a whole: a column of the same list replaces them, or they are not here.
     std::set<std::pair<ObjectId, FieldId>> wholes_;
-    /// Of the objects that the list destroys, and arrays that are not here; rows of survivors are recorded column by column.
+    /// Of the objects that the list destroys, and arrays that are not here; rows of survivors are recorded column by
+    /// column.
     ChangeListBuilder lost_;
 };
 

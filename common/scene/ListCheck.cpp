@@ -22,8 +22,8 @@ std::string nameOf(ObjectId id) {
                              : fmt::format("#{}", id.value);
 }
 
-/// An exponent of all ones carries into the sign when one is added to it: a sum of integers, which compilers do for several
-/// numbers at a time.
+/// An exponent of all ones carries into the sign when one is added to it: a sum of integers, which compilers do for
+/// several numbers at a time.
 template <typename Real, typename Bits, Bits kOne>
 bool finite(const std::vector<Real>& numbers) {
     constexpr Bits kSign = Bits{1} << (8 * sizeof(Bits) - 1);
@@ -197,7 +197,8 @@ Expected<void> ListCheck::checkCrowds() const {
         if (place.children > limits_.maxChildren) crowd = id;
     });
     if (!crowd) return {};
-    return fail(ErrorCode::kLimit, fmt::format("place under {}: more than {} children", nameOf(crowd), limits_.maxChildren));
+    return fail(ErrorCode::kLimit,
+                fmt::format("place under {}: more than {} children", nameOf(crowd), limits_.maxChildren));
 }
 
 Expected<void> ListCheck::checkShape() const {
@@ -243,7 +244,8 @@ Expected<void> ListCheck::checkShape() const {
 }
 
 tl::unexpected<Error> ListCheck::circle(std::span<const ObjectId> placed) const {
-    // Upwards from what was not reached there is no end: after as many steps as there are nodes one stands in the circle.
+    // Upwards from what was not reached there is no end: after as many steps as there are nodes one stands in the
+    // circle.
     IdMap<std::size_t> from;  // which walk came by
     for (std::size_t walk = 0; walk < placed.size(); ++walk)
         for (ObjectId at = placed[walk]; at; at = parentOf(at)) {
@@ -254,7 +256,8 @@ tl::unexpected<Error> ListCheck::circle(std::span<const ObjectId> placed) const 
             }
             if (first != walk) break;
             while (!places_.contains(at) || !places_.find(at)->placed) at = parentOf(at);
-            return refuse(fmt::format("place {} under {}: a node cannot be below itself", nameOf(at), nameOf(parentOf(at))));
+            return refuse(
+                fmt::format("place {} under {}: a node cannot be below itself", nameOf(at), nameOf(parentOf(at))));
         }
     return refuse("place: a node cannot be below itself");
 }
@@ -436,8 +439,8 @@ Expected<void> ListCheck::checkRefs(const FieldColumn& column, const FieldInfo& 
     std::unordered_set<ObjectId> seen;
     for (std::size_t row = 0; row < lists.size(); ++row) {
         if (lists[row].size() > limits_.maxRefs)
-            return fail(ErrorCode::kLimit, fmt::format("of {}: {} references, more than the limit of {}", nameOf(column.ids[row]),
-                                                       lists[row].size(), limits_.maxRefs));
+            return fail(ErrorCode::kLimit, fmt::format("of {}: {} references, more than the limit of {}",
+                                                       nameOf(column.ids[row]), lists[row].size(), limits_.maxRefs));
         seen.clear();
         for (const ObjectId id : lists[row]) {
             if (!id) return of(row, Error{ErrorCode::kBadInput, "it names none among others"});
@@ -467,7 +470,8 @@ Expected<void> ListCheck::checkRanges() {
     std::map<std::pair<ObjectId, FieldId>, Blob> arrays;
     for (const FieldColumn& column : list_.columns)
         if (const auto* blobs = std::get_if<std::vector<Blob>>(&column.values))
-            for (std::size_t row = 0; row < blobs->size(); ++row) arrays[{column.ids[row], column.field}] = (*blobs)[row];
+            for (std::size_t row = 0; row < blobs->size(); ++row)
+                arrays[{column.ids[row], column.field}] = (*blobs)[row];
     for (const RangeEdit& range : list_.ranges) {
         const TypeInfo* type = typeOfObject(range.object);
         if (!type) return missing("set a range of", range.object);
@@ -475,7 +479,8 @@ Expected<void> ListCheck::checkRanges() {
         if (type->type != range.type || !field || field->kind != FieldKind::kBlob)
             return refuse(fmt::format("set a range of {}: a {} has no array {}.{}", nameOf(range.object), type->name,
                                       range.type.value, range.field.value));
-        const std::string what = fmt::format("set a range of {}.{} of {}", type->name, field->name, nameOf(range.object));
+        const std::string what =
+            fmt::format("set a range of {}.{} of {}", type->name, field->name, nameOf(range.object));
         auto known = arrays.find({range.object, range.field});
         if (known == arrays.end()) {
             const ObjectTable::Slot* slot = present_.find(range.object);
@@ -485,17 +490,16 @@ Expected<void> ListCheck::checkRanges() {
         Blob& array = known->second;
         if (!range.bytes.resident() || range.offset > array.sizeBytes() ||
             range.bytes.sizeBytes() > array.sizeBytes() - range.offset)
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("{}: bytes [{}, +{}) do not lie in its {}", what, range.offset, range.bytes.sizeBytes(),
-                                    array.sizeBytes()));
+            return fail(ErrorCode::kBadInput, fmt::format("{}: bytes [{}, +{}) do not lie in its {}", what,
+                                                          range.offset, range.bytes.sizeBytes(), array.sizeBytes()));
         if (range.result.resident() && range.result.sizeBytes() == array.sizeBytes()) {
             array = range.result;  // made by whoever resolved this list; nothing that came over a wire is
         } else if (array.resident()) {
             const Expected<Blob> made = array.withRange(range.offset, range.bytes.bytes());
             if (!made) return failWith(what, made.error());
             if (!range.result.empty() && range.result != *made)
-                return fail(ErrorCode::kBadInput,
-                            fmt::format("{}: what comes out is {}, not {}", what, toHex(made->id()), toHex(range.result.id())));
+                return fail(ErrorCode::kBadInput, fmt::format("{}: what comes out is {}, not {}", what,
+                                                              toHex(made->id()), toHex(range.result.id())));
             array = *made;
         } else if (!range.result.empty() && range.result.sizeBytes() == array.sizeBytes()) {
             array = range.result;
@@ -529,7 +533,8 @@ Expected<void> ListCheck::checkDestructions() {
     countUses(destroyed);
     for (const ObjectId id : list_.destructions)
         if (const std::int64_t uses = *destroyed.find(id); uses != 0)
-            return refuse(fmt::format("destroy {}: the {} is in use by {}", nameOf(id), typeOfObject(id)->name, usersInWords(aspect_, list_, id, uses)));
+            return refuse(fmt::format("destroy {}: the {} is in use by {}", nameOf(id), typeOfObject(id)->name,
+                                      usersInWords(aspect_, list_, id, uses)));
     return {};
 }
 

@@ -24,9 +24,10 @@ struct CheckedList {
 /// Cost: proportional to the list, plus the subtrees that it moves (their depth is bounded).
 class ListCheck {
 public:
-    /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many objects
-    /// costs as much as writing them (see CheckedList::rowsOf).
-    ListCheck(const Aspect& aspect, ObjectTable& table, const SceneLimits& limits, const ChangeList& list, std::vector<ObjectTable::Slot*>& rows)
+    /// `rows` is the caller's memory, reused from list to list: where the rows of a column stand, because finding many
+    /// objects costs as much as writing them (see CheckedList::rowsOf).
+    ListCheck(const Aspect& aspect, ObjectTable& table, const SceneLimits& limits, const ChangeList& list,
+              std::vector<ObjectTable::Slot*>& rows)
         : aspect_(aspect), table_(table), limits_(limits), list_(list), present_(table), rows_(rows) {}
 
     [[nodiscard]] Expected<CheckedList> run();
@@ -82,15 +83,16 @@ private:
     [[nodiscard]] std::size_t depthOf(Place& node);
 
     const Aspect& aspect_;  ///< of the table; for words
-    ObjectTable& table_;  ///< not written here: who is left the rows will
+    ObjectTable& table_;    ///< not written here: who is left the rows will
     const SceneLimits& limits_;
     const ChangeList& list_;
     mutable ObjectTable::ConstCursor present_;  ///< nothing comes or goes while a list is checked
     IdMap<Created> created_;
     IdMap<Place> places_;
-    std::uint32_t shapes_ = 1;   ///< another one whenever a node with children has moved: depths below it are others then
-    bool shapesOpen_ = false;    ///< the tree may have become too deep, or have a circle: looked at when all is placed
-    bool crowded_ = false;       ///< a node had too many children at some time
+    std::uint32_t shapes_ =
+        1;                     ///< another one whenever a node with children has moved: depths below it are others then
+    bool shapesOpen_ = false;  ///< the tree may have become too deep, or have a circle: looked at when all is placed
+    bool crowded_ = false;     ///< a node had too many children at some time
     std::vector<ObjectTable::Slot*>& rows_;
     CheckedList checked_;
 };

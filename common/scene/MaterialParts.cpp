@@ -6,7 +6,8 @@ namespace tessera {
 
 Expected<void> checkLayers(const Material& material) {
     if (material.layers.size() <= Material::kMostLayers) return {};
-    return fail(ErrorCode::kRefused, fmt::format("{} texture layers; a material has at most {}", material.layers.size(), Material::kMostLayers));
+    return fail(ErrorCode::kRefused, fmt::format("{} texture layers; a material has at most {}", material.layers.size(),
+                                                 Material::kMostLayers));
 }
 
 }  // namespace tessera

@@ -30,7 +30,7 @@ void* Slab::add() {
         if (next_ == end_) {
             // As many again as there are, within bounds: a few objects take little, many take few chunks.
             const std::size_t count = std::clamp<std::size_t>(inUse_, 16384 / stride_ + 1, (1 << 20) / stride_ + 1);
-            chunks_.emplace_back(static_cast<std::byte*>(::operator new(count * stride_, std::align_val_t{64})));
+            chunks_.emplace_back(static_cast<std::byte*>(::operator new (count* stride_, std::align_val_t{64})));
             next_ = chunks_.back().get();
             end_ = next_ + count * stride_;
         }

@@ -1,4 +1,5 @@
-/// Where an aspect keeps its objects: id -> slot -> place in the slab of its type, with the hash tree. Internal to common/scene.
+/// Where an aspect keeps its objects: id -> slot -> place in the slab of its type, with the hash tree. Internal to
+/// common/scene.
 ///
 /// Ids are dense and grow, so slots stand in blocks of neighbouring ids and blocks in pages of Aspect::kIdsPerLeaf ids,
 /// found through one small hash table of pages. A page is also the leaf of the state hash. Blocks and pages go when
@@ -26,7 +27,7 @@ public:
 
 private:
     struct Free {
-        void operator()(std::byte* chunk) const { ::operator delete(chunk, std::align_val_t{64}); }
+        void operator()(std::byte* chunk) const { ::operator delete (chunk, std::align_val_t{64}); }
     };
     const TypeInfo* type_;
     std::size_t stride_;
@@ -45,7 +46,8 @@ public:
         std::uint32_t uses = 0;  ///< refs that name this object
         /// Scratch for whoever walks over many objects and wants to see each once; see newMark. Not part of the state.
         mutable std::uint32_t mark = 0;
-        std::uint16_t type = kNothing;  ///< index into allTypes(), here so that checking a type does not fetch the object
+        std::uint16_t type =
+            kNothing;  ///< index into allTypes(), here so that checking a type does not fetch the object
     };
     static constexpr std::uint16_t kNothing = 0xffff;
 
@@ -140,7 +142,7 @@ private:
     [[nodiscard]] std::vector<const Entry*> sortedEntries() const;
 
     const TypeInfo* types_;
-    std::vector<Slab> slabs_;  ///< by the index of their type
+    std::vector<Slab> slabs_;                              ///< by the index of their type
     std::vector<Entry> entries_ = std::vector<Entry>(16);  ///< open addressing, linear probing, a power of two
     std::size_t pages_ = 0;
     std::size_t size_ = 0;

@@ -129,10 +129,10 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
         // A name that itself looks like "name[2]".
         if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
         if (!child)
-            return fail(ErrorCode::kNotFound,
-                        fmt::format("node \"{}\": there is no \"{}\" below {}; {}", shortened(path), shortened(text),
-                                    at == kRootNode ? "the root" : shortened(inWords(at)),
-                                    childrenInWords(aspect, parent)));
+            return fail(
+                ErrorCode::kNotFound,
+                fmt::format("node \"{}\": there is no \"{}\" below {}; {}", shortened(path), shortened(text),
+                            at == kRootNode ? "the root" : shortened(inWords(at)), childrenInWords(aspect, parent)));
         at = child;
         rest.remove_prefix(std::min(slash + 1, rest.size()));
     }
@@ -143,8 +143,7 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
 
 Expected<ObjectId> findNode(const Aspect& aspect, std::string_view path) {
     return walk(
-        aspect, path,
-        [&](ObjectId, const Node& parent, const Step& step) { return findChild(aspect, parent, step); },
+        aspect, path, [&](ObjectId, const Node& parent, const Step& step) { return findChild(aspect, parent, step); },
         [&](ObjectId at) { return pathOf(aspect, at); });
 }
 

@@ -71,7 +71,8 @@ private:
 
 Expected<PathPattern> PathPattern::parse(std::string_view expression) {
     if (expression.size() > kMaxBytes)
-        return fail(ErrorCode::kLimit, fmt::format("an expression of {} bytes; at most {} are allowed", expression.size(), kMaxBytes));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("an expression of {} bytes; at most {} are allowed", expression.size(), kMaxBytes));
     std::size_t at = 0;
     const auto wrong = [&](std::string_view what) {
         return fail(ErrorCode::kUsage, fmt::format("expression \"{}\": {} at character {}", expression, what, at + 1));
@@ -118,7 +119,8 @@ Expected<PathPattern> PathPattern::parse(std::string_view expression) {
             continue;
         }
         levelsAtEnd = false;
-        if (steps.size() == kMaxSteps) return fail(ErrorCode::kLimit, fmt::format("an expression of more than {} steps", kMaxSteps));
+        if (steps.size() == kMaxSteps)
+            return fail(ErrorCode::kLimit, fmt::format("an expression of more than {} steps", kMaxSteps));
         Step step;
         step.anyDepth = std::exchange(anyDepth, false);
         for (; at < expression.size() && expression[at] != '/' && expression[at] != '['; ++at) {
@@ -131,7 +133,10 @@ Expected<PathPattern> PathPattern::parse(std::string_view expression) {
             }
             // Stars in a row are one.
             if (byte == '*' && !step.name.empty() && step.name.back().kind == Step::Sign::Kind::kAny) continue;
-            step.name.push_back({byte == '*' ? Step::Sign::Kind::kAny : byte == '?' ? Step::Sign::Kind::kOne : Step::Sign::Kind::kByte, byte});
+            step.name.push_back({byte == '*'   ? Step::Sign::Kind::kAny
+                                 : byte == '?' ? Step::Sign::Kind::kOne
+                                               : Step::Sign::Kind::kByte,
+                                 byte});
         }
         // Conditions alone are about nodes of any name.
         if (step.name.empty()) step.name.push_back({Step::Sign::Kind::kAny, '*'});
@@ -181,7 +186,8 @@ bool isShown(const Aspect& aspect, ObjectId node) {
 
 namespace {
 
-/// A walk in the order of the document that goes where the pattern may lead, and can stop anywhere and go on in another state of the scene.
+/// A walk in the order of the document that goes where the pattern may lead, and can stop anywhere and go on in another
+/// state of the scene.
 class Search {
 public:
     Search(const Aspect& aspect, const PathPattern& pattern, const SearchOptions& options)
@@ -195,8 +201,9 @@ public:
             goOn();
         for (;;) {
             // Before levels that are done are left: the node looked at last stands right below the last of them.
-            const bool full = page_.lookedAt > 0 && (page_.found.size() >= options_.maxFound || page_.lookedAt >= options_.maxLookedAt ||
-                                                     work_ >= options_.maxWork);
+            const bool full =
+                page_.lookedAt > 0 && (page_.found.size() >= options_.maxFound ||
+                                       page_.lookedAt >= options_.maxLookedAt || work_ >= options_.maxWork);
             if (full && std::ranges::any_of(above_, [](const Level& level) { return !(level.at == level.end); })) {
                 for (const Level& level : above_) page_.next.push_back(level.parent);
                 if (page_.next.back() != last_) page_.next.push_back(last_);
@@ -241,8 +248,8 @@ private:
         if (!node.children.empty() && pattern_.leadsOn(progress))
             above_.push_back({id, progress, visible, core, node.children.begin(), node.children.end()});
     }
-    /// Behind the last node of a way. Where the way is not what it was, from the first child of the last node that still is: rather twice than
-    /// not at all.
+    /// Behind the last node of a way. Where the way is not what it was, from the first child of the last node that
+    /// still is: rather twice than not at all.
     void goOn() {
         const std::vector<ObjectId>& way = options_.after;
         look(options_.top, PathPattern::atTop(), isShown(aspect_, options_.top), false);
@@ -270,7 +277,8 @@ private:
 }  // namespace
 
 Expected<SearchPage> searchPage(const Aspect& aspect, const PathPattern& pattern, const SearchOptions& options) {
-    if (!aspect.get<Node>(options.top)) return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", options.top.value));
+    if (!aspect.get<Node>(options.top))
+        return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", options.top.value));
     if (!options.after.empty() && options.after.front() != options.top)
         return fail(ErrorCode::kBadInput, "a page that goes on below another node than it began at");
     return Search(aspect, pattern, options).page();

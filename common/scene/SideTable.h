@@ -1,6 +1,7 @@
 /// Typed data that an application keeps beside objects of a scene, in step with it.
 ///
-///     SideTable<Score> scores({.created = [](ObjectId, const Object& o) { return o.is<Node>() ? std::optional(Score()) : std::nullopt; },
+///     SideTable<Score> scores({.created = [](ObjectId, const Object& o) { return o.is<Node>() ? std::optional(Score())
+///     : std::nullopt; },
 ///                              .destroyed = [](ObjectId id, Score last) { … }});
 ///     application->onChanges([&](const ChangeList& list, Sequence) { scores.follow(application->scene(), list); });
 #pragma once
@@ -17,16 +18,19 @@
 
 namespace tessera {
 
-/// Data of one type, for as many objects as have it: at most one for each. It stays here: nothing of it is in the scene, its hash, a file or on the
-/// wire. (What is to travel is a field of a core: common/cores/README.md.) One thread at a time.
+/// Data of one type, for as many objects as have it: at most one for each. It stays here: nothing of it is in the
+/// scene, its hash, a file or on the wire. (What is to travel is a field of a core: common/cores/README.md.) One thread
+/// at a time.
 ///
-/// A list costs a look-up per entry; callbacks come while `follow` runs, of each list first those of what was created, then changed, then destroyed,
-/// each object once, in the order of the list. They may look at the scene, and attach and detach; what they do is not called back.
+/// A list costs a look-up per entry; callbacks come while `follow` runs, of each list first those of what was created,
+/// then changed, then destroyed, each object once, in the order of the list. They may look at the scene, and attach and
+/// detach; what they do is not called back.
 template <typename T>
 class SideTable {
 public:
     struct Callbacks {
-        /// Of every object that comes and has no data: what it gets; nothing: it gets none. Null: data is attached by hand alone.
+        /// Of every object that comes and has no data: what it gets; nothing: it gets none. Null: data is attached by
+        /// hand alone.
         std::function<std::optional<T>(ObjectId, const Object&)> created = {};
         /// Of an object with data, of which a list writes a field, or which it places elsewhere.
         std::function<void(ObjectId, T&)> changed = {};
@@ -62,7 +66,8 @@ public:
         if (callbacks_.changed) change(list, told);
         for (const ObjectId id : list.destructions) go(id);
     }
-    /// Before the first list, and after what is no list (another scene): what is not there goes, what is new comes, all others have changed.
+    /// Before the first list, and after what is no list (another scene): what is not there goes, what is new comes, all
+    /// others have changed.
     void lookAnew(const Aspect& aspect) {
         std::vector<ObjectId> gone, stay;
         for (const auto& [id, data] : data_) (aspect.find(id) ? stay : gone).push_back(id);

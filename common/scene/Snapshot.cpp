@@ -22,17 +22,20 @@ namespace {
 /// In elements where the array has such, as people count them.
 std::string outsideOf(const Object& object, const RangeEdit& range, std::uint64_t size) {
     const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
-    const std::string what = field ? fmt::format("{} of #{}", field->name, range.object.value) : fmt::format("an array of #{}", range.object.value);
+    const std::string what = field ? fmt::format("{} of #{}", field->name, range.object.value)
+                                   : fmt::format("an array of #{}", range.object.value);
     if (size == 0) return what + " is empty: there is nothing to edit a range of; set all of it";
     const std::uint64_t each = field && field->numbersEach > 0 ? field->elementBytes() : 1;
-    return fmt::format("{} has {} {}, numbered from 0; a range of {} from {} on does not lie in it; to make it longer, set all of it", what, size / each,
-                       each > 1 ? "elements" : "bytes", range.bytes.sizeBytes() / each, range.offset / each);
+    return fmt::format(
+        "{} has {} {}, numbered from 0; a range of {} from {} on does not lie in it; to make it longer, set all of it",
+        what, size / each, each > 1 ? "elements" : "bytes", range.bytes.sizeBytes() / each, range.offset / each);
 }
 
 }  // namespace
 
 Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
-    std::unordered_map<ObjectId, std::unordered_map<std::uint32_t, Blob>> arrays;  // as earlier parts of the list leave them
+    std::unordered_map<ObjectId, std::unordered_map<std::uint32_t, Blob>>
+        arrays;  // as earlier parts of the list leave them
     if (list.ranges.empty()) return {};
     for (const FieldColumn& column : list.columns)
         if (const auto* blobs = std::get_if<std::vector<Blob>>(&column.values))
@@ -44,7 +47,8 @@ Expected<void> resolveRanges(const Aspect& aspect, ChangeList& list) {
         if (known == fields.end()) {
             const Object object = aspect.find(range.object);
             const FieldEntry* field = object ? findField(object.info(), range.field) : nullptr;
-            if (!field || field->kind != FieldKind::kBlob) continue;  // the scene refuses it in words, and must not stumble over later ones
+            if (!field || field->kind != FieldKind::kBlob)
+                continue;  // the scene refuses it in words, and must not stumble over later ones
             known = fields.emplace(range.field.value, *field->in<Blob>(object.data())).first;
         }
         Blob& array = known->second;

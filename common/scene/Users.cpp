@@ -22,7 +22,8 @@ bool refersTo(const FieldValue& value, ObjectId id) {
 }
 
 /// Each once, those that the list says something of first.
-std::vector<ObjectId> usersOf(const Aspect& aspect, const ChangeList& list, const std::vector<ObjectId>& ids, ObjectId id) {
+std::vector<ObjectId> usersOf(const Aspect& aspect, const ChangeList& list, const std::vector<ObjectId>& ids,
+                              ObjectId id) {
     std::vector<ObjectId> users;
     std::unordered_set<ObjectId> known(list.destructions.begin(), list.destructions.end());
     std::set<std::pair<ObjectId, std::uint32_t>> said;  // by the list
@@ -47,7 +48,8 @@ std::vector<ObjectId> usersOf(const Aspect& aspect, const ChangeList& list, cons
 }  // namespace
 
 std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId id, std::int64_t references) {
-    if (aspect.objectCount() > kMostLookedAt) return fmt::format("others, by {} reference{}", references, references == 1 ? "" : "s");
+    if (aspect.objectCount() > kMostLookedAt)
+        return fmt::format("others, by {} reference{}", references, references == 1 ? "" : "s");
     const std::vector<ObjectId> ids = aspect.ids();
     const std::vector<ObjectId> users = usersOf(aspect, list, ids, id);
     const auto pathFor = [&](ObjectId user) {
@@ -66,7 +68,9 @@ std::string usersInWords(const Aspect& aspect, const ChangeList& list, ObjectId 
         if (!object)
             words += "one that it creates";
         else
-            words += fmt::format("{} ({})", path.empty() ? fmt::format("#{}", users[i].value) : toUtf8(path, kMostPathBytes), object.info().name);
+            words +=
+                fmt::format("{} ({})", path.empty() ? fmt::format("#{}", users[i].value) : toUtf8(path, kMostPathBytes),
+                            object.info().name);
     }
     if (users.size() > kMostNamed) words += fmt::format(", and {} more", users.size() - kMostNamed);
     return words;

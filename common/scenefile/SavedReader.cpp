@@ -71,7 +71,8 @@ bool forEachWireField(ByteSpan bytes, Visit&& visit) {
                 return false;  // groups: not used
         }
         if (field.number == 0) return false;
-        field.whole = bytes.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(in.CurrentPosition() - from));
+        field.whole =
+            bytes.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(in.CurrentPosition() - from));
         if (!visit(field)) return false;
     }
 }
@@ -130,8 +131,11 @@ private:
 
     /// Of the object in `message_`.
     [[nodiscard]] SavedPlace placeOfParsed(const Item& item) const {
-        const pb::Message& at = message_->GetReflection()->GetMessage(*message_, &schema_.objectField(SceneSchema::kAt));
-        const auto number = [&](int field) { return at.GetReflection()->GetUInt32(at, at.GetDescriptor()->FindFieldByNumber(field)); };
+        const pb::Message& at =
+            message_->GetReflection()->GetMessage(*message_, &schema_.objectField(SceneSchema::kAt));
+        const auto number = [&](int field) {
+            return at.GetReflection()->GetUInt32(at, at.GetDescriptor()->FindFieldByNumber(field));
+        };
         return {.number = item.number, .line = number(1), .column = number(2)};
     }
 
@@ -164,9 +168,11 @@ private:
                 Item item;
                 item.bytes = field.bytes;
                 if (items_.size() >= options_.maxObjects)
-                    problem = fail(ErrorCode::kLimit, fmt::format("the scene has more than {} objects", options_.maxObjects));
+                    problem =
+                        fail(ErrorCode::kLimit, fmt::format("the scene has more than {} objects", options_.maxObjects));
                 else if (field.bytes.size() > kMaxObjectBytes)
-                    problem = fail(ErrorCode::kLimit, fmt::format("one of its objects takes more than {} MiB", kMaxObjectBytes >> 20));
+                    problem = fail(ErrorCode::kLimit,
+                                   fmt::format("one of its objects takes more than {} MiB", kMaxObjectBytes >> 20));
                 else if (!lookAt(field.bytes, item, 0))
                     problem = damaged();
                 items_.push_back(std::move(item));
@@ -182,7 +188,8 @@ private:
             const bool hasLength = field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
             if (field.number == SceneSchema::kNumber && field.kind == WireFormatLite::WIRETYPE_VARINT)
                 item.number = static_cast<std::uint32_t>(field.value);
-            if (field.number == SceneSchema::kLater && hasLength && depth == 0 && !lookAt(field.bytes, item, 1)) return false;
+            if (field.number == SceneSchema::kLater && hasLength && depth == 0 && !lookAt(field.bytes, item, 1))
+                return false;
             if (field.number >= SceneSchema::kFirstType && hasLength)
                 if (const SceneSchema::Type* type = schema_.findType(field.number)) item.type = type;
             return true;
@@ -199,7 +206,8 @@ private:
             if (item.type && item.number != rootNumber_) item.id = ObjectId{next++};
         }
         const auto root = byNumber_.find(rootNumber_);
-        if (root == byNumber_.end() || !items_[root->second].type || items_[root->second].type->info->type != typeOf<Node>())
+        if (root == byNumber_.end() || !items_[root->second].type ||
+            items_[root->second].type->info->type != typeOf<Node>())
             return fail(ErrorCode::kBadInput, "what it saved has no root: 'root' must be the number of a Node");
         root_ = root->second;
         // A root that is nothing but the top of the tree becomes the place where the scene is put.
@@ -208,7 +216,9 @@ private:
         rootIsParent_ = *bare;
         items_[root_].id = rootIsParent_ ? options_.parent : ObjectId{next++};
         if (!rootIsParent_)
-            result_.notes.push_back(failAt(items_[root_], ErrorCode::kBadInput, "it is the root, and has a name or a core, as no root has: it stands below the root, and all paths are a level deeper")
+            result_.notes.push_back(failAt(items_[root_], ErrorCode::kBadInput,
+                                           "it is the root, and has a name or a core, as no root has: it stands below "
+                                           "the root, and all paths are a level deeper")
                                         .value()
                                         .message);
         result_.created = next - options_.firstId;
@@ -229,8 +239,8 @@ private:
             const std::string bytes = reflection.GetString(message, field);
             reflection.ClearField(&message, field);
             pb::Message* target = number == SceneSchema::kLater ? &message
-                                  : item.type                   ? reflection.MutableMessage(&message, item.type->inObject)
-                                                                : nullptr;
+                                  : item.type ? reflection.MutableMessage(&message, item.type->inObject)
+                                              : nullptr;
             if (!target || !target->MergeFromString(bytes)) return false;
         }
         return true;
@@ -278,48 +288,58 @@ private:
         return {};
     }
 
-    Expected<void> readField(const Item& item, const pb::Message& message, const SceneSchema::Field& field, void* object) {
+    Expected<void> readField(const Item& item, const pb::Message& message, const SceneSchema::Field& field,
+                             void* object) {
         const pb::Reflection& reflection = *message.GetReflection();
         const FieldEntry& entry = *field.entry;
         const pb::FieldDescriptor* at = field.descriptor;
-        const int count = at->is_repeated() ? reflection.FieldSize(message, at) : reflection.HasField(message, at) ? 1 : 0;
+        const int count = at->is_repeated()                  ? reflection.FieldSize(message, at)
+                          : reflection.HasField(message, at) ? 1
+                                                             : 0;
         if (count == 0) return {};
         FieldValue value;
         switch (entry.kind) {
             case FieldKind::kFloat:
             case FieldKind::kDouble: {
-                if (count != entry.width) return fail(ErrorCode::kBadInput, fmt::format("{} has {} numbers, not {}", at->name(), count, entry.width));
+                if (count != entry.width)
+                    return fail(ErrorCode::kBadInput,
+                                fmt::format("{} has {} numbers, not {}", at->name(), count, entry.width));
                 if (entry.kind == FieldKind::kFloat) {
                     Floats numbers{{}, entry.width};
                     for (int i = 0; i < count; ++i)
-                        numbers.values[static_cast<std::size_t>(i)] =
-                            at->is_repeated() ? reflection.GetRepeatedFloat(message, at, i) : reflection.GetFloat(message, at);
+                        numbers.values[static_cast<std::size_t>(i)] = at->is_repeated()
+                                                                          ? reflection.GetRepeatedFloat(message, at, i)
+                                                                          : reflection.GetFloat(message, at);
                     value = numbers;
                 } else {
                     Doubles numbers{{}, entry.width};
                     for (int i = 0; i < count; ++i)
-                        numbers.values[static_cast<std::size_t>(i)] =
-                            at->is_repeated() ? reflection.GetRepeatedDouble(message, at, i) : reflection.GetDouble(message, at);
+                        numbers.values[static_cast<std::size_t>(i)] = at->is_repeated()
+                                                                          ? reflection.GetRepeatedDouble(message, at, i)
+                                                                          : reflection.GetDouble(message, at);
                     value = numbers;
                 }
                 break;
             }
             case FieldKind::kMatrix: {
                 Matrix matrix;
-                if (count != 16) return fail(ErrorCode::kBadInput, fmt::format("{} has {} numbers, not 16", at->name(), count));
+                if (count != 16)
+                    return fail(ErrorCode::kBadInput, fmt::format("{} has {} numbers, not 16", at->name(), count));
                 for (int i = 0; i < count; ++i)
                     matrix.values[static_cast<std::size_t>(i)] = reflection.GetRepeatedDouble(message, at, i);
                 value = matrix;
                 break;
             }
             case FieldKind::kInt:
-                value = knownWord(item, entry, at->enum_type() ? std::int64_t{reflection.GetEnumValue(message, at)}
-                                                               : reflection.GetInt64(message, at));
+                value = knownWord(item, entry,
+                                  at->enum_type() ? std::int64_t{reflection.GetEnumValue(message, at)}
+                                                  : reflection.GetInt64(message, at));
                 break;
             case FieldKind::kText: {
                 std::string text = reflection.GetString(message, at);
                 if (text.size() > options_.maxTextBytes)
-                    return fail(ErrorCode::kLimit, fmt::format("{} has more than {} bytes", at->name(), options_.maxTextBytes));
+                    return fail(ErrorCode::kLimit,
+                                fmt::format("{} has more than {} bytes", at->name(), options_.maxTextBytes));
                 if (!isUtf8(text)) return fail(ErrorCode::kBadInput, at->name() + " is no UTF-8");
                 value = std::move(text);
                 break;
@@ -327,7 +347,8 @@ private:
             case FieldKind::kBlob: {
                 const std::uint32_t number = reflection.GetUInt32(message, at);
                 if (number > blobs_.size())
-                    return fail(ErrorCode::kBadInput, fmt::format("{} names array {}, which does not exist", at->name(), number));
+                    return fail(ErrorCode::kBadInput,
+                                fmt::format("{} names array {}, which does not exist", at->name(), number));
                 value = number == 0 ? Blob() : blobs_[number - 1];
                 break;
             }
@@ -366,12 +387,14 @@ private:
         return known;
     }
 
-    Expected<FieldValue> readRefs(const Item& item, const pb::Message& message, const SceneSchema::Field& field, int count) {
+    Expected<FieldValue> readRefs(const Item& item, const pb::Message& message, const SceneSchema::Field& field,
+                                  int count) {
         const pb::Reflection& reflection = *message.GetReflection();
         const pb::FieldDescriptor* at = field.descriptor;
         std::vector<std::uint32_t> numbers;
         for (int i = 0; i < count; ++i)
-            numbers.push_back(at->is_repeated() ? reflection.GetRepeatedUInt32(message, at, i) : reflection.GetUInt32(message, at));
+            numbers.push_back(at->is_repeated() ? reflection.GetRepeatedUInt32(message, at, i)
+                                                : reflection.GetUInt32(message, at));
         RefList ids;
         bool later = false;
         for (const std::uint32_t number : numbers) {
@@ -381,7 +404,8 @@ private:
             }
             const auto found = byNumber_.find(number);
             if (found == byNumber_.end())
-                return fail(ErrorCode::kBadInput, fmt::format("{} names object {}, which does not exist", at->name(), number));
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{} names object {}, which does not exist", at->name(), number));
             const Item& target = items_[found->second];
             if (!target.type) {
                 later = true;
@@ -389,7 +413,8 @@ private:
             }
             const TypeInfo& info = *target.type->info;
             if (!field.entry->mayReferTo(info.type, info.isCore))
-                return fail(ErrorCode::kBadInput, fmt::format("{} names object {}, which is of type {}", at->name(), number, info.name));
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{} names object {}, which is of type {}", at->name(), number, info.name));
             ids.push_back(target.id);
         }
         if (later) result_.later.refs[{item.id, field.entry->id}] = std::move(numbers);
@@ -447,10 +472,13 @@ private:
                 const auto found = byNumber_.find(number);
                 if (found == byNumber_.end() || !items_[found->second].type ||
                     items_[found->second].type->info->type != typeOf<Node>())
-                    return failAt(items_[i], ErrorCode::kBadInput, fmt::format("its child {} is no Node of this file", number));
+                    return failAt(items_[i], ErrorCode::kBadInput,
+                                  fmt::format("its child {} is no Node of this file", number));
                 Item& child = items_[found->second];
-                if (found->second == root_) return failAt(items_[i], ErrorCode::kBadInput, "the root is among its children");
-                if (child.parent != kNone) return failAt(child, ErrorCode::kBadInput, "it has two parents, or is a child twice");
+                if (found->second == root_)
+                    return failAt(items_[i], ErrorCode::kBadInput, "the root is among its children");
+                if (child.parent != kNone)
+                    return failAt(child, ErrorCode::kBadInput, "it has two parents, or is a child twice");
                 child.parent = i;
             }
         if (!rootIsParent_) {
@@ -479,7 +507,8 @@ private:
             ++placed;
             const Item& item = items_[at];
             if (!item.children.empty() && level >= options_.maxDepth)
-                return failAt(item, ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", options_.maxDepth));
+                return failAt(item, ErrorCode::kLimit,
+                              fmt::format("nodes are nested deeper than {} levels", options_.maxDepth));
             for (const std::uint32_t number : item.children) {
                 const std::size_t child = byNumber_.at(number);
                 list_.place(items_[child].id, item.id);
@@ -517,8 +546,8 @@ std::string laterLeftOutText(std::string_view what) {
 }
 
 std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why) {
-    return fmt::format("{}object {}{}: {}", place.line > 0 ? fmt::format("{}:{}: ", place.line, place.column) : "", place.number,
-                       type.empty() ? "" : fmt::format(" ({})", type), why);
+    return fmt::format("{}object {}{}: {}", place.line > 0 ? fmt::format("{}:{}: ", place.line, place.column) : "",
+                       place.number, type.empty() ? "" : fmt::format(" ({})", type), why);
 }
 
 Expected<SavedScene> readSaved(ByteSpan bytes, std::span<const Blob> blobs, const SavedOptions& options,

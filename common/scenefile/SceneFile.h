@@ -1,8 +1,8 @@
-/// Scenes as files: `.tsc` (binary) and `.tsct` (text) of one message, made from the table of types. Whatever a scene holds is
-/// saved exactly; a new type of object needs no line here.
+/// Scenes as files: `.tsc` (binary) and `.tsct` (text) of one message, made from the table of types. Whatever a scene
+/// holds is saved exactly; a new type of object needs no line here.
 ///
-/// The authors' way of writing a scene (shapes, repeats, definitions, imports) stands in the same message beside what is saved
-/// (proto/scene.proto); `server/import` reads both.
+/// The authors' way of writing a scene (shapes, repeats, definitions, imports) stands in the same message beside what
+/// is saved (proto/scene.proto); `server/import` reads both.
 #pragma once
 
 #include <map>
@@ -19,8 +19,8 @@ enum class SceneEncoding : std::uint8_t { kText, kBinary };
 /// By a file's extension: .tsct is text, .tsc binary. kUsage otherwise.
 [[nodiscard]] Expected<SceneEncoding> sceneEncodingOf(const std::string& path);
 
-/// What a file of a newer version holds and this one does not know. A scene cannot hold it; whoever writes the scene of that
-/// file again hands it over.
+/// What a file of a newer version holds and this one does not know. A scene cannot hold it; whoever writes the scene of
+/// that file again hands it over.
 struct LaterParts {
     /// As the file numbered its objects and arrays: what is not known may name them.
     std::map<ObjectId, std::uint32_t> numbers;
@@ -53,9 +53,10 @@ struct LaterParts {
     }
 };
 
-/// The bytes of a file: every node below the root, and whatever these refer to. Nodes taken out of the tree are left out, unless
-/// something refers to them. kRefused: an array is not here; kLimit: more than a file can hold (2 GiB).
-[[nodiscard]] Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding, const LaterParts& later = {});
+/// The bytes of a file: every node below the root, and whatever these refer to. Nodes taken out of the tree are left
+/// out, unless something refers to them. kRefused: an array is not here; kLimit: more than a file can hold (2 GiB).
+[[nodiscard]] Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding,
+                                               const LaterParts& later = {});
 /// Replaces the file at once, or leaves it as it was. A file that is there keeps its rights, a link leads to the file.
 [[nodiscard]] Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later = {});
 

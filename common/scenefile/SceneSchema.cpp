@@ -48,7 +48,10 @@ std::string explain(const TypeInfo& type, const FieldEntry& field) {
         case FieldKind::kRefs: {
             const TypeInfo* target = field.refType ? findType(*field.refType) : nullptr;
             parts.push_back(fmt::format("number of {} {}{}", field.kind == FieldKind::kRef ? "an object:" : "objects:",
-                                        target ? target->name : field.anyObject ? "anything" : "any core", field.kind == FieldKind::kRef ? "; 0: none" : ""));
+                                        target            ? target->name
+                                        : field.anyObject ? "anything"
+                                                          : "any core",
+                                        field.kind == FieldKind::kRef ? "; 0: none" : ""));
             break;
         }
         case FieldKind::kBlob:
@@ -73,7 +76,8 @@ std::string explain(const TypeInfo& type, const FieldEntry& field) {
                                                       : fmt::format("at least {}", field.least));
     if (field.wordUse == WordUse::kNamed || field.wordUse == WordUse::kFlags)
         for (const FieldWord& word : field.words())
-            parts.push_back(fmt::format("{}{}: {}", field.wordUse == WordUse::kFlags ? "bit " : "", word.number, word.word));
+            parts.push_back(
+                fmt::format("{}{}: {}", field.wordUse == WordUse::kFlags ? "bit " : "", word.number, word.word));
     if (const std::string fresh = numberText(field.load(type.freshObject())); !fresh.empty())
         parts.push_back("absent: " + fresh);
     std::string text;
@@ -87,8 +91,10 @@ public:
     explicit Builder(FileDescriptorProto& file) : file_(file), place_(file.message_type_size()) {
         saved_ = file.add_message_type();
         saved_->set_name("Saved");
-        comment({}, " A scene as it is, object by object: types and fields are those of the scene itself. What is absent has its\n"
-                    " default. Numbers of types and fields are never given to others.");
+        comment({},
+                " A scene as it is, object by object: types and fields are those of the scene itself. What is absent "
+                "has its\n"
+                " default. Numbers of types and fields are never given to others.");
     }
 
     void addSaved() {
@@ -156,7 +162,8 @@ public:
     void finish() { addPresence(*saved_); }
 
 private:
-    void addField(DescriptorProto& message, const std::vector<int>& path, const TypeInfo& type, const FieldEntry& field) {
+    void addField(DescriptorProto& message, const std::vector<int>& path, const TypeInfo& type,
+                  const FieldEntry& field) {
         const bool isFloat = field.kind == FieldKind::kFloat;
         const auto with = [&](FieldDescriptorProto::Type kind, bool repeated, const std::string& named = {}) {
             add(message, path, snakeCase(field.name), field.id.value, kind, repeated, explain(type, field), named);
@@ -164,7 +171,8 @@ private:
         switch (field.kind) {
             case FieldKind::kFloat:
             case FieldKind::kDouble:
-                return with(isFloat ? FieldDescriptorProto::TYPE_FLOAT : FieldDescriptorProto::TYPE_DOUBLE, field.width > 1);
+                return with(isFloat ? FieldDescriptorProto::TYPE_FLOAT : FieldDescriptorProto::TYPE_DOUBLE,
+                            field.width > 1);
             case FieldKind::kMatrix:
                 return with(FieldDescriptorProto::TYPE_DOUBLE, true);
             case FieldKind::kInt:
@@ -222,7 +230,8 @@ private:
     /// Whether a number is there is told apart from 0: what is absent has the default of the scene's table.
     static void addPresence(DescriptorProto& message) {
         for (FieldDescriptorProto& field : *message.mutable_field()) {
-            if (field.label() == FieldDescriptorProto::LABEL_REPEATED || field.type() == FieldDescriptorProto::TYPE_MESSAGE)
+            if (field.label() == FieldDescriptorProto::LABEL_REPEATED ||
+                field.type() == FieldDescriptorProto::TYPE_MESSAGE)
                 continue;
             field.set_proto3_optional(true);
             field.set_oneof_index(message.oneof_decl_size());
@@ -310,7 +319,8 @@ std::string SceneSchema::text() const {
     options.include_comments = true;
     return fmt::format(
                "// Scene files of Tessera {}: .tsc is this message in protobuf's binary form, .tsct in its text form.\n"
-               "// Made from the table of types by tessera-check --schema. `saved` holds any scene; the other fields are the\n"
+               "// Made from the table of types by tessera-check --schema. `saved` holds any scene; the other fields "
+               "are the\n"
                "// authors' way of writing one.\n",
                kVersion) +
            file_->file()->DebugStringWithOptions(options);

@@ -1,5 +1,5 @@
-/// The messages of scene files, made from the table of types when a program first needs them. Internal to whoever reads and
-/// writes these files.
+/// The messages of scene files, made from the table of types when a program first needs them. Internal to whoever reads
+/// and writes these files.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -47,7 +47,8 @@ public:
     [[nodiscard]] const Type* findType(int number) const;
     [[nodiscard]] std::unique_ptr<google::protobuf::Message> newMessage(const google::protobuf::Descriptor& type) const;
     /// What this schema has for a field of proto/scene.proto's own classes.
-    [[nodiscard]] const google::protobuf::FieldDescriptor* twin(const google::protobuf::FieldDescriptor* generated) const;
+    [[nodiscard]] const google::protobuf::FieldDescriptor* twin(
+        const google::protobuf::FieldDescriptor* generated) const;
     [[nodiscard]] std::string text() const;
 
 private:

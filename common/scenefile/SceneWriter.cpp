@@ -65,14 +65,15 @@ public:
     }
 
 private:
-    /// The root, what is below it, and whatever these refer to, each followed by what it refers to. They keep the numbers that
-    /// they have in the file they come from.
+    /// The root, what is below it, and whatever these refer to, each followed by what it refers to. They keep the
+    /// numbers that they have in the file they come from.
     void collect() {
         std::uint32_t highest = 0;
         for (const auto& [id, number] : later_.numbers) highest = std::max(highest, number);
         for (const std::string& object : later_.objects) {
             (void)message_->ParsePartialFromString(object);
-            highest = std::max(highest, message_->GetReflection()->GetUInt32(*message_, &objectField(SceneSchema::kNumber)));
+            highest =
+                std::max(highest, message_->GetReflection()->GetUInt32(*message_, &objectField(SceneSchema::kNumber)));
         }
         std::vector<ObjectId> open = {kRootNode};
         std::vector<ObjectId> next;
@@ -112,7 +113,8 @@ private:
         reflection.SetUInt32(&out, &objectField(SceneSchema::kNumber), numbers_[id]);
         if (const Node* node = object.as<Node>())
             for (const ObjectId child : node->children)
-                if (!scene_.get<Node>(child)->ofServer) reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
+                if (!scene_.get<Node>(child)->ofServer)
+                    reflection.AddUInt32(&out, &objectField(SceneSchema::kChild), numbers_[child]);
         pb::Message& value = *reflection.MutableMessage(&out, type.inObject);
         for (const SceneSchema::Field& field : type.fields) {
             FieldValue present = field.entry->load(object);
@@ -122,8 +124,9 @@ private:
                 continue;
             }
             if (const auto* blob = std::get_if<Blob>(&present); blob && !blob->empty() && !blob->resident())
-                return fail(ErrorCode::kRefused, fmt::format("the {} of {} #{} ({} bytes) are not here", field.entry->name,
-                                                             object.info().name, id.value, blob->sizeBytes()));
+                return fail(ErrorCode::kRefused,
+                            fmt::format("the {} of {} #{} ({} bytes) are not here", field.entry->name,
+                                        object.info().name, id.value, blob->sizeBytes()));
             if (const auto word = later_.words.find({id, field.entry->id});
                 word != later_.words.end() && present == FieldValue(word->second.read))
                 present = word->second.ofFile;
@@ -155,7 +158,8 @@ private:
         return at == present.size();
     }
 
-    static void setNumbers(pb::Message& message, const SceneSchema::Field& field, const std::vector<std::uint32_t>& numbers) {
+    static void setNumbers(pb::Message& message, const SceneSchema::Field& field,
+                           const std::vector<std::uint32_t>& numbers) {
         const pb::Reflection& reflection = *message.GetReflection();
         for (const std::uint32_t number : numbers)
             if (field.descriptor->is_repeated())
@@ -216,7 +220,8 @@ private:
             return;
         }
         const pb::Reflection& reflection = *out.GetReflection();
-        if (const auto* held = reflection.GetOneofFieldDescriptor(out, objectField(SceneSchema::kNumber).containing_type()->oneof_decl(0)))
+        if (const auto* held = reflection.GetOneofFieldDescriptor(
+                out, objectField(SceneSchema::kNumber).containing_type()->oneof_decl(0)))
             moveUnknown(*reflection.MutableMessage(&out, held), SceneSchema::kLaterFields);
         moveUnknown(out, SceneSchema::kLater);
         std::string lines;
@@ -233,7 +238,9 @@ private:
         {
             pb::io::StringOutputStream stream(&file);
             pb::io::CodedOutputStream coded(&stream);
-            const auto tag = [&](int field, WireFormatLite::WireType kind) { coded.WriteTag(WireFormatLite::MakeTag(field, kind)); };
+            const auto tag = [&](int field, WireFormatLite::WireType kind) {
+                coded.WriteTag(WireFormatLite::MakeTag(field, kind));
+            };
             const auto bytes = [&](int field, ByteSpan content) {
                 tag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
                 coded.WriteVarint32(static_cast<std::uint32_t>(content.size()));
@@ -316,7 +323,8 @@ Expected<FilePlace> placeOfFile(const std::string& path) {
         return fail(ErrorCode::kFailed, path + ": cannot write there: this is a folder, device, pipe or socket");
     place.mode = there.st_mode & 07777;
     std::error_code unknown;
-    if (const std::filesystem::path real = std::filesystem::canonical(path, unknown); !unknown) place.path = real.string();
+    if (const std::filesystem::path real = std::filesystem::canonical(path, unknown); !unknown)
+        place.path = real.string();
     return place;
 }
 

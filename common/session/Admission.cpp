@@ -33,16 +33,18 @@ Expected<Entrant> Admission::entrantOf(const message::Hello& hello, const PeerOr
     const bool host = hello.role == PeerRole::kHost;
     if (!origin.sealed && !origin.near) {
         if (config_.insecure) return hello.access.empty() ? anybody : byWord(hello);
-        return fail(ErrorCode::kNetwork,
-                    fmt::format("from another machine nobody comes in without a key: `tessera-keys {}`, on the server's "
-                                "machine, makes one, and --keys DIR names where it is",
-                                host ? "host " + hello.name : "person NAME --role ROLE"));
+        return fail(
+            ErrorCode::kNetwork,
+            fmt::format("from another machine nobody comes in without a key: `tessera-keys {}`, on the server's "
+                        "machine, makes one, and --keys DIR names where it is",
+                        host ? "host " + hello.name : "person NAME --role ROLE"));
     }
     if (origin.sealed && host)
-        return fail(ErrorCode::kNetwork,
-                    fmt::format("a render host needs a key of its own: `tessera-keys host {}`, on the server's machine, "
-                                "makes it",
-                                hello.name));
+        return fail(
+            ErrorCode::kNetwork,
+            fmt::format("a render host needs a key of its own: `tessera-keys host {}`, on the server's machine, "
+                        "makes it",
+                        hello.name));
     if (!hello.access.empty()) return byWord(hello);
     if (origin.sealed)
         return fail(ErrorCode::kNetwork,
@@ -76,10 +78,11 @@ Expected<Entrant> Admission::byWord(const message::Hello& hello) const {
     else if (const auto pass = config_.passOf ? config_.passOf(hello.access) : std::nullopt)
         who = {pass->role, Entrant::By::kPass, pass->name, {}, pass->panel};
     if (!who)
-        return fail(ErrorCode::kRefused,
-                    fmt::format("the token is not this server's, or has ended: take it from where the server's user ({}) "
-                                "finds it, or have another one made (tessera-keys token)",
-                                config_.owner));
+        return fail(
+            ErrorCode::kRefused,
+            fmt::format("the token is not this server's, or has ended: take it from where the server's user ({}) "
+                        "finds it, or have another one made (tessera-keys token)",
+                        config_.owner));
     if (hello.role == PeerRole::kHost && who->role != Role::kOperator)
         return fail(ErrorCode::kRefused,
                     fmt::format("a render host needs the token of an operator, and this one is a token for the role {}",

@@ -36,7 +36,8 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
     if (limits_.elsewhere) {
         const auto first = order_.begin() + static_cast<std::ptrdiff_t>(before);
         const auto wanted = static_cast<double>(order_.end() - first);
-        std::rotate(first, first + static_cast<std::ptrdiff_t>(std::clamp(limits_.firstShare, 0.0, 1.0) * wanted), order_.end());
+        std::rotate(first, first + static_cast<std::ptrdiff_t>(std::clamp(limits_.firstShare, 0.0, 1.0) * wanted),
+                    order_.end());
     }
     return complete;
 }
@@ -89,8 +90,8 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
     inFlight_.erase(asked);
     if (!fetch.made)
-        fetch.made = std::make_unique<BlobMaker>(
-            fetch.sizeBytes, limits_.place ? limits_.place({chunk.id, fetch.sizeBytes}) : nullptr);
+        fetch.made = std::make_unique<BlobMaker>(fetch.sizeBytes,
+                                                 limits_.place ? limits_.place({chunk.id, fetch.sizeBytes}) : nullptr);
     fetch.made->write(chunk.offset, chunk.bytes);
     fetch.end = std::max<std::uint64_t>(fetch.end, chunk.offset + chunk.bytes.size());
     fetch.received += chunk.bytes.size();

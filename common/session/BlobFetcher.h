@@ -19,18 +19,18 @@ struct FetchLimits {
     std::size_t maxBlobBytes = limits::kMaxBlobBytes;
     std::uint32_t chunkBytes = 256 * 1024;
     std::uint32_t chunksInFlight = 8;
-    /// Where else a blob may be had whole: looked at when it is wanted, and once more before its first chunk is asked for. May be
-    /// empty. What it gives has been proved to be that blob.
+    /// Where else a blob may be had whole: looked at when it is wanted, and once more before its first chunk is asked
+    /// for. May be empty. What it gives has been proved to be that blob.
     std::function<Blob(const BlobInfo&)> elsewhere = {};
     /// Where the bytes of a large one are put as they come (BlobMaker). May be empty, and may give none.
     std::function<std::unique_ptr<BlobPlace>(const BlobInfo&)> place = {};
-    /// Which of many that are wanted at once is fetched first, 0 to 1: those who find with each other what one of them has
-    /// fetched begin at different places.
+    /// Which of many that are wanted at once is fetched first, 0 to 1: those who find with each other what one of them
+    /// has fetched begin at different places.
     double firstShare = 0;
     /// Of pieces that earlier connections have brought and the last one has not wanted: beyond it the oldest go.
     std::size_t maxUnwantedBytes = std::size_t{256} << 20;
-    /// Larger blobs that come once the whole scene is known are not looked for elsewhere: to prove what is found takes as
-    /// long as to hash it, and who asks draws by then. Who enters may take that time.
+    /// Larger blobs that come once the whole scene is known are not looked for elsewhere: to prove what is found takes
+    /// as long as to hash it, and who asks draws by then. Who enters may take that time.
     std::uint64_t maxLateElsewhereBytes = std::uint64_t{8} << 20;
 };
 
@@ -63,8 +63,8 @@ public:
 
     struct Fetch {
         std::uint64_t sizeBytes = 0;
-        std::uint64_t asked = 0;     ///< every byte before this has been asked for
-        std::uint64_t received = 0;  ///< in any order
+        std::uint64_t asked = 0;               ///< every byte before this has been asked for
+        std::uint64_t received = 0;            ///< in any order
         std::unique_ptr<BlobMaker> made = {};  ///< null: nothing has come
         std::uint64_t end = 0;                 ///< behind all that has come: as much memory as it may take
         bool scene = false;                    ///< it holds a whole scene
@@ -73,8 +73,8 @@ public:
     };
     /// Blobs of which a part is here.
     using Parts = std::unordered_map<BlobId, Fetch>;
-    /// Nothing is wanted any more; what has come of it goes to the next connection. So do, within `maxUnwantedBytes`, pieces that
-    /// earlier ones wanted, where this one ended before it knew what the scene names.
+    /// Nothing is wanted any more; what has come of it goes to the next connection. So do, within `maxUnwantedBytes`,
+    /// pieces that earlier ones wanted, where this one ended before it knew what the scene names.
     [[nodiscard]] Parts takeParts();
     /// Where one of these is wanted, the rest of it is fetched.
     void resume(Parts parts) { parts_ = std::move(parts); }

@@ -5,35 +5,9 @@
 #include <optional>
 
 #include "common/session/HeartbeatClock.h"
+#include "common/session/ReplicaSteps.h"
 
 namespace tessera {
-
-namespace {
-
-/// What the replica goes through in the server's order.
-using StepMessage =
-    std::variant<message::Snapshot, message::Changes, message::Begin, message::Swap, message::HashQuery>;
-
-/// The list that comes with a message.
-const CommittedList& listOf(const StepMessage& message) {
-    return std::visit(
-        []<typename M>(const M& m) -> const CommittedList& {
-            if constexpr (requires { m.list; })
-                return *m.list;
-            else
-                return *nothingCommitted();
-        },
-        message);
-}
-
-/// That a waiting message keeps.
-std::size_t bytesOf(const StepMessage& message) {
-    const CommittedList& list = listOf(message);
-    const auto* begin = std::get_if<message::Begin>(&message);
-    return list.encoded.size() + list.blobs.size() * sizeof(BlobInfo) + (begin ? begin->payload.size() : 0);
-}
-
-}  // namespace
 
 struct ClientSession::Impl {
     enum class Stage : std::uint8_t { kUnconnected, kGreeting, kWelcomed, kDead };
@@ -41,18 +15,15 @@ struct ClientSession::Impl {
     enum class Work : std::uint8_t { kNone, kApplying, kDrawing, kShowing, kDescribing };
 
     /// `held` blobs from the front are known to be here.
-    struct Step {
-        StepMessage message;
-        std::size_t held = 0;
-        BlobInfo content = {};  ///< of a snapshot that is still to be fetched; no bytes: none
-    };
     struct Notice {
         message::BlobNotice notice;
         std::size_t held = 0;
     };
 
     explicit Impl(ClientSessionConfig c)
-        : config(std::move(c)), fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.place, config.firstShare, config.maxUnwantedBytes}) {}
+        : config(std::move(c)),
+          fetcher({config.maxBlobBytes, config.chunkBytes, config.chunksInFlight, config.elsewhere, config.place,
+                   config.firstShare, config.maxUnwantedBytes}) {}
 
     void opened(ChannelKind channel, TimePoint now, const std::string& peer);
     void received(ChannelKind channel, Epoch said, const Message& message, TimePoint now);
@@ -78,15 +49,12 @@ struct ClientSession::Impl {
     void on(const message::Reply& reply, TimePoint) { out.push_back(client_action::ReplyReceived{reply}); }
     void on(const message::Notice& notice, TimePoint) { out.push_back(client_action::NoticeReceived{notice}); }
     void on(const message::Neighbours& hosts, TimePoint) { out.push_back(client_action::MeetNeighbours{hosts}); }
-    void enqueue(StepMessage message);
+    void enqueue(ReplicaSteps::Message message);
     [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
     [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
     void fetch();
     /// A snapshot has come as a blob; its list names more of them.
     void opened(const Blob& content);
-    [[nodiscard]] bool isContent(const BlobId& id) const {
-        return std::ranges::any_of(steps, [&](const Step& s) { return s.content.sizeBytes > 0 && s.content.id == id; });
-    }
     void openBulk();
     void reportHeld();
     /// Hands out the next step if its turn has come.
@@ -121,8 +89,7 @@ struct ClientSession::Impl {
     SessionToken token;
     Epoch epoch;
 
-    std::deque<Step> steps;
-    std::size_t queuedBytes = 0;
+    ReplicaSteps steps;
     std::deque<Notice> notices;
     Work work = Work::kNone;
     Sequence applying;  ///< kApplying: the list that `work` is about, and its hash
@@ -194,7 +161,8 @@ void ClientSession::Impl::received(ChannelKind channel, Epoch said, const Messag
 
 bool ClientSession::Impl::mayHear(const MessageInfo& info, ChannelKind channel) const {
     if (!info.goes(Party::kServer, partyOf(config.role), channel)) return false;
-    const bool ofTheScene = info.number == message::Snapshot::kInfo.number || info.number == message::Changes::kInfo.number;
+    const bool ofTheScene =
+        info.number == message::Snapshot::kInfo.number || info.number == message::Changes::kInfo.number;
     if (ofTheScene && !config.follows) return false;
     if (channel == ChannelKind::kBulk) return true;
     return info.when != (stage == Stage::kGreeting ? SaidWhen::kLater : SaidWhen::kFirst);
@@ -222,7 +190,7 @@ void ClientSession::Impl::on(const message::BlobChunk& chunk, TimePoint) {
     if (!blob) return disconnect(blob.error().message, true, blob.error().code);
     fetch();
     if (!*blob) return;
-    if (isContent((*blob)->id())) return opened(**blob);
+    if (steps.awaitContent((*blob)->id())) return opened(**blob);
     out.push_back(client_action::StoreBlob{std::move(**blob)});
     reportHeld();
     pump();
@@ -290,26 +258,20 @@ void ClientSession::Impl::on(const message::Heartbeat& beat, TimePoint now) {
     if (sample && (!best || sample->roundTrip <= best->roundTrip)) best = sample;
 }
 
-void ClientSession::Impl::enqueue(StepMessage message) {
-    const std::vector<BlobInfo>& blobs = listOf(message).blobs;  // of a list that stays where it is
+void ClientSession::Impl::enqueue(ReplicaSteps::Message message) {
     const bool whole = std::holds_alternative<message::Snapshot>(message);
-    queuedBytes += bytesOf(message);
-    steps.push_back({std::move(message)});
-    if (const auto* snapshot = std::get_if<message::Snapshot>(&steps.back().message);
-        snapshot && snapshot->content.sizeBytes > 0) {
-        steps.back().content = snapshot->content;
+    const ReplicaSteps::Step& step = steps.append(std::move(message));
+    if (step.content.sizeBytes > 0) {
         openBulk();
-        const Expected<std::vector<Blob>> wanted = fetcher.wantScene(snapshot->content);
+        const Expected<std::vector<Blob>> wanted = fetcher.wantScene(step.content);
         if (!wanted)
             return disconnect(wanted.error().message, wanted.error().code != ErrorCode::kLimit, wanted.error().code);
         if (!wanted->empty()) return opened(wanted->front());
         return fetch();
     }
-    // The one in front is no backlog, however large it is: it may be a whole scene that waits for its blobs.
-    if (steps.size() > config.maxQueuedMessages ||
-        queuedBytes - bytesOf(steps.front().message) > config.maxQueuedBytes)
+    if (steps.behind() > config.maxQueuedMessages || steps.bytesBehind() > config.maxQueuedBytes)
         return disconnect("fell too far behind the server; starting over from a snapshot");
-    if (!want(blobs)) return;
+    if (!want(step.list().blobs)) return;
     if (whole) fetcher.sceneIsKnown();
     pump();
 }
@@ -325,15 +287,8 @@ void ClientSession::Impl::opened(const Blob& content) {
     if (!config.openContent) return disconnect("a snapshot came as a blob, which nobody here can read", false);
     Expected<CommittedListPtr> list = config.openContent(content);
     if (!list) return disconnect("the snapshot makes no sense: " + list.error().message, true, ErrorCode::kBadInput);
-    for (Step& step : steps) {
-        if (step.content.sizeBytes == 0 || step.content.id != content.id()) continue;
-        const CommittedList& told = listOf(step.message);
-        if (told.sequence != (*list)->sequence || told.stateHash != (*list)->stateHash)
-            return disconnect("the snapshot that came is not the one that was announced", true, ErrorCode::kBadInput);
-        step.content = {};
-        step.message = message::Snapshot{.list = *list, .current = std::get<message::Snapshot>(step.message).current};
-        queuedBytes += bytesOf(step.message);
-    }
+    if (!steps.opened(content.id(), *list))
+        return disconnect("the snapshot that came is not the one that was announced", true, ErrorCode::kBadInput);
     if (!want((*list)->blobs)) return;
     fetcher.sceneIsKnown();
     pump();
@@ -374,10 +329,10 @@ void ClientSession::Impl::fetch() {
     std::vector<Blob> found = fetcher.takeFound();
     if (found.empty()) return;
     for (Blob& blob : found)
-        if (!isContent(blob.id())) out.push_back(client_action::StoreBlob{blob});
+        if (!steps.awaitContent(blob.id())) out.push_back(client_action::StoreBlob{blob});
     reportHeld();
     for (const Blob& blob : found)
-        if (isContent(blob.id())) opened(blob);
+        if (steps.awaitContent(blob.id())) opened(blob);
     pump();
 }
 
@@ -398,12 +353,9 @@ void ClientSession::Impl::pump() {
         send(ChannelKind::kControl, message::Synced{sequence, stateHash});
         return;
     }
-    Step& next = steps.front();
-    if (next.content.sizeBytes > 0) return;
-    if (!allHeld(listOf(next.message).blobs, next.held)) return;
-    const StepMessage message = std::move(next.message);
-    steps.pop_front();
-    queuedBytes -= bytesOf(message);
+    ReplicaSteps::Step& next = steps.front();
+    if (next.content.sizeBytes > 0 || !allHeld(next.list().blobs, next.held)) return;
+    const ReplicaSteps::Message message = steps.pop();
     std::visit([this](const auto& step) { start(step); }, message);
 }
 

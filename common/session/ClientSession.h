@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "common/session/BlobFetcher.h"
 #include "common/base/Limits.h"
+#include "common/session/BlobFetcher.h"
 #include "common/session/Messages.h"
 
 namespace tessera {
@@ -40,7 +40,8 @@ struct ClientSessionConfig {
     /// beyond either bound the connection is given up.
     std::size_t maxQueuedMessages = 16'384;
     std::size_t maxQueuedBytes = std::size_t{256} << 20;
-    /// Reads the blob in which a large snapshot lies (codec SnapshotCodec). Without it such a snapshot ends the connection.
+    /// Reads the blob in which a large snapshot lies (codec SnapshotCodec). Without it such a snapshot ends the
+    /// connection.
     std::function<Expected<CommittedListPtr>(const Blob&)> openContent;
     /// Where else than at the server blobs may be had, where they are put, and where to begin with many: see
     /// FetchLimits.

@@ -15,8 +15,8 @@ namespace tessera {
 /// A follower asks for a snapshot, is given one, and is sent every list since. Who reads so slowly that too much waits
 /// for it is *behind*: it is sent nothing more until it has read half of that, then the lists since, or a new snapshot
 /// where they are kept no longer. Lists are kept while somebody waits for a snapshot; while somebody is behind, of no
-/// more bytes than a snapshot had (or may wait for a peer); and for a while after a snapshot was given, of no more bytes
-/// than that.
+/// more bytes than a snapshot had (or may wait for a peer); and for a while after a snapshot was given, of no more
+/// bytes than that.
 ///
 /// Invariants: what a follower was sent ends at `sentThrough`, without a gap; memory is bounded by `maxTailLists` and
 /// `maxTailBytes`. Pure; one owner.

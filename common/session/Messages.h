@@ -48,7 +48,8 @@ namespace limits {
 inline constexpr std::size_t kMaxProposalBytes = std::size_t{64} << 20;
 /// All arrays that a proposal brings.
 inline constexpr std::size_t kMaxUploadBytes = std::size_t{1} << 30;
-/// Of them those that travel with the list: the frame thread copies and hashes them. The others come before it in pieces (Upload).
+/// Of them those that travel with the list: the frame thread copies and hashes them. The others come before it in
+/// pieces (Upload).
 inline constexpr std::size_t kMaxInlineArrayBytes = std::size_t{1} << 20;
 /// A message is moved in memory once more as it passes 1 MiB.
 inline constexpr std::size_t kUploadPieceBytes = std::size_t{960} << 10;
@@ -185,8 +186,8 @@ struct HashAnswer {
                           field::records("entries", &HashAnswer::entries));
     }
 };
-/// The answer to an ImageRequest, one per tile: PNG, or JPEG where it was to be shrunk. Of no bytes where the host draws
-/// nothing, or has drawn nothing else since the last one.
+/// The answer to an ImageRequest, one per tile: PNG, or JPEG where it was to be shrunk. Of no bytes where the host
+/// draws nothing, or has drawn nothing else since the last one.
 struct TileImage {
     std::uint64_t request = 0;
     FrameNumber frame;
@@ -208,8 +209,13 @@ struct Request {
     ByteSlice body;
     std::string from = {};  ///< the address for which the server's own door asks; of others nobody looks at it
 
-    static constexpr MessageInfo kInfo{
-        10, "Request", Party::kApplications, Party::kServer, OnChannel::kControl, SaidWhen::kLater, limits::kMaxRequestBytes};
+    static constexpr MessageInfo kInfo{10,
+                                       "Request",
+                                       Party::kApplications,
+                                       Party::kServer,
+                                       OnChannel::kControl,
+                                       SaidWhen::kLater,
+                                       limits::kMaxRequestBytes};
     static constexpr auto fields() {
         return std::tuple(field::varint(1, "id", &Request::id), field::text(2, "from", &Request::from),
                           field::bytes("body", &Request::body));
@@ -369,10 +375,9 @@ struct ImageRequest {
     static constexpr MessageInfo kInfo{
         20, "ImageRequest", Party::kServer, Party::kHosts, OnChannel::kControl, SaidWhen::kLater, kSmall};
     static constexpr auto fields() {
-        return std::tuple(field::varint(1, "request", &ImageRequest::request),
-                          field::varint(2, "frame", &ImageRequest::frame),
-                          field::varint(3, "shrink", &ImageRequest::shrink),
-                          field::varint(4, "news", &ImageRequest::news));
+        return std::tuple(
+            field::varint(1, "request", &ImageRequest::request), field::varint(2, "frame", &ImageRequest::frame),
+            field::varint(3, "shrink", &ImageRequest::shrink), field::varint(4, "news", &ImageRequest::news));
     }
 };
 struct Reply {
@@ -405,8 +410,8 @@ struct Over {
     static constexpr auto fields() { return std::tuple(field::reason(1, "reason", &Over::reason)); }
 };
 
-/// Hosts on the same machine as the one that is told, all of them: "HOST BOARD" a line, as their Hellos said it. Said when
-/// that has changed.
+/// Hosts on the same machine as the one that is told, all of them: "HOST BOARD" a line, as their Hellos said it. Said
+/// when that has changed.
 struct Neighbours {
     std::string boards;
 
@@ -422,12 +427,12 @@ template <Described M>
 
 }  // namespace message
 
-using Message = std::variant<message::Heartbeat, message::Hello, message::Synced, message::Ready, message::Shown,
-                             message::BlobsHeld, message::BlobRequest, message::HashAnswer, message::TileImage,
-                             message::Request, message::Welcome, message::Refused, message::Snapshot, message::Changes,
-                             message::Begin, message::Swap, message::BlobNotice, message::BlobChunk, message::HashQuery,
-                             message::ImageRequest, message::Reply, message::Notice, message::Over,
-                             message::Neighbours, message::Input, message::Upload>;
+using Message =
+    std::variant<message::Heartbeat, message::Hello, message::Synced, message::Ready, message::Shown,
+                 message::BlobsHeld, message::BlobRequest, message::HashAnswer, message::TileImage, message::Request,
+                 message::Welcome, message::Refused, message::Snapshot, message::Changes, message::Begin, message::Swap,
+                 message::BlobNotice, message::BlobChunk, message::HashQuery, message::ImageRequest, message::Reply,
+                 message::Notice, message::Over, message::Neighbours, message::Input, message::Upload>;
 /// One message for several peers is one object: it is encoded once.
 using MessagePtr = std::shared_ptr<const Message>;
 

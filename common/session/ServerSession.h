@@ -47,8 +47,8 @@ struct ServerSessionConfig {
     std::vector<std::string> hosts;  ///< every host of the wall
     SyncPolicy sync;
     Epoch epoch{1};
-    /// Nobody can have seen a later one: hosts that say so raise nothing and are refused. Servers of a wall that start later allow
-    /// more (`furthestEpoch`), or their hosts could be refused for what a stranger has raised here.
+    /// Nobody can have seen a later one: hosts that say so raise nothing and are refused. Servers of a wall that start
+    /// later allow more (`furthestEpoch`), or their hosts could be refused for what a stranger has raised here.
     Epoch furthestSeen{std::uint64_t{1} << 63};
     FrameNumber firstFrame;  ///< a server that goes on from another one's frames begins with a later one
     std::uint64_t schema = 0;
@@ -62,8 +62,8 @@ struct ServerSessionConfig {
     std::chrono::milliseconds syncDeadline{60'000};
     /// A live host that has not fetched announced blobs by then leaves the barrier.
     std::chrono::milliseconds blobDeadline{10'000};
-    /// A host whose hash is wrong so often within that time is sent away, and its program told not to come back by itself. One
-    /// that comes all the same, and is wrong again within that time, is sent away at once.
+    /// A host whose hash is wrong so often within that time is sent away, and its program told not to come back by
+    /// itself. One that comes all the same, and is wrong again within that time, is sent away at once.
     std::size_t maxMismatches = 3;
     std::chrono::milliseconds mismatchesWithin{60'000};
     /// Applications may be slower than hosts: silent for this long, they are closed.
@@ -71,8 +71,8 @@ struct ServerSessionConfig {
     /// Lists kept for peers whose snapshot is being made. Beyond either bound a newer snapshot is asked for.
     std::size_t maxTailLists = 4096;
     std::size_t maxTailBytes = std::size_t{256} << 20;
-    /// For so long after a snapshot was handed out the lists since are kept, so that who joins next, or again, is served with
-    /// the same.
+    /// For so long after a snapshot was handed out the lists since are kept, so that who joins next, or again, is
+    /// served with the same.
     std::chrono::milliseconds snapshotServesFor{60'000};
     /// Announcements that no list has named yet, kept for hosts that join meanwhile. Beyond it the oldest is forgotten.
     std::size_t maxAnnouncements = 256;
@@ -90,8 +90,8 @@ struct ServerSessionConfig {
     std::string owner = {};  ///< whose programs they are, for people
     /// Bytes that wait to be sent to a peer, as whoever sends them knows. May be empty: none ever wait.
     std::function<std::size_t(ConnectionId)> unsentBytes;
-    /// Who follows off the barrier and reads more slowly than that gets no further lists and notices. Once it has read half
-    /// of them, the lists since, or a new snapshot where those are kept no longer.
+    /// Who follows off the barrier and reads more slowly than that gets no further lists and notices. Once it has read
+    /// half of them, the lists since, or a new snapshot where those are kept no longer.
     std::size_t maxUnsentBytes = std::size_t{4} << 20;
 };
 
@@ -114,7 +114,7 @@ struct HostEntered {
     std::string host;
     FrameNumber frame;  ///< the first frame it takes part in
     bool rejoined = false;
-    Duration awayFor{};  ///< since it was lost; zero on the first time
+    Duration awayFor{};               ///< since it was lost; zero on the first time
     std::uint32_t framesToProve = 0;  ///< that it has to draw and show before the others wait for it: SwapBarrier
 };
 struct Fault {
@@ -239,10 +239,10 @@ inline void append(ServerActions& to, ServerActions more) {
 
 /// What is known of a connection before its peer has said anything.
 struct PeerOrigin {
-    bool near = false;                     ///< it comes from this machine
-    SourceAddress source = {};             ///< none: unknown
-    bool sealed = false;                   ///< nobody else reads it (TLS)
-    std::optional<Credential> key = {};    ///< what its peer has proved to be
+    bool near = false;                   ///< it comes from this machine
+    SourceAddress source = {};           ///< none: unknown
+    bool sealed = false;                 ///< nobody else reads it (TLS)
+    std::optional<Credential> key = {};  ///< what its peer has proved to be
 };
 
 /// Pure state machine: no socket, no clock, no thread. Every call takes the time of the event on the caller's monotonic
@@ -275,9 +275,9 @@ public:
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
 
-    /// Whether frame `nextFrame()` may begin: none is open, all hosts are there or the start deadline is over, and whoever was
-    /// told to show the last frame has said that it does, or is waited for no longer (SwapBarrier). Not while every host left in
-    /// the barrier still draws an older frame (policies hold and drop): nobody would draw it.
+    /// Whether frame `nextFrame()` may begin: none is open, all hosts are there or the start deadline is over, and
+    /// whoever was told to show the last frame has said that it does, or is waited for no longer (SwapBarrier). Not
+    /// while every host left in the barrier still draws an older frame (policies hold and drop): nobody would draw it.
     [[nodiscard]] bool mayBegin(TimePoint now) const;
     [[nodiscard]] FrameNumber nextFrame() const;
     /// Sends Begin to everybody in the barrier, Changes to everybody who follows off it. Hosts that are synced enter
@@ -287,8 +287,8 @@ public:
     /// sequence of the frame before it. (Checked: a gap would leave a joining host with another scene.)
     [[nodiscard]] ServerActions beginFrame(const message::Begin& begin, TimePoint now);
 
-    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves. Where it lies in a blob, that can
-    /// be fetched until the peer is synced.
+    /// The answer to SnapshotWanted. Lists committed after its sequence follow by themselves. Where it lies in a blob,
+    /// that can be fetched until the peer is synced.
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, Blob content,
                                               TimePoint now);
     [[nodiscard]] ServerActions snapshotReady(ConnectionId connection, message::Snapshot snapshot, TimePoint now) {

@@ -27,8 +27,8 @@ void SessionEntrance::bulk(SessionPeer& peer, const message::Hello& hello) {
     if (!control)
         return refuse(peer, {ErrorCode::kRefused, "no control connection goes with this bulk connection", true});
     if (!Admission::goTogether(control->origin, peer.origin))
-        return refuse(
-            peer, {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
+        return refuse(peer,
+                      {ErrorCode::kRefused, "the bulk connection has another key than its control connection", false});
     if (control->ofPanel) return refuse(peer, {ErrorCode::kRefused, "a panel has no arrays", false});
     if (const SessionPeer* old = roster_.peers.find(control->other)) {
         roster_.out.push_back(server_action::Close{old->id, "replaced by a newer bulk connection"});
@@ -48,9 +48,9 @@ void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello
     std::shared_ptr<const std::string> panel;
     if (!who.panel.empty()) {
         if (hello.follows)
-            return refuse(peer,
-                          {ErrorCode::kRefused,
-                           "a panel's token does not follow the scene: it reaches the fields of its panel alone", false});
+            return refuse(
+                peer, {ErrorCode::kRefused,
+                       "a panel's token does not follow the scene: it reaches the fields of its panel alone", false});
         if (roster_.config.panelOf) panel = roster_.config.panelOf(who.panel);
         if (!panel) return refuse(peer, {ErrorCode::kRefused, "the panel of this token is not there any more", false});
     }

@@ -7,8 +7,8 @@ namespace tessera {
 namespace {
 /// Odd, so that the median is one of them. Half a second of a wall at 60 Hz.
 constexpr std::size_t kRecentFrames = 31;
-/// What a host that holds the others up again and again has to prove doubles up to this: 18 minutes at 60 Hz. After as many frames
-/// in which it was waited for it is as one that never did.
+/// What a host that holds the others up again and again has to prove doubles up to this: 18 minutes at 60 Hz. After as
+/// many frames in which it was waited for it is as one that never did.
 constexpr std::uint32_t kMostToProve = 65'536;
 }  // namespace
 
@@ -19,7 +19,8 @@ void SwapBarrier::enter(const std::string& host) {
     Member& member = it->second;
     if (member.dropped) member = Member{.proving = member.proving, .waitedFor = member.waitedFor};
     const auto heldUp = fresh ? heldUp_.find(host) : heldUp_.end();
-    for (std::uint32_t times = heldUp == heldUp_.end() ? 0 : heldUp->second; times > 0 && member.proving < kMostToProve; --times)
+    for (std::uint32_t times = heldUp == heldUp_.end() ? 0 : heldUp->second; times > 0 && member.proving < kMostToProve;
+         --times)
         member.proving = std::max(1u, 2 * member.proving);
 }
 
@@ -88,7 +89,8 @@ void SwapBarrier::told(TimePoint now) {
 }
 
 bool SwapBarrier::untold() const {
-    return std::ranges::any_of(members_, [](const auto& item) { return item.second.toShow && !item.second.toShowSince; });
+    return std::ranges::any_of(members_,
+                               [](const auto& item) { return item.second.toShow && !item.second.toShowSince; });
 }
 
 void SwapBarrier::shown(const std::string& host, FrameNumber frame, TimePoint now) {
@@ -154,8 +156,8 @@ void SwapBarrier::removeStalled(TimePoint now, Outcome& outcome) {
 bool SwapBarrier::mayLeaveBehind() const {
     if (count(Progress::kDone) == 0 || count(Progress::kDrawing) == 0) return false;
     return policy_.lateFrame != LateFramePolicy::kWait || std::ranges::none_of(members_, [](const auto& item) {
-        return item.second.progress == Progress::kDrawing && item.second.proving == 0;
-    });
+               return item.second.progress == Progress::kDrawing && item.second.proving == 0;
+           });
 }
 
 void SwapBarrier::leaveLateBehind(TimePoint now, Outcome& outcome) {
@@ -226,8 +228,7 @@ TimePoint SwapBarrier::nextDeadline() const {
         if (member.holdsUp && policy_.lateFrame != LateFramePolicy::kWait)
             next = std::min(next, *member.toShowSince + shownPatience());
     }
-    if (open_ && mayLeaveBehind())
-        next = std::min(next, firstReady() + policy_.lateAfter);
+    if (open_ && mayLeaveBehind()) next = std::min(next, firstReady() + policy_.lateAfter);
     return next;
 }
 

@@ -393,8 +393,7 @@ Expected<void> KeyFolder::Writer::writeTokens(const std::vector<KeptToken>& toke
         const auto isOf = [&](const KeptToken& token) { return std::string(kPanel) + token.pass.panel == file; };
         const bool isPanel = file.starts_with(kPanel) && file.size() == kPanel.size() + kPanelDigits;
         std::error_code ignored;
-        if (isPanel && std::ranges::none_of(tokens, isOf))
-            std::filesystem::remove(each->path(), ignored);
+        if (isPanel && std::ranges::none_of(tokens, isOf)) std::filesystem::remove(each->path(), ignored);
     }
     return written;
 }

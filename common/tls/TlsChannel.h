@@ -31,8 +31,8 @@ public:
     /// `outgoing`, an alert too.
     [[nodiscard]] Expected<void> shake();
     [[nodiscard]] bool ready() const { return ready_; }
-    /// Into `room`; returns how many bytes, zero: more have to arrive. kNetwork: they are no TLS, or keys are changed more
-    /// often than content asks for (64 messages of TLS itself are free, and one with each MiB).
+    /// Into `room`; returns how many bytes, zero: more have to arrive. kNetwork: they are no TLS, or keys are changed
+    /// more often than content asks for (64 messages of TLS itself are free, and one with each MiB).
     [[nodiscard]] Expected<std::size_t> read(std::span<std::byte> room);
     /// The peer has said that it sends nothing more.
     [[nodiscard]] bool peerEnded() const { return peerEnded_; }

@@ -40,12 +40,12 @@ struct TlsKeys {
     std::string own = {};        ///< PEM of its key and certificate; empty: it dials with a token instead
     std::string authority = {};  ///< PEM of the wall's authority's certificate; empty: the pinned one
     std::string pinned = {};     ///< SHA-256 of the authority's certificate, hexadecimal: for links that carry it
-    std::set<std::string> revoked = {};  ///< serials that let nobody in any more
-    std::vector<KeptToken> tokens = {};  ///< of a server
+    std::set<std::string> revoked = {};              ///< serials that let nobody in any more
+    std::vector<KeptToken> tokens = {};              ///< of a server
     std::map<std::string, std::string> panels = {};  ///< that tokens are of: texts by their names
     std::vector<std::string> faults = {};            ///< of tokens that let nobody in for that: for people
-    std::vector<KeyEnd> ends = {};       ///< of those that were issued and not revoked
-    std::string ownFile = {}, authorityFile = {};  ///< where the first two were read: for people; empty: in no file
+    std::vector<KeyEnd> ends = {};                   ///< of those that were issued and not revoked
+    std::string ownFile = {}, authorityFile = {};    ///< where the first two were read: for people; empty: in no file
 };
 
 /// Immutable but for the tickets of sessions that may be resumed; any thread. For links that are accepted and for

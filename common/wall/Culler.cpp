@@ -13,7 +13,8 @@ constexpr std::array<std::string_view, kAllCullers.size()> kNames = {"none",   "
 }  // namespace
 
 const std::string& cullerNames() {
-    static const std::string names = fmt::format("{} or {}", fmt::join(kNames.begin(), kNames.end() - 1, ", "), kNames.back());
+    static const std::string names =
+        fmt::format("{} or {}", fmt::join(kNames.begin(), kNames.end() - 1, ", "), kNames.back());
     return names;
 }
 

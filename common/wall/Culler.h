@@ -22,8 +22,9 @@ enum class CullerKind : std::uint8_t {
 };
 
 /// Each of them, in the order of their numbers: what tests, benchmarks and help go through.
-inline constexpr std::array kAllCullers = {CullerKind::kNone,   CullerKind::kFrustum,  CullerKind::kQueriesWait, CullerKind::kQueries,
-                                           CullerKind::kMasked, CullerKind::kTwoPhase, CullerKind::kAuto};
+inline constexpr std::array kAllCullers = {CullerKind::kNone,    CullerKind::kFrustum, CullerKind::kQueriesWait,
+                                           CullerKind::kQueries, CullerKind::kMasked,  CullerKind::kTwoPhase,
+                                           CullerKind::kAuto};
 
 /// Their names, in order: "none, frustum, … or auto".
 [[nodiscard]] const std::string& cullerNames();

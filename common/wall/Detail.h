@@ -1,4 +1,5 @@
-/// How much of its detail a wall leaves away where a frame has to be done in time: by steps, the same ones on every tile.
+/// How much of its detail a wall leaves away where a frame has to be done in time: by steps, the same ones on every
+/// tile.
 #pragma once
 
 #include <algorithm>
@@ -7,16 +8,18 @@
 
 namespace tessera {
 
-/// One step. A frame says which it is drawn at (View::detail): so all tiles, both eyes and who joins late draw alike, whatever each of them takes.
+/// One step. A frame says which it is drawn at (View::detail): so all tiles, both eyes and who joins late draw alike,
+/// whatever each of them takes.
 struct DetailStep {
-    /// Levels of detail are chosen as if everything were so many times as far away, materials too; curves may be so many times as far
-    /// off, and steps through volumes so many times as long.
+    /// Levels of detail are chosen as if everything were so many times as far away, materials too; curves may be so
+    /// many times as far off, and steps through volumes so many times as long.
     double coarser = 1;
     int mostSamples = 4;  ///< per pixel, of those that the wall asks for
     bool shadows = true;
 };
 
-/// From all of it to the least. What a step changes is seen by people in about this order: curves and levels least, shadows most.
+/// From all of it to the least. What a step changes is seen by people in about this order: curves and levels least,
+/// shadows most.
 inline constexpr std::array<DetailStep, 7> kDetailSteps{{{.coarser = 1, .mostSamples = 4, .shadows = true},
                                                          {.coarser = 1.5, .mostSamples = 4, .shadows = true},
                                                          {.coarser = 2, .mostSamples = 4, .shadows = true},

@@ -1,5 +1,5 @@
-/// How a person moves through the scene, as a wall's file says it. Lengths and speeds are the wall's: metres in the room,
-/// times the view's scale in the world.
+/// How a person moves through the scene, as a wall's file says it. Lengths and speeds are the wall's: metres in the
+/// room, times the view's scale in the world.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ static_assert(kNavigationModeNames.size() == static_cast<std::size_t>(kLastNavig
 
 struct Navigation {
     NavigationMode mode = NavigationMode::kFly;  ///< to begin with
-    double speed = 2;            ///< m/s, with a key held or a stick pushed all the way
-    double fasterFactor = 4;     ///< with Shift
-    double turnDegrees = 60;     ///< per second, with a stick pushed all the way
-    double bodyRadius = 0.25;    ///< of who walks, m
-    double step = 0.4;           ///< as much higher the ground may be a step on, m
-    double steepestDegrees = 50; ///< of a slope that one can walk up
+    double speed = 2;                            ///< m/s, with a key held or a stick pushed all the way
+    double fasterFactor = 4;                     ///< with Shift
+    double turnDegrees = 60;                     ///< per second, with a stick pushed all the way
+    double bodyRadius = 0.25;                    ///< of who walks, m
+    double step = 0.4;                           ///< as much higher the ground may be a step on, m
+    double steepestDegrees = 50;                 ///< of a slope that one can walk up
 
     bool operator==(const Navigation&) const = default;
 };

@@ -87,8 +87,9 @@ struct WallTracking {
     [[nodiscard]] bool any() const { return !trackers.empty(); }
 };
 
-/// "x z -y": the wall's x is the tracker's x, its y the tracker's z, its z the tracker's -y. Spaces may be left out. As a matrix
-/// that takes the tracker's coordinates to the wall's. Its determinant is -1 for left-handed trackers. kBadInput.
+/// "x z -y": the wall's x is the tracker's x, its y the tracker's z, its z the tracker's -y. Spaces may be left out. As
+/// a matrix that takes the tracker's coordinates to the wall's. Its determinant is -1 for left-handed trackers.
+/// kBadInput.
 [[nodiscard]] Expected<Mat3d> parseAxes(std::string_view text);
 
 /// "vrpn://HOST:PORT/DEVICE"; without a port VRPN's own, 3883.

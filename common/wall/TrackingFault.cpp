@@ -34,7 +34,9 @@ Text listenFault(const std::string& address) {
 
 /// Whether two addresses that are good to listen at cannot both be: one port, and one host or every one.
 bool clash(const std::string& a, const std::string& b) {
-    const auto everywhere = [](std::string_view host) { return host == "0.0.0.0" || host == "[::]" || host == "::" || host == "*"; };
+    const auto everywhere = [](std::string_view host) {
+        return host == "0.0.0.0" || host == "[::]" || host == "::" || host == "*";
+    };
     const std::size_t colonA = a.rfind(':'), colonB = b.rfind(':');
     const std::string_view hostA = std::string_view(a).substr(0, colonA), hostB = std::string_view(b).substr(0, colonB);
     std::uint16_t portA = 0, portB = 0;
@@ -49,7 +51,8 @@ Text rigidFault(const Vec3d& position, const Quatd& orientation, double maxMetre
         return fmt::format("is {:.6g} m away: that looks like millimetres; positions are in metres",
                            position.cwiseAbs().maxCoeff());
     if (!tellsRotation(orientation.squaredNorm()))
-        return "has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, x, y, z is needed";
+        return "has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, x, "
+               "y, z is needed";
     return std::nullopt;
 }
 

@@ -96,7 +96,8 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     m(0, 2) = (right + left) / (right - left);
     m(1, 1) = 2 * near / (top - bottom);
     m(1, 2) = (top + bottom) / (top - bottom);
-    // The limit of a far plane that goes away without an end: a reversed depth in floats resolves as well (Upchurch and Desbrun 2012).
+    // The limit of a far plane that goes away without an end: a reversed depth in floats resolves as well (Upchurch and
+    // Desbrun 2012).
     m(2, 2) = -1;
     m(2, 3) = -2 * near;
     m(3, 2) = -1;
@@ -104,8 +105,10 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
 }
 
 ScreenCamera tileCamera(const Wall& wall, const Tile& tile, const View& view) {
-    ScreenCamera camera = screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, wall.nearMetres);
-    const auto user = std::find_if(wall.users.begin(), wall.users.end(), [&](const User& u) { return u.name == tile.user; });
+    ScreenCamera camera =
+        screenCamera(screenOf(wall, tile), userOf(wall, view, tile.user), tile.eye, view, wall.nearMetres);
+    const auto user =
+        std::find_if(wall.users.begin(), wall.users.end(), [&](const User& u) { return u.name == tile.user; });
     camera.user = static_cast<unsigned>(user - wall.users.begin());
     return camera;
 }
@@ -190,7 +193,8 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
     if (wall.screens.empty() || wall.users.empty() || sceneBounds.empty() || !view.position.allFinite()) return view;
     // A sphere fits however the wall is turned about its middle.
     constexpr double kDegree = std::numbers::pi / 180;
-    view.orientation = Quatd(Eigen::AngleAxisd(30 * kDegree, Vec3d::UnitY()) * Eigen::AngleAxisd(-25 * kDegree, Vec3d::UnitX()));
+    view.orientation =
+        Quatd(Eigen::AngleAxisd(30 * kDegree, Vec3d::UnitY()) * Eigen::AngleAxisd(-25 * kDegree, Vec3d::UnitX()));
     const Vec3d middle = sceneBounds.center();
     view.position = middle + view.orientation * (view.position - middle);
     return view;
@@ -198,10 +202,12 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
 
 Expected<void> checkStand(const View& view) {
     if (!view.position.allFinite() || !tellsRotation(view.orientation.squaredNorm()))
-        return fail(ErrorCode::kBadInput, "the wall's pose is not made of finite numbers, or its orientation cannot be normalised");
-    if (view.position.cwiseAbs().maxCoeff() > kMaxViewCoordinate)
         return fail(ErrorCode::kBadInput,
-                    fmt::format("the wall would stand farther than {} world units from the origin", kMaxViewCoordinate));
+                    "the wall's pose is not made of finite numbers, or its orientation cannot be normalised");
+    if (view.position.cwiseAbs().maxCoeff() > kMaxViewCoordinate)
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("the wall would stand farther than {} world units from the origin", kMaxViewCoordinate));
     if (!(view.worldUnitsPerMetre >= kMinWorldUnitsPerMetre && view.worldUnitsPerMetre <= kMaxWorldUnitsPerMetre))
         return fail(ErrorCode::kBadInput,
                     fmt::format("a scale of {} world units per metre: it has to be between {} and {}",

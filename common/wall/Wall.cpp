@@ -155,7 +155,9 @@ Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx) {
         before += old.width;
         Screen::Grid& g = screen.grid;
         // Frames between tiles keep their width in metres.
-        const auto scaled = [](int bezel, int now, int then) { return static_cast<int>((2 * std::int64_t{bezel} * now + then) / (2 * std::int64_t{then})); };
+        const auto scaled = [](int bezel, int now, int then) {
+            return static_cast<int>((2 * std::int64_t{bezel} * now + then) / (2 * std::int64_t{then}));
+        };
         g.bezelXPx = scaled(g.bezelXPx, width, old.width);
         g.bezelYPx = scaled(g.bezelYPx, height, old.height);
         if (auto ok = shareOut(width, g.columns, g.overlapXPx, g.tileWidthPx, g.columnWidthsPx, "columns", screen.name);

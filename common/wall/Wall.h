@@ -69,7 +69,9 @@ struct WallHost {
 
 /// From the eye, along the screen's axis.
 inline constexpr double kNearPlaneMetres = 0.05;
-[[nodiscard]] inline bool isNear(double metres) { return metres >= 0.001 && metres <= 1; }
+[[nodiscard]] inline bool isNear(double metres) {
+    return metres >= 0.001 && metres <= 1;
+}
 
 struct Wall {
     std::string name;
@@ -77,10 +79,11 @@ struct Wall {
     std::vector<User> users;
     std::vector<WallHost> hosts;
     SyncPolicy sync;
-    int samples = 4;                         ///< per pixel: 1 or 4
-    /// That hosts may take for a frame: where they take longer, detail is left away until they do not (Detail.h). 0: none is ever left away.
+    int samples = 4;  ///< per pixel: 1 or 4
+    /// That hosts may take for a frame: where they take longer, detail is left away until they do not (Detail.h). 0:
+    /// none is ever left away.
     double budgetMs = 0;
-    double nearMetres = kNearPlaneMetres;        ///< what is nearer to an eye's plane is not drawn; isNear
+    double nearMetres = kNearPlaneMetres;   ///< what is nearer to an eye's plane is not drawn; isNear
     CullerKind culler = CullerKind::kAuto;  ///< of hosts that are not told another one
     WallTracking tracking;
     Navigation navigation;
@@ -104,7 +107,7 @@ struct PixelRect {
 
 /// One tile, ready to draw.
 struct Tile {
-    std::string name;      ///< e.g. "front-0-1", with "-left" or "-right" for eyes; also the folder of its images
+    std::string name;  ///< e.g. "front-0-1", with "-left" or "-right" for eyes; also the folder of its images
     std::string host;
     std::string screen;
     int column = 0, row = 0;
@@ -130,11 +133,11 @@ struct ScreenPixels {
 /// Bounds on what a wall may hold, checked before anything is laid out.
 struct WallLimits {
     std::size_t maxScreens = 64, maxUsers = 64, maxHosts = 1024, maxTiles = 4096;
-    int maxGrid = 128;         ///< columns, rows
+    int maxGrid = 128;            ///< columns, rows
     int maxTilePixels = 16384;    ///< each way: what one picture can hold
     int maxScreenPixels = 65536;  ///< each way; what single precision places to a hundredth of a pixel
-    std::size_t maxName = 64;  ///< bytes; names become names of folders
-    double maxMetres = 100;    ///< longer than that, a screen was written in millimetres
+    std::size_t maxName = 64;     ///< bytes; names become names of folders
+    double maxMetres = 100;       ///< longer than that, a screen was written in millimetres
 };
 
 /// What is wrong with a wall, and in which part of it (so that a file's line can be named).
@@ -155,9 +158,9 @@ struct WallFault {
 [[nodiscard]] Expected<void> checkWall(const Wall& wall);
 
 /// The visible pixels of the whole wall become width × height, shared out over the tiles of each screen; the odd rest
-/// goes to the first columns and rows, so that the mosaic is exactly that size. Several screens stand side by side in the
-/// mosaic: they share the width in proportion to what they had, and the height is that of the tallest. Bezels grow and
-/// shrink with it, in whole pixels; overlaps stay as they are.
+/// goes to the first columns and rows, so that the mosaic is exactly that size. Several screens stand side by side in
+/// the mosaic: they share the width in proportion to what they had, and the height is that of the tallest. Bezels grow
+/// and shrink with it, in whole pixels; overlaps stay as they are.
 [[nodiscard]] Expected<Wall> withSize(const Wall& wall, int widthPx, int heightPx);
 
 }  // namespace tessera

@@ -22,7 +22,8 @@ public:
     WallCheck(const Wall& wall, const WallLimits& limits) : wall_(wall), limits_(limits) {}
 
     std::optional<WallFault> run() {
-        checkCounts() && checkScreens() && checkUsers() && checkHosts() && checkCoverage() && checkOutputs() && checkSync() && checkNavigation();
+        checkCounts() && checkScreens() && checkUsers() && checkHosts() && checkCoverage() && checkOutputs() &&
+            checkSync() && checkNavigation();
         if (!fault_) fault_ = findTrackingFault(wall_, limits_);
         return std::move(fault_);
     }
@@ -64,7 +65,9 @@ private:
         if (!isNear(wall_.nearMetres))
             return found(Part::kWall, 0, fmt::format("near_m: {} m; 0.001 to 1 are possible", wall_.nearMetres));
         if (!isBudget(wall_.budgetMs))
-            return found(Part::kWall, 0, fmt::format("a budget of {} ms for a frame: 0, which is none, and 0.1 to 60000 are possible", wall_.budgetMs));
+            return found(Part::kWall, 0,
+                         fmt::format("a budget of {} ms for a frame: 0, which is none, and 0.1 to 60000 are possible",
+                                     wall_.budgetMs));
         return true;
     }
 
@@ -183,7 +186,9 @@ private:
                                        user.position.cwiseAbs().maxCoeff()));
             }
             if (!tellsRotation(user.orientation.squaredNorm()))
-                return say("has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, x, y, z is needed");
+                return say(
+                    "has an orientation whose length is 0, or nearly, or beyond what numbers can hold: a quaternion w, "
+                    "x, y, z is needed");
             if (!(user.eyeSeparationMetres >= 0 && user.eyeSeparationMetres <= 0.5)) {
                 return say(fmt::format(
                     "has eyes {:.6g} m apart: that looks like millimetres, or a sign is wrong; 0.065 is usual",
@@ -313,12 +318,10 @@ private:
         const SyncPolicy& s = wall_.sync;
         const auto say = [&](std::string text) { return found(Part::kSync, 0, std::move(text)); };
         constexpr std::chrono::milliseconds kLongest = std::chrono::hours(1);
-        const std::pair<std::string_view, std::chrono::milliseconds> times[] = {{"frame_deadline_ms", s.frameDeadline},
-                                                                                {"first_frame_deadline_ms", s.firstFrameDeadline},
-                                                                                {"late_after_ms", s.lateAfter},
-                                                                                {"heartbeat_ms", s.heartbeat},
-                                                                                {"lost_after_ms", s.lostAfter},
-                                                                                {"start_deadline_ms", s.startDeadline}};
+        const std::pair<std::string_view, std::chrono::milliseconds> times[] = {
+            {"frame_deadline_ms", s.frameDeadline}, {"first_frame_deadline_ms", s.firstFrameDeadline},
+            {"late_after_ms", s.lateAfter},         {"heartbeat_ms", s.heartbeat},
+            {"lost_after_ms", s.lostAfter},         {"start_deadline_ms", s.startDeadline}};
         for (const auto& [name, time] : times) {
             if (time.count() < 1 || time > kLongest)
                 return say(fmt::format("{} is {}: 1 to {} ms are possible", name, time.count(), kLongest.count()));

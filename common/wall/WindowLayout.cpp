@@ -55,7 +55,8 @@ void measure(EyeWindows& eye, const WindowLayout& layout) {
             if (heights[r] > 0) eye.heights[r] = heights[r];
     }
     const bool apart = eye.blended || eye.resized;
-    const int stepX = grid.bezelXPx - (apart ? 0 : grid.overlapXPx), stepY = grid.bezelYPx - (apart ? 0 : grid.overlapYPx);
+    const int stepX = grid.bezelXPx - (apart ? 0 : grid.overlapXPx),
+              stepY = grid.bezelYPx - (apart ? 0 : grid.overlapYPx);
     eye.columns = startsOf(eye.widths, stepX);
     eye.rows = startsOf(eye.heights, stepY);
     eye.width = eye.columns.back() + eye.widths.back();
@@ -69,8 +70,10 @@ struct Size {
 /// Of the picture that a projector gets, both eyes where they share it.
 Size sizeOfOutput(const Tile& tile) {
     const TileOutput& out = tile.output;
-    const int width = out.widthPx > 0 ? out.widthPx : tile.rect.width, height = out.heightPx > 0 ? out.heightPx : tile.rect.height;
-    return {out.stereo == StereoPacking::kSideBySideFull ? 2 * width : width, out.stereo == StereoPacking::kTopBottomFull ? 2 * height : height};
+    const int width = out.widthPx > 0 ? out.widthPx : tile.rect.width,
+              height = out.heightPx > 0 ? out.heightPx : tile.rect.height;
+    return {out.stereo == StereoPacking::kSideBySideFull ? 2 * width : width,
+            out.stereo == StereoPacking::kTopBottomFull ? 2 * height : height};
 }
 
 /// Sets places of `eyes` in rows of at most `perRow`, each row in the middle.
@@ -106,8 +109,8 @@ const Tile* partnerOf(const Tile& tile, const std::vector<Tile>& tiles) {
     if (tile.eye == Eye::kCenter) return nullptr;
     const auto at = std::ranges::find_if(tiles, [&](const Tile& other) {
         const Tile& left = tile.eye == Eye::kLeft ? tile : other;
-        return other.host == tile.host && other.eye != tile.eye && other.screen == tile.screen && other.column == tile.column && other.row == tile.row &&
-               left.output.stereo != StereoPacking::kNone;
+        return other.host == tile.host && other.eye != tile.eye && other.screen == tile.screen &&
+               other.column == tile.column && other.row == tile.row && left.output.stereo != StereoPacking::kNone;
     });
     return at == tiles.end() ? nullptr : &*at;
 }
@@ -120,7 +123,8 @@ WindowLayout layoutWindows(const Wall& wall) {
     for (const Tile& tile : tiles) {
         if (tile.eye == Eye::kRight && partnerOf(tile, tiles)) continue;
         const Screen* const screen = wall.findScreen(tile.screen);
-        EyeWindows& eye = screens[static_cast<std::size_t>(screen - wall.screens.data())][tile.eye == Eye::kRight ? 1 : 0];
+        EyeWindows& eye =
+            screens[static_cast<std::size_t>(screen - wall.screens.data())][tile.eye == Eye::kRight ? 1 : 0];
         const auto [width, height] = sizeOfOutput(tile);
         eye.screen = screen;
         eye.cells.push_back({layout.places.size(), tile.column, tile.row});
@@ -144,9 +148,13 @@ WindowLayout layoutWindows(const Wall& wall) {
     int longest = 0;
     for (const EyeWindows* eye : eyes) longest = std::max({longest, eye->width, eye->height});
     const int gap = std::max(1, longest / 32);
-    // Where all screens have two eyes, rows begin with a left one: eyes stand beside each other, or each below the other one.
+    // Where all screens have two eyes, rows begin with a left one: eyes stand beside each other, or each below the
+    // other one.
     std::vector<EyeWindows*> below = eyes;
-    if (pairs) std::stable_partition(below.begin(), below.end(), [&](const EyeWindows* eye) { return eye == &screens[static_cast<std::size_t>(eye->screen - wall.screens.data())][0]; });
+    if (pairs)
+        std::stable_partition(below.begin(), below.end(), [&](const EyeWindows* eye) {
+            return eye == &screens[static_cast<std::size_t>(eye->screen - wall.screens.data())][0];
+        });
     std::optional<std::pair<const std::vector<EyeWindows*>*, std::size_t>> best;
     double bestScale = 0;
     const auto tryRows = [&](const std::vector<EyeWindows*>& order, std::size_t perRow) {

@@ -93,7 +93,8 @@ std::optional<std::string> findProgram(const std::string& name) {
     const char* const path = std::getenv("PATH");
     std::istringstream folders(path != nullptr ? path : "");
     for (std::string folder; std::getline(folders, folder, ':');)
-        if (const fs::path candidate = fs::path(folder.empty() ? "." : folder) / name; runs(candidate)) return candidate.string();
+        if (const fs::path candidate = fs::path(folder.empty() ? "." : folder) / name; runs(candidate))
+            return candidate.string();
     return std::nullopt;
 }
 

@@ -17,7 +17,7 @@ struct ChildCommand {
     std::string program;  ///< a path
     std::vector<std::string> arguments;
     std::vector<std::pair<std::string, std::string>> environment;  ///< beside our own
-    bool feedInput = false;  ///< a pipe to its standard input; else it reads nothing
+    bool feedInput = false;       ///< a pipe to its standard input; else it reads nothing
     std::string firstInput = {};  ///< what it is fed at once; at most what a pipe holds (64 KiB)
 };
 

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/image/Picture.h"
 #include "common/codec/WallCodec.h"
+#include "common/image/Picture.h"
 #include "common/wall/PictureLayout.h"
 #include "deploy/wall/Film.h"
 #include "deploy/wall/OutputImages.h"
@@ -117,7 +117,8 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     for (const std::string& scene : options.scenes) {
         std::error_code error;  // the server says what is wrong with it
         const fs::path file = fs::absolute(scene, error);
-        if (!error && scene.find("://") == std::string::npos && file.parent_path() != file.root_path()) allowed.insert(file.parent_path().string());
+        if (!error && scene.find("://") == std::string::npos && file.parent_path() != file.root_path())
+            allowed.insert(file.parent_path().string());
     }
     for (const std::string& folder : allowed) add("--allow", folder);
     add("--size", options.size);
@@ -138,7 +139,8 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     run.clientArguments = {"--output", options.output};
     const std::vector<std::string> ofAll = argumentsOfAllClients(options);
     run.clientArguments.insert(run.clientArguments.end(), ofAll.begin(), ofAll.end());
-    if (!options.windowLog.empty()) run.clientArguments.insert(run.clientArguments.end(), {"--window-log", options.windowLog});
+    if (!options.windowLog.empty())
+        run.clientArguments.insert(run.clientArguments.end(), {"--window-log", options.windowLog});
     if (options.keepFrames) run.clientArguments.push_back("--keep-frames");
     if (std::getenv("LP_NUM_THREADS") == nullptr)
         run.clientEnvironment.emplace_back("LP_NUM_THREADS", drawThreads(wall.hosts.size() - run.remote.size()));
@@ -242,7 +244,8 @@ Expected<std::uint64_t> sayReport(const std::string& path, Console& console) {
         return fail(ErrorCode::kFailed, fmt::format("{}: the server's report is no JSON object", path));
     const nlohmann::json faults = report.value("faults", nlohmann::json::array());
     const nlohmann::json times = report.value("frame_ms", nlohmann::json::object());
-    const std::uint64_t frames = report.contains("frames") && report["frames"].is_number() ? report["frames"].get<std::uint64_t>() : 0;
+    const std::uint64_t frames =
+        report.contains("frames") && report["frames"].is_number() ? report["frames"].get<std::uint64_t>() : 0;
     std::string text = fmt::format("{} frames", frames);
     if (times.is_object() && times.contains("p50") && times["p50"].is_number())
         text += fmt::format(", {:.1f} ms each (median)", times["p50"].get<double>());
@@ -312,9 +315,11 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     };
     if (!options.keys.empty())
         if (const Expected<void> taken = takeKeys(WallKeys::in(options.keys)); !taken) return failed(taken.error());
-    if (options.start && std::ranges::any_of(wall->hosts, [](const WallHost& host) { return host.machine.has_value(); })) {
+    if (options.start &&
+        std::ranges::any_of(wall->hosts, [](const WallHost& host) { return host.machine.has_value(); })) {
         if (!keys && !options.insecure)
-            if (const Expected<void> made = takeKeys(WallKeys::forThisRun(wall->name)); !made) return failed(made.error());
+            if (const Expected<void> made = takeKeys(WallKeys::forThisRun(wall->name)); !made)
+                return failed(made.error());
         auto prepared = prepareMachines(*wall,
                                         {.ssh = options.ssh,
                                          .listen = options.listen,
@@ -349,7 +354,10 @@ int launch(const LaunchOptions& options, Signals& signals, Console& console) {
     last->sayWhatIsOld(tiles, console);
     if (auto ok = writePictures(*wall, options.output, *last); !ok) return code != 0 ? code : failed(ok.error());
     if (options.outputs) {
-        const auto ok = writeOutputImages(outputs, *wall, [&](const std::string& tile) -> const std::optional<TileImages::Image>& { return last->of(tile); }, console);
+        const auto ok = writeOutputImages(
+            outputs, *wall,
+            [&](const std::string& tile) -> const std::optional<TileImages::Image>& { return last->of(tile); },
+            console);
         if (!ok) return code != 0 ? code : failed(ok.error());
     }
     if (options.keepFrames && !run->interrupted) makeFilm(options, *wall, images, signals, console);

@@ -18,23 +18,23 @@ struct LaunchOptions {
     // Of the server: how each scene stands; empty: as its file says.
     std::string up, fit, pointRadius;
     std::vector<std::string> at;
-    std::uint64_t frames = 120;  ///< 0: until it is stopped
-    std::string size;    ///< empty: the wall's own
-    int samples = 0;     ///< 0: the wall's own
-    std::string budget;  ///< the server's --budget; empty: the wall's own
-    std::string camera;  ///< empty: the scene's, else the default one
-    std::string culler;  ///< empty: the clients' default
-    std::string surface;  ///< of the clients; empty: their default
-    std::string windowLog;  ///< folder of the windows' measurements; empty: none
-    bool window = false;  ///< of the clients, on this machine's monitors
-    int device = -1;      ///< of the clients' surface; below 0: their default
-    std::string share;   ///< of the clients; empty: their default
-    std::string record;  ///< the server's recording; empty: none
-    std::string journal;  ///< the server's; empty: none
-    std::string uploads;            ///< where files lie that pages bring it; empty: as it has it
-    std::uint64_t uploadsMib = 0;   ///< 0: as it has it
-    std::string audit;    ///< where it writes who changes what; empty: nowhere
-    unsigned threads = 0;  ///< of the server's collision pipeline; 0: its default
+    std::uint64_t frames = 120;    ///< 0: until it is stopped
+    std::string size;              ///< empty: the wall's own
+    int samples = 0;               ///< 0: the wall's own
+    std::string budget;            ///< the server's --budget; empty: the wall's own
+    std::string camera;            ///< empty: the scene's, else the default one
+    std::string culler;            ///< empty: the clients' default
+    std::string surface;           ///< of the clients; empty: their default
+    std::string windowLog;         ///< folder of the windows' measurements; empty: none
+    bool window = false;           ///< of the clients, on this machine's monitors
+    int device = -1;               ///< of the clients' surface; below 0: their default
+    std::string share;             ///< of the clients; empty: their default
+    std::string record;            ///< the server's recording; empty: none
+    std::string journal;           ///< the server's; empty: none
+    std::string uploads;           ///< where files lie that pages bring it; empty: as it has it
+    std::uint64_t uploadsMib = 0;  ///< 0: as it has it
+    std::string audit;             ///< where it writes who changes what; empty: nowhere
+    unsigned threads = 0;          ///< of the server's collision pipeline; 0: its default
     std::string output = "out";
     std::vector<std::string> assets;
     bool keepFrames = false;
@@ -47,16 +47,17 @@ struct LaunchOptions {
     bool insecure = false;     ///< nobody needs any
     std::string ssh = "ssh";
     bool testPicture = false;  ///< instead of the scene
-    bool noInput = false;    ///< of the server: nobody flies
-    bool noNotices = false;  ///< and the wall says nothing of bad programs
-    bool reload = false;     ///< and takes files in again that have changed
+    bool noInput = false;      ///< of the server: nobody flies
+    bool noNotices = false;    ///< and the wall says nothing of bad programs
+    bool reload = false;       ///< and takes files in again that have changed
     bool allowUnconfined = false;
     std::string executable;  ///< our own path: the other programs lie beside it
 };
 
 /// Runs the wall and leaves wall.png, wall-bezels.png (wall-right.png, wall-right-bezels.png for the right eye), tiles,
-/// report.json and, with keepFrames and an ffmpeg, wall.mp4, with outputs a picture of each, in the output folder. Returns the exit code: 0 when the
-/// frames were shown, faults or not; the server's where that failed. Says on the console what went wrong.
+/// report.json and, with keepFrames and an ffmpeg, wall.mp4, with outputs a picture of each, in the output folder.
+/// Returns the exit code: 0 when the frames were shown, faults or not; the server's where that failed. Says on the
+/// console what went wrong.
 [[nodiscard]] int launch(const LaunchOptions& options, Signals& signals, Console& console);
 
 }  // namespace tessera

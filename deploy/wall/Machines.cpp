@@ -31,8 +31,8 @@ public:
         : question_(question), options_(options), until_(std::chrono::steady_clock::now() + options.deadline) {
         answer_.host = question.host;
         answer_.destination = question.machine.ssh;
-        Expected<Child> child =
-            Child::start(overSsh(options.ssh, question.machine, scriptOfQuestion(question.machine, question.arguments)));
+        Expected<Child> child = Child::start(
+            overSsh(options.ssh, question.machine, scriptOfQuestion(question.machine, question.arguments)));
         if (!child) {
             finish({child.error().message});
             return;
@@ -45,7 +45,8 @@ public:
     [[nodiscard]] MachineAnswer take() { return std::move(answer_); }
     void addHandles(std::vector<pollfd>& handles) const {
         for (const Child::Stream stream : {Child::kOut, Child::kError})
-            if (!done_ && child_->handle(stream) >= 0) handles.push_back({.fd = child_->handle(stream), .events = POLLIN, .revents = 0});
+            if (!done_ && child_->handle(stream) >= 0)
+                handles.push_back({.fd = child_->handle(stream), .events = POLLIN, .revents = 0});
     }
 
     void listen() {
@@ -118,13 +119,20 @@ private:
                 return finish({whySshFailed(errors_, loginByHand(question_.machine))});
             return finish({"it lets us in and runs no commands: is its shell no shell?"});
         }
-        if (!checkCode_) return finish({fmt::format("the connection was cut while its client was asked; {}", quotedLast("it"))});
-        if (versionCode_ == 127) return finish({fmt::format("there is no `{}` (command not found): install the package there, or say in `command` where it lies", command)});
-        if (versionCode_ == 126) return finish({fmt::format("`{}` cannot be run: {}", command, quotedLast("its shell"))});
+        if (!checkCode_)
+            return finish({fmt::format("the connection was cut while its client was asked; {}", quotedLast("it"))});
+        if (versionCode_ == 127)
+            return finish({fmt::format(
+                "there is no `{}` (command not found): install the package there, or say in `command` where it lies",
+                command)});
+        if (versionCode_ == 126)
+            return finish({fmt::format("`{}` cannot be run: {}", command, quotedLast("its shell"))});
         if (version_ != options_.version)
             return finish({fmt::format("`{}` is {} and not {}: both have to be of one version", command,
-                                       version_.empty() ? "something that has no --version" : "\"" + version_ + "\"", options_.version)});
-        if (checkCode_ != 0 && lacks_.empty()) lacks_.push_back(fmt::format("`{} --check` fails: {}", command, quotedLast("it")));
+                                       version_.empty() ? "something that has no --version" : "\"" + version_ + "\"",
+                                       options_.version)});
+        if (checkCode_ != 0 && lacks_.empty())
+            lacks_.push_back(fmt::format("`{} --check` fails: {}", command, quotedLast("it")));
         finish(std::move(lacks_));
     }
     void finish(std::vector<std::string> lacks) {
@@ -148,8 +156,8 @@ private:
 
 }  // namespace
 
-std::optional<std::vector<MachineAnswer>> askMachines(const std::vector<MachineQuestion>& questions, const AskingOptions& options,
-                                                      Signals& signals) {
+std::optional<std::vector<MachineAnswer>> askMachines(const std::vector<MachineQuestion>& questions,
+                                                      const AskingOptions& options, Signals& signals) {
     std::vector<std::optional<Conversation>> all(questions.size());
     std::size_t next = 0;
     for (;;) {

@@ -28,14 +28,14 @@ struct MachineAnswer {
 };
 
 struct AskingOptions {
-    std::string ssh;      ///< a path
-    std::string version;  ///< what a client there has to answer to --version, to the letter
+    std::string ssh;                             ///< a path
+    std::string version;                         ///< what a client there has to answer to --version, to the letter
     std::chrono::milliseconds deadline{40'000};  ///< of one machine; ssh gives up after 10 s where nobody answers
     std::size_t atOnce = 32;
 };
 
-/// Asks all, some at once, and waits for what they say: as many answers, in the same order. Nothing where somebody asked for the end
-/// meanwhile. A machine that talks without end, or not at all, lacks a client.
+/// Asks all, some at once, and waits for what they say: as many answers, in the same order. Nothing where somebody
+/// asked for the end meanwhile. A machine that talks without end, or not at all, lacks a client.
 [[nodiscard]] std::optional<std::vector<MachineAnswer>> askMachines(const std::vector<MachineQuestion>& questions,
                                                                     const AskingOptions& options, Signals& signals);
 

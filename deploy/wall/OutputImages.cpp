@@ -18,7 +18,8 @@ std::string pathOf(const std::string& folder, const Tile& tile) {
 std::vector<std::uint8_t> withRoom(const Picture& picture) {
     std::vector<std::uint8_t> rgbx;
     rgbx.reserve(picture.rgb.size() / 3 * 4);
-    for (std::size_t i = 0; i < picture.rgb.size(); i += 3) rgbx.insert(rgbx.end(), {picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2], 255});
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+        rgbx.insert(rgbx.end(), {picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2], 255});
     return rgbx;
 }
 
@@ -33,12 +34,14 @@ Expected<void> clearOutputImages(const std::string& folder) {
         if (std::regex_match(it->path().filename().string(), kTileName)) old.push_back(it->path());
     for (const std::filesystem::path& path : old) {
         std::filesystem::remove(path, error);
-        if (error) return fail(ErrorCode::kFailed, fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
+        if (error)
+            return fail(ErrorCode::kFailed, fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
     }
     return {};
 }
 
-Expected<void> writeOutputImages(const std::string& folder, const Wall& wall, const LastImageOf& imageOf, Console& console) {
+Expected<void> writeOutputImages(const std::string& folder, const Wall& wall, const LastImageOf& imageOf,
+                                 Console& console) {
     for (const Tile& tile : outputsOf(wall, layoutTiles(wall))) {
         Expected<OutputMaker> maker = OutputMaker::make(wall, tile.name);
         if (!maker) return failWith("the output of tile " + tile.name, maker.error());

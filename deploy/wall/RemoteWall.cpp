@@ -42,9 +42,9 @@ Expected<std::vector<std::string>> waysBack(const std::vector<MachineAnswer>& an
         } else if (!answer.lacks.empty()) {
             ways.emplace_back("127.0.0.1");  // nobody knows its name: it will not be reached either
         } else {
-            return fail(ErrorCode::kUnsupported,
-                        fmt::format("by which address does {} reach this machine? It sees us as \"{}\", which is none of ours: say --listen ADDR:PORT",
-                                    answer.destination, answer.seesUsAs));
+            return fail(ErrorCode::kUnsupported, fmt::format("by which address does {} reach this machine? It sees us "
+                                                             "as \"{}\", which is none of ours: say --listen ADDR:PORT",
+                                                             answer.destination, answer.seesUsAs));
         }
     }
     return ways;
@@ -64,7 +64,8 @@ void sayOddPixels(const std::vector<MachineAnswer>& answers, Console& console) {
     for (const auto& [pixels, names] : hosts)
         if (pixels != most->first)
             for (const std::string& name : names)
-                console.warning(fmt::format("host {} draws other pixels than host {}: its seams will show", name, most->second.front()));
+                console.warning(fmt::format("host {} draws other pixels than host {}: its seams will show", name,
+                                            most->second.front()));
 }
 
 /// Where the server listens, and the address that each host dials.
@@ -87,13 +88,16 @@ Expected<Meeting> chooseMeeting(const std::vector<MachineAnswer>& answers, const
 }
 
 /// `neighbours`: hosts on that machine, this one among them.
-RemoteClient remoteClient(const std::string& ssh, const MachineQuestion& question, const MachineAnswer& answer, int neighbours,
-                          const std::vector<std::string>& ofAll, const std::string& address, const std::string& keys) {
+RemoteClient remoteClient(const std::string& ssh, const MachineQuestion& question, const MachineAnswer& answer,
+                          int neighbours, const std::vector<std::string>& ofAll, const std::string& address,
+                          const std::string& keys) {
     std::vector<std::string> more = ofAll;
     if (!keys.empty()) more.insert(more.end(), {"--keys", "-"});
     // Several hosts on one machine share its processors, as those of this one do.
-    if (neighbours > 1 && answer.cores > 0) more.insert(more.end(), {"--threads", std::to_string(std::max(0, answer.cores / neighbours - 1))});
-    std::vector<std::string> arguments = {"--host", question.host, "--while-input", std::to_string(kPatienceOfClientsSeconds)};
+    if (neighbours > 1 && answer.cores > 0)
+        more.insert(more.end(), {"--threads", std::to_string(std::max(0, answer.cores / neighbours - 1))});
+    std::vector<std::string> arguments = {"--host", question.host, "--while-input",
+                                          std::to_string(kPatienceOfClientsSeconds)};
     const std::vector<std::string> merged = mergedArguments(question.machine.arguments, more);
     arguments.insert(arguments.end(), merged.begin(), merged.end());
     return {.destination = question.machine.ssh,
@@ -132,7 +136,8 @@ std::vector<std::string> withMonitorsOf(const Wall& wall, const std::string& hos
         if (!option.empty()) inside = option == "--window";
         if (!inside) continue;
         end = i + 1;
-        const std::string value = option.empty() ? arguments[i] : arguments[i].substr(std::min(arguments[i].size(), option.size() + 1));
+        const std::string value =
+            option.empty() ? arguments[i] : arguments[i].substr(std::min(arguments[i].size(), option.size() + 1));
         if (!value.empty()) ++told;
     }
     if (end == 0) return arguments;
@@ -143,20 +148,24 @@ std::vector<std::string> withMonitorsOf(const Wall& wall, const std::string& hos
         if (tile.eye == Eye::kRight && partnerOf(tile, tiles)) continue;
         // What begins with '-' would be read as an option there.
         const std::string& monitor = tile.output.monitor;
-        if (output++ >= told && told + named.size() < kMostMonitors && !monitor.empty() && monitor[0] != '-') named.push_back(monitor);
+        if (output++ >= told && told + named.size() < kMostMonitors && !monitor.empty() && monitor[0] != '-')
+            named.push_back(monitor);
     }
     arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(end), named.begin(), named.end());
     return arguments;
 }
 
-Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const RemoteOptions& options, Signals& signals, Console& console) {
+Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const RemoteOptions& options, Signals& signals,
+                                                    Console& console) {
     const std::optional<std::string> ssh = findProgram(options.ssh);
     if (!ssh) return fail(ErrorCode::kNotFound, fmt::format("{} is not installed, and --start needs it", options.ssh));
     std::vector<MachineQuestion> questions;
     for (const WallHost& host : wall.hosts)
         if (host.machine)
-            questions.push_back({.host = host.name, .machine = *host.machine,
-                                 .arguments = withMonitorsOf(wall, host.name, mergedArguments(host.machine->arguments, options.client))});
+            questions.push_back({.host = host.name,
+                                 .machine = *host.machine,
+                                 .arguments = withMonitorsOf(
+                                     wall, host.name, mergedArguments(host.machine->arguments, options.client))});
     console.note(fmt::format("asking {} {}", questions.size(), questions.size() == 1 ? "machine" : "machines"));
     const auto answers = askMachines(questions, {.ssh = *ssh, .version = versionText("tessera-client")}, signals);
     if (!answers) return std::nullopt;
@@ -164,20 +173,22 @@ Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const Remo
     std::vector<MachineAnswer> ready;
     std::map<std::string, int> hostsOn;  // by machine
     for (const MachineAnswer& answer : *answers) {
-        for (const std::string& lack : answer.lacks) console.error(fmt::format("host {} on {}: {}", answer.host, answer.destination, lack));
+        for (const std::string& lack : answer.lacks)
+            console.error(fmt::format("host {} on {}: {}", answer.host, answer.destination, lack));
         if (!answer.lacks.empty()) continue;
         ready.push_back(answer);
         ++hostsOn[answer.destination];
     }
     const std::size_t lacking = answers->size() - ready.size();
     if (lacking > 0 && !options.startAnyway)
-        return fail(ErrorCode::kUnsupported, fmt::format("{} of {} hosts cannot be started, so nothing is; --start-anyway goes on without them",
-                                                         lacking, questions.size()));
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("{} of {} hosts cannot be started, so nothing is; --start-anyway goes on without them",
+                                lacking, questions.size()));
     if (lacking == wall.hosts.size()) return fail(ErrorCode::kUnsupported, "no host can be started");
     sayOddPixels(ready, console);
 
-    // Whoever lacks something now may be tried later, and is then told what the others are told; where none is ready, what is known
-    // from here.
+    // Whoever lacks something now may be tried later, and is then told what the others are told; where none is ready,
+    // what is known from here.
     const auto meeting = chooseMeeting(ready.empty() ? *answers : ready, options.listen);
     if (!meeting) return tl::unexpected(meeting.error());
     RemoteWall remote{.clients = {}, .listen = meeting->listen};
@@ -187,11 +198,12 @@ Expected<std::optional<RemoteWall>> prepareMachines(const Wall& wall, const Remo
         if (!bundle) return tl::unexpected(bundle.error());
         const auto dialled = meeting->dialled.find(questions[i].host);
         const std::string& address = dialled != meeting->dialled.end() ? dialled->second : meeting->usual;
-        remote.clients[questions[i].host] = remoteClient(*ssh, questions[i], (*answers)[i], hostsOn[questions[i].machine.ssh], options.client, address,
-                                                           *bundle);
+        remote.clients[questions[i].host] = remoteClient(
+            *ssh, questions[i], (*answers)[i], hostsOn[questions[i].machine.ssh], options.client, address, *bundle);
     }
-    console.note(options.listen.empty() ? fmt::format("the server listens on {}, where the machines reach it", addressIn(remote.listen))
-                                        : fmt::format("the server listens on {}", remote.listen));
+    console.note(options.listen.empty()
+                     ? fmt::format("the server listens on {}, where the machines reach it", addressIn(remote.listen))
+                     : fmt::format("the server listens on {}", remote.listen));
     return remote;
 }
 

@@ -15,17 +15,19 @@ namespace tessera {
 inline constexpr int kPatienceOfClientsSeconds = 30;
 inline constexpr std::chrono::seconds kSignOfLife(2);
 
-/// `text` as one word of a POSIX shell, in single quotes; meant for csh and fish too, which no test has. No line breaks in it.
+/// `text` as one word of a POSIX shell, in single quotes; meant for csh and fish too, which no test has. No line breaks
+/// in it.
 [[nodiscard]] std::string shellWord(std::string_view text);
 
-/// `script`, for a POSIX shell, on that machine. Nobody is asked for anything; the user's own configuration of ssh holds
-/// (names, keys, ways over other machines), but for what would tie this connection to others. Its input is fed.
+/// `script`, for a POSIX shell, on that machine. Nobody is asked for anything; the user's own configuration of ssh
+/// holds (names, keys, ways over other machines), but for what would tie this connection to others. Its input is fed.
 [[nodiscard]] ChildCommand overSsh(const std::string& ssh, const Machine& machine, const std::string& script);
 
-/// Starts the client there. The shell waits for it, so that its end by a signal comes back as 128 + the signal and not as a
-/// lost connection.
+/// Starts the client there. The shell waits for it, so that its end by a signal comes back as 128 + the signal and not
+/// as a lost connection.
 [[nodiscard]] std::string scriptOfClient(const Machine& machine, const std::vector<std::string>& arguments);
-/// Asks for the address that it sees us by, the client's version, and what the client lacks (Machines.h reads the answer).
+/// Asks for the address that it sees us by, the client's version, and what the client lacks (Machines.h reads the
+/// answer).
 [[nodiscard]] std::string scriptOfQuestion(const Machine& machine, const std::vector<std::string>& arguments);
 
 /// What ssh ends with where it is ssh that failed: no connection, or a lost one.

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/image/Picture.h"
 #include "common/base/Error.h"
+#include "common/image/Picture.h"
 #include "common/wall/PictureLayout.h"
 
 namespace tessera {

@@ -29,10 +29,10 @@ struct ClientSlot {
     std::optional<ChildEnd> lastEnd;
     int restarts = 0;
     int deathsInARow = 0;
-    bool killed = false;  ///< by us, and said so
+    bool killed = false;                    ///< by us, and said so
     std::optional<SteadyTime> endedWellAt;  ///< before the server, as yet
     bool left = false;                      ///< long before the server
-    const RemoteClient* remote = nullptr;  ///< null: it runs here
+    const RemoteClient* remote = nullptr;   ///< null: it runs here
     SteadyTime startedAt{}, lastSign{};
     // Of lines passed on: those of the second that began then, and those left out of it.
     SteadyTime secondBegan{};
@@ -181,7 +181,9 @@ private:
     /// Clients elsewhere end when nobody says anything to them (Ssh.h).
     void keepAlive() {
         for (ClientSlot& client : clients_) {
-            if (clientsToldToEnd_ || client.remote == nullptr || !client.process || !client.process->running() || now() - client.lastSign < kSignOfLife) continue;
+            if (clientsToldToEnd_ || client.remote == nullptr || !client.process || !client.process->running() ||
+                now() - client.lastSign < kSignOfLife)
+                continue;
             client.lastSign = now();
             (void)client.process->feed("\n", 1);  // where it fails, its end is near
         }
@@ -238,19 +240,22 @@ private:
             client.lastEnd = end;
             if (end->good() && !ending_ && !client.killed) client.endedWellAt = now();
             if (end->good() || client.killed || clientsToldToEnd_) continue;
-            std::string text = client.remote != nullptr
-                                   ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
-                                   : fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
+            std::string text =
+                client.remote != nullptr
+                    ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
+                    : fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
             // A wrong option or configuration would be wrong again.
-            const bool hopeless = !end->signalled && (end->value == exitCode(ErrorCode::kUsage) ||
-                                                      end->value == exitCode(ErrorCode::kBadInput) ||
-                                                      (client.remote != nullptr && (end->value == 126 || end->value == 127)));
+            const bool hopeless =
+                !end->signalled &&
+                (end->value == exitCode(ErrorCode::kUsage) || end->value == exitCode(ErrorCode::kBadInput) ||
+                 (client.remote != nullptr && (end->value == 126 || end->value == 127)));
             if (options_.restart && server_->running() && !ending_ && !hopeless) text += planRestart(client);
             console_.warning(text);
         }
     }
 
-    /// The server ends before its clients do, and is heard of a moment later. One that ends well in the middle was asked for something else
+    /// The server ends before its clients do, and is heard of a moment later. One that ends well in the middle was
+    /// asked for something else
     /// (`--help`), or had its reasons.
     void noticeLeavers() {
         for (ClientSlot& client : clients_) {
@@ -259,21 +264,26 @@ private:
             if (!client.endedWellAt || now() - *client.endedWellAt < options_.leaveGrace) continue;
             client.endedWellAt.reset();
             client.left = true;
-            std::string text = fmt::format("client of host {} ended with exit code 0, and the wall goes on", client.host);
+            std::string text =
+                fmt::format("client of host {} ended with exit code 0, and the wall goes on", client.host);
             if (options_.restart) text += planRestart(client);
             console_.warning(text);
         }
     }
 
-    /// Later each time: what is wrong there may take a person, or a machine's own start, to put right. Says what will be done.
+    /// Later each time: what is wrong there may take a person, or a machine's own start, to put right. Says what will
+    /// be done.
     std::string planRestart(ClientSlot& client) {
         if (now() - client.startedAt >= options_.soundAfter) client.deathsInARow = 0;
         if (client.deathsInARow >= options_.mostRestarts)
             return fmt::format("; it has been started again {} times and is given up", client.restarts);
-        const milliseconds delay = std::min(options_.longestRestartDelay, milliseconds(options_.restartDelay * (1LL << std::min(client.deathsInARow, 20))));
+        const milliseconds delay =
+            std::min(options_.longestRestartDelay,
+                     milliseconds(options_.restartDelay * (1LL << std::min(client.deathsInARow, 20))));
         ++client.deathsInARow;
         client.restartAt = now() + delay;
-        return delay < std::chrono::seconds(1) ? "; it is started again" : fmt::format("; it is started again in {} s", delay.count() / 1000.0);
+        return delay < std::chrono::seconds(1) ? "; it is started again"
+                                               : fmt::format("; it is started again in {} s", delay.count() / 1000.0);
     }
 
     void serverEnded(const ChildEnd& end) {
@@ -399,7 +409,9 @@ private:
             if (client.lastEnd->signalled || client.lastEnd->good()) continue;
             const int code = client.lastEnd->value;
             // Of a shell or of ssh: numbers that none of our programs ends with.
-            result_.desertedCode = client.remote == nullptr || code < 126 ? code : code == kSshFailed ? exitCode(ErrorCode::kNetwork) : 1;
+            result_.desertedCode = client.remote == nullptr || code < 126 ? code
+                                   : code == kSshFailed                   ? exitCode(ErrorCode::kNetwork)
+                                                                          : 1;
         }
         console_.error("no render host is left; the server is stopped");
         endServer();

@@ -45,8 +45,10 @@ struct WallRunOptions {
     /// Doubled each time that the client dies again before it has run for `soundAfter`, up to the longest.
     std::chrono::milliseconds restartDelay{250}, longestRestartDelay{30'000}, soundAfter{60'000};
     int mostRestarts = 20;  ///< in a row, per host
-    int mostLinesPerSecond = 200;  ///< of a client elsewhere, that are passed on; a long one counts as those that it fills
-    std::chrono::milliseconds leaveGrace{3'000};  ///< from a client's good end to the server's, after which it has left too early
+    int mostLinesPerSecond =
+        200;  ///< of a client elsewhere, that are passed on; a long one counts as those that it fills
+    std::chrono::milliseconds leaveGrace{
+        3'000};  ///< from a client's good end to the server's, after which it has left too early
 };
 
 struct WallRunResult {
@@ -57,7 +59,8 @@ struct WallRunResult {
     std::map<std::string, int> restarts;  ///< by host
 };
 
-/// Lines of clients elsewhere begin with their host's name where the client has not said it, and a flood of them is cut.
+/// Lines of clients elsewhere begin with their host's name where the client has not said it, and a flood of them is
+/// cut.
 ///
 /// Starts the server, waits for its "listening on ADDR" line, starts the clients, passes on what everybody says, turns
 /// "progress DONE TOTAL" lines into progress, restarts clients if wanted, ends what is left. Every wait has a deadline.

@@ -25,29 +25,51 @@ void showShipped(tessera::LaunchOptions& options) {
 int main(int argc, char** argv) {
     using namespace tessera;
     LaunchOptions options;
-    Options commandLine("tessera-wall", "Runs a wall: one tessera-server here, one tessera-client per host;\nhere too, or with --start on the machines that the wall file names.",
+    Options commandLine("tessera-wall",
+                        "Runs a wall: one tessera-server here, one tessera-client per host;\nhere too, or with --start "
+                        "on the machines that the wall file names.",
                         versionText("tessera-wall"));
     commandLine.option("--wall", options.wall, "Wall file, or a shipped wall's name (2x2)").typeName("W");
     // A variable of a script that is empty is no folder.
     const auto named = [](const std::string& text) { return text.empty() ? std::string("is empty") : std::string(); };
-    commandLine.option("--scene", options.scenes, "Scene or model file, or a shipped scene's name;\nmay be repeated (engine-hall; materials where the\nengine is not installed)")
+    commandLine
+        .option("--scene", options.scenes,
+                "Scene or model file, or a shipped scene's name;\nmay be repeated (engine-hall; materials where "
+                "the\nengine is not installed)")
         .typeName("S")
         .check(named);
     // The server says what is wrong with a number.
-    commandLine.option("--up", options.up, "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds of\npoints, +Y of others)")
+    commandLine
+        .option("--up", options.up,
+                "Which axis is up in the scenes' files (as they\nsay; else +Z of .stl, .off and flat clouds "
+                "of\npoints, +Y of others)")
         .typeName("y|z")
         .oneOf({"y", "z"}, ShowValues::kInErrorsAlone);
-    commandLine.option("--at", options.at, "Where each file's origin comes, in metres of the\nwall, whose coordinates are then the world's; with\n--fit the middle of its underside").typeName("X Y Z").expected(3).number();
-    commandLine.option("--fit", options.fit, "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; --camera does").typeName("METRES").number();
-    commandLine.option("--point-radius", options.pointRadius, "Of all their points, in their files' own units").typeName("R").number();
-    const Option frames = commandLine.option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
-        .typeName("N")
-        .range(1, 100'000'000);
+    commandLine
+        .option("--at", options.at,
+                "Where each file's origin comes, in metres of the\nwall, whose coordinates are then the world's; "
+                "with\n--fit the middle of its underside")
+        .typeName("X Y Z")
+        .expected(3)
+        .number();
+    commandLine
+        .option("--fit", options.fit,
+                "So long becomes the longest side of each. With\n--fit or --at no camera of the files takes the\nview; "
+                "--camera does")
+        .typeName("METRES")
+        .number();
+    commandLine.option("--point-radius", options.pointRadius, "Of all their points, in their files' own units")
+        .typeName("R")
+        .number();
+    const Option frames =
+        commandLine.option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
+            .typeName("N")
+            .range(1, 100'000'000);
     commandLine.option("--size", options.size, "Visible pixels of the whole wall").typeName("WxH");
-    commandLine.option("--samples", options.samples, "Samples per pixel: 1 or 4")
-        .typeName("N")
-        .oneOf({1, 4});
-    commandLine.option("--budget", options.budget, "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
+    commandLine.option("--samples", options.samples, "Samples per pixel: 1 or 4").typeName("N").oneOf({1, 4});
+    commandLine
+        .option("--budget", options.budget,
+                "Milliseconds that a frame may take before detail\nis left away; 0: none is (the wall's, else 0)")
         .typeName("MS");
     commandLine.option("--camera", options.camera, "Node of the camera to use").typeName("C");
     // Two lines of the help.
@@ -62,7 +84,8 @@ int main(int argc, char** argv) {
     commandLine.option("--surface", options.surface, "What draws: osmesa (default) or egl")
         .typeName("NAME")
         .oneOf({"osmesa", "egl"});
-    commandLine.option("--device", options.device, "Of egl: the device, counted from 0 (the first GPU,\nelse Mesa's software)")
+    commandLine
+        .option("--device", options.device, "Of egl: the device, counted from 0 (the first GPU,\nelse Mesa's software)")
         .typeName("N")
         .range(0, 63);
     commandLine.flag("--window", options.window, "Show the tiles in windows of this machine");
@@ -81,7 +104,9 @@ int main(int argc, char** argv) {
     commandLine.option("--journal", options.journal, "Keep what is done here; the same command goes on\nfrom it")
         .typeName("DIR")
         .check(named);
-    commandLine.option("--uploads", options.uploads, "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
+    commandLine
+        .option("--uploads", options.uploads,
+                "Where files lie that pages bring (JOURNAL/uploads,\nelse a folder that goes with this run)")
         .typeName("DIR")
         .check(named);
     commandLine.option("--uploads-mib", options.uploadsMib, "All of them together (2048)")
@@ -91,23 +116,35 @@ int main(int argc, char** argv) {
         .typeName("N")
         .range(1, 256);
     commandLine.flag("--keep-frames", options.keepFrames, "Keep every frame's tiles; with ffmpeg\nalso DIR/wall.mp4");
-    commandLine.flag("--outputs", options.outputs, "Also DIR/outputs/TILE.png: what each projector\ngets (stereo, warp, blend, colour)");
-    const Option start = commandLine.flag("--start", options.start, "Start hosts on the machines that the wall names,\nby ssh (until stopped)");
-    commandLine.flag("--start-anyway", options.startAnyway, "... without those whose machine lacks something").needs(start);
-    commandLine.option("--listen", options.listen, "Of the server (where the machines reach this one)").typeName("ADDR:PORT");
-    commandLine.option("--keys", options.keys, "Of the wall (tessera-keys); --start brings hosts\n"
-                                                       "theirs (some that are made for this run)")
+    commandLine.flag("--outputs", options.outputs,
+                     "Also DIR/outputs/TILE.png: what each projector\ngets (stereo, warp, blend, colour)");
+    const Option start = commandLine.flag("--start", options.start,
+                                          "Start hosts on the machines that the wall names,\nby ssh (until stopped)");
+    commandLine.flag("--start-anyway", options.startAnyway, "... without those whose machine lacks something")
+        .needs(start);
+    commandLine.option("--listen", options.listen, "Of the server (where the machines reach this one)")
+        .typeName("ADDR:PORT");
+    commandLine
+        .option("--keys", options.keys,
+                "Of the wall (tessera-keys); --start brings hosts\n"
+                "theirs (some that are made for this run)")
         .typeName("DIR")
         .check(named);
     commandLine.flag("--insecure", options.insecure, "Nobody needs a key, and all that is sent is plain");
-    commandLine.option("--ssh", options.ssh, "The program that is ssh (ssh)").typeName("PROGRAM").check(named).needs(start);
+    commandLine.option("--ssh", options.ssh, "The program that is ssh (ssh)")
+        .typeName("PROGRAM")
+        .check(named)
+        .needs(start);
     commandLine.flag("--test-picture", options.testPicture, "Show the test picture; a scene is not needed");
     commandLine.flag("--restart", options.restart, "Start a client again that has died");
-    commandLine.flag("--no-input", options.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
-    commandLine.flag("--no-notices", options.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
-    commandLine.flag("--reload", options.reload, "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
+    commandLine.flag("--no-input", options.noInput,
+                     "Nobody flies: windows and applications move the\nview by `view` alone");
+    commandLine.flag("--no-notices", options.noNotices,
+                     "The wall does not say what is wrong with programs\nof materials (the log does)");
+    commandLine.flag("--reload", options.reload,
+                     "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,
-                 "Import even where the importing process\ncannot be confined");
+                     "Import even where the importing process\ncannot be confined");
     if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;
     // A journal that has begun knows its scene.
     std::error_code none;

@@ -240,8 +240,7 @@ std::string Door::linkWith(const std::string& token) const {
     const DoorOptions& options = impl_->context.options;
     const std::string place = toString(addressInLink(impl_->bound, options.reach));
     if (!options.reach.keys) return fmt::format("http://{}/?token={}", place, token);
-    return fmt::format("https://{}/?token={}&authority={}", place, token,
-                       options.reach.keys()->authorityFingerprint());
+    return fmt::format("https://{}/?token={}&authority={}", place, token, options.reach.keys()->authorityFingerprint());
 }
 
 }  // namespace tessera

@@ -13,15 +13,15 @@
 namespace tessera {
 
 struct DoorOptions {
-    Address listen;     ///< on loopback, or where `reach` says who comes from elsewhere
-    Address server;     ///< where applications dial in
-    std::string wall;   ///< the wall's name, for people
-    AccessTokens tokens;  ///< whoever has one may come in
+    Address listen;          ///< on loopback, or where `reach` says who comes from elsewhere
+    Address server;          ///< where applications dial in
+    std::string wall;        ///< the wall's name, for people
+    AccessTokens tokens;     ///< whoever has one may come in
     std::string owner = {};  ///< whose tokens they are, for people
     DoorReach reach = {};
     std::vector<DoorPanel> panels = {};
     std::function<void(const std::string&)> tell = {};  ///< what people should know, on the door's thread; may be empty
-    std::shared_ptr<UploadFolder> uploads = {};  ///< null: nobody brings files
+    std::shared_ptr<UploadFolder> uploads = {};         ///< null: nobody brings files
     /// Told of each file that somebody has brought, or removed, on the door's thread; may be empty.
     std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile = {};
 };

@@ -47,10 +47,10 @@ struct DoorLimits {
     /// Binaries of all sockets, until their requests are answered: whoever brings more is sent away.
     std::size_t maxBroughtBytes = std::size_t{512} << 20;
     std::size_t maxUnsentBytes = std::size_t{32} << 20;  ///< of a socket: a reader that is slower is sent away
-    double socketPerSecond = 2000, httpPerSecond = 200;     ///< of a socket; of a person, a stranger's address
+    double socketPerSecond = 2000, httpPerSecond = 200;  ///< of a socket; of a person, a stranger's address
     std::chrono::seconds headWait{10}, idle{60}, answerWait{130};
-    std::size_t maxUploads = 8;         ///< files that come at once
-    std::chrono::seconds pieceWait{20}; ///< 256 KiB of a file have to come, or to be taken, within it
+    std::size_t maxUploads = 8;          ///< files that come at once
+    std::chrono::seconds pieceWait{20};  ///< 256 KiB of a file have to come, or to be taken, within it
     /// So long each may take to show its token before it gives way to others; these wait in the backlog meanwhile.
     std::chrono::milliseconds patience{100};
 };
@@ -76,8 +76,8 @@ public:
     [[nodiscard]] virtual std::string faultOfKey(const TlsContext&) const { return {}; }
     /// It is to go, and told why where it can be; nothing that it says counts from now on.
     virtual void sendAway(const std::string&) { leave(); }
-    bool sentAway = false;  ///< its door has done so
-    std::string pass;       ///< the word for some time that it came with last; empty: it came otherwise
+    bool sentAway = false;            ///< its door has done so
+    std::string pass;                 ///< the word for some time that it came with last; empty: it came otherwise
     std::optional<Entrant> who = {};  ///< as whom it came last; none: it has shown nothing yet
     bool isSocket = false;            ///< else HTTP
     bool isUploading = false;
@@ -105,14 +105,14 @@ struct DoorContext {
     RatesOfStrangers strangersRates{limits.httpPerSecond, 2 * limits.httpPerSecond};
     std::function<void()> onRoom;  ///< a guest has gone
     std::set<Guest*> guests;
-    std::size_t gone = 0;            ///< of the guests
+    std::size_t gone = 0;  ///< of the guests
     Crowd<Guest*> silent{limits.patience};
     DoorHandshakes handshakes{io};
-    std::size_t sockets = 0;   ///< of the guests
-    std::size_t held = 0;      ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
+    std::size_t sockets = 0;  ///< of the guests
+    std::size_t held = 0;     ///< bytes, of all sockets: `DoorLimits::maxHeldBytes`
 
-    /// The link by which somebody's requests over HTTP go, wherever from; dialled when it is first needed, and again when it has
-    /// ended. Of many people that asks nothing now which has asked nothing for longest goes. Null: all do.
+    /// The link by which somebody's requests over HTTP go, wherever from; dialled when it is first needed, and again
+    /// when it has ended. Of many people that asks nothing now which has asked nothing for longest goes. Null: all do.
     [[nodiscard]] DoorLink* sharedLink(const Entrant& who) {
         Entrant anywhere = who;  // requests say themselves from where they come
         anywhere.from.clear();

@@ -20,8 +20,8 @@ void DoorLink::ask(const ApplicationRequest& request, std::span<const Blob> arra
     });
 }
 
-void DoorLink::askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays,
-                            AnsweredAsItCame answered, const std::string& from) {
+void DoorLink::askAsItComes(const ApplicationRequest& request, std::span<const Blob> arrays, AnsweredAsItCame answered,
+                            const std::string& from) {
     if (over_) return answered(tl::unexpected(*over_));
     if (closed_) return answered(fail(ErrorCode::kNetwork, "the way to the wall was closed meanwhile: try again"));
     const std::shared_ptr<DoorLink> self = shared_from_this();  // a callback may let go of the last handle

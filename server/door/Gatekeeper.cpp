@@ -25,8 +25,8 @@ tl::expected<Entrant, HttpAnswer> entrantByKey(const Credential& key, const std:
     if (!key.fault.empty()) return tl::unexpected(errorAnswer(403, "refused", key.fault));
     if (key.identity.kind == Identity::Kind::kPerson)
         return Entrant{key.identity.role, Entrant::By::kKey, key.identity.name, from};
-    return tl::unexpected(errorAnswer(
-        403, "refused", fmt::format("the key is of {}, and lets in no person", describe(key.identity))));
+    return tl::unexpected(
+        errorAnswer(403, "refused", fmt::format("the key is of {}, and lets in no person", describe(key.identity))));
 }
 
 }  // namespace
@@ -65,8 +65,8 @@ std::vector<std::string_view> Gatekeeper::wordsIn(const HttpRequest& request, co
     const std::string_view said = request.authorization;
     if (inLowerCase(said.substr(0, kBearer.size())) == kBearer) words.push_back(said.substr(kBearer.size()));
     const auto asked = target.query.find("token");
-    if (asked != target.query.end() && (target.path == "/" || target.path == "/api.html" || target.path == "/socket" ||
-                                          target.path == "/link"))
+    if (asked != target.query.end() &&
+        (target.path == "/" || target.path == "/api.html" || target.path == "/socket" || target.path == "/link"))
         words.push_back(asked->second);
     return words;
 }
@@ -77,8 +77,7 @@ std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
     const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
     const std::optional<AccessPass> pass =
         keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
-    return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name, {}, pass->panel})
-                : std::nullopt;
+    return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name, {}, pass->panel}) : std::nullopt;
 }
 
 /// By a word of a panel that the server itself serves.

@@ -22,8 +22,8 @@ namespace tessera {
 
 /// Who reaches a door. Without both: this machine alone.
 struct DoorReach {
-    CurrentKeys keys = {};  ///< the server's: what is said is sealed, and pages are https
-    bool open = false;      ///< from other machines, with nothing sealed
+    CurrentKeys keys = {};                ///< the server's: what is said is sealed, and pages are https
+    bool open = false;                    ///< from other machines, with nothing sealed
     std::chrono::milliseconds look{250};  ///< between two looks at whether the keys are others
 };
 
@@ -49,8 +49,8 @@ public:
           owner_(std::move(owner)),
           panels_(std::move(panels)) {}
 
-    /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for a
-    /// strange Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
+    /// Who it is, and as what it comes in: by its key, or without one by its token. Else what is wrong with it: 421 for
+    /// a strange Host, 403 for a strange Origin, or a key that lets nobody in, 401 without a token. The token stands in
     /// Authorization ("Bearer T"), or for pages and sockets in the query.
     [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request,
                                                               const HttpTarget& target) const;
@@ -114,7 +114,7 @@ private:
     double perSecond_, atOnce_;
     std::list<std::pair<Who, RateLimit>> rates_;  ///< who has asked last stands last
 };
-using RatesOfPeople = RatesOf<Entrant>;          ///< wherever from
+using RatesOfPeople = RatesOf<Entrant>;           ///< wherever from
 using RatesOfStrangers = RatesOf<SourceAddress>;  ///< without a token
 
 /// `{"error":…}` as an answer: code and message for programs and people.

@@ -23,8 +23,8 @@ struct HttpRequest {
     bool wantsSocket = false;  ///< an upgrade to a WebSocket
     std::string body;
     std::optional<std::uint64_t> length = {};  ///< of the body, as its head says
-    std::optional<Credential> key = {};  ///< whom its sender has proved to be; none: nobody
-    std::string from = {};               ///< its sender's address
+    std::optional<Credential> key = {};        ///< whom its sender has proved to be; none: nobody
+    std::string from = {};                     ///< its sender's address
 };
 
 /// What is too large to be held: read piece by piece as it is sent.

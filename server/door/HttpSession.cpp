@@ -136,7 +136,8 @@ private:
                     .contentType = field(http::field::content_type),
                     .wantsSocket = beast::websocket::is_upgrade(head),
                     .body = {},
-                    .length = parser_->content_length() ? std::optional<std::uint64_t>(*parser_->content_length()) : std::nullopt,
+                    .length = parser_->content_length() ? std::optional<std::uint64_t>(*parser_->content_length())
+                                                        : std::nullopt,
                     .key = context_.options.reach.keys ? stream_.peer(*context_.options.reach.keys()) : std::nullopt,
                     .from = stream_.from()};
         // Chunks have extensions and trailers, for which the library knows no bounds.
@@ -180,11 +181,11 @@ private:
         const auto begin = [folder = context_.options.uploads, path, length] {
             return UploadFolder::begin(folder, path, length);
         };
-        context_.disk->run(begin, [self = shared_from_this(), length](
-                                      const Expected<std::shared_ptr<UploadFolder::Incoming>>& file) {
-            if (!file) return self->fileEnds(apiErrorAnswer({file.error().code, file.error().message}));
-            self->askForBody([self, length, file = *file] { self->receive(file, length); });
-        });
+        context_.disk->run(
+            begin, [self = shared_from_this(), length](const Expected<std::shared_ptr<UploadFolder::Incoming>>& file) {
+                if (!file) return self->fileEnds(apiErrorAnswer({file.error().code, file.error().message}));
+                self->askForBody([self, length, file = *file] { self->receive(file, length); });
+            });
     }
     void receive(const std::shared_ptr<UploadFolder::Incoming>& file, std::uint64_t length) {
         const auto came = buffer_.data();
@@ -242,7 +243,8 @@ private:
         });
     }
     static HttpAnswer tooManyOf(const Entrant& who, std::string_view what) {
-        return errorAnswer(503, "limit", fmt::format("as many {} of '{}' are open as may be of one name", what, who.name));
+        return errorAnswer(503, "limit",
+                           fmt::format("as many {} of '{}' are open as may be of one name", what, who.name));
     }
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
@@ -266,16 +268,16 @@ private:
         const auto response = headOf<http::empty_body>(answer, keep);
         response->content_length(answer.file->bytes);
         const auto head = std::make_shared<http::response_serializer<http::empty_body>>(*response);
-        http::async_write_header(
-            stream_, *head,
-            [self = shared_from_this(), response, head, keep, file = answer.file](beast::error_code error, std::size_t) {
-                if (error) return;
-                sendFile(self, self->stream_, self->context_, file, [self, keep](bool sent) {
-                    if (!sent) return self->leave();  // its reader counts the bytes
-                    if (keep) return self->readHead();
-                    self->bowOut();
-                });
-            });
+        http::async_write_header(stream_, *head,
+                                 [self = shared_from_this(), response, head, keep, file = answer.file](
+                                     beast::error_code error, std::size_t) {
+                                     if (error) return;
+                                     sendFile(self, self->stream_, self->context_, file, [self, keep](bool sent) {
+                                         if (!sent) return self->leave();  // its reader counts the bytes
+                                         if (keep) return self->readHead();
+                                         self->bowOut();
+                                     });
+                                 });
     }
     void write(HttpAnswer answer, bool keep) {
         if (answer.file) return writeFile(answer, keep);
@@ -351,9 +353,9 @@ private:
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
     bool tooSlow_ = false, waitsToBeAsked_ = false;
-    boost::asio::steady_timer patience_;      ///< for an answer
-    std::size_t held_ = 0;                    ///< of `DoorContext::held`
-    std::uint64_t asked_ = 0, answered_ = 0;  ///< numbers of requests on this connection
+    boost::asio::steady_timer patience_;              ///< for an answer
+    std::size_t held_ = 0;                            ///< of `DoorContext::held`
+    std::uint64_t asked_ = 0, answered_ = 0;          ///< numbers of requests on this connection
     static constexpr std::chrono::seconds kQuiet{1};  ///< of who has been refused
     std::vector<char> rest_;
     TimePoint restUntil_{};

@@ -79,8 +79,10 @@ private:
                                      if (self->outside_.got_text())
                                          return self->finish("bytes of the link are said in binary messages");
                                      if (self->isHost()) return self->finish("a render host does not come in here");
-                                     if (self->knowsWho_) self->giveInside();
-                                     else self->takeOutside();
+                                     if (self->knowsWho_)
+                                         self->giveInside();
+                                     else
+                                         self->takeOutside();
                                  });
     }
     /// Hosts come to the server's own port, where their keys are looked at. Nothing goes in before the first message

@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// `who` came with the WebSocket; `pass`: by which word for some time, empty: otherwise. Render hosts do not come in so.
+/// `who` came with the WebSocket; `pass`: by which word for some time, empty: otherwise. Render hosts do not come in
+/// so.
 ///
 /// Binary messages carry the bytes of proto/WIRE.md in both directions; where one ends means nothing. Each channel of
 /// the link is a WebSocket. Who comes in as what the link's own Hello says: the server looks at its token as ever. What

@@ -104,8 +104,7 @@ std::string metricsText(const answer::Status& status) {
             "seconds");
     out.one("journal_writes", "gauge", "1: what is done is kept; 0: no journal, or it cannot be written",
             !status.journal.empty() && status.journalTrouble.empty() ? 1 : 0);
-    if (status.keyDays > 0)
-        out.one("key_days", "gauge", "Days until the first key ends", status.keyDays, "days");
+    if (status.keyDays > 0) out.one("key_days", "gauge", "Days until the first key ends", status.keyDays, "days");
     out.one("programs_at_fault", "gauge", "Programs of materials that are bad or heavy",
             number(status.programs.size()));
 

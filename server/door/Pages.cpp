@@ -111,7 +111,8 @@ HttpAnswer apiPage(const std::string& wall) {
         "<code>{\"id\":1,\"request\":\"NAME\",\"fields\":{}}</code>, or as a POST of its fields to "
         "<code>/api/NAME</code>, with its Content-Length. "
         "<code>/api</code> has all of this as data, and the types of a scene; <code>/metrics</code> has figures. "
-        "<code>/wall.png</code> is each pixel of the wall, <code>/scene.tsc</code> and <code>/scene.tsct</code> are the "
+        "<code>/wall.png</code> is each pixel of the wall, <code>/scene.tsc</code> and <code>/scene.tsct</code> are "
+        "the "
         "scene as it is; <code>PUT /upload/NAME</code> brings a file, and tells the path by which it is loaded. "
         "All of these want the token as <code>Authorization: Bearer</code>, the socket also as "
         "<code>?token=</code>. Objects are said by their numbers, or by text: <code>/hall/crane</code>, "
@@ -121,7 +122,8 @@ HttpAnswer apiPage(const std::string& wall) {
         "as of which list it is: later ones may have been told before it.</p>\n";
     for (const RequestText& request : allRequests())
         body += fmt::format(
-            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a href=\"#{4}\">{4}</a>{7}.</p>\n{5}"
+            "<h2 id=\"{0}\">{0}</h2>\n<p>{1}. <b>{2}</b>; changes {3}; answered by <a "
+            "href=\"#{4}\">{4}</a>{7}.</p>\n{5}"
             "<pre>{{\"id\":1,\"request\":\"{0}\",\"fields\":{6}}}</pre>\n",
             request.info.name, escaped(request.info.help), nameOf(request.info.role), nameOf(request.info.changes),
             request.answer, membersTable(request.members), escaped(request.info.example),

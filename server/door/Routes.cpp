@@ -23,8 +23,8 @@ constexpr std::string_view kAuthorityPath = "/authority.crt";  // of who knows i
 /// What may be done with a path; empty: there is none such.
 std::string_view methodOf(std::string_view path) {
     if (path.starts_with(kAskPrefix)) return "POST";
-    for (const std::string_view known : {"/", "/api", "/api.html", "/metrics", "/panels", "/style.css", "/socket",
-                                         "/link", "/wall.jpg", "/wall.png"})
+    for (const std::string_view known :
+         {"/", "/api", "/api.html", "/metrics", "/panels", "/style.css", "/socket", "/link", "/wall.jpg", "/wall.png"})
         if (path == known) return "GET";
     if (path == kAuthorityPath) return "GET";
     if (const std::string_view file = methodOfFile(path); !file.empty()) return file;
@@ -142,8 +142,7 @@ void Routes::answer(const HttpRequest& request, const AnswerHttp& answer) {
     }
     if (target->path == "/socket" || target->path == "/link")
         return answer(errorAnswer(426, "usage", "a WebSocket is opened here"));
-    if (target->path.starts_with(kAskPrefix))
-        return ask(target->path.substr(kAskPrefix.size()), request.body, answer);
+    if (target->path.starts_with(kAskPrefix)) return ask(target->path.substr(kAskPrefix.size()), request.body, answer);
     if (isFilePath(target->path)) return answerFile(request, *target, who_, context_, answer);
     // Pictures that others have asked for are given away here: who sees none is refused before.
     if (!who_.panel.empty())
@@ -201,8 +200,8 @@ void Routes::ask(const std::string& name, const std::string& body, const AnswerH
     if (body.size() <= kMostAtOnce) return read(parseJson(body), nullptr);
     const auto room = roomFor(body.size(), context_.brought, context_.limits.maxBroughtBytes);
     if (!room) return answer(errorAnswer(429, "limit", "too many large texts come at once"));
-    const auto readIt = [body, read, room, &beside = context_.beside](
-                            const std::shared_ptr<const AnswerLanes::Ticket>& ticket) {
+    const auto readIt = [body, read, room,
+                         &beside = context_.beside](const std::shared_ptr<const AnswerLanes::Ticket>& ticket) {
         beside.run([body] { return parseJson(body); },
                    [read, room, ticket](ApiExpected<Json> json) mutable { read(std::move(json), room); });
     };
@@ -219,13 +218,14 @@ void Routes::askWith(std::shared_ptr<const Json> fields, const std::string& name
             if (ticket) ticket->answered(made.body.size());
             answer(std::move(made));
         };
-        askInJson(*link, name, std::move(fields), {},
-                  [tell, &beside = self.context_.beside](const ApiExpected<ByteSlice>& came) {
-                      if (!came) return tell(apiErrorAnswer(came.error()));
-                      if (came->size() <= kMostAtOnce) return tell(httpAnswerOf(*came));
-                      beside.run([came = *came] { return httpAnswerOf(came); }, tell);
-                  },
-                  self.who_.from);
+        askInJson(
+            *link, name, std::move(fields), {},
+            [tell, &beside = self.context_.beside](const ApiExpected<ByteSlice>& came) {
+                if (!came) return tell(apiErrorAnswer(came.error()));
+                if (came->size() <= kMostAtOnce) return tell(httpAnswerOf(*came));
+                beside.run([came = *came] { return httpAnswerOf(came); }, tell);
+            },
+            self.who_.from);
     };
     // What changes something is not put off: it may take minutes, and its answer is small.
     const auto known = std::ranges::find(allRequests(), name, [](const RequestText& each) { return each.info.name; });

@@ -64,7 +64,7 @@ public:
         patience.handshake_timeout = context_.limits.headWait;
         patience.idle_timeout = websocket::stream_base::none();  // `look` knows of what it takes, too
         stream_.set_option(patience);
-        stream_.read_message_max(0);  // onRead looks at it
+        stream_.read_message_max(0);   // onRead looks at it
         stream_.auto_fragment(false);  // else each 4 KiB would be a frame, and a write, of its own
         stream_.async_accept(upgrade, [self = shared_from_this()](beast::error_code error) {
             if (!error) self->begin();

@@ -11,8 +11,7 @@ namespace tessera {
 
 /// Lives as long as its connection. With `?changes=1` it is told every list of changes, too.
 /// `pass`: the word for some time that it came with; empty: it came otherwise.
-void startSocketSession(DoorStream stream,
-                        boost::beast::http::request<boost::beast::http::string_body> upgrade, const HttpTarget& target,
-                        const Entrant& who, std::string pass, DoorContext& context);
+void startSocketSession(DoorStream stream, boost::beast::http::request<boost::beast::http::string_body> upgrade,
+                        const HttpTarget& target, const Entrant& who, std::string pass, DoorContext& context);
 
 }  // namespace tessera

@@ -22,7 +22,7 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kTemporary = ".incoming-", kOwn = "tessera-uploads-";
-constexpr std::size_t kMostLooks = 100'000;                   ///< for what others have left
+constexpr std::size_t kMostLooks = 100'000;  ///< for what others have left
 
 std::string words(int error) {
     return std::strerror(error);
@@ -326,8 +326,7 @@ Expected<void> UploadFolder::remove(std::string_view path) {
     const std::vector<FileHandle> inner = foldersTo(folder_.get(), *names);
     const int at = inner.empty() ? folder_.get() : inner.back().get();
     struct stat info {};
-    if (inner.size() + 1 != names->size() ||
-        ::fstatat(at, names->back().c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0)
+    if (inner.size() + 1 != names->size() || ::fstatat(at, names->back().c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0)
         return fail(ErrorCode::kNotFound, "there is no such file");
     if (!removeAll(at, names->back()))
         return fail(ErrorCode::kFailed, fmt::format("the server cannot remove it: {}", words(errno)));

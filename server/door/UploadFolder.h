@@ -101,7 +101,7 @@ private:
     const FileHandle folder_;  ///< locked
     const UploadLimits limits_;
     bool isOwn_ = false;
-    mutable Turn turn_;          ///< what lies there and what comes is counted at one moment
+    mutable Turn turn_;  ///< what lies there and what comes is counted at one moment
     std::list<Coming> coming_;
     std::uint64_t numbers_ = 0;  ///< of temporary names
 };

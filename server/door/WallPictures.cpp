@@ -73,9 +73,8 @@ void WallPictures::take(Turn& turn, AnswerHttp answer, std::function<void(Answer
 }
 
 void WallPictures::wall(DoorLink& link, AnswerHttp answer) {
-    take(ofWall_, std::move(answer), [this, held = link.shared_from_this()](AnswerHttp made) {
-        makeWall(*held, std::move(made));
-    });
+    take(ofWall_, std::move(answer),
+         [this, held = link.shared_from_this()](AnswerHttp made) { makeWall(*held, std::move(made)); });
 }
 
 void WallPictures::whole(DoorLink& link, const std::string& folder, AnswerHttp answer) {

@@ -32,8 +32,8 @@ public:
     /// Of what is being put together.
     void finish() { maker_.finish(); }
     void tile(DoorLink& link, const std::string& name, AnswerHttp answer);
-    /// Each pixel of the wall, as a PNG that lies in `folder` without a name while it is sent. Where tiles show different
-    /// frames they are asked again.
+    /// Each pixel of the wall, as a PNG that lies in `folder` without a name while it is sent. Where tiles show
+    /// different frames they are asked again.
     void whole(DoorLink& link, const std::string& folder, AnswerHttp answer);
 
 private:

@@ -142,8 +142,10 @@ Expected<std::vector<std::string>> readableFolder(const std::string& path, const
 }
 
 Expected<std::string> contentFile(const std::string& name, const ReadableFolders& where) {
-    if (name.starts_with(kAssetScheme)) return findAsset(std::string_view(name).substr(kAssetScheme.size()), where.assets);
-    if (!name.starts_with('/')) return fail(ErrorCode::kBadInput, name + ": an edit names a file by its whole path, or as asset://NAME");
+    if (name.starts_with(kAssetScheme))
+        return findAsset(std::string_view(name).substr(kAssetScheme.size()), where.assets);
+    if (!name.starts_with('/'))
+        return fail(ErrorCode::kBadInput, name + ": an edit names a file by its whole path, or as asset://NAME");
     return readableFile(name, where);
 }
 
@@ -154,7 +156,8 @@ std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes)
         std::error_code error;
         const std::filesystem::path path = std::filesystem::weakly_canonical(scene, error);
         // Beside a file in the root folder would be the whole system.
-        if (!error && path.is_absolute() && path.has_relative_path() && path.parent_path() != path.root_path()) folders.push_back(path.parent_path().string());
+        if (!error && path.is_absolute() && path.has_relative_path() && path.parent_path() != path.root_path())
+            folders.push_back(path.parent_path().string());
     }
     return folders;
 }
@@ -162,8 +165,10 @@ std::vector<std::string> foldersOfScenes(const std::vector<std::string>& scenes)
 Expected<std::string> pathBeside(const std::string& name, const std::string& folder) {
     if (name.starts_with(kAssetScheme)) return name;
     const std::filesystem::path said(name);
-    if (name.find('\0') != std::string::npos || said.is_absolute() || std::ranges::find(said, std::filesystem::path("..")) != said.end())
-        return fail(ErrorCode::kBadInput, fmt::format("'{}' is not in the scene file's own folder or below", readName(name, "")));
+    if (name.find('\0') != std::string::npos || said.is_absolute() ||
+        std::ranges::find(said, std::filesystem::path("..")) != said.end())
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("'{}' is not in the scene file's own folder or below", readName(name, "")));
     return (std::filesystem::path(folder) / said).lexically_normal().string();
 }
 

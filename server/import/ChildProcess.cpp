@@ -36,7 +36,8 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     FileHandle readEnd(ends[0]);
     FileHandle writeEnd(ends[1]);
 
-    const auto mostCpu = std::chrono::ceil<std::chrono::seconds>(std::max<std::chrono::milliseconds>(options.deadline, options.maxCpuTime));
+    const auto mostCpu = std::chrono::ceil<std::chrono::seconds>(
+        std::max<std::chrono::milliseconds>(options.deadline, options.maxCpuTime));
     std::vector<std::string> arguments = {"--file",
                                           file,
                                           "--parent",
@@ -56,7 +57,8 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
     if (options.verbatim) arguments.emplace_back("--verbatim");
     if (options.whole) arguments.emplace_back("--whole");
-    Expected<ChildProgram> child = ChildProgram::start({.path = program, .arguments = std::move(arguments), .environment = {}, .files = {{writeEnd.get(), 1}}});
+    Expected<ChildProgram> child = ChildProgram::start(
+        {.path = program, .arguments = std::move(arguments), .environment = {}, .files = {{writeEnd.get(), 1}}});
     if (!child) return fail(child.error().code, "files cannot be imported: " + child.error().message);
     return Started{std::move(*child), std::move(readEnd)};
 }
@@ -94,8 +96,8 @@ std::string signalInWords(int signal, const ImportOptions& options) {
         case SIGTRAP:
             return "its reader crashed on it (illegal instruction)";
         case SIGXCPU:
-            return fmt::format("it needs more than {} s of processor time, and {} s for each MiB that was read", options.maxCpuTime.count(),
-                               ImportOptions::kCpuTimePerMebibyte.count());
+            return fmt::format("it needs more than {} s of processor time, and {} s for each MiB that was read",
+                               options.maxCpuTime.count(), ImportOptions::kCpuTimePerMebibyte.count());
         case SIGXFSZ:
             return "its reader tried to write a file, which is forbidden";
         case SIGSYS:
@@ -113,7 +115,8 @@ Error explainEnd(int status, const ImportOptions& options) {
         const int signal = WTERMSIG(status);
         return {signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput, signalInWords(signal, options)};
     }
-    return {ErrorCode::kBadInput, fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status))};
+    return {ErrorCode::kBadInput,
+            fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status))};
 }
 
 tl::unexpected<Error> errorFrom(ByteSpan payload) {
@@ -134,7 +137,8 @@ constexpr std::size_t kMaxBlobs = 8'000'000;
 
 }  // namespace
 
-Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options, const std::function<Error()>& cutShort) {
+Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options,
+                                            const std::function<Error()>& cutShort) {
     const SteadyClock::time_point deadline = SteadyClock::now() + options.deadline;
     const auto ended = [&](ReadEnd end) -> tl::unexpected<Error> {
         if (end == ReadEnd::kDeadline)
@@ -155,9 +159,8 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
             end != ReadEnd::kComplete)
             return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
-        const bool isText =
-            record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault || record.kind == ImportRecord::Kind::kError ||
-            record.kind == ImportRecord::Kind::kFile;
+        const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault ||
+                            record.kind == ImportRecord::Kind::kError || record.kind == ImportRecord::Kind::kFile;
         if (record.sizeBytes > options.maxResultBytes || total + record.sizeBytes > options.maxResultBytes)
             return fail(ErrorCode::kLimit,
                         fmt::format("it becomes more than {} MiB in memory", options.maxResultBytes >> 20));
@@ -199,7 +202,8 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
 }
 
 Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
-    const std::string program = options.importerProgram.empty() ? pathBesideThisProgram("tessera-import") : options.importerProgram;
+    const std::string program =
+        options.importerProgram.empty() ? pathBesideThisProgram("tessera-import") : options.importerProgram;
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
     Expected<ImporterOutput> output =
@@ -208,7 +212,8 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
     // Of what it says of other places nobody looks at anything.
     const std::string folder = file.substr(0, file.rfind('/') + 1);
     std::erase_if(output->files, [&](const std::string& path) {
-        return !path.starts_with(folder) || path.find("/../") != std::string::npos || path.find('\0') != std::string::npos;
+        return !path.starts_with(folder) || path.find("/../") != std::string::npos ||
+               path.find('\0') != std::string::npos;
     });
     return output;
 }

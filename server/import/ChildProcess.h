@@ -17,9 +17,10 @@ struct ImporterOutput {
     std::vector<std::string> files;  ///< that it says it has read or looked for, in the file's folder or below
 };
 
-/// What an importer writes into a pipe, to its end: bounded by the options, wrong hashes and orders refused. `cutShort`: what to say
-/// where the pipe ends before.
-[[nodiscard]] Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options, const std::function<Error()>& cutShort);
+/// What an importer writes into a pipe, to its end: bounded by the options, wrong hashes and orders refused.
+/// `cutShort`: what to say where the pipe ends before.
+[[nodiscard]] Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options,
+                                                          const std::function<Error()>& cutShort);
 
 /// `file` must be an absolute path without symbolic links. Blocks; the child is gone when this returns.
 [[nodiscard]] Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options);

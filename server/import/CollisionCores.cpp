@@ -11,12 +11,13 @@ using InterestMessage = proto::scene::Interest;
 using ObjectMessage = proto::scene::CollisionObject;
 
 // One number in code, on the wire and in files.
-static_assert(InterestMessage::REPORT == Interest::kReport && InterestMessage::STOP == Interest::kStop && InterestMessage::SLIDE == Interest::kSlide &&
-              InterestMessage::BOUNCE == Interest::kBounce && InterestMessage::ROLLBACK == Interest::kRollback &&
-              InterestMessage::ASK == Interest::kAsk);
-static_assert(InterestMessage::PSEUDO_DYNAMIC == Interest::kPseudoDynamic && InterestMessage::STATIC == Interest::kStatic &&
-              InterestMessage::DYNAMIC == Interest::kDynamic && InterestMessage::DISTANCE == Interest::kDistance &&
-              InterestMessage::IGNORE == Interest::kIgnore && InterestMessage::SELF == Interest::kSelf);
+static_assert(InterestMessage::REPORT == Interest::kReport && InterestMessage::STOP == Interest::kStop &&
+              InterestMessage::SLIDE == Interest::kSlide && InterestMessage::BOUNCE == Interest::kBounce &&
+              InterestMessage::ROLLBACK == Interest::kRollback && InterestMessage::ASK == Interest::kAsk);
+static_assert(InterestMessage::PSEUDO_DYNAMIC == Interest::kPseudoDynamic &&
+              InterestMessage::STATIC == Interest::kStatic && InterestMessage::DYNAMIC == Interest::kDynamic &&
+              InterestMessage::DISTANCE == Interest::kDistance && InterestMessage::IGNORE == Interest::kIgnore &&
+              InterestMessage::SELF == Interest::kSelf);
 static_assert(ObjectMessage::STATIC == CollisionObject::kStatic && ObjectMessage::RIGID == CollisionObject::kRigid &&
               ObjectMessage::DEFORMING == CollisionObject::kDeforming);
 static_assert(ObjectMessage::WHOLE == CollisionObject::kWhole &&

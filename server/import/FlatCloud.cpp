@@ -44,7 +44,8 @@ bool isFlatCloud(const LoadedFile& file) {
     for (const proto::scene::Mesh& mesh : file.content.mesh()) {
         if (mesh.primitive() != proto::scene::Mesh::POINTS) return false;
         const Expected<Blob> positions = file.blob(mesh.positions_blob());
-        if (!positions || positions->sizeBytes() % (3 * sizeof(float)) != 0) return false;  // who makes the mesh says what is wrong
+        if (!positions || positions->sizeBytes() % (3 * sizeof(float)) != 0)
+            return false;  // who makes the mesh says what is wrong
         parts.push_back(positions->as<float>());
         points += parts.back().size() / 3;
     }

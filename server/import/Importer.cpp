@@ -18,7 +18,9 @@ Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placi
     ChangeList alone = scene.list;
     for (Placement& placement : alone.placements)
         if (placement.parent == parent) placement.parent = kRootNode;
-    replaceIds(alone, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id; });
+    replaceIds(alone, [](ObjectId id) {
+        return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+    });
     Aspect aspect;
     if (const Expected<void> applied = aspect.apply(alone); !applied) return tl::unexpected(applied.error());
     const Box box = sceneBounds(aspect);
@@ -27,16 +29,24 @@ Expected<void> fitIn(ImportedScene& scene, ObjectId parent, const Placing& placi
         return fail(ErrorCode::kBadInput, "what has no size, or none that is finite, cannot be given one");
     const double factor = *placing.fit / longest;
     if (!(factor >= 1 / kMaxPlacingScale && factor <= kMaxPlacingScale))
-        return fail(ErrorCode::kBadInput, fmt::format("a size of {:g}: it is {:g} units long, and would have to be scaled by {:g}; possible is {:g} to {:g}", *placing.fit,
-                                                      longest, factor, 1 / kMaxPlacingScale, kMaxPlacingScale));
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format(
+                "a size of {:g}: it is {:g} units long, and would have to be scaled by {:g}; possible is {:g} to {:g}",
+                *placing.fit, longest, factor, 1 / kMaxPlacingScale, kMaxPlacingScale));
     const Vec3d underside(box.center().x(), box.lower.y(), box.center().z());
     const Vec3d at = placing.at.value_or(Vec3d::Zero()) - factor * underside;
     // Lists say nothing of what is as it is by default: there may be no row, and no column.
     const auto rewrite = [&](FieldId field, const Vec3d& value) {
-        const auto before = [&](const FieldColumn& column) { return std::pair(column.type, column.field) < std::pair(Transform::kType, field); };
+        const auto before = [&](const FieldColumn& column) {
+            return std::pair(column.type, column.field) < std::pair(Transform::kType, field);
+        };
         const auto place = std::ranges::partition_point(scene.list.columns, before);
-        const bool isThere = place != scene.list.columns.end() && place->type == Transform::kType && place->field == field;
-        FieldColumn& column = isThere ? *place : *scene.list.columns.insert(place, FieldColumn::ofShape(Transform::kType, field, FieldKind::kDouble, 3));
+        const bool isThere =
+            place != scene.list.columns.end() && place->type == Transform::kType && place->field == field;
+        FieldColumn& column = isThere ? *place
+                                      : *scene.list.columns.insert(place, FieldColumn::ofShape(Transform::kType, field,
+                                                                                               FieldKind::kDouble, 3));
         const Doubles numbers{{value.x(), value.y(), value.z()}, 3};
         if (const auto row = std::ranges::find(column.ids, scene.place); row != column.ids.end())
             column.assign(static_cast<std::size_t>(row - column.ids.begin()), numbers);
@@ -65,7 +75,8 @@ Expected<ImportedScene> importScenes(std::span<const std::string> paths, ObjectI
     if (!taken) return taken;
     ImportedScene scene = std::move(*taken);
     if (options.placing && options.placing->fit)
-        if (const Expected<void> fitted = fitIn(scene, parent, *options.placing); !fitted) return failWith(paths.front(), fitted.error());
+        if (const Expected<void> fitted = fitIn(scene, parent, *options.placing); !fitted)
+            return failWith(paths.front(), fitted.error());
     return scene;
 }
 

@@ -24,37 +24,41 @@ struct ImportOptions {
     std::vector<std::string> assetFolders;
     /// Import even where the system can't confine the child (no Landlock or no seccomp). Limits and deadline remain.
     bool allowUnconfined = false;
-    /// Geometry as the file has it, for whoever counts triangles: polygons become fans from their first corner (otherwise
-    /// they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF, PLY, STL)
-    /// become the nearest floats. Of these formats nothing but geometry is read then.
+    /// Geometry as the file has it, for whoever counts triangles: polygons become fans from their first corner
+    /// (otherwise they are divided to look right), triangles keep the file's order, and coordinates in text (OBJ, OFF,
+    /// PLY, STL) become the nearest floats. Of these formats nothing but geometry is read then.
     bool verbatim = false;
-    /// For whoever computes with a file: what is cut off, or has faces or points that cannot be shown, is refused (kBadInput) in the words of the note that
-    /// a wall gets.
+    /// For whoever computes with a file: what is cut off, or has faces or points that cannot be shown, is refused
+    /// (kBadInput) in the words of the note that a wall gets.
     bool whole = false;
-    /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since is
-    /// refused.
+    /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since
+    /// is refused.
     bool resolved = false;
-    /// Models get a Transform of their own, at the node that is named after the file, which places them and puts +Y up; what was guessed is a
-    /// note. Scenes get such a node where the placing says anything. Transforms in the file stay as they are. None: what files hold stands as
-    /// they have it.
+    /// Models get a Transform of their own, at the node that is named after the file, which places them and puts +Y up;
+    /// what was guessed is a note. Scenes get such a node where the placing says anything. Transforms in the file stay
+    /// as they are. None: what files hold stands as they have it.
     std::optional<Placing> placing;
     /// False: the files' cameras are there, and none is enabled. So are those of files whose `placing` is in metres.
     bool camerasEnabled = true;
-    /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be moved and removed.
+    /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be
+    /// moved and removed.
     bool gathers = false;
     /// Empty: "tessera-import" beside the running program.
     std::string importerProgram;
 
     std::size_t maxFileBytes = 0x7fffffff;
-    // Of one child. A scene of Tessera's own gets more by its file's bytes: whatever a live scene holds comes back from a file.
+    // Of one child. A scene of Tessera's own gets more by its file's bytes: whatever a live scene holds comes back from
+    // a file.
     std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what it may hand over
     std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space
-    /// And kCpuTimePerMebibyte for each MiB of the files that it reads, until there is as much as the deadline. Ten times what the slowest of 1,346
-    /// real models takes: 0.9 s for few bytes (a surface that is divided), 0.2 s for each MiB of large ones.
+    /// And kCpuTimePerMebibyte for each MiB of the files that it reads, until there is as much as the deadline. Ten
+    /// times what the slowest of 1,346 real models takes: 0.9 s for few bytes (a surface that is divided), 0.2 s for
+    /// each MiB of large ones.
     std::chrono::seconds maxCpuTime{10};
     static constexpr std::chrono::seconds kCpuTimePerMebibyte{2};
     std::chrono::milliseconds deadline{60'000};  ///< wall time
-    std::size_t maxNodes = SceneLimits().maxObjects;  ///< of models and of what authors wrote, in the whole import, instances counted
+    std::size_t maxNodes =
+        SceneLimits().maxObjects;  ///< of models and of what authors wrote, in the whole import, instances counted
     std::size_t maxDepth = SceneLimits().maxDepth - 1;  ///< nodes below `parent`; the scene counts its root too
     std::size_t maxImportDepth = 8;                     ///< scene files that import scene files
 };
@@ -76,16 +80,18 @@ struct ImportedScene {
     bool hasCamera = false;             ///< an enabled one
     /// What was left away or changed, for a person to read: textures made smaller, skins shown at rest, ….
     std::vector<std::string> notes;
-    /// Of the notes those that say what is wrong in a scene's text, with its place: pictures that are not there or cannot be read. What names them is
-    /// drawn without. Whoever shows a scene goes on; whoever checks or keeps it may not.
+    /// Of the notes those that say what is wrong in a scene's text, with its place: pictures that are not there or
+    /// cannot be read. What names them is drawn without. Whoever shows a scene goes on; whoever checks or keeps it may
+    /// not.
     std::vector<std::string> faults;
-    /// Of the notes those about numbers of a scene's materials that are out of their bounds, with their places: the nearest good ones are taken. Whoever
-    /// shows or keeps a scene goes on; whoever checks it may not.
+    /// Of the notes those about numbers of a scene's materials that are out of their bounds, with their places: the
+    /// nearest good ones are taken. Whoever shows or keeps a scene goes on; whoever checks it may not.
     std::vector<std::string> mended;
-    /// Files that Inlines, ProxyGroups and Movies of it name in the folder of the file that names them, or below: whole paths, whether they are there or not. Not
-    /// assets, and nothing beside a file in the root folder.
+    /// Files that Inlines, ProxyGroups and Movies of it name in the folder of the file that names them, or below: whole
+    /// paths, whether they are there or not. Not assets, and nothing beside a file in the root folder.
     std::vector<std::string> named;
-    /// Files that it was read from, and that were looked for: whole paths, no more than kMostFiles. Who takes it in again watches them.
+    /// Files that it was read from, and that were looked for: whole paths, no more than kMostFiles. Who takes it in
+    /// again watches them.
     static constexpr std::size_t kMostFiles = 4096;
     std::vector<std::string> files;
     /// What a newer version saved in the file and this one does not know; ids as in the list. Of one file alone.

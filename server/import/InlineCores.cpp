@@ -16,10 +16,12 @@ namespace tessera {
 namespace {
 
 using InlineMessage = proto::scene::Inline;
-static_assert(InlineMessage::AT_ONCE == LoadWords::kAtOnce && InlineMessage::NEAR == LoadWords::kNear && InlineMessage::BY_HAND == LoadWords::kByHand);
+static_assert(InlineMessage::AT_ONCE == LoadWords::kAtOnce && InlineMessage::NEAR == LoadWords::kNear &&
+              InlineMessage::BY_HAND == LoadWords::kByHand);
 
 template <typename T>
-Expected<T> readNamed(const google::protobuf::Message& message, const LoadedFile& file, std::span<const std::string> importing) {
+Expected<T> readNamed(const google::protobuf::Message& message, const LoadedFile& file,
+                      std::span<const std::string> importing) {
     if (!file.isScene) return fail(ErrorCode::kBadInput, "a model file may not inline others");
     Expected<T> core = readTableObject<T>(message);
     if (!core) return core;

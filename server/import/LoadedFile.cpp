@@ -2,9 +2,9 @@
 
 #include "server/import/TableCores.h"
 
-#include <utility>
 #include <fmt/format.h>
 #include <unistd.h>
+#include <utility>
 
 #include <algorithm>
 #include <cctype>
@@ -16,8 +16,8 @@
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
-#include "server/rules/NameCheck.h"
 #include "server/import/TableCores.h"
+#include "server/rules/NameCheck.h"
 
 namespace tessera {
 namespace {
@@ -36,8 +36,8 @@ tl::unexpected<Error> badNumber(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
 }
 
-/// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed, sixteen
-/// times its letters.
+/// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed,
+/// sixteen times its letters.
 ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions options) {
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
@@ -45,7 +45,8 @@ ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions opt
     const auto bytes = static_cast<std::size_t>(size);
     const std::size_t memory = options.maxMemoryBytes + bytes * (text ? 16 : 4);
     // Never so much that the machine itself would be short of it.
-    const auto machine = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    const auto machine =
+        static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
     options.maxResultBytes = std::max(options.maxResultBytes, bytes + bytes / 8);
     options.deadline += std::chrono::seconds(bytes >> 22);
@@ -84,7 +85,8 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
                                                const ImportOptions& options, ImportedScene& result) {
     const std::string extension = lowerCaseExtension(path);
     const bool isScene = extension == "tsct" || extension == "tsc";
-    Expected<ImporterOutput> output = runImporter(path, isScene ? withBoundsOf(path, extension == "tsct", options) : options);
+    Expected<ImporterOutput> output =
+        runImporter(path, isScene ? withBoundsOf(path, extension == "tsct", options) : options);
     if (!output) return failInFile(label, output.error());
     Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content) return failWith(label, content.error());
@@ -106,7 +108,8 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
         result.faults.push_back(failInFile(label, {ErrorCode::kBadInput, readName(fault, "?")}).value().message);
         result.notes.push_back(result.faults.back());
     }
-    if (file->content.node().empty() && file->content.saved().empty()) return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
+    if (file->content.node().empty() && file->content.saved().empty())
+        return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
     return file;
 }
 
@@ -123,20 +126,19 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
         return fail(ErrorCode::kBadInput, fmt::format("there is no mesh '{}'", readName(name, "")));
     const proto::scene::Mesh& message = *found->second;
     Geometry geometry;
-    const std::pair<Blob*, std::uint32_t> parts[] = {{&geometry.positions, message.positions_blob()},
-                                                     {&geometry.normals, message.normals_blob()},
-                                                     {&geometry.colors, message.colors_blob()},
-                                                     {&geometry.texcoords, message.texcoords_blob()},
-                                                     {&geometry.texcoords1, message.texcoords1_blob()},
-                                                     {&geometry.indices, message.indices_blob()},
-                                                     {&geometry.lengths, message.lengths_blob()}};
+    const std::pair<Blob*, std::uint32_t> parts[] = {
+        {&geometry.positions, message.positions_blob()},   {&geometry.normals, message.normals_blob()},
+        {&geometry.colors, message.colors_blob()},         {&geometry.texcoords, message.texcoords_blob()},
+        {&geometry.texcoords1, message.texcoords1_blob()}, {&geometry.indices, message.indices_blob()},
+        {&geometry.lengths, message.lengths_blob()}};
     for (const auto& [target, number] : parts) {
         Expected<Blob> part = blob(number);
         if (!part) return tl::unexpected(part.error());
         *target = std::move(*part);
     }
     if (!proto::scene::Mesh::Primitive_IsValid(message.primitive()))
-        return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': primitive {} is none of its words", readName(name, ""), static_cast<int>(message.primitive())));
+        return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': primitive {} is none of its words",
+                                                      readName(name, ""), static_cast<int>(message.primitive())));
     geometry.primitive = message.primitive();
     if (geometry.primitive == Geometry::kPoints) {
         geometry.pointRadius = pointRadius.value_or(message.point_radius());
@@ -144,8 +146,9 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
     }
     if (message.line_width() != 0) geometry.lineWidth = message.line_width();
     if (!(geometry.lineWidth >= Geometry::kThinnestLinePx && geometry.lineWidth <= Geometry::kWidestLinePx))
-        return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""), geometry.lineWidth,
-                                                      Geometry::kThinnestLinePx, Geometry::kWidestLinePx));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("mesh '{}': line_width is {}: it has to be from {} to {} pixels", readName(name, ""),
+                                geometry.lineWidth, Geometry::kThinnestLinePx, Geometry::kWidestLinePx));
     const Drawable drawable = drawableOf(Object::of(geometry));
     Expected<void> checked = drawable.check();
     if (checked) checked = checkMesh(drawable.arrays());  // of a file's mesh that holds nothing, too

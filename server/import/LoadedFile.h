@@ -20,9 +20,9 @@
 namespace tessera {
 
 struct LoadedFile {
-    std::string path;      ///< canonical
-    std::string label;     ///< as it was named, for messages
-    bool isScene = false;  ///< .tsct or .tsc: its top-level nodes stand for themselves
+    std::string path;                   ///< canonical
+    std::string label;                  ///< as it was named, for messages
+    bool isScene = false;               ///< .tsct or .tsc: its top-level nodes stand for themselves
     std::optional<double> pointRadius;  ///< of all its points, whatever it says
     bool hasPoints = false;             ///< among what was placed so far
     proto::scene::SceneFile content;
@@ -44,10 +44,10 @@ struct LoadedFile {
     [[nodiscard]] bool isFilm(const std::string& name);
 };
 
-/// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`. What there is to say goes into `result`: notes, faults.
+/// Runs the child on `path` (canonical) and opens its answer. Messages begin with `label`. What there is to say goes
+/// into `result`: notes, faults.
 [[nodiscard]] Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const std::string& label,
-                                                             const ImportOptions& options,
-                                                             ImportedScene& result);
+                                                             const ImportOptions& options, ImportedScene& result);
 
 /// "label: message", or "label:line:column: message" where the message begins with a place.
 [[nodiscard]] tl::unexpected<Error> failInFile(const std::string& label, const Error& error);

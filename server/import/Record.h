@@ -1,8 +1,8 @@
 /// What the importing child process says to its parent through a pipe: a few records, each with its length and hash.
 ///
-/// scene (a SceneFile in plain form, without its blobs), blob* (in their order), note* (a remark for the person), fault* (what is wrong and
-/// was left away), file* (what was read or looked for), end;
-/// or one error. Everything in it is a foreign file's word until the parent has checked it.
+/// scene (a SceneFile in plain form, without its blobs), blob* (in their order), note* (a remark for the person),
+/// fault* (what is wrong and was left away), file* (what was read or looked for), end; or one error. Everything in it
+/// is a foreign file's word until the parent has checked it.
 #pragma once
 
 #include <cstdint>

@@ -67,7 +67,8 @@ Expected<void> SavedObjects::place(LoadedFile& file, const Spot& spot) {
         } else if (seen.is<Camera>()) {
             auto& camera = *static_cast<Camera*>(object);
             camera.enabled = draft_.enablesCamera(file, spot.camerasEnabled, camera.enabled);
-            if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound) return sound;
+            if (const Expected<void> sound = checkStand({.worldUnitsPerMetre = camera.worldUnitsPerMetre}); !sound)
+                return sound;
             if (camera.enabled) draft_.scene().hasCamera = true;
         } else if (const auto* held = seen.as<Inline>()) {
             draft_.noteNamed(file, held->file);

@@ -27,8 +27,7 @@ public:
         if (depth > limits_.maxDepth)
             return fail(ErrorCode::kLimit, fmt::format("it is nested deeper than {} levels", limits_.maxDepth));
         while (const std::uint32_t tag = input_.ReadTag()) {
-            if (++count_ > most_)
-                return fail(ErrorCode::kLimit, fmt::format("it has more than {} elements", most_));
+            if (++count_ > most_) return fail(ErrorCode::kLimit, fmt::format("it has more than {} elements", most_));
             const FieldDescriptor* field = type.FindFieldByNumber(WireFormatLite::GetTagFieldNumber(tag));
             const bool lengthDelimited =
                 WireFormatLite::GetTagWireType(tag) == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;

@@ -24,7 +24,8 @@ struct Said {
 };
 
 Said findSaid(const Message& message, const FieldInfo& field) {
-    if (field.holdsRefs() || field.kind == FieldKind::kBlob) return {};  // names and arrays: who knows the message reads them
+    if (field.holdsRefs() || field.kind == FieldKind::kBlob)
+        return {};  // names and arrays: who knows the message reads them
     const std::string name = snakeCase(field.name);
     const auto& descriptor = *message.GetDescriptor();
     if (field.measuredIn == Unit::kRadian && field.width == 1)
@@ -57,7 +58,8 @@ Expected<FieldValue> readMessage(const Message& value, const FieldInfo& field) {
         const Expected<Vec3f> rgb = readColor(*color);
         if (!rgb) return tl::unexpected(rgb.error());
         // Out of what its field may be it goes on as it stands, not brought near as others are.
-        if (const auto [least, most] = std::minmax({color->r(), color->g(), color->b()}); least < field.least || most > field.greatest)
+        if (const auto [least, most] = std::minmax({color->r(), color->g(), color->b()});
+            least < field.least || most > field.greatest)
             return numbersOf(field, {color->r(), color->g(), color->b(), color->has_a() ? color->a() : 1.0});
         return numbersOf(field, {rgb->x(), rgb->y(), rgb->z(), color->has_a() ? color->a() : 1.0});
     }
@@ -130,7 +132,8 @@ Expected<TableFields> readTableFields(const Message& message, const TypeInfo& ty
         Expected<FieldValue> value = readField(message, said, field);
         if (!value) return failWith(std::string(said.field->name()), value.error());
         if (mended)
-            if (std::string what = takeNearest(field, *value); !what.empty()) mended->push_back({said.field->number(), std::move(what)});
+            if (std::string what = takeNearest(field, *value); !what.empty())
+                mended->push_back({said.field->number(), std::move(what)});
         if (Expected<void> good = checkValue(field, *value); !good) return tl::unexpected(good.error());
         fields.emplace_back(field.id, std::move(*value));
     }

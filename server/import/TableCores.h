@@ -31,14 +31,16 @@ struct Mended {
 /// "line:column: " of a material's field; empty where the file is no text.
 [[nodiscard]] std::string placeIn(const proto::scene::Material& material, int field);
 
-/// Numbers are bounded by their fields' bounds, those of `mended` where it is told of them; a colour, a vector, factors and a rotation have their usual messages; angles
-/// stand in degrees as `…_deg`. References and arrays are left out: who knows the message reads them.
+/// Numbers are bounded by their fields' bounds, those of `mended` where it is told of them; a colour, a vector, factors
+/// and a rotation have their usual messages; angles stand in degrees as `…_deg`. References and arrays are left out:
+/// who knows the message reads them.
 [[nodiscard]] Expected<TableFields> readTableFields(const google::protobuf::Message& message, const TypeInfo& type,
                                                     std::vector<Mended>* mended = nullptr);
 
 /// The same as a struct; what the message does not say is as in a fresh one.
 template <typename T>
-[[nodiscard]] Expected<T> readTableObject(const google::protobuf::Message& message, std::vector<Mended>* mended = nullptr) {
+[[nodiscard]] Expected<T> readTableObject(const google::protobuf::Message& message,
+                                          std::vector<Mended>* mended = nullptr) {
     const TypeInfo& type = *findType(T::kType);
     const Expected<TableFields> fields = readTableFields(message, type, mended);
     if (!fields) return tl::unexpected(fields.error());

@@ -15,9 +15,9 @@ struct FrameRay {
     Vec3d origin, direction;
 };
 
-constexpr double kLeastSine = 0.02;      ///< between a ray and an axis or a plane: below, both say too little
-constexpr double kEdgeOn = 0.1;          ///< of a ring or a plane, when it is grabbed
-constexpr double kFarthest = 1e6;        ///< moves, in sizes of the handles and distances to the eye
+constexpr double kLeastSine = 0.02;  ///< between a ray and an axis or a plane: below, both say too little
+constexpr double kEdgeOn = 0.1;      ///< of a ring or a plane, when it is grabbed
+constexpr double kFarthest = 1e6;    ///< moves, in sizes of the handles and distances to the eye
 constexpr double kLeastFactor = 1e-3, kMostFactor = 1e6;
 
 std::optional<FrameRay> toFrame(const HandleFrame& frame, const Ray& ray) {
@@ -56,7 +56,8 @@ std::optional<Vec3d> onBall(double radius, bool farSide, const FrameRay& ray) {
     if (!(nearest > 0)) return std::nullopt;
     const Vec3d closest = ray.origin + nearest * ray.direction;
     const double away = closest.norm();
-    const double height = away < radius / std::numbers::sqrt2 ? std::sqrt(radius * radius - away * away) : radius * radius / (2 * away);
+    const double height =
+        away < radius / std::numbers::sqrt2 ? std::sqrt(radius * radius - away * away) : radius * radius / (2 * away);
     return Vec3d(closest + (farSide ? height : -height) * ray.direction);
 }
 
@@ -107,7 +108,8 @@ Dragged scaledBy(const Grab& grab, const Vec3d& factors) {
     result.pose.scale = grab.moved.pose.scale.cwiseProduct(factors);
     const Quatd& axes = grab.frame.parent_R_frame;
     const Vec3d fixed = grab.frame.pivot + axes * grab.handle.fixed;
-    result.pose.translation = fixed + axes * factors.cwiseProduct(axes.conjugate() * (grab.moved.pose.translation - fixed));
+    result.pose.translation =
+        fixed + axes * factors.cwiseProduct(axes.conjugate() * (grab.moved.pose.translation - fixed));
     return result;
 }
 
@@ -158,8 +160,8 @@ std::optional<Dragged> scaleAlong(const Grab& grab, const FrameRay& ray) {
     return scaledBy(grab, factors);
 }
 
-/// With m the matrix about the centre, a point x of the target stands at translation + centre + m (x - centre). The centre goes where the hand
-/// leads its image, and the translation follows, so that every x stays where it is.
+/// With m the matrix about the centre, a point x of the target stands at translation + centre + m (x - centre). The
+/// centre goes where the hand leads its image, and the translation follows, so that every x stays where it is.
 std::optional<Dragged> moveCenter(const Grab& grab, const FrameRay& ray) {
     const Vec3d axis = Vec3d::Unit(grab.handle.axis);
     const std::optional<double> way = alongLine(grab.at, axis, ray);
@@ -167,7 +169,8 @@ std::optional<Dragged> moveCenter(const Grab& grab, const FrameRay& ray) {
     const MovedCore& moved = grab.moved;
     const Mat3d matrix = moved.pose.matrix().linear() * moved.axes.conjugate().toRotationMatrix();
     const double least = moved.pose.scale.cwiseAbs().minCoeff();
-    if (!(least > 1e-12 * moved.pose.scale.cwiseAbs().maxCoeff())) return std::nullopt;  // flat: many centres have this image
+    if (!(least > 1e-12 * moved.pose.scale.cwiseAbs().maxCoeff()))
+        return std::nullopt;  // flat: many centres have this image
     const Vec3d move = inParent(grab, snappedMove(grab, *way * axis));
     Dragged result{.pose = moved.pose, .center = moved.center + matrix.inverse() * move, .outerAngle = std::nullopt};
     result.pose.translation += move;  // of the centre's image, which is translation + centre
@@ -179,7 +182,9 @@ std::optional<Dragged> openCone(const Grab& grab, const FrameRay& ray) {
     if (!now) return std::nullopt;
     const auto angle = [](const Vec3d& p) { return std::atan2(std::hypot(p.x(), p.y()), -p.z()); };
     const double wanted = snapped(grab.outerAngle + angle(*now) - angle(grab.at), grab.snap);
-    return Dragged{.pose = grab.moved.pose, .center = std::nullopt, .outerAngle = std::clamp(wanted, 0.0, static_cast<double>(SpotLight::kWidest))};
+    return Dragged{.pose = grab.moved.pose,
+                   .center = std::nullopt,
+                   .outerAngle = std::clamp(wanted, 0.0, static_cast<double>(SpotLight::kWidest))};
 }
 
 std::optional<Dragged> moveAlong(const Grab& grab, const FrameRay& ray) {
@@ -190,7 +195,8 @@ std::optional<Dragged> moveAlong(const Grab& grab, const FrameRay& ray) {
         if (!way) return std::nullopt;
         move = *way * axis;
     } else {
-        const Vec3d normal = grab.handle.deed == HandleDeed::kMovePlane ? Vec3d(Vec3d::Unit(grab.handle.axis)) : grab.towards;
+        const Vec3d normal =
+            grab.handle.deed == HandleDeed::kMovePlane ? Vec3d(Vec3d::Unit(grab.handle.axis)) : grab.towards;
         const std::optional<Vec3d> at = onPlane(grab.at, normal, ray);
         if (!at) return std::nullopt;
         move = *at - grab.at;
@@ -205,7 +211,8 @@ std::optional<HandleHit> hitOf(const Handles& handles, const Affine3d& world_T_f
     std::optional<HandleHit> nearest;
     const Vec3d inFrame = (world_T_frame.linear().inverse() * ray.direction).stableNormalized();
     for (const HandlePiece& piece : handles.pieces) {
-        // A plane that is seen from its side would lead far away for a little of the hand; what lies behind it is meant.
+        // A plane that is seen from its side would lead far away for a little of the hand; what lies behind it is
+        // meant.
         const Handle& handle = handles.of[static_cast<std::size_t>(piece.handle - 1)];
         if (handle.deed == HandleDeed::kMovePlane && std::abs(inFrame[handle.axis]) < kEdgeOn) continue;
         const Affine3d world_T_piece = world_T_frame * piece.pose.matrix();
@@ -218,7 +225,8 @@ std::optional<HandleHit> hitOf(const Handles& handles, const Affine3d& world_T_f
         const auto corner = [&](std::uint32_t index) {
             return Vec3d(positions[3 * index], positions[3 * index + 1], positions[3 * index + 2]);
         };
-        for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {  // Möller and Trumbore, Journal of Graphics Tools 2 (1), 1997
+        for (std::size_t i = 0; i + 2 < indices.size();
+             i += 3) {  // Möller and Trumbore, Journal of Graphics Tools 2 (1), 1997
             const Vec3d a = corner(indices[i]), ab = corner(indices[i + 1]) - a, ac = corner(indices[i + 2]) - a;
             const Vec3d p = d.cross(ac);
             const double volume = ab.dot(p);
@@ -235,12 +243,18 @@ std::optional<HandleHit> hitOf(const Handles& handles, const Affine3d& world_T_f
     return nearest;
 }
 
-std::optional<Grab> grabAt(const Handle& handle, const HandleFrame& frame, const MovedCore& moved, const Ray& ray, double t, double snap,
-                           double outerAngle) {
+std::optional<Grab> grabAt(const Handle& handle, const HandleFrame& frame, const MovedCore& moved, const Ray& ray,
+                           double t, double snap, double outerAngle) {
     const std::optional<FrameRay> inFrame = toFrame(frame, ray);
     const Vec3d at = frame.world_T_frame.inverse() * Vec3d(ray.origin + t * ray.direction);
     if (!inFrame || !at.allFinite()) return std::nullopt;
-    Grab grab{.handle = handle, .frame = frame, .moved = moved, .at = at, .towards = inFrame->direction, .snap = snap, .outerAngle = outerAngle};
+    Grab grab{.handle = handle,
+              .frame = frame,
+              .moved = moved,
+              .at = at,
+              .towards = inFrame->direction,
+              .snap = snap,
+              .outerAngle = outerAngle};
     grab.ray = ray;
     grab.edgeOn = std::abs(inFrame->direction[handle.axis]) < kEdgeOn;
     grab.farSide = at.dot(inFrame->direction) > 0;
@@ -252,9 +266,10 @@ std::optional<Dragged> dragged(const Grab& grab, const Ray& ray) {
     if (!inFrame) return std::nullopt;
     // Nowhere: not even rounding, nor a whole step.
     if (ray.origin == grab.ray.origin && ray.direction == grab.ray.direction)
-        return Dragged{.pose = grab.moved.pose,
-                       .center = std::nullopt,
-                       .outerAngle = grab.handle.deed == HandleDeed::kOpenCone ? std::optional(grab.outerAngle) : std::nullopt};
+        return Dragged{
+            .pose = grab.moved.pose,
+            .center = std::nullopt,
+            .outerAngle = grab.handle.deed == HandleDeed::kOpenCone ? std::optional(grab.outerAngle) : std::nullopt};
     const std::optional<Dragged> result = [&]() -> std::optional<Dragged> {
         switch (grab.handle.deed) {
             case HandleDeed::kMoveAxis:

@@ -53,7 +53,8 @@ bool isAttached(const Aspect& scene, ObjectId node) {
 
 double sizeSeen(const Manipulator& manipulator, std::size_t sight) {
     const auto i = static_cast<Eigen::Index>(sight % 4);
-    return manipulator.pixels > 0 ? static_cast<double>(sight < 4 ? manipulator.sizes[i] : manipulator.moreSizes[i]) : 0;
+    return manipulator.pixels > 0 ? static_cast<double>(sight < 4 ? manipulator.sizes[i] : manipulator.moreSizes[i])
+                                  : 0;
 }
 
 /// Neither squashed flat nor beyond what numbers can say.
@@ -74,7 +75,9 @@ std::optional<MovedCore> movedBy(const Aspect& scene, const Manipulator& manipul
         const std::optional<ObjectId> stand = standOf(scene, manipulator, *node);
         if (!stand) return std::nullopt;
         at = *stand;
-        for (node = scene.get<Node>(at); node && !scene.coreOf<Transform>(*node) && !scene.coreOf<ComponentTransform>(*node); node = scene.get<Node>(at)) {
+        for (node = scene.get<Node>(at);
+             node && !scene.coreOf<Transform>(*node) && !scene.coreOf<ComponentTransform>(*node);
+             node = scene.get<Node>(at)) {
             at = node->parent;
             if (!at) return std::nullopt;
         }
@@ -85,7 +88,9 @@ std::optional<MovedCore> movedBy(const Aspect& scene, const Manipulator& manipul
     moved.node = at;
     moved.core = node->core;
     if (const Transform* transform = scene.coreOf<Transform>(*node)) {
-        moved.pose = {.translation = transform->translation, .rotation = transform->rotation.normalized(), .scale = transform->scale};
+        moved.pose = {.translation = transform->translation,
+                      .rotation = transform->rotation.normalized(),
+                      .scale = transform->scale};
     } else if (const ComponentTransform* about = scene.coreOf<ComponentTransform>(*node)) {
         moved.component = true;
         moved.center = about->center;
@@ -111,7 +116,9 @@ void writePose(ChangeListBuilder& list, const MovedCore& moved, const Pose& pose
     if (moved.component) {
         if (moves) setField<&ComponentTransform::translation>(list, moved.core, translation);
         if (center && *center != moved.center) setField<&ComponentTransform::center>(list, moved.core, c);
-        if (turns) setField<&ComponentTransform::rotation>(list, moved.core, (pose.rotation * moved.axes.conjugate()).normalized());
+        if (turns)
+            setField<&ComponentTransform::rotation>(list, moved.core,
+                                                    (pose.rotation * moved.axes.conjugate()).normalized());
         if (scales) setField<&ComponentTransform::scale>(list, moved.core, pose.scale);
         return;
     }

@@ -47,7 +47,8 @@ Quatd towards(const Vec3d& direction) {
     return turnBetween(Vec3d::UnitZ(), direction);
 }
 
-/// Puts the pieces of a kind together. A length of the extent is kept apart from that of knobs, so that knobs of a flat box are cubes.
+/// Puts the pieces of a kind together. A length of the extent is kept apart from that of knobs, so that knobs of a flat
+/// box are cubes.
 class Assembly {
 public:
     Assembly(const Vec3d& extent, double knob) : extent_(extent), knob_(knob > 0 ? knob : extent.maxCoeff()) {}
@@ -56,8 +57,13 @@ public:
         all_.of.push_back({.deed = deed, .axis = axis, .fixed = fixed});
         return static_cast<std::int64_t>(all_.of.size());
     }
-    void piece(std::int64_t handle, HandleShape shape, HandleColor color, const Vec3d& at, const Quatd& rotation, const Vec3d& scale, bool shown = true) {
-        all_.pieces.push_back({.handle = handle, .shape = shape, .color = color, .pose = {.translation = at, .rotation = rotation, .scale = scale}, .shown = shown});
+    void piece(std::int64_t handle, HandleShape shape, HandleColor color, const Vec3d& at, const Quatd& rotation,
+               const Vec3d& scale, bool shown = true) {
+        all_.pieces.push_back({.handle = handle,
+                               .shape = shape,
+                               .color = color,
+                               .pose = {.translation = at, .rotation = rotation, .scale = scale},
+                               .shown = shown});
     }
     void rod(std::int64_t handle, HandleColor color, const Vec3d& from, const Vec3d& to, double thickness = kThin) {
         const double length = (to - from).norm();
@@ -74,19 +80,22 @@ public:
     void arrow(std::int64_t handle, HandleColor color, const Vec3d& direction, double length = 1) {
         const Vec3d tip = direction * length * knob_;
         rod(handle, color, Vec3d::Zero(), 0.8 * tip);
-        piece(handle, HandleShape::kCone, color, 0.8 * tip, towards(direction), knob_ * Vec3d(0.07, 0.07, 0.2 * length));
+        piece(handle, HandleShape::kCone, color, 0.8 * tip, towards(direction),
+              knob_ * Vec3d(0.07, 0.07, 0.2 * length));
     }
     void moves(double length = 1) {
-        for (int i = 0; i < 3; ++i) arrow(add(HandleDeed::kMoveAxis, i), kAxisColors[static_cast<std::size_t>(i)], Vec3d::Unit(i), length);
+        for (int i = 0; i < 3; ++i)
+            arrow(add(HandleDeed::kMoveAxis, i), kAxisColors[static_cast<std::size_t>(i)], Vec3d::Unit(i), length);
     }
     void rings() {
         for (int i = 0; i < 3; ++i)
-            piece(add(HandleDeed::kTurnRing, i), HandleShape::kRing, kAxisColors[static_cast<std::size_t>(i)], Vec3d::Zero(), towards(Vec3d::Unit(i)),
-                  Vec3d::Constant(knob_));
+            piece(add(HandleDeed::kTurnRing, i), HandleShape::kRing, kAxisColors[static_cast<std::size_t>(i)],
+                  Vec3d::Zero(), towards(Vec3d::Unit(i)), Vec3d::Constant(knob_));
     }
     /// Seen by rays alone: what is within the rings stays to be seen.
     void hiddenBall() { ball(add(HandleDeed::kTurnBall), HandleColor::kWhite, Vec3d::Zero(), 1, false); }
-    /// Its edges, and its faces, which rays alone see: a face moves in its plane. An edge does what the face does that it bounds, or turns about itself.
+    /// Its edges, and its faces, which rays alone see: a face moves in its plane. An edge does what the face does that
+    /// it bounds, or turns about itself.
     enum class Edges : std::uint8_t { kMove, kTurn };
     void box(Edges edges = Edges::kMove) {
         const std::int64_t first = add(HandleDeed::kMovePlane, 0);
@@ -98,7 +107,8 @@ public:
             for (const double side : {-1.0, 1.0}) {
                 Vec3d half = extent_;
                 half[axis] = 1e-4 * extent_.maxCoeff();
-                piece(first + axis, HandleShape::kCube, HandleColor::kWhite, side * extent_[axis] * Vec3d::Unit(axis), Quatd::Identity(), half, false);
+                piece(first + axis, HandleShape::kCube, HandleColor::kWhite, side * extent_[axis] * Vec3d::Unit(axis),
+                      Quatd::Identity(), half, false);
                 for (const double other : {-1.0, 1.0}) {  // the four edges along this axis; their faces move across b
                     Vec3d from = side * extent_[b] * Vec3d::Unit(b) + other * extent_[c] * Vec3d::Unit(c);
                     Vec3d to = from;
@@ -114,7 +124,8 @@ public:
     }
     void corners(bool aboutOpposite, HandleColor color, double half) {
         for (int corner = 0; corner < 8; ++corner) {
-            const Vec3d at(corner & 1 ? extent_.x() : -extent_.x(), corner & 2 ? extent_.y() : -extent_.y(), corner & 4 ? extent_.z() : -extent_.z());
+            const Vec3d at(corner & 1 ? extent_.x() : -extent_.x(), corner & 2 ? extent_.y() : -extent_.y(),
+                           corner & 4 ? extent_.z() : -extent_.z());
             cube(add(HandleDeed::kScaleAll, 0, aboutOpposite ? Vec3d(-at) : Vec3d(Vec3d::Zero())), color, at, half);
         }
     }
@@ -135,8 +146,9 @@ const MeshArrays& handleShape(HandleShape shape) {
         Affine3d rod = Affine3d::Identity();
         rod.translation() = Vec3d(0, 0, 0.5);
         rod = rod * yToZ();
-        return std::array<MeshArrays, kHandleShapes>{turned(makeCylinder(1, 1, 12), rod).toArrays(), makeCone().toArrays(),
-                                                     makeBox(Vec3d::Constant(2)).toArrays(), makeSphere(1, 24).toArrays(),
+        return std::array<MeshArrays, kHandleShapes>{turned(makeCylinder(1, 1, 12), rod).toArrays(),
+                                                     makeCone().toArrays(), makeBox(Vec3d::Constant(2)).toArrays(),
+                                                     makeSphere(1, 24).toArrays(),
                                                      turned(makeTorus(1, kRingTube, 64, 8), yToZ()).toArrays()};
     }();
     return shapes[static_cast<std::size_t>(shape)];
@@ -154,7 +166,8 @@ Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle, dou
                 Vec3d at = Vec3d::Constant(0.35 * s), half = Vec3d::Constant(0.1 * s);
                 at[i] = 0;
                 half[i] = 0.01 * s;
-                made.piece(made.add(HandleDeed::kMovePlane, i), HandleShape::kCube, axisColor(i), at, Quatd::Identity(), half);
+                made.piece(made.add(HandleDeed::kMovePlane, i), HandleShape::kCube, axisColor(i), at, Quatd::Identity(),
+                           half);
             }
             break;
         case M::kRotate:
@@ -195,10 +208,12 @@ Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle, dou
                 }
             break;
         case M::kJack: {
-            const std::int64_t turn = made.add(HandleDeed::kTurnBall), scale = made.add(HandleDeed::kScaleAll), move = made.add(HandleDeed::kMoveFacing);
+            const std::int64_t turn = made.add(HandleDeed::kTurnBall), scale = made.add(HandleDeed::kScaleAll),
+                               move = made.add(HandleDeed::kMoveFacing);
             for (int i = 0; i < 3; ++i) {
                 made.rod(turn, axisColor(i), Vec3d(-0.9 * s * Vec3d::Unit(i)), Vec3d(0.9 * s * Vec3d::Unit(i)), 0.035);
-                for (const double side : {-1.0, 1.0}) made.cube(scale, axisColor(i), Vec3d(side * 0.95 * s * Vec3d::Unit(i)), 0.08);
+                for (const double side : {-1.0, 1.0})
+                    made.cube(scale, axisColor(i), Vec3d(side * 0.95 * s * Vec3d::Unit(i)), 0.08);
             }
             made.ball(move, HandleColor::kWhite, Vec3d::Zero(), 0.15);
             break;
@@ -219,7 +234,8 @@ Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle, dou
             made.corners(true, HandleColor::kWhite, 0.05);
             for (int i = 0; i < 3; ++i)  // cubes before the faces, on lines from the centre
                 for (const double side : {-1.0, 1.0}) {
-                    const std::int64_t stretch = made.add(HandleDeed::kScaleAxis, i, Vec3d(-side * extent[i] * Vec3d::Unit(i)));
+                    const std::int64_t stretch =
+                        made.add(HandleDeed::kScaleAxis, i, Vec3d(-side * extent[i] * Vec3d::Unit(i)));
                     const Vec3d to = side * (extent[i] + 0.3 * s) * Vec3d::Unit(i);
                     made.rod(stretch, HandleColor::kWhite, Vec3d::Zero(), to, 0.012);
                     made.cube(stretch, axisColor(i), to, 0.06);
@@ -242,8 +258,9 @@ Handles handlesOf(std::int64_t kind, const Vec3d& extent, double outerAngle, dou
             made.ball(made.add(HandleDeed::kMoveFacing), HandleColor::kWhite, Vec3d::Zero(), 0.15);
             made.arrow(made.add(HandleDeed::kTurnBall), HandleColor::kGreen, -Vec3d::UnitZ(), 1.5);
             const double angle = std::clamp(outerAngle, 0.02, std::numbers::pi / 2);
-            made.piece(made.add(HandleDeed::kOpenCone), HandleShape::kRing, HandleColor::kRed, Vec3d(-s * std::cos(angle) * Vec3d::UnitZ()),
-                       Quatd::Identity(), Vec3d(s * std::sin(angle), s * std::sin(angle), s));
+            made.piece(made.add(HandleDeed::kOpenCone), HandleShape::kRing, HandleColor::kRed,
+                       Vec3d(-s * std::cos(angle) * Vec3d::UnitZ()), Quatd::Identity(),
+                       Vec3d(s * std::sin(angle), s * std::sin(angle), s));
             break;
         }
         default:

@@ -28,10 +28,11 @@ struct Paint {
     Vec3f emissive;
 };
 Paint paintOf(HandleColor color) {
-    constexpr std::array<std::array<float, 3>, kHandleColors> kColors{{{0.9f, 0.08f, 0.08f}, {0.1f, 0.75f, 0.1f}, {0.12f, 0.25f, 1.0f},
-                                                                       {0.85f, 0.85f, 0.85f}, {1.0f, 0.8f, 0.0f}}};
+    constexpr std::array<std::array<float, 3>, kHandleColors> kColors{
+        {{0.9f, 0.08f, 0.08f}, {0.1f, 0.75f, 0.1f}, {0.12f, 0.25f, 1.0f}, {0.85f, 0.85f, 0.85f}, {1.0f, 0.8f, 0.0f}}};
     const auto& c = kColors[static_cast<std::size_t>(color)];
-    return {.baseColor = {0.5f * c[0], 0.5f * c[1], 0.5f * c[2], 1.0f}, .emissive = {0.6f * c[0], 0.6f * c[1], 0.6f * c[2]}};
+    return {.baseColor = {0.5f * c[0], 0.5f * c[1], 0.5f * c[2], 1.0f},
+            .emissive = {0.6f * c[0], 0.6f * c[1], 0.6f * c[2]}};
 }
 
 /// The nodes of one manipulator's handles, as they stand in the scene.
@@ -83,7 +84,8 @@ HandleLook lookOf(const HandlePiece& piece) {
 }
 
 /// Nothing where they are not what this kind has.
-std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown, std::size_t sights) {
+std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const std::vector<const HandlePiece*>& shown,
+                                     std::size_t sights) {
     if (!scene.coreOf<InverseTransform>(*scene.get<Node>(top))) return std::nullopt;
     HandleNodes found;
     found.top = top;
@@ -116,7 +118,8 @@ std::optional<HandleNodes> readNodes(const Aspect& scene, ObjectId top, const st
         const Node* leaf = scene.get<Node>(piece->children[0]);
         const Geometry* geometry = scene.coreOf<Geometry>(*leaf);
         const MeshArrays& shape = handleShape(shown[i]->shape);
-        if (!geometry || !leaf->children.empty() || geometry->positions != shape.positions || geometry->indices != shape.indices || !scene.get<Material>(geometry->material))
+        if (!geometry || !leaf->children.empty() || geometry->positions != shape.positions ||
+            geometry->indices != shape.indices || !scene.get<Material>(geometry->material))
             return std::nullopt;
         const auto [known, fresh] = materials.try_emplace(lookOf(*shown[i]), geometry->material);
         if (fresh ? !taken.insert(geometry->material).second : known->second != geometry->material) return std::nullopt;
@@ -138,7 +141,8 @@ std::vector<ObjectId> foreignBelow(const Aspect& scene, ObjectId top) {
     while (!open.empty()) {
         const Node* node = scene.get<Node>(open.back());
         open.pop_back();
-        for (std::size_t i = 0; i < node->children.size(); ++i) (isOurs(*scene.get<Node>(node->children[i])) ? open : foreign).push_back(node->children[i]);
+        for (std::size_t i = 0; i < node->children.size(); ++i)
+            (isOurs(*scene.get<Node>(node->children[i])) ? open : foreign).push_back(node->children[i]);
     }
     return foreign;
 }
@@ -233,8 +237,8 @@ HandleColor shownColor(const HandlePiece& piece, std::int64_t held) {
     return piece.handle == held ? HandleColor::kHeld : piece.color;
 }
 
-void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer, const PlacedManipulator& placed, const std::vector<const HandlePiece*>& shown,
-           std::int64_t held) {
+void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer, const PlacedManipulator& placed,
+           const std::vector<const HandlePiece*>& shown, std::int64_t held) {
     Build made(list, placeholders);
     const auto [outer, inner] = twoPoses(placed.frame.world_T_frame);
     const ObjectId top = made.node(bearer, kHandlesName.data(), made.make<InverseTransform>());
@@ -255,13 +259,15 @@ void build(ChangeListBuilder& list, std::uint64_t& placeholders, ObjectId bearer
         if (users && i % (shown.size() / placed.sights()) == 0) parent = made.node(users, "user", {});
         ObjectId& material = materials[lookOf(*shown[i])];
         if (!material) material = made.material(shownColor(*shown[i], held));
-        made.node(made.node(parent, "piece", made.transform(shown[i]->pose)), "shape", made.geometry(shown[i]->shape, material));
+        made.node(made.node(parent, "piece", made.transform(shown[i]->pose)), "shape",
+                  made.geometry(shown[i]->shape, material));
     }
 }
 
-/// While somebody holds a handle its pieces have a colour of their own. Materials stay: who has let go sees what was there before, in the order in which it
-/// was drawn.
-void paint(const Aspect& scene, ChangeListBuilder& list, const HandleNodes& nodes, const std::vector<const HandlePiece*>& shown, std::int64_t held) {
+/// While somebody holds a handle its pieces have a colour of their own. Materials stay: who has let go sees what was
+/// there before, in the order in which it was drawn.
+void paint(const Aspect& scene, ChangeListBuilder& list, const HandleNodes& nodes,
+           const std::vector<const HandlePiece*>& shown, std::int64_t held) {
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const ObjectId id = scene.get<Geometry>(nodes.pieces[i].geometry)->material;
         const Material* now = scene.get<Material>(id);
@@ -286,7 +292,8 @@ void ManipulatorDisplay::noteNode(const Aspect& scene, ObjectId id) {
     }
     // Handles whose bearer bears none, however that came about.
     if (!node) left_.erase(id);
-    if (node && node->ofServer && node->name == kHandlesName && node->parent && !bearers_.contains(node->parent)) left_.insert(node->parent);
+    if (node && node->ofServer && node->name == kHandlesName && node->parent && !bearers_.contains(node->parent))
+        left_.insert(node->parent);
 }
 
 void ManipulatorDisplay::sceneChanged(const Aspect& scene, const ChangeList* list) {
@@ -309,23 +316,30 @@ void ManipulatorDisplay::sceneChanged(const Aspect& scene, const ChangeList* lis
 
 void ManipulatorDisplay::forgetContents(const ChangeList& list) {
     if (contents_.empty()) return;
-    const bool tree = !list.placements.empty() || std::ranges::any_of(list.columns, [](const FieldColumn& column) { return column.type == typeOf<Node>(); });
+    const bool tree = !list.placements.empty() || std::ranges::any_of(list.columns, [](const FieldColumn& column) {
+        return column.type == typeOf<Node>();
+    });
     if (tree) {
         contents_.clear();
         return;
     }
     for (auto it = contents_.begin(); it != contents_.end();) {
         const auto& cores = it->second.cores;
-        const bool touched = std::ranges::any_of(list.columns, [&](const FieldColumn& column) {
-            return std::ranges::any_of(column.ids, [&](ObjectId id) { return cores.contains(id); });
-        }) || std::ranges::any_of(list.ranges, [&](const RangeEdit& range) { return cores.contains(range.object); });
+        const bool touched =
+            std::ranges::any_of(list.columns,
+                                [&](const FieldColumn& column) {
+                                    return std::ranges::any_of(column.ids,
+                                                               [&](ObjectId id) { return cores.contains(id); });
+                                }) ||
+            std::ranges::any_of(list.ranges, [&](const RangeEdit& range) { return cores.contains(range.object); });
         it = touched ? contents_.erase(it) : std::next(it);
     }
 }
 
 const Box& ManipulatorDisplay::contentOf(const Aspect& scene, ObjectId node, const MovedCore& moved) {
     const auto known = contents_.find(node);
-    if (known != contents_.end() && known->second.of.node == moved.node && known->second.of.core == moved.core) return known->second.box;
+    if (known != contents_.end() && known->second.of.node == moved.node && known->second.of.core == moved.core)
+        return known->second.box;
     Content content{.of = moved, .box = contentBox(scene, moved), .cores = {}};
     Action action;
     action.visitHidden(true);
@@ -340,7 +354,9 @@ const Box& ManipulatorDisplay::contentOf(const Aspect& scene, ObjectId node, con
 
 std::optional<ManipulatorDisplay::Stand> ManipulatorDisplay::standOf(const Aspect& scene, ObjectId node) {
     const auto bearer = bearers_.find(node);
-    Stand stand{.manipulator = bearer == bearers_.end() ? nullptr : scene.get<Manipulator>(bearer->second), .moved = {}, .frames = {}};
+    Stand stand{.manipulator = bearer == bearers_.end() ? nullptr : scene.get<Manipulator>(bearer->second),
+                .moved = {},
+                .frames = {}};
     if (!stand.manipulator) return std::nullopt;
     std::optional<MovedCore> moved = movedBy(scene, *stand.manipulator);
     if (!moved) return std::nullopt;
@@ -348,7 +364,9 @@ std::optional<ManipulatorDisplay::Stand> ManipulatorDisplay::standOf(const Aspec
     const Box content = Manipulator::isLightKind(stand.manipulator->kind) ? Box() : contentOf(scene, node, *moved);
     for (std::size_t sight = 0; sight < sightsOf(*stand.manipulator); ++sight) {
         const HandleFrame& frame = stand.frames.emplace_back(frameOf(*stand.manipulator, *moved, content, sight));
-        if (!frame.world_T_frame.matrix().allFinite() || !frame.extent.allFinite() || !(frame.extent.maxCoeff() < 1e30) || !(frame.knob < 1e30)) return std::nullopt;
+        if (!frame.world_T_frame.matrix().allFinite() || !frame.extent.allFinite() ||
+            !(frame.extent.maxCoeff() < 1e30) || !(frame.knob < 1e30))
+            return std::nullopt;
     }
     return stand;
 }
@@ -367,7 +385,8 @@ std::optional<PlacedManipulator> ManipulatorDisplay::place(const Aspect& scene, 
     placed.moved = stand->moved;
     const double angle = outerAngleOf(scene, *stand->manipulator);
     for (const HandleFrame& frame : stand->frames) {
-        HandleSight seen{.frame = frame, .handles = handlesOf(stand->manipulator->kind, frame.extent, angle, frame.knob)};
+        HandleSight seen{.frame = frame,
+                         .handles = handlesOf(stand->manipulator->kind, frame.extent, angle, frame.knob)};
         if (&frame == &stand->frames.front())
             static_cast<HandleSight&>(placed) = std::move(seen);
         else
@@ -397,7 +416,8 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
     };
     for (const ObjectId bearer : left_)
         if (const Node* node = scene.get<Node>(bearer); node && !bearers_.contains(bearer))
-            if (const std::optional<ObjectId> top = topOf(scene, *node); top && !takeAway(bearer, *top)) again.insert(bearer);
+            if (const std::optional<ObjectId> top = topOf(scene, *node); top && !takeAway(bearer, *top))
+                again.insert(bearer);
     left_ = std::move(again);
     for (const auto& [bearer, core] : bearers_) {
         const std::optional<PlacedManipulator> wanted = place(scene, bearer);
@@ -418,12 +438,14 @@ ChangeList ManipulatorDisplay::update(const Aspect& scene) {
         setPose(list, nodes->outer, *scene.get<Transform>(nodes->outer), outer);
         setPose(list, nodes->inner, *scene.get<Transform>(nodes->inner), inner);
         for (std::size_t i = 0; i < shown.size(); ++i)
-            setPose(list, nodes->pieces[i].transform, *scene.get<Transform>(nodes->pieces[i].transform), shown[i]->pose);
+            setPose(list, nodes->pieces[i].transform, *scene.get<Transform>(nodes->pieces[i].transform),
+                    shown[i]->pose);
         paint(scene, list, *nodes, shown, held);
     }
     if (!going.empty()) {
         ChangeList removal = removalOf(scene, going);
-        for (const Placement& placement : removal.placements) list.place(placement.node, placement.parent, placement.index);
+        for (const Placement& placement : removal.placements)
+            list.place(placement.node, placement.parent, placement.index);
         for (const ObjectId id : removal.destructions) list.destroy(id);
     }
     return list.take();

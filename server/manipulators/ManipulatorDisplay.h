@@ -29,10 +29,13 @@ struct PlacedManipulator : HandleSight {
     std::vector<HandleSight> others;  ///< what the next users see, where each sees them of another size; see sightsOf
 
     [[nodiscard]] std::size_t sights() const { return others.size() + 1; }
-    [[nodiscard]] const HandleSight& seenBy(std::size_t user) const { return user % sights() == 0 ? *this : others[user % sights() - 1]; }
+    [[nodiscard]] const HandleSight& seenBy(std::size_t user) const {
+        return user % sights() == 0 ? *this : others[user % sights() - 1];
+    }
 };
 
-/// Keeps below each node that bears a Manipulator one child, "handles", as long as the manipulator has something to move:
+/// Keeps below each node that bears a Manipulator one child, "handles", as long as the manipulator has something to
+/// move:
 ///
 ///     the manipulator's node
 ///       handles   InverseTransform: whatever is above, from here on it is the world
@@ -42,23 +45,26 @@ struct PlacedManipulator : HandleSight {
 ///               piece  Transform, one for each piece that is shown
 ///                 shape   Geometry of a fixed array, with a material of its handle and colour
 ///
-/// Where users see them of different sizes, a node "users" (a DistanceLOD, whose Node::levels give each user a child; LevelChoice leaves it alone) is between, and
-/// each child of it has such pieces.
+/// Where users see them of different sizes, a node "users" (a DistanceLOD, whose Node::levels give each user a child;
+/// LevelChoice leaves it alone) is between, and each child of it has such pieces.
 ///
-/// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's edits. Nothing is remembered of
-/// them. Their top says what it is (Node::ofServer), so that undo and a server that goes on find them; what is not as it should be is taken away and
-/// made anew in the next frame, and what else hangs below the node is left alone. They go when their node bears no Manipulator any more. Files and copies leave them out (common/scene/ServerNodes.h).
-/// Pieces of one handle and one colour have one material, which stays while handles are held: then its values change.
+/// So handles are hidden with the manipulator's node, go with it, and belong to no history: the lists are nobody's
+/// edits. Nothing is remembered of them. Their top says what it is (Node::ofServer), so that undo and a server that
+/// goes on find them; what is not as it should be is taken away and made anew in the next frame, and what else hangs
+/// below the node is left alone. They go when their node bears no Manipulator any more. Files and copies leave them out
+/// (common/scene/ServerNodes.h). Pieces of one handle and one colour have one material, which stays while handles are
+/// held: then its values change.
 ///
-/// Only values of Transforms travel while a target moves. A frame without a list costs nothing; one with a list costs each manipulator a look at
-/// its nodes; what its target shows is looked at only where that may have changed. Not thread-safe.
+/// Only values of Transforms travel while a target moves. A frame without a list costs nothing; one with a list costs
+/// each manipulator a look at its nodes; what its target shows is looked at only where that may have changed. Not
+/// thread-safe.
 class ManipulatorDisplay {
 public:
     /// After each list applied to the scene, with that list; null: anything may have changed.
     void sceneChanged(const Aspect& scene, const ChangeList* list);
 
-    /// What is missing in the scene; empty where nothing is. New objects carry placeholders. Where it is refused, it is said again after the next
-    /// change.
+    /// What is missing in the scene; empty where nothing is. New objects carry placeholders. Where it is refused, it is
+    /// said again after the next change.
     [[nodiscard]] ChangeList update(const Aspect& scene);
 
     /// The way handles go that stand below nodes which the list destroys, and which the list does not know.

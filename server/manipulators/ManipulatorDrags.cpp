@@ -37,14 +37,16 @@ ChangeList probe(const MovedCore& moved) {
 Expected<void> checkFree(const Aspect& scene, const MovedCore& moved, const ManipulatorDrags::Drivers& drivers) {
     const std::vector<ObjectId> driving = drivers ? drivers(probe(moved)) : std::vector<ObjectId>();
     if (driving.empty()) return {};
-    return fail(ErrorCode::kRefused, fmt::format("{} is driven by {} #{}, which plays: pause that first (playing), and the handle can be dragged",
-                                                 pathOf(scene, moved.node), scene.find(driving.front()).info().name, driving.front().value));
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("{} is driven by {} #{}, which plays: pause that first (playing), and the handle can be dragged",
+                    pathOf(scene, moved.node), scene.find(driving.front()).info().name, driving.front().value));
 }
 
 }  // namespace
 
-Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, ManipulatorDisplay& display, std::uint64_t holder, const Ray& ray,
-                                                        const Drivers& drivers) {
+Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, ManipulatorDisplay& display,
+                                                        std::uint64_t holder, const Ray& ray, const Drivers& drivers) {
     if (!isRay(ray)) return fail(ErrorCode::kBadInput, "a ray needs finite numbers and a direction");
     release(holder);
     std::optional<PlacedManipulator> nearest;
@@ -59,16 +61,25 @@ Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, Man
     if (!nearest) return Held{};
     for (const auto& [who, hold] : held_) {
         if (!stands(scene, hold)) continue;
-        if (hold.core == nearest->core) return fail(ErrorCode::kRefused, fmt::format("somebody else holds {}", pathOf(scene, nearest->node)));
+        if (hold.core == nearest->core)
+            return fail(ErrorCode::kRefused, fmt::format("somebody else holds {}", pathOf(scene, nearest->node)));
         if (hold.grab.moved.core == nearest->moved.core)
-            return fail(ErrorCode::kRefused, fmt::format("{} is held by {}, which somebody else drags", pathOf(scene, nearest->moved.node), pathOf(scene, hold.node)));
+            return fail(ErrorCode::kRefused, fmt::format("{} is held by {}, which somebody else drags",
+                                                         pathOf(scene, nearest->moved.node), pathOf(scene, hold.node)));
     }
-    if (const Expected<void> free = checkFree(scene, nearest->moved, drivers); !free) return tl::unexpected(free.error());
+    if (const Expected<void> free = checkFree(scene, nearest->moved, drivers); !free)
+        return tl::unexpected(free.error());
     const Manipulator& manipulator = *scene.get<Manipulator>(nearest->core);
-    const std::optional<Grab> grab = grabAt(nearest->seenBy(user).handles.of[static_cast<std::size_t>(hit.handle - 1)], nearest->seenBy(user).frame, nearest->moved, ray, hit.t,
-                                            manipulator.snap, outerAngleOf(scene, manipulator));
+    const std::optional<Grab> grab =
+        grabAt(nearest->seenBy(user).handles.of[static_cast<std::size_t>(hit.handle - 1)], nearest->seenBy(user).frame,
+               nearest->moved, ray, hit.t, manipulator.snap, outerAngleOf(scene, manipulator));
     if (!grab) return Held{};
-    Hold hold{.node = nearest->node, .core = nearest->core, .handle = hit.handle, .grab = *grab, .light = {}, .gesture = ++grabs_};
+    Hold hold{.node = nearest->node,
+              .core = nearest->core,
+              .handle = hit.handle,
+              .grab = *grab,
+              .light = {},
+              .gesture = ++grabs_};
     if (manipulator.kind == Manipulator::kSpotLight) hold.light = scene.get<Node>(manipulator.target)->core;
     held_.insert_or_assign(holder, hold);
     return Held{.any = true,
@@ -78,7 +89,8 @@ Expected<ManipulatorDrags::Held> ManipulatorDrags::grab(const Aspect& scene, Man
                 .t = hit.t * ray.direction.norm()};
 }
 
-Expected<ChangeList> ManipulatorDrags::drag(const Aspect& scene, std::uint64_t holder, const Ray& ray, const Drivers& drivers) {
+Expected<ChangeList> ManipulatorDrags::drag(const Aspect& scene, std::uint64_t holder, const Ray& ray,
+                                            const Drivers& drivers) {
     if (!isRay(ray)) return fail(ErrorCode::kBadInput, "a ray needs finite numbers and a direction");
     const auto found = held_.find(holder);
     if (found == held_.end()) return fail(ErrorCode::kRefused, "no handle is held: grab one first");

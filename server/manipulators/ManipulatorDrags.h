@@ -15,8 +15,9 @@
 
 namespace tessera {
 
-/// One handle each. Who holds it edits the manipulator's target as by hand: the edits of one grab are one gesture, and what stands in
-/// the way of others' edits stands in its way too. A handle is found through whatever lies in front of it.
+/// One handle each. Who holds it edits the manipulator's target as by hand: the edits of one grab are one gesture, and
+/// what stands in the way of others' edits stands in its way too. A handle is found through whatever lies in front of
+/// it.
 ///
 /// Not thread-safe. Whoever goes on after an end of the server holds nothing: `corrections` says so to the scene.
 class ManipulatorDrags {
@@ -31,15 +32,20 @@ public:
         Vec3d point = Vec3d::Zero();  ///< world
         double t = 0;                 ///< world units from where the ray begins
     };
-    /// Where users' heads are, as many as see handles of their own size (sightsOf). A ray is of whoever it begins nearest to: what it meets is what they see.
+    /// Where users' heads are, as many as see handles of their own size (sightsOf). A ray is of whoever it begins
+    /// nearest to: what it meets is what they see.
     void headsAre(std::vector<Vec3d> world) { heads_ = std::move(world); }
 
-    /// Takes hold of the nearest handle on the ray; lets go of what was held before. No handle there: `any` is false. kRefused: somebody else
-    /// holds this manipulator, or another one of the same target; something drives the target. kBadInput: no ray.
-    [[nodiscard]] Expected<Held> grab(const Aspect& scene, ManipulatorDisplay& display, std::uint64_t holder, const Ray& ray, const Drivers& drivers);
+    /// Takes hold of the nearest handle on the ray; lets go of what was held before. No handle there: `any` is false.
+    /// kRefused: somebody else holds this manipulator, or another one of the same target; something drives the target.
+    /// kBadInput: no ray.
+    [[nodiscard]] Expected<Held> grab(const Aspect& scene, ManipulatorDisplay& display, std::uint64_t holder,
+                                      const Ray& ray, const Drivers& drivers);
 
-    /// What the ray makes of it; empty: nothing, all stays. kRefused: nothing is held (any more), or something drives the target; then it is let go.
-    [[nodiscard]] Expected<ChangeList> drag(const Aspect& scene, std::uint64_t holder, const Ray& ray, const Drivers& drivers);
+    /// What the ray makes of it; empty: nothing, all stays. kRefused: nothing is held (any more), or something drives
+    /// the target; then it is let go.
+    [[nodiscard]] Expected<ChangeList> drag(const Aspect& scene, std::uint64_t holder, const Ray& ray,
+                                            const Drivers& drivers);
 
     /// Harmless where nothing is held.
     void release(std::uint64_t holder) { held_.erase(holder); }
@@ -47,7 +53,8 @@ public:
     /// Of the grab that the holder has: another one for each, never 0.
     [[nodiscard]] std::uint64_t gesture(std::uint64_t holder) const;
 
-    /// Lets go of what is not there any more, and says what `Manipulator::held` should be where it is not. Nobody's step.
+    /// Lets go of what is not there any more, and says what `Manipulator::held` should be where it is not. Nobody's
+    /// step.
     [[nodiscard]] ChangeList corrections(const Aspect& scene, const ManipulatorDisplay& display);
 
 private:

@@ -23,7 +23,9 @@
 namespace tessera {
 namespace {
 
-Error noDecoder(std::string_view step) { return {ErrorCode::kFailed, fmt::format("films cannot be decoded: {} ({})", step, std::strerror(errno))}; }
+Error noDecoder(std::string_view step) {
+    return {ErrorCode::kFailed, fmt::format("films cannot be decoded: {} ({})", step, std::strerror(errno))};
+}
 
 }  // namespace
 
@@ -31,27 +33,34 @@ Expected<FilmProcess> FilmProcess::start(FileHandle film, const std::string& pro
     // Its size is sealed: a child that shrinks it would take the server with it.
     const FileHandle memory(::memfd_create("film", MFD_CLOEXEC | MFD_ALLOW_SEALING));
     constexpr std::size_t kBytes = kFilmSlots * kFilmSlotBytes;
-    if (memory.get() < 0 || ::ftruncate(memory.get(), static_cast<off_t>(kBytes)) != 0 || ::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+    if (memory.get() < 0 || ::ftruncate(memory.get(), static_cast<off_t>(kBytes)) != 0 ||
+        ::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
         return tl::unexpected(noDecoder("no memory for pictures"));
     void* const mapped = ::mmap(nullptr, kBytes, PROT_READ, MAP_SHARED, memory.get(), 0);
     if (mapped == MAP_FAILED) return tl::unexpected(noDecoder("no memory for pictures"));
     FilmProcess process;
-    process.memory_ = {static_cast<const std::byte*>(mapped), [](const std::byte* all) { ::munmap(const_cast<std::byte*>(all), kBytes); }};
+    process.memory_ = {static_cast<const std::byte*>(mapped),
+                       [](const std::byte* all) { ::munmap(const_cast<std::byte*>(all), kBytes); }};
 
     std::array<int, 2> up{}, down{};
     if (::pipe2(up.data(), O_CLOEXEC) != 0) return tl::unexpected(noDecoder("pipe"));
     process.answers_ = FileHandle(up[0]);
     const FileHandle answersOut(up[1]);
     // A socket, as a child that has gone must not end who asks it (SIGPIPE).
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, down.data()) != 0) return tl::unexpected(noDecoder("socketpair"));
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, down.data()) != 0)
+        return tl::unexpected(noDecoder("socketpair"));
     const FileHandle requestsIn(down[0]);
     process.requests_ = FileHandle(down[1]);
     ::fcntl(requestsIn.get(), F_SETFL, 0);
     ::fcntl(process.answers_.get(), F_SETFL, O_NONBLOCK);
-    Expected<ChildProgram> child = ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-decode-film") : program,
-                                                        .arguments = {"--parent", std::to_string(::getpid())},
-                                                        .environment = {},
-                                                        .files = {{film.get(), 0}, {answersOut.get(), 1}, {requestsIn.get(), kFilmRequestsFd}, {memory.get(), kFilmMemoryFd}}});
+    Expected<ChildProgram> child =
+        ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-decode-film") : program,
+                             .arguments = {"--parent", std::to_string(::getpid())},
+                             .environment = {},
+                             .files = {{film.get(), 0},
+                                       {answersOut.get(), 1},
+                                       {requestsIn.get(), kFilmRequestsFd},
+                                       {memory.get(), kFilmMemoryFd}}});
     if (!child) return fail(child.error().code, "films cannot be decoded: " + child.error().message);
     process.child_ = std::move(*child);
     return process;
@@ -87,7 +96,8 @@ Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now) {
         frames.push_back(std::move(*frame));
     }
     // It renews its own limit for each picture, so that limit alone does not bind whoever has taken it over.
-    if (!pending_.empty()) workedAtLast_ = worked();
+    if (!pending_.empty())
+        workedAtLast_ = worked();
     else if (worked() > workedAtLast_ + std::chrono::seconds(kIdleSeconds)) {
         (void)child_.kill();
         return fail(ErrorCode::kBadInput, "who decodes it works though nothing is asked of it");
@@ -116,12 +126,19 @@ Expected<FilmFrame> FilmProcess::take(const FilmAnswer& answer) {
             if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = ' ';
         return fail(ErrorCode::kBadInput, text.empty() ? "it cannot be decoded" : std::move(text));
     }
-    if (answer.kind != FilmAnswer::Kind::kPicture || pending_.empty() || answer.serial != pending_.front().serial || answer.slot != pending_.front().slot) return nonsense;
+    if (answer.kind != FilmAnswer::Kind::kPicture || pending_.empty() || answer.serial != pending_.front().serial ||
+        answer.slot != pending_.front().slot)
+        return nonsense;
     pending_.pop_front();
     const auto sane = [](double seconds) { return seconds >= 0 && seconds <= 2e9; };
-    if (!sane(answer.begin) || !sane(answer.end) || !sane(answer.seconds) || answer.sizeBytes == 0 || answer.sizeBytes > kFilmSlotBytes) return nonsense;
-    if (answer.widthPx == 0 || answer.heightPx == 0 || answer.widthPx > kMostFilmSidePx || answer.heightPx > kMostFilmSidePx) return nonsense;
-    if (answer.encoding != Image::kSrgb && answer.encoding != Image::kBc1 && answer.encoding != Image::kBc3) return nonsense;
+    if (!sane(answer.begin) || !sane(answer.end) || !sane(answer.seconds) || answer.sizeBytes == 0 ||
+        answer.sizeBytes > kFilmSlotBytes)
+        return nonsense;
+    if (answer.widthPx == 0 || answer.heightPx == 0 || answer.widthPx > kMostFilmSidePx ||
+        answer.heightPx > kMostFilmSidePx)
+        return nonsense;
+    if (answer.encoding != Image::kSrgb && answer.encoding != Image::kBc1 && answer.encoding != Image::kBc3)
+        return nonsense;
     const std::byte* from = memory_.get() + answer.slot * kFilmSlotBytes;
     FilmFrame frame{.serial = answer.serial,
                     .begin = answer.begin,
@@ -153,11 +170,17 @@ Error FilmProcess::ended() {
         case SIGABRT:
         case SIGFPE:
         case SIGILL:
-        case SIGTRAP: return {ErrorCode::kBadInput, "who decodes it crashed on it"};
-        case SIGXCPU: return {ErrorCode::kLimit, fmt::format("a picture of it takes longer than {} s of the processor", kSeconds)};
-        case SIGSYS: return {ErrorCode::kBadInput, "who decodes it tried what is forbidden to it"};
-        case SIGKILL: return {ErrorCode::kBadInput, "who decodes it was ended from outside (out of memory, or by somebody)"};
-        default: return {ErrorCode::kBadInput, "who decodes it ended without a word"};
+        case SIGTRAP:
+            return {ErrorCode::kBadInput, "who decodes it crashed on it"};
+        case SIGXCPU:
+            return {ErrorCode::kLimit,
+                    fmt::format("a picture of it takes longer than {} s of the processor", kSeconds)};
+        case SIGSYS:
+            return {ErrorCode::kBadInput, "who decodes it tried what is forbidden to it"};
+        case SIGKILL:
+            return {ErrorCode::kBadInput, "who decodes it was ended from outside (out of memory, or by somebody)"};
+        default:
+            return {ErrorCode::kBadInput, "who decodes it ended without a word"};
     }
 }
 

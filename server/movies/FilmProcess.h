@@ -27,9 +27,10 @@ struct FilmFrame {
     std::int64_t widthPx = 0, heightPx = 0, encoding = 0, mipmaps = 1;
 };
 
-/// While it lives, so does a child (tessera-decode-film, which gives everything away before it looks at the file): it is killed and reaped at the latest when this
-/// goes. Nothing waits for it; who has not answered a request after kSeconds is killed, and who works for kIdleSeconds while nothing is asked. Believes nothing: sizes are checked, pictures copied before they are looked
-/// at. Not thread-safe; the child ends with the thread that starts it.
+/// While it lives, so does a child (tessera-decode-film, which gives everything away before it looks at the file): it
+/// is killed and reaped at the latest when this goes. Nothing waits for it; who has not answered a request after
+/// kSeconds is killed, and who works for kIdleSeconds while nothing is asked. Believes nothing: sizes are checked,
+/// pictures copied before they are looked at. Not thread-safe; the child ends with the thread that starts it.
 class FilmProcess {
 public:
     static constexpr int kSeconds = 20;
@@ -42,7 +43,8 @@ public:
     [[nodiscard]] std::size_t underWay() const { return pending_.size(); }
     /// `request`: its flags and seconds count. Only where fewer than kMostUnderWay are under way. Returns its serial.
     std::uint64_t ask(FilmRequest request, TimePoint now);
-    /// What has been answered since, in the order of the requests. Fails, once and for good, with why there will be no more, in words for a person.
+    /// What has been answered since, in the order of the requests. Fails, once and for good, with why there will be no
+    /// more, in words for a person.
     [[nodiscard]] Expected<std::vector<FilmFrame>> poll(TimePoint now);
     /// The child's; for tests that end it.
     [[nodiscard]] pid_t process() const { return child_.pid(); }

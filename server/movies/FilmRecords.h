@@ -7,7 +7,8 @@
 
 namespace tessera {
 
-/// Pictures lie in memory that both have mapped, whose size neither can change: slot i begins at i * kFilmSlotBytes. Only pages that are written take memory.
+/// Pictures lie in memory that both have mapped, whose size neither can change: slot i begins at i * kFilmSlotBytes.
+/// Only pages that are written take memory.
 inline constexpr std::size_t kFilmSlots = 4, kFilmSlotBytes = std::size_t{24} << 20;
 /// Sides beyond are halved until they fit; a picture then lies in a slot with its mipmaps, as blocks of 16 bytes too.
 inline constexpr int kMostFilmSidePx = 4096;
@@ -20,8 +21,9 @@ inline constexpr int kFilmRequestsFd = 3, kFilmMemoryFd = 4;
 /// For the picture that is shown at a time.
 struct FilmRequest {
     static constexpr std::uint32_t kMagic = 0x514d4c46;
-    static constexpr std::uint32_t kFollowing = 1;  ///< the one after the last that was told; unless that has ended by `seconds`
-    static constexpr std::uint32_t kLoop = 2;       ///< after the last one comes the first one
+    static constexpr std::uint32_t kFollowing =
+        1;  ///< the one after the last that was told; unless that has ended by `seconds`
+    static constexpr std::uint32_t kLoop = 2;  ///< after the last one comes the first one
     std::uint32_t magic = kMagic;
     std::uint32_t flags = 0;
     std::uint32_t slot = 0;  ///< where it shall lie; nobody looks there until the answer
@@ -46,6 +48,7 @@ struct FilmAnswer {
     std::uint64_t sizeBytes = 0;
     std::array<char, 248> text{};  ///< of kTrouble
 };
-static_assert(sizeof(FilmRequest) == 32 && sizeof(FilmAnswer) == 320, "written and read whole: below a pipe's atomic size");
+static_assert(sizeof(FilmRequest) == 32 && sizeof(FilmAnswer) == 320,
+              "written and read whole: below a pipe's atomic size");
 
 }  // namespace tessera

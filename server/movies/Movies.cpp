@@ -17,9 +17,13 @@ namespace {
 
 constexpr std::size_t kMostMovieProblemBytes = 512;
 
-bool isMovieColumn(const FieldColumn& column) { return column.type == typeOf<Movie>(); }
+bool isMovieColumn(const FieldColumn& column) {
+    return column.type == typeOf<Movie>();
+}
 
-bool isReady(const std::future<Expected<FileHandle>>& future) { return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready; }
+bool isReady(const std::future<Expected<FileHandle>>& future) {
+    return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
 
 }  // namespace
 
@@ -99,15 +103,20 @@ void Movies::attend(const Aspect& scene, TimePoint now) {
 
 void Movies::open(const Movie& movie, ObjectId id, Reel& reel) {
     if (reel.state != Reel::State::kStill || !reel.wants(movie)) return;
-    const auto busy = std::ranges::count_if(reels_, [](const auto& one) { return one.second.state == Reel::State::kOpening || one.second.state == Reel::State::kRunning; });
+    const auto busy = std::ranges::count_if(reels_, [](const auto& one) {
+        return one.second.state == Reel::State::kOpening || one.second.state == Reel::State::kRunning;
+    });
     // Who stands has its picture, and gives way; who has stood longest first.
     Reel* standing = nullptr;
     for (auto& [other, one] : reels_)
-        if (one.state == Reel::State::kRunning && one.idle > 0 && (!standing || one.idle > standing->idle)) standing = &one;
+        if (one.state == Reel::State::kRunning && one.idle > 0 && (!standing || one.idle > standing->idle))
+            standing = &one;
     if (static_cast<std::size_t>(busy) + left_.size() >= kMostFilms && standing) {
         standing->stop();
     } else if (static_cast<std::size_t>(busy) + left_.size() >= kMostFilms) {
-        if (reel.problem.empty()) remarks_.push_back(fmt::format("Movie #{} waits: {} films are decoded at once already", id.value, kMostFilms));
+        if (reel.problem.empty())
+            remarks_.push_back(
+                fmt::format("Movie #{} waits: {} films are decoded at once already", id.value, kMostFilms));
         reel.problem = fmt::format("it waits: {} films are decoded at once already", kMostFilms);
         return;
     }
@@ -121,7 +130,8 @@ void Movies::attend(const Movie& movie, ObjectId id, Reel& reel, TimePoint now) 
     if (reel.state == Reel::State::kOpening && isReady(reel.opening)) {
         Expected<FileHandle> film = reel.opening.get();
         // A child ends with the thread that started it: not there.
-        Expected<FilmProcess> process = film ? FilmProcess::start(std::move(*film), program_) : tl::unexpected(film.error());
+        Expected<FilmProcess> process =
+            film ? FilmProcess::start(std::move(*film), program_) : tl::unexpected(film.error());
         if (!process) return failed(id, reel, process.error().message);
         reel.process.emplace(std::move(*process));
         reel.state = Reel::State::kRunning;
@@ -148,8 +158,10 @@ void Movies::take(Reel& reel, std::vector<FilmFrame> frames) {
             }
         }
         if (!asked.ofThisRun) continue;
-        if (asked.exact) reel.lastBase = asked.base;
-        else if (frame.wrapped) reel.lastBase += reel.length;
+        if (asked.exact)
+            reel.lastBase = asked.base;
+        else if (frame.wrapped)
+            reel.lastBase += reel.length;
         reel.told = true;
         reel.lastBegin = frame.begin;
         reel.lastEnd = frame.end;
@@ -163,7 +175,8 @@ void Movies::ask(const Movie& movie, Reel& reel, TimePoint now) {
     const double time = reel.filmTime();
     const auto say = [&](bool exact, double seconds) {
         const std::uint32_t loop = movie.mode == Movie::kLoop ? FilmRequest::kLoop : 0;
-        const std::uint64_t serial = reel.process->ask({.flags = exact ? 0 : FilmRequest::kFollowing | loop, .seconds = seconds}, now);
+        const std::uint64_t serial =
+            reel.process->ask({.flags = exact ? 0 : FilmRequest::kFollowing | loop, .seconds = seconds}, now);
         reel.asked.push_back({.serial = serial, .exact = exact, .base = reel.base});
         if (exact) reel.exactlyAsked = seconds;
         ++requests_;
@@ -198,7 +211,9 @@ std::vector<ChangeList> Movies::advance(const Aspect& scene, double seconds, Tim
     for (auto& [id, reel] : reels_) {
         const Movie& movie = *scene.get<Movie>(id);
         ChangeListBuilder edits;
-        std::string problem = movie.file.empty() ? "it names no file" : !reel.playable ? "it names no image" : reel.problem;
+        std::string problem = movie.file.empty() ? "it names no file"
+                              : !reel.playable   ? "it names no image"
+                                                 : reel.problem;
         // Edits that say so are refused; what undo brings back, or a large load, may.
         if (const auto [first, alone] = writers.emplace(movie.image, id); !alone && reel.playable) {
             problem = fmt::format("Movie #{} writes its image already", first->second.value);
@@ -233,7 +248,8 @@ void Movies::advance(const Aspect&, const Movie& movie, Reel& reel, double secon
     if (sought || (direction != reel.direction && (direction < 0 || reel.direction < 0))) reel.beginRun(movie.time);
     reel.direction = direction;
     // The clock begins with the first picture, and stands where none comes any more.
-    if (!sought && direction != 0 && reel.shown && reel.state != Reel::State::kFailed && reel.playable) reel.clock += movie.speed * seconds;
+    if (!sought && direction != 0 && reel.shown && reel.state != Reel::State::kFailed && reel.playable)
+        reel.clock += movie.speed * seconds;
     reel.fold(movie.mode);
     reel.before = movie.time;
     reel.written = reel.filmTime();
@@ -249,7 +265,9 @@ void Movies::show(const Image& image, ObjectId id, const FilmFrame& frame, Chang
         // Whole numbers, so that who follows ranges sees pixels and blocks.
         const std::size_t begin = first / 16 * 16;
         end = std::min(now.size(), (end + 15) / 16 * 16);
-        if (begin < end) edits.setRange(id, typeOf<Image>(), fieldId<&Image::pixels>, begin, Blob::of(next.subspan(begin, end - begin)));
+        if (begin < end)
+            edits.setRange(id, typeOf<Image>(), fieldId<&Image::pixels>, begin,
+                           Blob::of(next.subspan(begin, end - begin)));
     } else {
         setField<&Image::pixels>(edits, id, frame.pixels);
     }
@@ -264,12 +282,14 @@ void Movies::show(const Image& image, ObjectId id, const FilmFrame& frame, Chang
 std::size_t Movies::awaited() const {
     return static_cast<std::size_t>(std::ranges::count_if(reels_, [](const auto& one) {
         const Reel& reel = one.second;
-        return reel.playable && !reel.shown && reel.held.empty() && reel.problem.empty() && reel.state != Reel::State::kFailed;
+        return reel.playable && !reel.shown && reel.held.empty() && reel.problem.empty() &&
+               reel.state != Reel::State::kFailed;
     }));
 }
 
 std::size_t Movies::running() const {
-    return static_cast<std::size_t>(std::ranges::count_if(reels_, [](const auto& one) { return one.second.process.has_value(); }));
+    return static_cast<std::size_t>(
+        std::ranges::count_if(reels_, [](const auto& one) { return one.second.process.has_value(); }));
 }
 
 pid_t Movies::processOf(ObjectId movie) const {

@@ -18,14 +18,16 @@
 
 namespace tessera {
 
-/// Follows the Movies of a scene through its lists. A film is decoded by a process of its own while it plays, or its time is set; of a few pictures ahead
-/// the newest that is due is taken, those that come too late are left out. Nobody waits: neither for a file, nor for a picture. What is said goes into
-/// frames as edits that are no step of anybody: `time`, `problem`, and of the Image the pixels, size, encoding and mipmaps, only the bytes that differ
-/// where the size stays.
+/// Follows the Movies of a scene through its lists. A film is decoded by a process of its own while it plays, or its
+/// time is set; of a few pictures ahead the newest that is due is taken, those that come too late are left out. Nobody
+/// waits: neither for a file, nor for a picture. What is said goes into frames as edits that are no step of anybody:
+/// `time`, `problem`, and of the Image the pixels, size, encoding and mipmaps, only the bytes that differ where the
+/// size stays.
 ///
-/// A film's clock begins with its first picture, and stands where there is a problem. A film that stands has no process after kPatience frames, nor where
-/// another one wants its place. At most kMostFilms are decoded at once; others wait, and say so. Which picture a frame shows depends on how fast it was
-/// decoded: who records has what was shown. Not thread-safe.
+/// A film's clock begins with its first picture, and stands where there is a problem. A film that stands has no process
+/// after kPatience frames, nor where another one wants its place. At most kMostFilms are decoded at once; others wait,
+/// and say so. Which picture a frame shows depends on how fast it was decoded: who records has what was shown. Not
+/// thread-safe.
 class Movies {
 public:
     /// Of the edits; nobody waits for them.
@@ -33,15 +35,16 @@ public:
     static constexpr std::size_t kMostFilms = 8, kMostAhead = 3;
     static constexpr int kPatience = 600;
 
-    /// `open`: opens a film's file for reading, by what a Movie says; called on a thread of its own, may be slow. `program`: as FilmProcess's.
+    /// `open`: opens a film's file for reading, by what a Movie says; called on a thread of its own, may be slow.
+    /// `program`: as FilmProcess's.
     using Opener = std::function<Expected<FileHandle>(const std::string& file)>;
     explicit Movies(Opener open, std::string program = {});
     ~Movies();
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
     void update(const Aspect& scene, const ChangeList* list);
-    /// One frame: what is to be written, a list for each Movie that has something to say. `seconds`: by how much its time goes on. `scene`: as of the last update. What
-    /// is not applied is said again.
+    /// One frame: what is to be written, a list for each Movie that has something to say. `seconds`: by how much its
+    /// time goes on. `scene`: as of the last update. What is not applied is said again.
     [[nodiscard]] std::vector<ChangeList> advance(const Aspect& scene, double seconds, TimePoint now);
     /// What goes on in between: files that are open, pictures that have come. `advance` does so too.
     void attend(const Aspect& scene, TimePoint now);

@@ -12,8 +12,9 @@
 
 namespace tessera {
 
-/// Two time lines: the film's own, from 0 to its length, which Movie::time is on, and an endless one (`clock`) that does not go back where the film begins again:
-/// film time = clock - base. A seek, or a change of direction, begins a new *run*: what was asked before it is thrown away when it comes.
+/// Two time lines: the film's own, from 0 to its length, which Movie::time is on, and an endless one (`clock`) that
+/// does not go back where the film begins again: film time = clock - base. A seek, or a change of direction, begins a
+/// new *run*: what was asked before it is thrown away when it comes.
 struct Movies::Reel {
     enum class State : std::uint8_t { kStill, kOpening, kRunning, kFailed };
     struct Asked {

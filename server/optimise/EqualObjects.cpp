@@ -16,8 +16,9 @@ namespace tessera {
 namespace {
 
 /// What is named comes before what names it, so that equal materials have one image already when they are compared.
-constexpr ObjectType kShareable[] = {Image::kType,    TextureLayer::kType,       SurfaceProgram::kType,   Material::kType,
-                                     Geometry::kType, SubdivisionSurface::kType, NurbsSurfaceCore::kType};
+constexpr ObjectType kShareable[] = {Image::kType,           TextureLayer::kType, SurfaceProgram::kType,
+                                     Material::kType,        Geometry::kType,     SubdivisionSurface::kType,
+                                     NurbsSurfaceCore::kType};
 
 bool isShareable(ObjectType type) {
     for (const ObjectType one : kShareable)
@@ -36,7 +37,9 @@ std::unordered_set<ObjectId> meantAlone(const Aspect& scene) {
     std::unordered_set<ObjectId> alone;
     for (const ObjectId id : scene.ids()) {
         const Object object = scene.find(id);
-        if (object.is<Node>() || isShareable(typeOf(object)) || object.is<MaterialGroup>() || object.is<Text>() || object.is<Skin>() || object.is<Deformation>()) continue;
+        if (object.is<Node>() || isShareable(typeOf(object)) || object.is<MaterialGroup>() || object.is<Text>() ||
+            object.is<Skin>() || object.is<Deformation>())
+            continue;
         forEachRef(object, [&](ObjectId to) { alone.insert(to); });
     }
     return alone;

@@ -35,7 +35,9 @@ public:
                 continue;
             }
             forEachRef(object, [&](ObjectId to) {
-                if (const Object target = scene.find(to); target && (target.is<Node>() || target.info().isCore || isDriving(object))) named_.insert(to);
+                if (const Object target = scene.find(to);
+                    target && (target.is<Node>() || target.info().isCore || isDriving(object)))
+                    named_.insert(to);
             });
         }
     }
@@ -54,8 +56,8 @@ private:
 };
 
 bool isSoundMesh(const Geometry& mesh) {
-    return mesh.primitive == Geometry::kTriangles && !mesh.indices.empty() && mesh.positions.resident() && drawableOf(Object::of(mesh)).resident() &&
-           drawableOf(Object::of(mesh)).check();
+    return mesh.primitive == Geometry::kTriangles && !mesh.indices.empty() && mesh.positions.resident() &&
+           drawableOf(Object::of(mesh)).resident() && drawableOf(Object::of(mesh)).check();
 }
 
 /// Its look depends on the coordinates or the size of what bears it.
@@ -63,7 +65,9 @@ bool looksByNode(const Aspect& scene, ObjectId id) {
     const Material* material = id ? scene.get<Material>(id) : nullptr;
     if (!material) return false;
     for (const ObjectId layer : material->layers)
-        if (const TextureLayer* image = scene.get<TextureLayer>(layer); image && image->source == TextureLayer::kPosition) return true;
+        if (const TextureLayer* image = scene.get<TextureLayer>(layer);
+            image && image->source == TextureLayer::kPosition)
+            return true;
     for (const ObjectId pass : material->passes)
         if (looksByNode(scene, pass)) return true;
     return material->program || material->coarser;
@@ -107,14 +111,19 @@ bool keepsAngles(const Eigen::Matrix3d& linear) {
 
 class StaticMerging {
 public:
-    StaticMerging(const Aspect& scene, const OptimiseOptions& options, const std::vector<ObjectId>& keep, OptimiseCounts& counts)
+    StaticMerging(const Aspect& scene, const OptimiseOptions& options, const std::vector<ObjectId>& keep,
+                  OptimiseCounts& counts)
         : scene_(scene), options_(options), counts_(counts), named_(scene), nextId_(scene.nextFreeId()) {
         for (const ObjectId node : keep) frozen_.insert(node);
         for (const ObjectId id : scene.ids()) {
             const CollisionObject* object = scene.get<CollisionObject>(id);
-            if (object && object->node && (object->division != CollisionObject::kWhole || object->shape != CollisionObject::kTriangles)) frozen_.insert(object->node);
+            if (object && object->node &&
+                (object->division != CollisionObject::kWhole || object->shape != CollisionObject::kTriangles))
+                frozen_.insert(object->node);
             // What of each mesh runs into itself is another question of one mesh made of several.
-            if (const Interest* interest = scene.get<Interest>(id); interest && interest->mode == Interest::kSelf && interest->object) frozen_.insert(interest->object);
+            if (const Interest* interest = scene.get<Interest>(id);
+                interest && interest->mode == Interest::kSelf && interest->object)
+                frozen_.insert(interest->object);
         }
     }
 
@@ -146,7 +155,8 @@ private:
         if (frozen_.contains(id)) return true;
         const Object core = node.core ? scene_.find(node.core) : Object();
         const bool chooses = core && (core.is<Switch>() || core.is<DistanceLOD>());
-        bool any = id == kRootNode || chosen || named_.contains(id) || (node.core && named_.contains(node.core)) || !isPlain(node);
+        bool any = id == kRootNode || chosen || named_.contains(id) || (node.core && named_.contains(node.core)) ||
+                   !isPlain(node);
         std::vector<ObjectId> going;
         for (const ObjectId child : node.children) {
             if (stays(child, chooses))
@@ -160,7 +170,8 @@ private:
         return true;
     }
 
-    void collect(ObjectId id, const Affine3d& top_T_parent, std::size_t transforms, bool alone, std::vector<StaticMesh>& to) {
+    void collect(ObjectId id, const Affine3d& top_T_parent, std::size_t transforms, bool alone,
+                 std::vector<StaticMesh>& to) {
         const Node& node = *scene_.get<Node>(id);
         const Object core = node.core ? scene_.find(node.core) : Object();
         Affine3d top_T_node = top_T_parent;
@@ -169,7 +180,8 @@ private:
             ++transforms;
         }
         if (core.is<Geometry>()) to.push_back({id, node.core, top_T_node, transforms, alone});
-        for (const ObjectId child : node.children) collect(child, top_T_node, transforms, alone && node.children.size() == 1, to);
+        for (const ObjectId child : node.children)
+            collect(child, top_T_node, transforms, alone && node.children.size() == 1, to);
     }
 
     void mergeBelow(ObjectId top) {
@@ -184,7 +196,9 @@ private:
         if (options_.merge) mergeLike(top, meshes, leaving);
         if (options_.flatten)
             for (const StaticMesh& mesh : meshes)
-                if (!leaving.contains(mesh.node) && mesh.transforms > 1 && mesh.alone && scene_.get<Node>(mesh.node)->children.empty()) flatten(top, mesh, leaving);
+                if (!leaving.contains(mesh.node) && mesh.transforms > 1 && mesh.alone &&
+                    scene_.get<Node>(mesh.node)->children.empty())
+                    flatten(top, mesh, leaving);
         for (const ObjectId root : roots) (void)prune(root, leaving);
     }
 
@@ -192,7 +206,8 @@ private:
         return boundsOf(scene_.get<Geometry>(mesh.core)->positions.as<float>()).transformed(mesh.top_T_mesh);
     }
 
-    /// Walls and floors: as a part of a mesh that reaches elsewhere they would hide little from a culler that draws the best occluders first.
+    /// Walls and floors: as a part of a mesh that reaches elsewhere they would hide little from a culler that draws the
+    /// best occluders first.
     [[nodiscard]] static bool hidesMuch(const Box& box, double sceneDiagonal) {
         Vec3d size = box.size();
         std::sort(size.begin(), size.end());
@@ -208,13 +223,18 @@ private:
         for (const StaticMesh& mesh : meshes) {
             const Geometry& g = *scene_.get<Geometry>(mesh.core);
             const double flat = mesh.top_T_mesh.linear().determinant();
-            if (!std::isfinite(flat) || flat == 0 || !mesh.top_T_mesh.matrix().allFinite() || looksByNode(scene_, g.material)) continue;
+            if (!std::isfinite(flat) || flat == 0 || !mesh.top_T_mesh.matrix().allFinite() ||
+                looksByNode(scene_, g.material))
+                continue;
             if (hidesMuch(boxAtTop(mesh), diagonal)) continue;
-            // Renderers weigh normals between corners by lengths that uneven scales give them, and a mesh has none to keep them in.
+            // Renderers weigh normals between corners by lengths that uneven scales give them, and a mesh has none to
+            // keep them in.
             if (!g.normals.empty() && !keepsAngles(mesh.top_T_mesh.linear())) continue;
             // Large meshes that stand in many places stay one mesh in many places.
-            if (triangles(g) * std::max<std::size_t>(1, named_.uses(mesh.core)) > options_.mostMergedTriangles) continue;
-            like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty()}].push_back(&mesh);
+            if (triangles(g) * std::max<std::size_t>(1, named_.uses(mesh.core)) > options_.mostMergedTriangles)
+                continue;
+            like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty()}]
+                .push_back(&mesh);
         }
         for (auto& [look, places] : like) {
             sortByPlace(places);
@@ -239,7 +259,8 @@ private:
         std::vector<std::pair<std::uint64_t, const StaticMesh*>> keyed;
         std::vector<Vec3d> centers;
         for (const StaticMesh* place : places) {
-            centers.push_back(place->top_T_mesh * boundsOf(scene_.get<Geometry>(place->core)->positions.as<float>()).center());
+            centers.push_back(place->top_T_mesh *
+                              boundsOf(scene_.get<Geometry>(place->core)->positions.as<float>()).center());
             all.extend(centers.back());
         }
         const Vec3d size = all.size().cwiseMax(1e-300);
@@ -247,7 +268,8 @@ private:
             std::uint64_t key = 0;
             const Vec3d at = (centers[i] - all.lower).cwiseQuotient(size) * 1023.0;
             for (int bit = 9; bit >= 0; --bit)
-                for (int axis = 0; axis < 3; ++axis) key = key * 2 + (static_cast<std::uint64_t>(std::clamp(at[axis], 0.0, 1023.0)) >> bit & 1);
+                for (int axis = 0; axis < 3; ++axis)
+                    key = key * 2 + (static_cast<std::uint64_t>(std::clamp(at[axis], 0.0, 1023.0)) >> bit & 1);
             keyed.emplace_back(key, places[i]);
         }
         std::ranges::stable_sort(keyed, {}, &std::pair<std::uint64_t, const StaticMesh*>::first);
@@ -258,7 +280,9 @@ private:
         std::vector<float> positions, normals;
         std::vector<std::byte> colors, texcoords, texcoords1;
         std::vector<std::uint32_t> indices;
-        const auto add = [](std::vector<std::byte>& to, const Blob& from) { to.insert(to.end(), from.bytes().begin(), from.bytes().end()); };
+        const auto add = [](std::vector<std::byte>& to, const Blob& from) {
+            to.insert(to.end(), from.bytes().begin(), from.bytes().end());
+        };
         for (const StaticMesh* place : places) {
             const Geometry& g = *scene_.get<Geometry>(place->core);
             const auto base = static_cast<std::uint32_t>(positions.size() / 3);
@@ -271,7 +295,8 @@ private:
             for (std::size_t i = 0; i < along.size(); i += 3) {
                 const Vec3d n = turn * Vec3d(along[i], along[i + 1], along[i + 2]);
                 const double size = n.norm();
-                for (int axis = 0; axis < 3; ++axis) normals.push_back(size > 0 ? static_cast<float>(n[axis] / size) : 0.0f);
+                for (int axis = 0; axis < 3; ++axis)
+                    normals.push_back(size > 0 ? static_cast<float>(n[axis] / size) : 0.0f);
             }
             add(colors, g.colors);
             add(texcoords, g.texcoords);
@@ -279,11 +304,14 @@ private:
             const bool mirrored = place->top_T_mesh.linear().determinant() < 0;
             const std::span<const std::uint32_t> corners = g.indices.as<std::uint32_t>();
             for (std::size_t i = 0; i < corners.size(); i += 3)
-                for (const std::size_t corner : {i, mirrored ? i + 2 : i + 1, mirrored ? i + 1 : i + 2}) indices.push_back(base + corners[corner]);
+                for (const std::size_t corner : {i, mirrored ? i + 2 : i + 1, mirrored ? i + 1 : i + 2})
+                    indices.push_back(base + corners[corner]);
             leaving.insert(place->node);
         }
         Geometry whole;
-        const auto blob = [](const auto& values) { return values.empty() ? Blob() : Blob::of(std::span(values.data(), values.size())); };
+        const auto blob = [](const auto& values) {
+            return values.empty() ? Blob() : Blob::of(std::span(values.data(), values.size()));
+        };
         whole.positions = blob(positions);
         whole.normals = blob(normals);
         whole.colors = blob(colors);
@@ -378,7 +406,8 @@ Expected<void> orderMeshes(Aspect& scene, OptimiseCounts& counts) {
         counts.verticesJoined += (mesh->positions.sizeBytes() - better.positions.sizeBytes()) / 12;
         ++counts.ordered;
         for (const FieldEntry& field : findType(Geometry::kType)->fields)
-            if (field.kind == FieldKind::kBlob) list.set(id, typeOf<Geometry>(), field.id, field.load(Object::of(better)));
+            if (field.kind == FieldKind::kBlob)
+                list.set(id, typeOf<Geometry>(), field.id, field.load(Object::of(better)));
     }
     return list.empty() ? Expected<void>() : scene.apply(list.take());
 }
@@ -401,7 +430,8 @@ Expected<void> addLevels(Aspect& scene, const std::unordered_set<ObjectId>& froz
     };
     for (const auto& [core, nodes] : bearers) {
         const Geometry* mesh = scene.get<Geometry>(core);
-        if (!mesh || named.contains(core) || !isSoundMesh(*mesh) || mesh->indices.sizeBytes() / 12 < kWorthwhile) continue;
+        if (!mesh || named.contains(core) || !isSoundMesh(*mesh) || mesh->indices.sizeBytes() / 12 < kWorthwhile)
+            continue;
         const std::vector<CoarserMesh> coarser = coarserMeshes(*mesh, kFewest);
         const Box box = boundsOf(mesh->positions.as<float>());
         DistanceLOD lod;
@@ -472,7 +502,8 @@ Expected<OptimiseCounts> optimiseScene(Aspect& scene, const OptimiseOptions& opt
         if (!shared) return tl::unexpected(shared.error());
         counts.shared = *shared;
     }
-    // Where something has gone, a chain of transforms may hold one mesh alone now. Each round has fewer nodes than the one before.
+    // Where something has gone, a chain of transforms may hold one mesh alone now. Each round has fewer nodes than the
+    // one before.
     for (bool more = options.merge || options.flatten; more;) {
         const ChangeList list = StaticMerging(scene, options, keep, counts).run();
         more = !list.empty();

@@ -18,7 +18,11 @@ struct Letter {
 Letter firstLetter(std::string_view text) {
     const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
     const unsigned lead = byte(0);
-    const std::size_t size = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+    const std::size_t size = lead < 0x80                   ? 1
+                             : lead >= 0xc2 && lead < 0xe0 ? 2
+                             : lead >= 0xe0 && lead < 0xf0 ? 3
+                             : lead >= 0xf0 && lead < 0xf5 ? 4
+                                                           : 0;
     if (size == 1) return {lead, 1};
     if (size == 0) return {U'?', 1};
     char32_t code = lead & (0x7fu >> size);
@@ -33,8 +37,9 @@ Letter firstLetter(std::string_view text) {
 
 /// Neither a letter nor a sign: control characters, what turns the direction of others, ends of lines.
 bool isBlank(char32_t c) {
-    return c <= 0x20 || (c >= 0x7f && c <= 0xa0) || c == 0xad || c == 0x61c || (c >= 0x200b && c <= 0x200f) || (c >= 0x2028 && c <= 0x202f) ||
-           (c >= 0x2060 && c <= 0x206f) || c == 0xfeff || (c >= 0xfff0 && c <= 0xfffb) || c >= 0xe0000;
+    return c <= 0x20 || (c >= 0x7f && c <= 0xa0) || c == 0xad || c == 0x61c || (c >= 0x200b && c <= 0x200f) ||
+           (c >= 0x2028 && c <= 0x202f) || (c >= 0x2060 && c <= 0x206f) || c == 0xfeff ||
+           (c >= 0xfff0 && c <= 0xfffb) || c >= 0xe0000;
 }
 
 /// Of what stands in one word, or is cut.
@@ -71,10 +76,12 @@ std::size_t columnsOf(std::u32string_view letters) {
     return columns;
 }
 
-/// As much of `letters` as fits into a line, and as ends where a word does if one does in its second half; takes it away.
+/// As much of `letters` as fits into a line, and as ends where a word does if one does in its second half; takes it
+/// away.
 std::u32string_view takeLine(std::u32string_view& letters) {
     std::size_t end = 0, columns = 0;
-    while (end < letters.size() && columns + widthOf(letters[end]) <= NoticeText::kColumns) columns += widthOf(letters[end++]);
+    while (end < letters.size() && columns + widthOf(letters[end]) <= NoticeText::kColumns)
+        columns += widthOf(letters[end++]);
     if (end < letters.size()) {
         const std::size_t blank = letters.substr(0, end + 1).rfind(U' ');
         if (blank != std::u32string_view::npos && blank > end / 2) end = blank;
@@ -105,7 +112,8 @@ NoticeText noticeText(std::string_view path, ObjectId object, std::string_view p
     if (columnsOf(rest) <= NoticeText::kColumns) {
         if (!rest.empty()) lines.emplace_back(rest);
     } else {
-        lines.push_back(lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), object.value)));
+        lines.push_back(
+            lettersOf(fmt::format("… and {} letters more: tessera-ctl get #{}", rest.size(), object.value)));
     }
     NoticeText notice{.text = {}, .lines = lines.size(), .columns = 0};
     for (const std::u32string& line : lines) {

@@ -7,45 +7,21 @@
 
 #include <fmt/format.h>
 
-#include "common/cores/Billboard.h"
-#include "common/cores/CollisionObject.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Material.h"
 #include "common/cores/MaterialGroup.h"
 #include "common/cores/SurfaceParts.h"
-#include "common/cores/Text.h"
-#include "common/cores/Transform.h"
 #include "common/drawable/ProgramImages.h"
 #include "common/drawable/SceneBounds.h"
 #include "common/scene/Action.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/ServerNodes.h"
+#include "server/programs/NoticeNodes.h"
 
 namespace tessera {
 namespace {
 
-constexpr double kLineSpacing = 1.2, kAdvance = 0.605;  ///< ems; of a monospaced letter
-constexpr double kMargin = 0.6;
-
-}  // namespace
-
-struct ProgramNotices::WantedNotice {
-    NoticeText words;
-    Vec3d at;
-    double em = 1;
-    Box of;              ///< the thing, in the world
-    bool close = false;  ///< before the eye, wherever the thing is
-    [[nodiscard]] Vec3d plateSize() const {
-        return {static_cast<double>(words.columns) * kAdvance + 2 * kMargin, static_cast<double>(words.lines - 1) * kLineSpacing + 1 + 2 * kMargin, 1};
-    }
-    /// Of the first baseline, so that all lines lie about the origin: letters reach about 0.75 em up and 0.25 em down.
-    [[nodiscard]] double firstLine() const { return 0.5 * static_cast<double>(words.lines - 1) * kLineSpacing - 0.25; }
-};
-
-namespace {
-
-using WantedNotice = ProgramNotices::WantedNotice;
 constexpr double kShareOfScreen = 1.0 / 40;  ///< an em, of the screen's height
 
 /// As a Billboard of no axis turns what is below it: to the right, up, towards the head. In the world.
@@ -63,163 +39,10 @@ double distanceTo(const Box& box, const Vec3d& place) {
     return (place - place.cwiseMax(box.lower).cwiseMin(box.upper)).norm();
 }
 
-const MeshArrays& plateShape() {
-    static const MeshArrays shape = [] {
-        MeshData sheet;
-        sheet.positions = {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0, -0.5f, 0.5f, 0};
-        sheet.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
-        sheet.indices = {0, 1, 2, 0, 2, 3};
-        return sheet.toArrays();
-    }();
-    return shape;
-}
-
-
-/// The objects of a notice as they stand in the scene.
-struct PresentNotice {
-    ObjectId place, plate, lines, text;  ///< three Transforms and a Text
-};
-
-template <typename Core>
-const Node* childOf(const Aspect& scene, const Node& parent, std::size_t index, std::size_t children) {
-    if (parent.children.size() != children) return nullptr;
-    const Node* child = scene.get<Node>(parent.children[index]);
-    return scene.coreOf<Core>(*child) ? child : nullptr;
-}
-
-std::optional<PresentNotice> readNotice(const Aspect& scene, const Node& node) {
-    if (node.name != "notice" || !scene.coreOf<Transform>(node)) return std::nullopt;
-    const Node* turn = childOf<Billboard>(scene, node, 0, 1);
-    const Node* plate = turn ? childOf<Transform>(scene, *turn, 0, 2) : nullptr;
-    const Node* lines = turn ? childOf<Transform>(scene, *turn, 1, 2) : nullptr;
-    const Node* shape = plate ? childOf<Geometry>(scene, *plate, 0, 1) : nullptr;
-    const Node* words = lines ? childOf<Text>(scene, *lines, 0, 1) : nullptr;
-    if (!shape || !words || !shape->children.empty() || !words->children.empty()) return std::nullopt;
-    const Geometry& sheet = *scene.coreOf<Geometry>(*shape);
-    if (sheet.positions != plateShape().positions || sheet.indices != plateShape().indices || !scene.get<Material>(sheet.material)) return std::nullopt;
-    return PresentNotice{.place = node.core, .plate = plate->core, .lines = lines->core, .text = words->core};
-}
-
-std::optional<std::vector<PresentNotice>> readNotices(const Aspect& scene, const Node& top) {
-    std::vector<PresentNotice> all;
-    for (std::size_t i = 0; i < top.children.size(); ++i) {
-        const std::optional<PresentNotice> one = readNotice(scene, *scene.get<Node>(top.children[i]));
-        if (!one) return std::nullopt;
-        all.push_back(*one);
-    }
-    return all;
-}
-
-/// What others have hung among them.
-std::vector<ObjectId> othersBelow(const Aspect& scene, const Node& top) {
-    const auto isOurs = [&](const Node& node) {
-        if (node.name == "notice" || node.name == "plate" || node.name == "lines") return scene.coreOf<Transform>(node) != nullptr;
-        if (node.name == "turn") return scene.coreOf<Billboard>(node) != nullptr;
-        return (node.name == "shape" && scene.coreOf<Geometry>(node)) || (node.name == "words" && scene.coreOf<Text>(node));
-    };
-    std::vector<ObjectId> others;
-    std::vector<const Node*> open{&top};
-    while (!open.empty()) {
-        const Node* node = open.back();
-        open.pop_back();
-        for (std::size_t i = 0; i < node->children.size(); ++i) {
-            const Node* child = scene.get<Node>(node->children[i]);
-            isOurs(*child) ? open.push_back(child) : others.push_back(node->children[i]);
-        }
-    }
-    return others;
-}
-
-void setPlace(ChangeListBuilder& list, ObjectId id, const Transform& from, const Vec3d& translation, const Vec3d& scale) {
-    if (translation != from.translation) setField<&Transform::translation>(list, id, translation);
-    if (from.rotation.coeffs() != Quatd::Identity().coeffs()) setField<&Transform::rotation>(list, id, Quatd::Identity());
-    if (scale != from.scale) setField<&Transform::scale>(list, id, scale);
-}
-
-void setNotice(const Aspect& scene, ChangeListBuilder& list, const PresentNotice& now, const WantedNotice& wanted) {
-    const auto transform = [&](ObjectId id) {
-        const Transform* present = scene.get<Transform>(id);
-        return present ? *present : Transform();
-    };
-    const Text* text = scene.get<Text>(now.text);
-    setPlace(list, now.place, transform(now.place), wanted.at, Vec3d::Constant(wanted.em));
-    setPlace(list, now.plate, transform(now.plate), Vec3d(0, 0, -0.1), wanted.plateSize());
-    setPlace(list, now.lines, transform(now.lines), Vec3d(0, wanted.firstLine(), 0), Vec3d::Ones());
-    if (!text || text->text != wanted.words.text) setField<&Text::text>(list, now.text, wanted.words.text);
-    if (!text || text->alignment != Text::kCenter) setField<&Text::alignment>(list, now.text, Text::kCenter);
-    if (!text || text->font != "monospace") setField<&Text::font>(list, now.text, std::string("monospace"));
-}
-
-/// Makes nodes and cores, with placeholders.
-class NoticeBuild {
-public:
-    explicit NoticeBuild(ChangeListBuilder& list) : list_(list) {}
-
-    template <typename Core>
-    ObjectId make() {
-        const ObjectId id{kFirstPlaceholder + placeholders_++};
-        list_.create(id, typeOf<Core>());
-        return id;
-    }
-    ObjectId node(ObjectId parent, std::string_view name, ObjectId core) {
-        const ObjectId id = make<Node>();
-        setField<&Node::name>(list_, id, std::string(name));
-        setField<&Node::core>(list_, id, core);
-        list_.place(id, parent);
-        return id;
-    }
-    /// Seen as it is, whatever shines on it. Letters are opaque: what is blended would be sorted among the triangles of the sheet behind them.
-    ObjectId material(const Vec4f& color) {
-        const ObjectId id = make<Material>();
-        setField<&Material::baseColor>(list_, id, color);
-        setField<&Material::unlit>(list_, id, true);
-        setField<&Material::doubleSided>(list_, id, true);
-        return id;
-    }
-
-private:
-    ChangeListBuilder& list_;
-    std::uint64_t placeholders_ = 0;
-};
-
-void buildNotices(const Aspect& scene, ChangeListBuilder& list, const std::vector<WantedNotice>& wanted) {
-    NoticeBuild build(list);
-    const ObjectId object = build.make<CollisionObject>();
-    const ObjectId top = build.node(kRootNode, kProgramNoticesName, object);
-    setField<&Node::ofServer>(list, top, true);
-    setField<&CollisionObject::node>(list, object, top);
-    setField<&CollisionObject::layers>(list, object, std::int64_t{0});
-    const ObjectId dark = build.material(Vec4f(0.02f, 0.0f, 0.02f, 0.85f)), bright = build.material(Vec4f(1.0f, 0.92f, 0.6f, 1.0f));
-    const ObjectId sheet = build.make<Geometry>();
-    setField<&Geometry::positions>(list, sheet, plateShape().positions);
-    setField<&Geometry::normals>(list, sheet, plateShape().normals);
-    setField<&Geometry::indices>(list, sheet, plateShape().indices);
-    setField<&Geometry::material>(list, sheet, dark);
-    for (const WantedNotice& one : wanted) {
-        const PresentNotice made{.place = build.make<Transform>(), .plate = build.make<Transform>(), .lines = build.make<Transform>(), .text = build.make<Text>()};
-        const ObjectId about = build.make<Billboard>();
-        setField<&Billboard::axis>(list, about, Vec3d::Zero().eval());
-        const ObjectId turn = build.node(build.node(top, "notice", made.place), "turn", about);
-        (void)build.node(build.node(turn, "plate", made.plate), "shape", sheet);
-        setField<&Text::material>(list, made.text, bright);
-        (void)build.node(build.node(turn, "lines", made.lines), "words", made.text);
-        setNotice(scene, list, made, one);
-    }
-}
-
-/// Whether nothing stands behind it but contacts, which want to be the last.
-bool isLast(const Aspect& scene, ObjectId top) {
-    const auto& children = scene.root().children;
-    for (std::size_t i = children.size(); i > 0; --i) {
-        if (children[i - 1] == top) return true;
-        const Node* node = scene.get<Node>(children[i - 1]);
-        if (node->name != kContactsName || !node->ofServer) return false;
-    }
-    return true;
-}
-
-/// Bad programs that a material is drawn with, its passes and what stands for it where it is small; and those of them that are bad themselves.
-void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad, std::vector<ObjectId>& found) {
+/// Bad programs that a material is drawn with, its passes and what stands for it where it is small; and those of them
+/// that are bad themselves.
+void appendPrograms(const Aspect& scene, ObjectId material, const std::set<ObjectId>& bad,
+                    std::vector<ObjectId>& found) {
     for (int i = 0; i < 8 && material; ++i) {
         const Material* one = scene.get<Material>(material);
         if (!one) return;
@@ -251,17 +74,23 @@ void ProgramNotices::setBad(ObjectId id, bool isBad) {
 }
 
 void ProgramNotices::lookAtMaterials(const Aspect& scene) {
-    for (const ObjectId id : withPrograms_) setBad(id, uniformOfAnotherShape(scene, *scene.get<Material>(id)).has_value());
+    for (const ObjectId id : withPrograms_)
+        setBad(id, uniformOfAnotherShape(scene, *scene.get<Material>(id)).has_value());
 }
 
 NoticeText ProgramNotices::wordsOf(const Aspect& scene, const Place& place) {
     const std::string path = pathOf(scene, place.node);
-    if (const auto* program = scene.get<SurfaceProgram>(place.program)) return noticeText(path, place.program, program->problem);
+    if (const auto* program = scene.get<SurfaceProgram>(place.program))
+        return noticeText(path, place.program, program->problem);
     const auto* material = scene.get<Material>(place.program);
-    const auto* uniform = material ? scene.get<Uniform>(uniformOfAnotherShape(scene, *material).value_or(ObjectId())) : nullptr;
+    const auto* uniform =
+        material ? scene.get<Uniform>(uniformOfAnotherShape(scene, *material).value_or(ObjectId())) : nullptr;
     if (!uniform) return noticeText(path, place.program, "");
     const bool cube = scene.get<Image>(uniform->image)->shape == Image::kCube;
-    return noticeText(path, place.program, fmt::format("its program is left out: the uniform \"{}\" has an image that is a {}, and programs read flat images alone", uniform->name, cube ? "cube" : "solid"),
+    return noticeText(path, place.program,
+                      fmt::format("its program is left out: the uniform \"{}\" has an image that is a {}, and programs "
+                                  "read flat images alone",
+                                  uniform->name, cube ? "cube" : "solid"),
                       "Material");
 }
 
@@ -299,9 +128,14 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     for (const FieldColumn& column : list->columns) {
         if (column.type == typeOf<Material>() && column.field == fieldId<&Material::program>)
             for (const ObjectId id : column.ids) lookAtMaterial(id);
-        says = says || (column.type == typeOf<Material>() && (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
-               (column.type == typeOf<Uniform>() && (column.field == fieldId<&Uniform::image> || column.field == fieldId<&Uniform::name>)) ||
-               (column.type == typeOf<SurfaceProgram>() && (column.field == fieldId<&SurfaceProgram::surface> || column.field == fieldId<&SurfaceProgram::vertex>)) || (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
+        says = says ||
+               (column.type == typeOf<Material>() &&
+                (column.field == fieldId<&Material::program> || column.field == fieldId<&Material::uniforms>)) ||
+               (column.type == typeOf<Uniform>() &&
+                (column.field == fieldId<&Uniform::image> || column.field == fieldId<&Uniform::name>)) ||
+               (column.type == typeOf<SurfaceProgram>() && (column.field == fieldId<&SurfaceProgram::surface> ||
+                                                            column.field == fieldId<&SurfaceProgram::vertex>)) ||
+               (column.type == typeOf<Image>() && column.field == fieldId<&Image::shape>);
         if (column.type == typeOf<SurfaceProgram>())
             for (const ObjectId id : column.ids) lookAtProgram(id);
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::name>)
@@ -318,42 +152,52 @@ void ProgramNotices::update(const Aspect& scene, const ChangeList* list) {
     if (bad_.empty() || !tree) return;
     lookDue_ = true;
     // What is gone is seen to be gone at once.
-    if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); })) sinceLook_ = kPatience;
+    if (std::ranges::any_of(places_, [&](const Place& place) { return !scene.get<Node>(place.node); }))
+        sinceLook_ = kPatience;
 }
 
 bool ProgramNotices::stillSees(const View& view) const {
     const Affine3d world_T_wall = view.world_T_wall();
     constexpr double kTurned = 0.02, kMoved = 0.25;  // in all, and of the way to the nearest
-    const Mat3d turned = world_T_wall.linear() / view.worldUnitsPerMetre - eye_.world_T_wall.linear() / eye_.unitsPerMetre;
+    const Mat3d turned =
+        world_T_wall.linear() / view.worldUnitsPerMetre - eye_.world_T_wall.linear() / eye_.unitsPerMetre;
     const double moved = (world_T_wall * headOf(view) - eye_.world_T_wall * eye_.head).norm();
     const double larger = view.worldUnitsPerMetre / eye_.unitsPerMetre;
-    return turned.cwiseAbs().maxCoeff() < kTurned && moved < kMoved * eye_.nearest * eye_.unitsPerMetre && larger < 1.25 && larger > 0.8;
+    return turned.cwiseAbs().maxCoeff() < kTurned && moved < kMoved * eye_.nearest * eye_.unitsPerMetre &&
+           larger < 1.25 && larger > 0.8;
 }
 
-/// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on the screen are moved until all of
-/// them are, and up or down, as little as that takes, off those that come before.
+/// On the first screen's plane, as the first user's eye sees it from where stands were found last: those that are on
+/// the screen are moved until all of them are, and up or down, as little as that takes, off those that come before.
 void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view) {
     if (wanted.empty()) return;
     const Screen& screen = wall_.screens.front();
-    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
+    const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(),
+                up = (screen.upperLeft - screen.lowerLeft).normalized();
     const Vec3d normal = right.cross(up);
     if (laidFor_ != wanted.size() || standsMoved_ || !stillSees(view)) {
         User user = wall_.users.front();
         user.position = headOf(view);
         const ScreenCamera camera = screenCamera(screen, user, Eye::kCenter, view);
         const PixelRect whole{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
-        eye_ = {.world_T_wall = view.world_T_wall(), .wall_T_world = view.world_T_wall().inverse(), .head = user.position,
-                .unitsPerMetre = view.worldUnitsPerMetre, .sees = tileFrustum(camera, whole, 0), .nearest = 0};
+        eye_ = {.world_T_wall = view.world_T_wall(),
+                .wall_T_world = view.world_T_wall().inverse(),
+                .head = user.position,
+                .unitsPerMetre = view.worldUnitsPerMetre,
+                .sees = tileFrustum(camera, whole, 0),
+                .nearest = 0};
     }
     standsMoved_ = false;
     laidFor_ = wanted.size();
     constexpr double kRoomAround = 1.1, kNearestMetres = 0.3, kDearerDown = 3, kShareOfFree = 0.7;
     const Vec3d& head = eye_.head;
-    const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(), height = screen.heightMetres();
+    const double before = normal.dot(screen.lowerLeft - head), width = screen.widthMetres(),
+                 height = screen.heightMetres();
     struct Laid {
         double x, y, halfWidth, halfHeight;
         [[nodiscard]] bool meets(const Laid& other) const {
-            return std::abs(x - other.x) < halfWidth + other.halfWidth && std::abs(y - other.y) < halfHeight + other.halfHeight;
+            return std::abs(x - other.x) < halfWidth + other.halfWidth &&
+                   std::abs(y - other.y) < halfHeight + other.halfHeight;
         }
     };
     /// From the screen's corner to where it is seen on it; nothing where it is not.
@@ -374,7 +218,8 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
     std::vector<std::optional<Seen>> ways;
     for (WantedNotice& one : wanted) {
         std::optional<Seen>& seen = ways.emplace_back();
-        Vec3d way = one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
+        Vec3d way =
+            one.close ? Vec3d(eye_.wall_T_world * one.of.center() - head) : Vec3d(eye_.wall_T_world * one.at - head);
         std::optional<Vec3d> on = seenOn(way);
         nearestOfAny = std::min(nearestOfAny, way.norm());
         const double free = distanceTo(one.of, eye_.world_T_wall * head) / eye_.unitsPerMetre;
@@ -400,9 +245,11 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
         way *= share;
         one.em *= share;
         const double t = before / normal.dot(way);
-        // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to the screen's edge.
+        // Turned to the eye it is no rectangle there: the one around it, and a little more, as it grows on its way to
+        // the screen's edge.
         const Vec3d size = one.em / eye_.unitsPerMetre * one.plateSize();
-        const Mat3d turned = eye_.wall_T_world.linear() * eye_.unitsPerMetre * facing(-(eye_.world_T_wall.linear() * way).normalized());
+        const Mat3d turned =
+            eye_.wall_T_world.linear() * eye_.unitsPerMetre * facing(-(eye_.world_T_wall.linear() * way).normalized());
         Laid laid{right.dot(on), up.dot(on), 0, 0};
         for (const double sx : {-0.5, 0.5})
             for (const double sy : {-0.5, 0.5}) {
@@ -411,7 +258,9 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
                 laid.halfWidth = std::max(laid.halfWidth, kRoomAround * std::abs(right.dot(there) - laid.x));
                 laid.halfHeight = std::max(laid.halfHeight, kRoomAround * std::abs(up.dot(there) - laid.y));
             }
-        const auto within = [](double at, double half, double most) { return 2 * half < most ? std::clamp(at, half, most - half) : 0.5 * most; };
+        const auto within = [](double at, double half, double most) {
+            return 2 * half < most ? std::clamp(at, half, most - half) : 0.5 * most;
+        };
         laid.x = within(laid.x, laid.halfWidth, width);
         laid.y = within(laid.y, laid.halfHeight, height);
         Laid best = laid;
@@ -422,13 +271,16 @@ void ProgramNotices::layOut(std::vector<WantedNotice>& wanted, const View& view)
             const bool onScreen = y == laid.y || (y >= laid.halfHeight && y <= height - laid.halfHeight);
             // Rather up: below there are floors.
             const double far = y < laid.y ? kDearerDown * (laid.y - y) : y - laid.y;
-            if (!onScreen || far >= least || std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); })) return;
+            if (!onScreen || far >= least ||
+                std::ranges::any_of(all, [&](const Laid& other) { return there.meets(other); }))
+                return;
             best = there;
             least = far;
         };
         attempt(laid.y);
         for (const Laid& other : all)
-            for (const double side : {1.0, -1.0}) attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
+            for (const double side : {1.0, -1.0})
+                attempt(other.y + side * (1 + 1e-9) * (other.halfHeight + laid.halfHeight));
         all.push_back(best);
         const Vec3d to = screen.lowerLeft + best.x * right + best.y * up;
         one.at = eye_.world_T_wall * Vec3d(head + (to - head) / t);
@@ -472,7 +324,9 @@ void ProgramNotices::look(const Aspect& scene) {
     });
     action.run(scene);
     std::ranges::sort(places_, {}, &Place::program);
-    std::erase_if(stands_, [&](const auto& stand) { return std::ranges::find(places_, stand.first, &Place::program) == places_.end(); });
+    std::erase_if(stands_, [&](const auto& stand) {
+        return std::ranges::find(places_, stand.first, &Place::program) == places_.end();
+    });
 }
 
 /// What they are of moves, and bends.
@@ -494,14 +348,18 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
     const Vec3d eye = view.world_T_wall() * head, way = eye - place.world.center();
     const double height = screenHeightFrom(head);
     const double distance = std::max(way.norm(), 1e-9), radius = 0.51 * place.world.size().norm();
-    Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()), .away = std::min(radius, 0.5 * distance), .em = 0};
+    Stand wanted{.towards = way.norm() > 1e-9 ? Vec3d(way / way.norm()) : Vec3d(Vec3d::UnitZ()),
+                 .away = std::min(radius, 0.5 * distance),
+                 .em = 0};
     const auto known = stands_.find(place.program);
     // Beyond twice the radius what is a radius away is before all of it; nearer it may be within.
     wanted.close = distance < (known != stands_.end() && known->second.close ? 2.2 : 2.0) * radius;
     if (known != stands_.end()) {
         Stand& stand = known->second;
         constexpr double kNearEnough = 1.25, kCosine = 0.97;  // about 14 degrees
-        const auto keeps = [](double now, double then) { return now <= then * kNearEnough && then <= now * kNearEnough; };
+        const auto keeps = [](double now, double then) {
+            return now <= then * kNearEnough && then <= now * kNearEnough;
+        };
         if (stand.towards.dot(wanted.towards) > kCosine) wanted.towards = stand.towards;
         if (keeps(wanted.away, stand.away)) wanted.away = stand.away;
     }
@@ -511,7 +369,8 @@ ProgramNotices::Stand ProgramNotices::standOf(const Place& place, const View& vi
         if (wanted.em <= then * 1.25 && then <= wanted.em * 1.25) wanted.em = then;
     }
     Stand& stand = stands_[place.program];
-    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away || stand.em != wanted.em || stand.close != wanted.close;
+    standsMoved_ = standsMoved_ || stand.towards != wanted.towards || stand.away != wanted.away ||
+                   stand.em != wanted.em || stand.close != wanted.close;
     stand = wanted;
     return wanted;
 }
@@ -541,7 +400,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
         const Vec3d at = place.world.center() + stand.away * stand.towards;
         if (!at.allFinite() || !(stand.em > 1e-12 && stand.em < 1e12)) continue;
         NoticeText words = wordsOf(scene, place);
-        wanted.push_back({.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
+        wanted.push_back(
+            {.words = std::move(words), .at = at, .em = stand.em, .of = place.world, .close = stand.close});
     }
     if (bad_.size() > kMost && !wanted.empty()) {
         NoticeText& last = wanted.back().words;
@@ -560,7 +420,7 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
         const std::optional<std::vector<PresentNotice>> present = readNotices(scene, *scene.get<Node>(top));
         if (present && present->size() == wanted.size()) {
             for (std::size_t i = 0; i < wanted.size(); ++i) setNotice(scene, list, (*present)[i], wanted[i]);
-            if (!isLast(scene, top)) list.place(top, kRootNode);
+            if (!noticesAreLast(scene, top)) list.place(top, kRootNode);
             going.erase(going.begin());
             wanted.clear();
         }
@@ -573,7 +433,8 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
     }
     if (!gone.empty()) {
         ChangeList removal = removalOf(scene, gone);
-        for (const Placement& placement : removal.placements) list.place(placement.node, placement.parent, placement.index);
+        for (const Placement& placement : removal.placements)
+            list.place(placement.node, placement.parent, placement.index);
         for (const ObjectId id : removal.destructions) list.destroy(id);
     }
     if (!wanted.empty() && gone.size() == going.size()) buildNotices(scene, list, wanted);
@@ -581,7 +442,7 @@ ChangeList ProgramNotices::notices(const Aspect& scene, const View& view) {
 }
 
 std::vector<Blob> ProgramNotices::blobs() {
-    return {plateShape().positions, plateShape().normals, plateShape().indices};
+    return {noticePlate().positions, noticePlate().normals, noticePlate().indices};
 }
 
 }  // namespace tessera

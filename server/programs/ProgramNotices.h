@@ -16,6 +16,8 @@
 
 namespace tessera {
 
+struct WantedNotice;
+
 /// Shows on the wall why a material is drawn without its program. All notices stand below one node, "program-problems".
 /// It is the last below the root; only contacts come behind it. It is there as long as both hold:
 /// - A SurfaceProgram is bad or heavy, or a material gives its program an image that it cannot read
@@ -76,8 +78,6 @@ public:
     /// Nodes looked at by the last walk.
     [[nodiscard]] std::size_t visited() const { return visited_; }
 
-    struct WantedNotice;
-
 private:
     /// What a program is of, or a material.
     struct Place {
@@ -98,7 +98,7 @@ private:
         Affine3d world_T_wall = Affine3d::Identity(), wall_T_world = Affine3d::Identity();
         Vec3d head = Vec3d::Zero();  ///< m, on the wall
         double unitsPerMetre = 1;
-        Frustum sees;  ///< on the first screen, in the world
+        Frustum sees;        ///< on the first screen, in the world
         double nearest = 0;  ///< of what was laid out, m
     };
     void layOut(std::vector<WantedNotice>& wanted, const View& view);
@@ -121,7 +121,7 @@ private:
     double beforeEye_ = kBeforeEyeMetres;
     std::set<ObjectId> bad_;           ///< programs, and materials
     std::set<ObjectId> withPrograms_;  ///< materials
-    std::set<ObjectId> named_;  ///< nodes of the name that is ours
+    std::set<ObjectId> named_;         ///< nodes of the name that is ours
     std::vector<Place> places_;
     std::map<ObjectId, Stand> stands_;  ///< by program or material
     Sight eye_;

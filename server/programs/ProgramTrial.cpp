@@ -20,7 +20,8 @@ namespace {
 /// A file in memory that holds it: the child reads when it likes, and nobody waits.
 Expected<FileHandle> asFile(const SurfaceProgram& what) {
     FileHandle file(::memfd_create("program", MFD_CLOEXEC));
-    const std::string text = fmt::format("{} {}\n", what.surface.size(), what.vertex.size()) + what.surface + what.vertex;
+    const std::string text =
+        fmt::format("{} {}\n", what.surface.size(), what.vertex.size()) + what.surface + what.vertex;
     std::size_t done = 0;
     while (file.get() >= 0 && done < text.size()) {
         const ssize_t now = ::write(file.get(), text.data() + done, text.size() - done);
@@ -28,7 +29,8 @@ Expected<FileHandle> asFile(const SurfaceProgram& what) {
         if (now <= 0) break;
         done += static_cast<std::size_t>(now);
     }
-    if (done < text.size() || ::lseek(file.get(), 0, SEEK_SET) != 0) return fail(ErrorCode::kFailed, fmt::format("a program cannot be handed on ({})", std::strerror(errno)));
+    if (done < text.size() || ::lseek(file.get(), 0, SEEK_SET) != 0)
+        return fail(ErrorCode::kFailed, fmt::format("a program cannot be handed on ({})", std::strerror(errno)));
     return file;
 }
 
@@ -40,16 +42,18 @@ Expected<ProgramTrial> ProgramTrial::start(const SurfaceProgram& what, const std
     Expected<FileHandle> input = asFile(what);
     if (!input) return tl::unexpected(input.error());
     std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0) return fail(ErrorCode::kFailed, fmt::format("pipe: {}", std::strerror(errno)));
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return fail(ErrorCode::kFailed, fmt::format("pipe: {}", std::strerror(errno)));
     FileHandle readEnd(ends[0]);
     const FileHandle writeEnd(ends[1]);
     ::fcntl(readEnd.get(), F_SETFL, O_NONBLOCK);
 
     // No file is written there, a cache's neither.
-    Expected<ChildProgram> child = ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-try-program") : program,
-                                                        .arguments = {"--parent", std::to_string(::getpid())},
-                                                        .environment = {"MESA_SHADER_CACHE_DISABLE=true"},
-                                                        .files = {{input->get(), 0}, {writeEnd.get(), 1}}});
+    Expected<ChildProgram> child =
+        ChildProgram::start({.path = program.empty() ? pathBesideThisProgram("tessera-try-program") : program,
+                             .arguments = {"--parent", std::to_string(::getpid())},
+                             .environment = {"MESA_SHADER_CACHE_DISABLE=true"},
+                             .files = {{input->get(), 0}, {writeEnd.get(), 1}}});
     if (!child) return fail(child.error().code, "programs of materials cannot be tried: " + child.error().message);
     return ProgramTrial(std::move(*child), std::move(readEnd), now + std::chrono::seconds(kSeconds));
 }
@@ -84,16 +88,22 @@ TrialVerdict ProgramTrial::ended() {
     if (said_.starts_with("cannot ")) return {SurfaceProgram::kUntried, said_.substr(7)};
     const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     switch (signal) {
-        case SIGXCPU: return {SurfaceProgram::kBad, fmt::format("compiling it and drawing a small picture takes more than {} s", kProcessorSeconds)};
+        case SIGXCPU:
+            return {SurfaceProgram::kBad,
+                    fmt::format("compiling it and drawing a small picture takes more than {} s", kProcessorSeconds)};
         case SIGSEGV:
         case SIGBUS:
         case SIGABRT:
         case SIGFPE:
         case SIGILL:
-        case SIGTRAP: return {SurfaceProgram::kBad, fmt::format("the compiler crashes on it ({})", ::strsignal(signal))};
-        case SIGSYS: return {SurfaceProgram::kBad, "it makes the compiler call what is forbidden to it"};
-        case SIGKILL: return {SurfaceProgram::kBad, "trying it was ended from outside (it needs too much memory or time)"};
-        default: return {SurfaceProgram::kBad, "trying it ended without a word (it needs too much memory?)"};
+        case SIGTRAP:
+            return {SurfaceProgram::kBad, fmt::format("the compiler crashes on it ({})", ::strsignal(signal))};
+        case SIGSYS:
+            return {SurfaceProgram::kBad, "it makes the compiler call what is forbidden to it"};
+        case SIGKILL:
+            return {SurfaceProgram::kBad, "trying it was ended from outside (it needs too much memory or time)"};
+        default:
+            return {SurfaceProgram::kBad, "trying it ended without a word (it needs too much memory?)"};
     }
 }
 

@@ -23,7 +23,8 @@ struct TrialVerdict {
 class ProgramTrial {
 public:
     /// `program`: the path of tessera-try-program; empty: beside the running one.
-    [[nodiscard]] static Expected<ProgramTrial> start(const SurfaceProgram& what, const std::string& program, TimePoint now);
+    [[nodiscard]] static Expected<ProgramTrial> start(const SurfaceProgram& what, const std::string& program,
+                                                      TimePoint now);
 
     /// Nothing: it goes on. Never waits, but for as long as `patience`.
     [[nodiscard]] std::optional<TrialVerdict> poll(TimePoint now, Duration patience = {});
@@ -32,7 +33,8 @@ public:
     static constexpr int kProcessorSeconds = 2, kSeconds = 20;
 
 private:
-    ProgramTrial(ChildProgram child, FileHandle output, TimePoint deadline) : child_(std::move(child)), output_(std::move(output)), deadline_(deadline) {}
+    ProgramTrial(ChildProgram child, FileHandle output, TimePoint deadline)
+        : child_(std::move(child)), output_(std::move(output)), deadline_(deadline) {}
     [[nodiscard]] TrialVerdict ended();
 
     ChildProgram child_;

@@ -9,9 +9,12 @@
 namespace tessera {
 namespace {
 
-bool isProgramColumn(const FieldColumn& column) { return column.type == typeOf<SurfaceProgram>(); }
+bool isProgramColumn(const FieldColumn& column) {
+    return column.type == typeOf<SurfaceProgram>();
+}
 bool isVerdictColumn(const FieldColumn& column) {
-    return isProgramColumn(column) && (column.field == fieldId<&SurfaceProgram::verdict> || column.field == fieldId<&SurfaceProgram::problem>);
+    return isProgramColumn(column) &&
+           (column.field == fieldId<&SurfaceProgram::verdict> || column.field == fieldId<&SurfaceProgram::problem>);
 }
 
 }  // namespace
@@ -19,7 +22,9 @@ bool isVerdictColumn(const FieldColumn& column) {
 void resetVerdicts(ChangeList& list, const Aspect& scene) {
     std::set<ObjectId> said;
     for (const FieldColumn& column : list.columns) {
-        const bool tells = isVerdictColumn(column) || (isProgramColumn(column) && (column.field == fieldId<&SurfaceProgram::surface> || column.field == fieldId<&SurfaceProgram::vertex>));
+        const bool tells =
+            isVerdictColumn(column) || (isProgramColumn(column) && (column.field == fieldId<&SurfaceProgram::surface> ||
+                                                                    column.field == fieldId<&SurfaceProgram::vertex>));
         if (tells) said.insert(column.ids.begin(), column.ids.end());
     }
     if (said.empty()) return;
@@ -29,8 +34,11 @@ void resetVerdicts(ChangeList& list, const Aspect& scene) {
         // What is new is untried by itself; what is no program the scene refuses.
         const auto* program = scene.get<SurfaceProgram>(id);
         if (!program) continue;
-        if (program->verdict != SurfaceProgram::kUntried) verdicts.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kUntried));
-        if (!program->problem.empty()) verdicts.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(std::string()));
+        if (program->verdict != SurfaceProgram::kUntried)
+            verdicts.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>,
+                         toValue(SurfaceProgram::kUntried));
+        if (!program->problem.empty())
+            verdicts.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(std::string()));
     }
     const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
     ChangeList more = verdicts.take();
@@ -43,8 +51,10 @@ void resetVerdicts(ChangeList& list, const Aspect& scene) {
 void ProgramTrials::update(const Aspect& scene, const ChangeList* list, FrameNumber frame) {
     const auto look = [&](ObjectId id) {
         const auto* program = scene.get<SurfaceProgram>(id);
-        const bool untried = program && program->verdict == SurfaceProgram::kUntried && !(program->surface.empty() && program->vertex.empty());
-        const bool wrong = program && (program->verdict == SurfaceProgram::kBad || program->verdict == SurfaceProgram::kHeavy);
+        const bool untried = program && program->verdict == SurfaceProgram::kUntried &&
+                             !(program->surface.empty() && program->vertex.empty());
+        const bool wrong =
+            program && (program->verdict == SurfaceProgram::kBad || program->verdict == SurfaceProgram::kHeavy);
         untried ? (void)due_.insert(id) : (void)due_.erase(id);
         wrong ? (void)wrong_.insert(id) : (void)wrong_.erase(id);
         program ? (void)all_.insert(id) : (void)all_.erase(id);
@@ -73,7 +83,9 @@ void ProgramTrials::update(const Aspect& scene, const ChangeList* list, FrameNum
 void ProgramTrials::heldUp(ObjectId program, std::string_view host, double milliseconds, FrameNumber frame) {
     const auto said = saidIn_.find(program);
     if (!all_.contains(program) || (said != saidIn_.end() && frame < said->second)) return;
-    heavy_.try_emplace(program, fmt::format("it held up host {} for {:.0f} ms, with what its uniforms say now: drawn without it until its text is said again", host, milliseconds));
+    heavy_.try_emplace(program, fmt::format("it held up host {} for {:.0f} ms, with what its uniforms say now: drawn "
+                                            "without it until its text is said again",
+                                            host, milliseconds));
 }
 
 std::vector<std::string> ProgramTrials::troubles(const Aspect& scene) const {
@@ -84,7 +96,9 @@ std::vector<std::string> ProgramTrials::troubles(const Aspect& scene) const {
             break;
         }
         if (const auto* program = scene.get<SurfaceProgram>(id))
-            lines.push_back(fmt::format("SurfaceProgram #{} is {}: {}", id.value, program->verdict == SurfaceProgram::kHeavy ? "heavy" : "bad", program->problem));
+            lines.push_back(fmt::format("SurfaceProgram #{} is {}: {}", id.value,
+                                        program->verdict == SurfaceProgram::kHeavy ? "heavy" : "bad",
+                                        program->problem));
     }
     return lines;
 }
@@ -96,8 +110,11 @@ void ProgramTrials::addHeavy(const Aspect& scene, ChangeListBuilder& builder) {
         if (!program || program->verdict != SurfaceProgram::kGood) continue;
         for (const ObjectId id : all_) {
             const auto* other = scene.get<SurfaceProgram>(id);
-            if (!other || other->verdict != SurfaceProgram::kGood || other->surface != program->surface || other->vertex != program->vertex || !said.insert(id).second) continue;
-            builder.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kHeavy));
+            if (!other || other->verdict != SurfaceProgram::kGood || other->surface != program->surface ||
+                other->vertex != program->vertex || !said.insert(id).second)
+                continue;
+            builder.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>,
+                        toValue(SurfaceProgram::kHeavy));
             builder.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(problem));
             remarks_.push_back(fmt::format("SurfaceProgram #{}: {}", id.value, problem));
         }
@@ -133,7 +150,8 @@ ChangeList ProgramTrials::verdicts(const Aspect& scene, TimePoint now, Duration 
             if (std::optional<TrialVerdict> verdict = running_->poll(now, until - now)) {
                 running_.reset();
                 news_ = true;
-                if (verdict->verdict == SurfaceProgram::kUntried && !std::exchange(cannot_, true)) remarks_.push_back("programs of materials cannot be tried, and are not drawn: " + verdict->problem);
+                if (verdict->verdict == SurfaceProgram::kUntried && !std::exchange(cannot_, true))
+                    remarks_.push_back("programs of materials cannot be tried, and are not drawn: " + verdict->problem);
                 if (verdict->verdict != SurfaceProgram::kUntried) {
                     known_.insert_or_assign(runs_, std::move(*verdict));
                     order_.push_back(runs_);
@@ -152,8 +170,10 @@ ChangeList ProgramTrials::verdicts(const Aspect& scene, TimePoint now, Duration 
             }
             const TrialVerdict& verdict = known->second;
             builder.set(*id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, toValue(verdict.verdict));
-            if (program.problem != verdict.problem) builder.set(*id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(verdict.problem));
-            if (verdict.verdict == SurfaceProgram::kBad) remarks_.push_back(fmt::format("SurfaceProgram #{}: {}", id->value, verdict.problem));
+            if (program.problem != verdict.problem)
+                builder.set(*id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::problem>, toValue(verdict.problem));
+            if (verdict.verdict == SurfaceProgram::kBad)
+                remarks_.push_back(fmt::format("SurfaceProgram #{}: {}", id->value, verdict.problem));
             id = due_.erase(id);
         }
         news_ = false;

@@ -7,8 +7,8 @@
 
 namespace tessera {
 
-/// Of images as the list leaves them behind, with ids in place of placeholders (checkImage says what is not sound). Fields that say how a surface takes an
-/// image are not looked at. Costs a look-up per entry of those that are.
+/// Of images as the list leaves them behind, with ids in place of placeholders (checkImage says what is not sound).
+/// Fields that say how a surface takes an image are not looked at. Costs a look-up per entry of those that are.
 [[nodiscard]] Sound checkImages(const Aspect& scene, const ChangeList& list);
 
 }  // namespace tessera

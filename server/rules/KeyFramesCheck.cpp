@@ -18,12 +18,16 @@ Sound checkKeyFrames(const Aspect& scene, const ChangeList& list) {
     const TypeInfo& type = *findType(typeOf<KeyFrames>());
     for (const FieldColumn& column : list.columns) {
         const FieldEntry* field = column.type == type.type ? findField(type, column.field) : nullptr;
-        if (!field || field->kind != column.kind() || field->width != column.width || column.scalarCount() != column.ids.size()) continue;
+        if (!field || field->kind != column.kind() || field->width != column.width ||
+            column.scalarCount() != column.ids.size())
+            continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
-            if (const FieldValue value = column.value(row); checkValue(*field, value)) field->store(&draftOf(column.ids[row]), value);
+            if (const FieldValue value = column.value(row); checkValue(*field, value))
+                field->store(&draftOf(column.ids[row]), value);
     }
     for (const RangeEdit& range : list.ranges)
-        if (const FieldEntry* field = range.type == type.type ? findField(type, range.field) : nullptr; field && field->kind == FieldKind::kBlob)
+        if (const FieldEntry* field = range.type == type.type ? findField(type, range.field) : nullptr;
+            field && field->kind == FieldKind::kBlob)
             field->store(&draftOf(range.object), range.result);
     for (const ObjectId id : list.destructions) touched.erase(id);
     if (touched.empty()) return {};
@@ -33,7 +37,9 @@ Sound checkKeyFrames(const Aspect& scene, const ChangeList& list) {
         if (isBlank(frames)) continue;
         const Object target = frames.target ? scene.find(frames.target) : Object();
         const auto fresh = created.find(frames.target);
-        const TypeInfo* targetType = target ? &target.info() : fresh != created.end() ? findType(fresh->second) : nullptr;
+        const TypeInfo* targetType = target                   ? &target.info()
+                                     : fresh != created.end() ? findType(fresh->second)
+                                                              : nullptr;
         if (const Expected<KeyTrack> sound = KeyTrack::of(frames, targetType); !sound)
             return tl::unexpected(Fault{id, typeOf<KeyFrames>(), sound.error()});
     }

@@ -17,7 +17,8 @@ namespace tessera {
 namespace {
 
 /// The types of the cores that some nodes have once the list is applied. Costs the list once, and the nodes.
-std::unordered_map<ObjectId, ObjectType> coreTypesAfter(const Aspect& scene, const ChangeList& list, const std::unordered_set<ObjectId>& nodes) {
+std::unordered_map<ObjectId, ObjectType> coreTypesAfter(const Aspect& scene, const ChangeList& list,
+                                                        const std::unordered_set<ObjectId>& nodes) {
     std::unordered_map<ObjectId, ObjectId> cores;
     for (const ObjectId node : nodes)
         if (const Node* present = scene.get<Node>(node)) cores[node] = present->core;
@@ -50,7 +51,9 @@ std::string_view wantedBy(std::int64_t kind, ObjectType core) {
         case Manipulator::kSpotLight:
             return core == typeOf<SpotLight>() ? "" : "a SpotLight";
         default:
-            return core == typeOf<Transform>() || core == typeOf<ComponentTransform>() ? "" : "a Transform or ComponentTransform";
+            return core == typeOf<Transform>() || core == typeOf<ComponentTransform>()
+                       ? ""
+                       : "a Transform or ComponentTransform";
     }
 }
 
@@ -59,8 +62,10 @@ std::string_view wantedBy(std::int64_t kind, ObjectType core) {
 Sound checkManipulators(const Aspect& scene, const ChangeList& list) {
     std::map<ObjectId, Manipulator> touched;
     for (const FieldColumn& column : list.columns) {
-        const bool target = column.field == fieldId<&Manipulator::target>, kind = column.field == fieldId<&Manipulator::kind>;
-        if (column.type != typeOf<Manipulator>() || (!target && !kind) || column.scalarCount() != column.ids.size()) continue;
+        const bool target = column.field == fieldId<&Manipulator::target>,
+                   kind = column.field == fieldId<&Manipulator::kind>;
+        if (column.type != typeOf<Manipulator>() || (!target && !kind) || column.scalarCount() != column.ids.size())
+            continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
             const Manipulator* present = scene.get<Manipulator>(column.ids[row]);
             Manipulator& draft = touched.try_emplace(column.ids[row], present ? *present : Manipulator()).first->second;
@@ -83,10 +88,12 @@ Sound checkManipulators(const Aspect& scene, const ChangeList& list) {
         if (wanted.empty()) continue;
         const TypeInfo* is = findType(core);
         const FieldEntry* field = findField(*findType(typeOf<Manipulator>()), fieldId<&Manipulator::kind>);
-        return tl::unexpected(Fault{id, typeOf<Manipulator>(),
-                                    {ErrorCode::kBadInput, fmt::format("its target has {}; '{}' wants a node whose core is {}",
-                                                                       is ? fmt::format("the core {}", is->name) : std::string("no core"),
-                                                                       wordOfNumber(*field, manipulator.kind).value_or("?"), wanted)}});
+        return tl::unexpected(
+            Fault{id,
+                  typeOf<Manipulator>(),
+                  {ErrorCode::kBadInput, fmt::format("its target has {}; '{}' wants a node whose core is {}",
+                                                     is ? fmt::format("the core {}", is->name) : std::string("no core"),
+                                                     wordOfNumber(*field, manipulator.kind).value_or("?"), wanted)}});
     }
     return {};
 }

@@ -7,8 +7,9 @@
 
 namespace tessera {
 
-/// Of manipulators as the list leaves them behind: one without a target passes, and so does one whose target gets another core later (it shows
-/// nothing until it is right again). A target that a list says must be a node with what the kind moves. Costs a look-up per entry.
+/// Of manipulators as the list leaves them behind: one without a target passes, and so does one whose target gets
+/// another core later (it shows nothing until it is right again). A target that a list says must be a node with what
+/// the kind moves. Costs a look-up per entry.
 [[nodiscard]] Sound checkManipulators(const Aspect& scene, const ChangeList& list);
 
 }  // namespace tessera

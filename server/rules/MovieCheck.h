@@ -9,8 +9,8 @@
 
 namespace tessera {
 
-/// Of Movies as the list leaves them behind, with ids in place of placeholders: no two write one Image. Costs a look at `movies`, all that the scene has, where
-/// a list says what image one writes, else a look-up per column.
+/// Of Movies as the list leaves them behind, with ids in place of placeholders: no two write one Image. Costs a look at
+/// `movies`, all that the scene has, where a list says what image one writes, else a look-up per column.
 [[nodiscard]] Sound checkMovies(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies);
 
 }  // namespace tessera

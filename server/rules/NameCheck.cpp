@@ -35,8 +35,10 @@ std::string asOneLine(std::string_view text) {
     while (!text.empty()) {
         const std::size_t length = utf8CharacterLength(text);
         const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
-        if (length == 0 || isControl(character)) line += '?';
-        else line += character;
+        if (length == 0 || isControl(character))
+            line += '?';
+        else
+            line += character;
         text.remove_prefix(character.size());
     }
     return line;
@@ -49,18 +51,29 @@ Sound checkNames(const ChangeList& list) {
             const auto* cores = std::get_if<std::vector<ObjectId>>(&column.values);
             for (std::size_t row = 0; cores != nullptr && row < std::min(cores->size(), column.ids.size()); ++row)
                 if (column.ids[row] == kRootNode && (*cores)[row])
-                    return tl::unexpected(
-                        Fault{kRootNode, typeOf<Node>(), {ErrorCode::kRefused, "it is the root, which has no core: all places and paths begin there; give it to a node below it"}});
+                    return tl::unexpected(Fault{kRootNode,
+                                                typeOf<Node>(),
+                                                {ErrorCode::kRefused,
+                                                 "it is the root, which has no core: all places and paths begin there; "
+                                                 "give it to a node below it"}});
         }
         if (column.field != fieldId<&Node::name>) continue;
         const auto* names = std::get_if<std::vector<std::string>>(&column.values);
         for (std::size_t row = 0; names != nullptr && row < std::min(names->size(), column.ids.size()); ++row) {
-            // Paths begin at the root and leave its name out; a file of a root that has one, or a core, comes back a level deeper.
+            // Paths begin at the root and leave its name out; a file of a root that has one, or a core, comes back a
+            // level deeper.
             if (column.ids[row] == kRootNode && !(*names)[row].empty())
-                return tl::unexpected(Fault{kRootNode, typeOf<Node>(), {ErrorCode::kRefused, "it is the root, which has no name: all paths begin there; name a node below it"}});
+                return tl::unexpected(
+                    Fault{kRootNode,
+                          typeOf<Node>(),
+                          {ErrorCode::kRefused,
+                           "it is the root, which has no name: all paths begin there; name a node below it"}});
             // Whoever looks at lists says what is no UTF-8.
             if (isUtf8((*names)[row]) && !isOneLine((*names)[row]))
-                return tl::unexpected(Fault{column.ids[row], typeOf<Node>(), {ErrorCode::kBadInput, "its name has a line break or another control character"}});
+                return tl::unexpected(
+                    Fault{column.ids[row],
+                          typeOf<Node>(),
+                          {ErrorCode::kBadInput, "its name has a line break or another control character"}});
         }
     }
     return {};

@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// Whether the text, UTF-8, has neither line breaks nor other control characters (U+0000 to U+001F, U+007F to U+009F, U+2028, U+2029).
+/// Whether the text, UTF-8, has neither line breaks nor other control characters (U+0000 to U+001F, U+007F to U+009F,
+/// U+2028, U+2029).
 [[nodiscard]] bool isOneLine(std::string_view text);
 /// Each of them, and each byte that is no UTF-8, as a question mark.
 [[nodiscard]] std::string asOneLine(std::string_view text);

@@ -9,9 +9,9 @@
 
 namespace tessera {
 
-/// The first fault of the list, applied to the scene. Ids may be placeholders, as long as the list creates them. What else is wrong with the list is
-/// the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the list says, not by the size of the scene. `movies`: all that the
-/// scene has.
+/// The first fault of the list, applied to the scene. Ids may be placeholders, as long as the list creates them. What
+/// else is wrong with the list is the scene's to refuse. Costs what the checks cost (`…Check.h`): look-ups by what the
+/// list says, not by the size of the scene. `movies`: all that the scene has.
 [[nodiscard]] Sound checkRules(const Aspect& scene, const ChangeList& list, const std::set<ObjectId>& movies);
 
 /// The same for who has one scene and commits one list after the other. Not thread-safe.

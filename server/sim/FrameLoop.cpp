@@ -1,47 +1,21 @@
 #include "server/sim/FrameLoop.h"
 
 #include <algorithm>
-#include <atomic>
 #include <variant>
 
 #include <fmt/format.h>
 
-#include "common/base/FairQueue.h"
 #include "common/base/ThreadPriority.h"
-#include "server/sim/FrameMaker.h"
-#include "server/sim/SessionActions.h"
-#include "server/sim/StartScene.h"
-#include "server/sim/desk/FilmFiles.h"
-#include "server/sim/frame/OutsideActors.h"
-#include "server/sim/frame/Simulation.h"
-#include "server/sim/journal/NextEpoch.h"
+#include "server/sim/FrameLoopParts.h"
 #include "server/sim/navigation/WandInput.h"
-#include "server/sim/peers/AnswerGate.h"
-#include "server/sim/peers/MarkArrays.h"
 #include "server/sim/report/ReportFile.h"
-#include "server/sim/tracking/TrackerInputs.h"
 #include "server/sim/view/AnimatedBounds.h"
 
 namespace tessera {
 
-/// Something was worked out beside the frames. Named for the same reason.
-struct BesideDone {
-    WorkedOut then;
-};
-
-/// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
-struct JournalProgress {};
-
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
-
-using Event =
-    std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, BesideDone, JournalProgress, UploadFinished>;
-using Inbox = FairQueue<Event>;
-
-constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
 constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody else has a turn
 /// Of what applications say, before the network is looked at again: the word of a host may be there.
 constexpr Duration kLongestInARow = 500us;
@@ -50,255 +24,14 @@ constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen
 
 }  // namespace
 
-struct FrameLoop::Impl {
-    Impl(ServerOptions o, Log& l);
-    // Whoever still delivers must not wait for room. The journal writes what is left while there is somebody to wake.
-    ~Impl() {
-        inbox.close();
-        if (opened) opened->journal.reset();
-    }
-
-    Expected<void> run();
-    Expected<void> begin();
-    Expected<void> turn();
-    Expected<void> end();
-    void sayGoodbye();
-
-    /// Of any thread but the network's.
-    void deliver(Event event) {
-        if (inbox.push(kOurselves, std::move(event))) peers.wake();
-    }
-    void await(TimePoint until);
-    [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
-    void lookAtTheClock(TimePoint now);
-
-    Expected<void> take(const LinkEvent& event);
-    Expected<void> take(Preparation made);
-    Expected<void> take(SnapshotMade made);
-    Expected<void> take(const StateCompared& found);
-    Expected<void> take(const BesideDone& done);
-    void lookBeside(DeskSurroundings::Look look);
-    void orderSurvey();
-    Expected<void> take(UploadFinished finished);
-    Expected<void> take(JournalProgress) { return {}; }  // each turn looks
-    void sceneIsThere();
-    [[nodiscard]] Expected<Journal::Opened> openJournal();
-    [[nodiscard]] FirstView firstView() const;
-    [[nodiscard]] ImportOptions importOptions() const;
-    [[nodiscard]] Expected<void> goOnFromJournal();
-    [[nodiscard]] ServerSessionConfig sessionConfig() const;
-    [[nodiscard]] bool goesOn() const { return opened && opened->state.begun; }
-    [[nodiscard]] Journal* journal() const { return opened ? opened->journal.get() : nullptr; }
-    [[nodiscard]] std::optional<Error> trouble() const { return journal() ? journal()->trouble() : std::nullopt; }
-    /// Keeps the replies in it until the journal has what it has been handed.
-    [[nodiscard]] ServerActions untilWritten(ServerActions told);
-    void openGate();
-
-    [[nodiscard]] bool mayBegin(TimePoint now) const;
-    [[nodiscard]] bool frameIsDue(TimePoint now) const {
-        return mayBegin(now) && now >= pacing.earliest();
-    }
-    [[nodiscard]] bool lastFrameShown() const;
-    [[nodiscard]] bool allFramesShown() const {
-        return options.frames > 0 && pacing.framesReleased() >= options.frames;
-    }
-    [[nodiscard]] TimePoint nextWake(TimePoint now) const;
-    void makeFrame(TimePoint now);
-    void moveHeads();
-    [[nodiscard]] answer::Trackers describeTrackers() const;
-
-    ServerOptions options;
-    Log& log;
-    Inbox inbox;
-    std::function<bool(Inbox::Source)> mayServe = [this](Inbox::Source source) { return peers.mayServe(LinkId{source}); };
-    BlobStore blobs;
-    /// Before all that its epoch is told to. Without --journal both are empty.
-    Expected<Journal::Opened> opened;
-    AnswerGate gate;
-    Simulation simulation;
-    ViewSource view;
-    ManipulatorDrags drags;
-    Steering steering;
-    Report report;
-    Tracking tracking;
-    TrackerInputs trackers;
-    notice::Poses poses;                ///< of the newest frame
-    std::shared_ptr<SceneFiles> files;  ///< what may be read
-    OutsideActors actors;
-    FrameMaker maker;
-    FramePacing pacing;
-    StartScene startScene;
-    bool sceneReady = false, actorsReady = false;
-    bool surveyWanted = false, surveying = false;
-    bool othersServed = false;           ///< since the last frame began
-    std::atomic<bool> stopping = false;  ///< said by any thread
-
-    // Last: their threads deliver into what stands above.
-    Peers peers;
-    Loader loader;
-    Workbench workbench, listings;
-    Uploads uploads;
-    Snapshots snapshots;
-    MarkArrays marks;
-    RequestDesk desk;
-    SessionActions actions;
-};
-
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
-Expected<void> FrameLoop::run() { return impl_->run(); }
+Expected<void> FrameLoop::run() {
+    return impl_->run();
+}
 void FrameLoop::stop() {
     impl_->stopping = true;
     impl_->peers.wake();
-}
-
-FrameLoop::Impl::Impl(ServerOptions o, Log& l)
-    : options(std::move(o)),
-      log(l),
-      opened(openJournal()),
-      simulation({.threads = options.threads}),
-      view(options.wall, options.camera, firstView()),
-      steering({.wall = options.wall,
-                .simulation = simulation,
-                .view = view,
-                .takesInput = options.takesInput,
-                .drags = &drags,
-                .beside = {.look = [this](LooksBeside::Look look) {
-                               lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
-                           },
-                           .work = [this](LooksBeside::Work work) {
-                               workbench.add([work] { return withoutWord(work()); });
-                           }}}),
-      report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
-      tracking(options.wall),
-      trackers(options.wall.tracking, log),
-      poses(tracking.poses(FrameNumber(0), View())),
-      files(std::make_shared<SceneFiles>(options.import, options.allowed,
-                                         goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
-      actors(options.wall, drags, filmOpener(files), options.notices),
-      maker({.simulation = simulation,
-             .view = view,
-             .blobs = blobs,
-             .report = report,
-             .log = log,
-             .journal = journal(),
-             .moveHeads = [this] { moveHeads(); },
-             .showing = &options.showing,
-             .steering = &steering}),
-      pacing(options.rateHz),
-      startScene(options.scenes, options.placing),
-      peers(sessionConfig(), blobs,
-            [this](LinkEvent event) {
-                const LinkId link = linkOf(event);
-                inbox.push(link.value, std::move(event));
-            },
-            options.keys, [this](const std::string& words) { log.warning(words); }),
-      loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
-      workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
-      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
-      uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
-      snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
-      marks(blobs, peers.session()),
-      desk({.wall = options.wall,
-            .blobs = blobs,
-            .session = peers.session(),
-            .simulation = simulation,
-            .view = view,
-            .loader = loader,
-            .uploads = &uploads,
-            .drags = drags,
-            .journal = options.journalPath,
-            .editsRefused = [this] { return trouble(); },
-            .describeWaits =
-                [this](answer::Status& status) {
-                    report.describeWaits(status);
-                    peers.describe(status);
-                    if (journal()) status.journalBytes = journal()->writtenBytes();
-                },
-            .describeTrackers = [this] { return describeTrackers(); },
-            .describePrograms = [this] { return actors.programs.troubles(simulation.scene()); },
-            .filmLength = [this](ObjectId movie) { return actors.films.lengthOf(movie); },
-            .poses = [this] { return poses; },
-            .showing = &options.showing,
-            .steering = &steering,
-            .inlines = &actors.inlines,
-            .orderSurvey = [this] { orderSurvey(); },
-            .orderCopy = [this](Preparation order) {
-                lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
-                    const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
-                    return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
-                });
-            },
-            .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
-            .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
-            .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
-            .files = files.get(),
-            .budget = &actors.budget,
-            .watchesFiles = options.reload,
-            .deliver = [this](WorkedOut then) { deliver(BesideDone{std::move(then)}); },
-            .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
-            .audit = options.audit}),
-      actions({.peers = peers,
-               .pacing = pacing,
-               .snapshots = snapshots,
-               .desk = desk,
-               .steering = steering,
-               .report = report,
-               .budget = actors.budget,
-               .programs = actors.programs,
-               .log = log,
-               .onReleased =
-                   [this](std::uint64_t frames) {
-                       if (options.onProgress) options.onProgress(frames, options.frames);
-                   },
-               .onAnswered =
-                   [this](ServerActions told) {
-                       // What was said about the view is not in a frame yet.
-                       return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
-                   },
-               .onEpochRaised = [this](Epoch epoch) {
-                   if (journal()) journal()->epochRaised(epoch);
-               },
-               .deliver = [this](StateCompared found) { deliver(std::move(found)); }}) {
-    inbox.setRank(kOurselves, Inbox::Rank::kFirst);
-    simulation.actWith(actors);
-    view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });
-}
-
-Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
-    if (options.journalPath.empty()) return Journal::Opened();
-    return Journal::open({.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log, [this] {
-        deliver(JournalProgress{});
-    });
-}
-
-/// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.
-FirstView FrameLoop::Impl::firstView() const {
-    bool inMetres = !options.scenes.empty() && options.placing.isInMetres();
-    if (goesOn()) {
-        const std::string words = opened->state.placing();
-        inMetres = words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos;
-    }
-    return inMetres ? FirstView::kOfWall : FirstView::kOfScene;
-}
-
-/// Files within files of what stands in metres keep their cameras to themselves, as those do.
-ImportOptions FrameLoop::Impl::importOptions() const {
-    ImportOptions import = options.import;
-    import.camerasEnabled = firstView() == FirstView::kOfScene;
-    return import;
-}
-
-ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
-    const auto now = std::chrono::system_clock::now();
-    ServerSessionConfig config = sessionConfigOf(options.wall, journal() ? journal()->epoch() : nextEpoch({}, now));
-    config.furthestSeen = furthestEpoch(now);
-    config.access = options.access;
-    config.owner = options.owner;
-    config.insecure = options.insecure;
-    config.panelOf = options.panelOf;
-    if (journal()) config.firstFrame = opened->state.nextFrame;
-    return config;
 }
 
 Expected<void> FrameLoop::Impl::run() {
@@ -328,24 +61,28 @@ Expected<void> FrameLoop::Impl::begin() {
     if (const Expected<void> heard = trackers.open(); !heard) return heard;
     // (Numbers that are skipped are not made again by who repeats it either.)
     if (!options.recordPath.empty() && (opened->state.begun || opened->behind))
-        return fail(ErrorCode::kUsage,
-                    fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
-                                "them. Leave one of the two away",
-                                options.recordPath, options.journalPath));
+        return fail(
+            ErrorCode::kUsage,
+            fmt::format("--record {}: a recording begins with the files of --scene; the journal {} goes on without "
+                        "them. Leave one of the two away",
+                        options.recordPath, options.journalPath));
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
     if (const std::string refused = AheadForNow::refusal(); !refused.empty())
-        log.info(fmt::format("frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
-                             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a pause",
-                             refused, static_cast<int>(Urgency::kReleasing)));
+        log.info(fmt::format(
+            "frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
+            "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a "
+            "pause",
+            refused, static_cast<int>(Urgency::kReleasing)));
     actions.carryOut(marks.announce(Clock::now()));
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
     startScene.idsFrom(opened->nextId);
     // Whoever joins stands where the lists that come go on, though nothing is there yet.
-    snapshots.follow({.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
-                      .list = std::make_shared<const ChangeList>()});
+    snapshots.follow(
+        {.sent = share(CommittedList{.sequence = simulation.sequence(), .stateHash = simulation.scene().stateHash()}),
+         .list = std::make_shared<const ChangeList>()});
     if (startScene.empty()) sceneIsThere();
     return startScene.order(loader, RequestDesk::kStartScene);
 }
@@ -441,9 +178,10 @@ Expected<void> FrameLoop::Impl::end() {
     if (options.frames > 0 && report.framesShown() == 0) {
         const std::vector<std::string> missing = peers.session().missing();
         return fail(ErrorCode::kFailed,
-                    stopping          ? "stopped before a frame was shown"
-                    : missing.empty() ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
-                                      : fmt::format("no frame was shown; hosts that never came: {}", fmt::join(missing, ", ")));
+                    stopping ? "stopped before a frame was shown"
+                    : missing.empty()
+                        ? "no frame was shown: all hosts came, and none had drawn one before its deadline or its end"
+                        : fmt::format("no frame was shown; hosts that never came: {}", fmt::join(missing, ", ")));
     }
     return {};
 }

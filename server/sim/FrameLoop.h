@@ -22,26 +22,26 @@ struct ServerOptions {
     std::vector<std::string> scenes;
     Placing placing = {};  ///< of each of the scenes
     Address listen{.host = "127.0.0.1", .port = 0};
-    AccessTokens access = {};  ///< empty: nobody is asked for any
-    std::string owner = {};    ///< whose programs may come in, for people
+    AccessTokens access = {};            ///< empty: nobody is asked for any
+    std::string owner = {};              ///< whose programs may come in, for people
     std::shared_ptr<KeyRing> keys = {};  ///< the server's; null: no link is sealed
     /// The text of a panel that the door lets visitors in to, beside those of the keys; null: none. May be empty.
     std::function<std::shared_ptr<const std::string>(const std::string& name)> panelOf = {};
-    bool insecure = false;     ///< whoever comes from another machine needs no key
+    bool insecure = false;  ///< whoever comes from another machine needs no key
     ImportOptions import;
-    std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets
-    std::uint64_t frames = 0;  ///< 0: until stopped
-    double rateHz = 0;         ///< 0: as fast as the wall draws
-    std::string camera;        ///< node path; empty: the first enabled camera
-    std::string reportPath;    ///< empty: no report
-    std::string recordPath;    ///< empty: no recording
-    std::string journalPath;   ///< empty: no journal
-    AuditBook* audit = nullptr;  ///< null: nobody keeps who does what; outlives the loop
+    std::vector<std::string> allowed;   ///< folders whose files applications may load, beside the assets
+    std::uint64_t frames = 0;           ///< 0: until stopped
+    double rateHz = 0;                  ///< 0: as fast as the wall draws
+    std::string camera;                 ///< node path; empty: the first enabled camera
+    std::string reportPath;             ///< empty: no report
+    std::string recordPath;             ///< empty: no recording
+    std::string journalPath;            ///< empty: no journal
+    AuditBook* audit = nullptr;         ///< null: nobody keeps who does what; outlives the loop
     Showing showing = Showing::kScene;  ///< until somebody asks for something else
-    bool takesInput = true;    ///< of windows and applications: false: the view moves by hand alone
-    bool notices = true;       ///< walls say what is wrong with programs of materials
-    bool reload = false;       ///< files that change on disk are taken in again
-    unsigned threads = 1;      ///< of the collision pipeline; what comes out does not depend on it
+    bool takesInput = true;             ///< of windows and applications: false: the view moves by hand alone
+    bool notices = true;                ///< walls say what is wrong with programs of materials
+    bool reload = false;                ///< files that change on disk are taken in again
+    unsigned threads = 1;               ///< of the collision pipeline; what comes out does not depend on it
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onBound = {};  ///< before anybody can connect; may be empty
     std::function<void(const Address&)> onListening;
@@ -55,7 +55,8 @@ public:
     ~FrameLoop();
 
     /// Returns when all frames have been shown or `stop` was called. Errors: cannot listen, a recording or a
-    /// journal that cannot be begun, a scene that cannot be read, a camera that is not there, no frame shown although some were asked for.
+    /// journal that cannot be begun, a scene that cannot be read, a camera that is not there, no frame shown although
+    /// some were asked for.
     [[nodiscard]] Expected<void> run();
     /// From any thread or signal handler's thread: ends the show after the open frame.
     void stop();

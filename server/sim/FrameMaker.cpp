@@ -88,7 +88,8 @@ FrameResult FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const 
     }
     if (around_.moveHeads) around_.moveHeads();
     if (around_.steering) around_.steering->frame(now);
-    for (const std::string& remark : around_.steering ? around_.steering->takeRemarks() : std::vector<std::string>()) around_.log.info(remark);
+    for (const std::string& remark : around_.steering ? around_.steering->takeRemarks() : std::vector<std::string>())
+        around_.log.info(remark);
     if (const Expected<View> view = around_.view.view(around_.simulation.scene())) {
         lastView_ = *view;
     } else if (!std::exchange(cameraComplaint_, true)) {

@@ -46,7 +46,8 @@ public:
     /// command line, found before anybody draws.
     [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
 
-    /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera is not there.
+    /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera
+    /// is not there.
     [[nodiscard]] Expected<CommittedFrame> goOnFrom(Journal::Opened& opened);
 
     /// Once the scene is there, before the first frame: whether all that acts on it is ready to show it as the last

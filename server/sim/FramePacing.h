@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-/// A pure state machine beside the session's barrier, which waits for hosts: the rate that was asked for, and the pace of a wall
-/// where nobody draws. Times are the caller's.
+/// A pure state machine beside the session's barrier, which waits for hosts: the rate that was asked for, and the pace
+/// of a wall where nobody draws. Times are the caller's.
 class FramePacing {
 public:
     /// `rateHz`: frames per second at most; 0: as fast as the wall draws.

@@ -31,9 +31,10 @@ ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
 
 ServerActions SessionActions::on(const server_action::HostEntered& entered) {
     around_.report.entered(entered);
-    std::string text = entered.rejoined ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost",
-                                                      entered.host, entered.frame.value, toMilliseconds(entered.awayFor))
-                                        : fmt::format("{} enters at frame {}", entered.host, entered.frame.value);
+    std::string text = entered.rejoined
+                           ? fmt::format("{} is back: enters at frame {}, {:.0f} ms after it was lost", entered.host,
+                                         entered.frame.value, toMilliseconds(entered.awayFor))
+                           : fmt::format("{} enters at frame {}", entered.host, entered.frame.value);
     if (entered.framesToProve > 0)
         text += fmt::format("; it has held up the others, who wait for it again once it has drawn and shown {}",
                             entered.framesToProve == 1 ? "one frame" : fmt::format("{} frames", entered.framesToProve));
@@ -63,7 +64,8 @@ ServerActions SessionActions::on(const server_action::FrameStats& stats) {
     if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
         around_.report.stats(stats, *decoded);
         around_.budget.drawn(*decoded);
-        for (const HeldUp& held : decoded->heldUp) around_.programs.heldUp(held.program, stats.host, held.ms, stats.frame);
+        for (const HeldUp& held : decoded->heldUp)
+            around_.programs.heldUp(held.program, stats.host, held.ms, stats.frame);
     }
     return {};
 }
@@ -78,17 +80,21 @@ ServerActions SessionActions::on(const server_action::StateMismatch& mismatch) {
     return {};
 }
 
-/// The scene goes on: what the replica says is compared with the scene at the list at which it stands, beside the frames.
+/// The scene goes on: what the replica says is compared with the scene at the list at which it stands, beside the
+/// frames.
 ServerActions SessionActions::on(const server_action::HashesReceived& hashes) {
     const auto walk = walks_.find(hashes.host);
     if (walk == walks_.end()) return around_.peers.session().repair(hashes.host, Clock::now());
     StateCompared compared{.host = hashes.host, .walk = walk->second.number, .step = {}};
     const auto at = hashes.objects ? std::nullopt : std::optional(hashes.sequence);
-    around_.snapshots.look(at, [hashes, compared, comparison = walk->second.comparison, deliver = around_.deliver](const Aspect* scene) mutable {
+    around_.snapshots.look(at, [hashes, compared, comparison = walk->second.comparison,
+                                deliver = around_.deliver](const Aspect* scene) mutable {
         if (!scene)
-            compared.step.finding = fmt::format("which object differs is not known: the scene has gone on since list {}", hashes.sequence.value);
+            compared.step.finding = fmt::format(
+                "which object differs is not known: the scene has gone on since list {}", hashes.sequence.value);
         else
-            compared.step = hashes.objects ? comparison->objects(*scene, hashes.entries) : comparison->leaves(*scene, hashes.entries);
+            compared.step = hashes.objects ? comparison->objects(*scene, hashes.entries)
+                                           : comparison->leaves(*scene, hashes.entries);
         deliver(std::move(compared));
     });
     return {};
@@ -99,7 +105,8 @@ void SessionActions::compared(const StateCompared& found) {
     if (walk == walks_.end() || walk->second.number != found.walk) return;
     if (found.step.queryLeaf) return carryOut(around_.peers.session().queryObjects(found.host, *found.step.queryLeaf));
     walks_.erase(walk);
-    around_.log.warning(fmt::format("{}: {}{}", found.host, found.step.named ? "first differing object: " : "", found.step.finding));
+    around_.log.warning(
+        fmt::format("{}: {}{}", found.host, found.step.named ? "first differing object: " : "", found.step.finding));
     around_.report.mismatch(found.host, found.step.finding);
     carryOut(around_.peers.session().repair(found.host, Clock::now()));
 }

@@ -44,8 +44,11 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation ma
             if (const Expected<void> next = order(loader, ticket); !next) return tl::unexpected(next.error());
             return std::nullopt;
         }
-        const auto loads = [](const Creation& creation) { return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>(); };
-        if (std::ranges::none_of(lists_, [&](const ChangeList& list) { return std::ranges::any_of(list.creations, loads); }))
+        const auto loads = [](const Creation& creation) {
+            return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>();
+        };
+        if (std::ranges::none_of(lists_,
+                                 [&](const ChangeList& list) { return std::ranges::any_of(list.creations, loads); }))
             return std::exchange(lists_, {});
         draft_ = std::make_unique<Draft>();
         draft_->committer.skipIds(ObjectId(firstId_));

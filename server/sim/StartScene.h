@@ -12,8 +12,9 @@
 
 namespace tessera {
 
-/// Orders the files, each once the one before it is there, and collects what comes of them; then in the same way the files of the Inlines in
-/// them that are wanted at once, so that the first frame shows the same whatever takes how long. Beyond kMostInlines the others come while frames are shown.
+/// Orders the files, each once the one before it is there, and collects what comes of them; then in the same way the
+/// files of the Inlines in them that are wanted at once, so that the first frame shows the same whatever takes how
+/// long. Beyond kMostInlines the others come while frames are shown.
 class StartScene {
 public:
     static constexpr std::size_t kMostInlines = 256;
@@ -24,7 +25,8 @@ public:
 
     /// The first file; the others follow. Orders carry this ticket.
     [[nodiscard]] Expected<void> order(Loader& loader, std::uint64_t ticket) const;
-    /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot have is in its state.
+    /// The lists of all files once the last one has come; nothing before. Fails as a file fails; what an Inline cannot
+    /// have is in its state.
     [[nodiscard]] Expected<std::optional<std::vector<ChangeList>>> take(Preparation made, Loader& loader, Log& log);
     [[nodiscard]] bool empty() const { return paths_.empty(); }
     /// Where the lists' ids will begin, if others have been taken before: lists of Inlines' states name them.
@@ -42,7 +44,7 @@ private:
     Placing placing_;
     std::vector<ChangeList> lists_;
     std::vector<FileInScene> files_;
-    std::uint64_t objects_ = 0;  ///< of all lists so far
+    std::uint64_t objects_ = 0;     ///< of all lists so far
     std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
     std::size_t inlines_ = 0;
     std::uint64_t firstId_ = 0;

@@ -34,12 +34,14 @@ constexpr std::size_t kMostFonts = 32;
 
 std::string familyOf(FcPattern* pattern) {
     FcChar8* family = nullptr;
-    return FcPatternGetString(pattern, FC_FAMILY, 0, &family) == FcResultMatch ? reinterpret_cast<const char*>(family) : "";
+    return FcPatternGetString(pattern, FC_FAMILY, 0, &family) == FcResultMatch ? reinterpret_cast<const char*>(family)
+                                                                               : "";
 }
 
 /// What fontconfig has a font for whatever is installed.
 bool isGeneric(const std::string& family) {
-    static const std::set<std::string> generic{"sans", "sans-serif", "serif", "monospace", "mono", "system-ui", "cursive", "fantasy", ""};
+    static const std::set<std::string> generic{"sans",      "sans-serif", "serif",   "monospace", "mono",
+                                               "system-ui", "cursive",    "fantasy", ""};
     return generic.contains(family);
 }
 
@@ -58,7 +60,10 @@ struct FoundFont {
 Expected<FoundFont> findInstalled(const std::string& name, std::vector<std::string>& notes) {
     const std::string asked = name.empty() ? "sans" : name;
     const PatternPtr pattern(FcNameParse(reinterpret_cast<const FcChar8*>(asked.c_str())));
-    if (!pattern) return fail(ErrorCode::kBadInput, fmt::format("'{}' is no name of a font: write a family, or a family and a style as in serif:bold", asked));
+    if (!pattern)
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("'{}' is no name of a font: write a family, or a family and a style as in serif:bold", asked));
     const std::string family = familyOf(pattern.get());
     // A name may not lead to a file; letters are outlines.
     FcPatternDel(pattern.get(), FC_FILE);
@@ -74,7 +79,8 @@ Expected<FoundFont> findInstalled(const std::string& name, std::vector<std::stri
     FoundFont font{.file = reinterpret_cast<const char*>(file), .family = familyOf(found.get())};
     FcPatternGetInteger(found.get(), FC_INDEX, 0, &font.face);
     font.face &= 0xFFFF;  // above are variations
-    if (!isGeneric(family) && !hasFamily(found.get(), family)) notes.push_back(fmt::format("the font '{}' is not installed: set in {}", family, font.family));
+    if (!isGeneric(family) && !hasFamily(found.get(), family))
+        notes.push_back(fmt::format("the font '{}' is not installed: set in {}", family, font.family));
     return font;
 }
 
@@ -83,7 +89,10 @@ struct OutlineReader {
     LetterShape shape;
     double perUnit = 1;
 
-    [[nodiscard]] OutlinePoint point(const FT_Vector* v) const { return {static_cast<std::int32_t>(std::lround(perUnit * static_cast<double>(v->x))), static_cast<std::int32_t>(std::lround(perUnit * static_cast<double>(v->y)))}; }
+    [[nodiscard]] OutlinePoint point(const FT_Vector* v) const {
+        return {static_cast<std::int32_t>(std::lround(perUnit * static_cast<double>(v->x))),
+                static_cast<std::int32_t>(std::lround(perUnit * static_cast<double>(v->y)))};
+    }
     int add(std::uint32_t degree, std::initializer_list<const FT_Vector*> points) {
         if (shape.empty()) return 1;
         OutlineSegment segment{.degree = degree, .points = {}};
@@ -95,13 +104,20 @@ struct OutlineReader {
 };
 
 constexpr FT_Outline_Funcs kReadOutline{
-    .move_to = [](const FT_Vector* to, void* user) {
-        OutlineReader::of(user).shape.push_back({.start = OutlineReader::of(user).point(to), .segments = {}});
-        return 0;
-    },
+    .move_to =
+        [](const FT_Vector* to, void* user) {
+            OutlineReader::of(user).shape.push_back({.start = OutlineReader::of(user).point(to), .segments = {}});
+            return 0;
+        },
     .line_to = [](const FT_Vector* to, void* user) { return OutlineReader::of(user).add(1, {to}); },
-    .conic_to = [](const FT_Vector* control, const FT_Vector* to, void* user) { return OutlineReader::of(user).add(2, {control, to}); },
-    .cubic_to = [](const FT_Vector* first, const FT_Vector* second, const FT_Vector* to, void* user) { return OutlineReader::of(user).add(3, {first, second, to}); },
+    .conic_to =
+        [](const FT_Vector* control, const FT_Vector* to, void* user) {
+            return OutlineReader::of(user).add(2, {control, to});
+        },
+    .cubic_to =
+        [](const FT_Vector* first, const FT_Vector* second, const FT_Vector* to, void* user) {
+            return OutlineReader::of(user).add(3, {first, second, to});
+        },
     .shift = 0,
     .delta = 0,
 };
@@ -109,7 +125,9 @@ constexpr FT_Outline_Funcs kReadOutline{
 /// For a letter that a font has not, and has no picture for.
 LetterShape box() {
     const auto around = [](std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) {
-        const auto line = [](std::int32_t x, std::int32_t y) { return OutlineSegment{.degree = 1, .points = {OutlinePoint{x, y}}}; };
+        const auto line = [](std::int32_t x, std::int32_t y) {
+            return OutlineSegment{.degree = 1, .points = {OutlinePoint{x, y}}};
+        };
         return OutlineContour{.start = {x0, y0}, .segments = {line(x1, y0), line(x1, y1), line(x0, y1)}};
     };
     OutlineContour hole = around(7000, 3000, 33000, 45000);
@@ -130,7 +148,8 @@ struct Typesetter::Font {
     [[nodiscard]] double perUnit() const { return OutlinePoint::kPerEm / static_cast<double>(face->units_per_EM); }
     [[nodiscard]] LetterShape shapeOf(hb_codepoint_t glyph) const {
         OutlineReader reader{.shape = {}, .perUnit = perUnit()};
-        const bool read = FT_Load_Glyph(face, glyph, FT_LOAD_NO_SCALE | FT_LOAD_NO_BITMAP) == 0 && face->glyph->format == FT_GLYPH_FORMAT_OUTLINE &&
+        const bool read = FT_Load_Glyph(face, glyph, FT_LOAD_NO_SCALE | FT_LOAD_NO_BITMAP) == 0 &&
+                          face->glyph->format == FT_GLYPH_FORMAT_OUTLINE &&
                           FT_Outline_Decompose(&face->glyph->outline, &kReadOutline, &reader) == 0;
         if (!read) reader.shape.clear();
         return glyph == 0 && reader.shape.empty() ? box() : std::move(reader.shape);
@@ -156,7 +175,9 @@ Typesetter::~Typesetter() = default;
 Typesetter::Typesetter(Typesetter&&) noexcept = default;
 
 Expected<Typesetter::Font*> Typesetter::find(const std::string& name, std::vector<std::string>& notes) {
-    if (name.size() > kMostFontBytes) return fail(ErrorCode::kLimit, fmt::format("the font's name has {} bytes, at most {} are allowed", name.size(), kMostFontBytes));
+    if (name.size() > kMostFontBytes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the font's name has {} bytes, at most {} are allowed", name.size(), kMostFontBytes));
     if (const auto known = fonts_->byName.find(name); known != fonts_->byName.end()) {
         notes.insert(notes.end(), known->second->notes.begin(), known->second->notes.end());
         return known->second.get();
@@ -164,9 +185,12 @@ Expected<Typesetter::Font*> Typesetter::find(const std::string& name, std::vecto
     auto font = std::make_unique<Font>();
     const Expected<FoundFont> found = findInstalled(name, font->notes);
     if (!found) return tl::unexpected(found.error());
-    if (!fonts_->library && FT_Init_FreeType(&fonts_->library) != 0) return fail(ErrorCode::kFailed, "FreeType does not start");
+    if (!fonts_->library && FT_Init_FreeType(&fonts_->library) != 0)
+        return fail(ErrorCode::kFailed, "FreeType does not start");
     const Error broken{ErrorCode::kUnsupported, fmt::format("the font {} cannot be read", found->family)};
-    if (FT_New_Face(fonts_->library, found->file.c_str(), found->face, &font->face) != 0 || font->face->units_per_EM == 0) return tl::unexpected(broken);
+    if (FT_New_Face(fonts_->library, found->file.c_str(), found->face, &font->face) != 0 ||
+        font->face->units_per_EM == 0)
+        return tl::unexpected(broken);
     hb_blob_t* bytes = hb_blob_create_from_file(found->file.c_str());
     hb_face_t* face = hb_face_create(bytes, static_cast<unsigned>(found->face));
     hb_blob_destroy(bytes);
@@ -190,9 +214,12 @@ struct Typesetter::Setting {
     void add(std::u32string_view line, const TextRun& run, double& pen, double baseline) {
         const BufferPtr buffer(hb_buffer_create());
         // All of the line: letters are joined by what is beside them.
-        hb_buffer_add_utf32(buffer.get(), reinterpret_cast<const std::uint32_t*>(line.data()), static_cast<int>(line.size()), static_cast<unsigned>(run.begin), static_cast<int>(run.length));
+        hb_buffer_add_utf32(buffer.get(), reinterpret_cast<const std::uint32_t*>(line.data()),
+                            static_cast<int>(line.size()), static_cast<unsigned>(run.begin),
+                            static_cast<int>(run.length));
         hb_buffer_set_direction(buffer.get(), run.rightToLeft ? HB_DIRECTION_RTL : HB_DIRECTION_LTR);
-        if (const auto script = static_cast<hb_script_t>(run.script); script != HB_SCRIPT_COMMON) hb_buffer_set_script(buffer.get(), script);
+        if (const auto script = static_cast<hb_script_t>(run.script); script != HB_SCRIPT_COMMON)
+            hb_buffer_set_script(buffer.get(), script);
         hb_buffer_set_language(buffer.get(), hb_language_from_string("en", -1));  // the same wherever it runs
         hb_buffer_guess_segment_properties(buffer.get());
         hb_shape(font.shaping, buffer.get(), nullptr, 0);
@@ -203,7 +230,10 @@ struct Typesetter::Setting {
             missing += glyphs[i].codepoint == 0 ? 1 : 0;
             if (const std::optional<std::uint32_t> shape = shapeOf(glyphs[i].codepoint)) {
                 const auto unit = [&](double v) { return static_cast<std::int32_t>(std::lround(font.perUnit() * v)); };
-                made.letters.push_back({.shape = *shape, .at = {unit(pen + places[i].x_offset), static_cast<std::int32_t>(std::lround(baseline)) + unit(places[i].y_offset)}});
+                made.letters.push_back(
+                    {.shape = *shape,
+                     .at = {unit(pen + places[i].x_offset),
+                            static_cast<std::int32_t>(std::lround(baseline)) + unit(places[i].y_offset)}});
             }
             pen += places[i].x_advance;
         }
@@ -220,7 +250,9 @@ struct Typesetter::Setting {
 };
 
 Expected<TextOutlines> Typesetter::set(const Text& text, std::vector<std::string>& notes) {
-    if (text.text.size() > kMostTextBytes) return fail(ErrorCode::kLimit, fmt::format("the text has {} bytes, at most {} are allowed", text.text.size(), kMostTextBytes));
+    if (text.text.size() > kMostTextBytes)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("the text has {} bytes, at most {} are allowed", text.text.size(), kMostTextBytes));
     const Expected<std::vector<std::u32string>> lines = linesOf(text.text);
     if (!lines) return tl::unexpected(lines.error());
     if (std::ranges::all_of(*lines, [](const std::u32string& line) { return line.empty(); })) return TextOutlines();
@@ -236,13 +268,16 @@ Expected<TextOutlines> Typesetter::set(const Text& text, std::vector<std::string
         double pen = 0;
         for (const TextRun& run : runsOf((*lines)[i])) {
             setting.add((*lines)[i], run, pen, baseline);
-            if (pen * (*font)->perUnit() > kFarthest) return fail(ErrorCode::kLimit, fmt::format("line {} of the text is longer than 2048 em", i + 1));
+            if (pen * (*font)->perUnit() > kFarthest)
+                return fail(ErrorCode::kLimit, fmt::format("line {} of the text is longer than 2048 em", i + 1));
         }
         const double share = text.alignment == Text::kCenter ? 0.5 : text.alignment == Text::kRight ? 1 : 0;
         const auto back = static_cast<std::int32_t>(std::lround(share * pen * (*font)->perUnit()));
         for (std::size_t l = first; l < setting.made.letters.size(); ++l) setting.made.letters[l].at.x -= back;
     }
-    if (setting.missing > 0) notes.push_back(fmt::format("{} of the letters {} not in {}: shown as boxes", setting.missing, setting.missing == 1 ? "is" : "are", (*font)->family));
+    if (setting.missing > 0)
+        notes.push_back(fmt::format("{} of the letters {} not in {}: shown as boxes", setting.missing,
+                                    setting.missing == 1 ? "is" : "are", (*font)->family));
     return std::move(setting.made);
 }
 

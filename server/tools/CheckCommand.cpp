@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/Version.h"
-#include "common/options/Options.h"
 #include "common/codec/WallCodec.h"
+#include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/panel/PanelInScene.h"
 #include "server/tools/SceneImport.h"
@@ -18,12 +18,11 @@ namespace tessera {
 Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
     CheckArguments out;
     bool schema = false;
-    Options options(
-        "tessera-check",
-        "Says what is wrong with walls, panels and scenes, with line and column where\n"
-        "they are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
-        "first that is not: 3 for a bad or missing file.",
-        versionText("tessera-check"));
+    Options options("tessera-check",
+                    "Says what is wrong with walls, panels and scenes, with line and column where\n"
+                    "they are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
+                    "first that is not: 3 for a bad or missing file.",
+                    versionText("tessera-check"));
     options.option("FILE", out.files, "Walls (.wall), panels (.panel), scenes and models");
     options.option("--assets", out.assets, "A folder for asset://NAME; may be repeated").typeName("DIR").oneEach();
     options.option("--scene", out.scene, "Panels are to have their nodes and fields in it").typeName("S");
@@ -67,7 +66,8 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         if (!wall) return bad(wall.error());
         std::size_t tiles = 0;
         for (const auto& host : wall->hosts) tiles += host.tiles.size();
-        result.what = fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        result.what =
+            fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
         return result;
     }
     if (path.ends_with(".panel")) {
@@ -110,14 +110,13 @@ int runCheck(const std::vector<std::string>& words) {
         const CheckResult result = checkFile(path, arguments);
         if (code == 0) code = result.exitCode;
         if (arguments.json) {
-            const nlohmann::ordered_json json = {{"file", path},
-                                                 {"good", result.exitCode == 0},
-                                                 {"what", result.what},
-                                                 {"notes", result.notes}};
+            const nlohmann::ordered_json json = {
+                {"file", path}, {"good", result.exitCode == 0}, {"what", result.what}, {"notes", result.notes}};
             fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
             continue;
         }
-        for (const std::string& note : result.notes) fmt::print("{}{}\n", note.starts_with(path) ? "" : path + ": ", note + " (note)");
+        for (const std::string& note : result.notes)
+            fmt::print("{}{}\n", note.starts_with(path) ? "" : path + ": ", note + " (note)");
         // What is wrong is the answer: it goes where answers go, as compilers' messages are read by editors.
         fmt::print("{}{}\n", result.what.starts_with(path) ? "" : path + ": ", result.what);
     }

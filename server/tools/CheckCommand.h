@@ -22,11 +22,12 @@ struct CheckText {
 };
 
 /// kUsage says what is wrong with the words.
-[[nodiscard]] Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words);
+[[nodiscard]] Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(
+    const std::vector<std::string>& words);
 
 struct CheckResult {
     std::string file;
-    std::string what;                ///< in a good file: what it holds; else what is wrong, a line each, FILE:LINE:COLUMN: first
+    std::string what;  ///< in a good file: what it holds; else what is wrong, a line each, FILE:LINE:COLUMN: first
     std::vector<std::string> notes;  ///< what was left away or is not understood
     int exitCode = 0;                ///< as the programs have it; 0: good
 };

@@ -17,8 +17,8 @@ enum class AnswerFormat { kText, kJson };
 inline constexpr std::size_t kPairsNamed = 16;
 
 // One line each, without its end. Numbers have 17 significant digits in JSON and do not depend on the locale. An answer
-// that is not complete says so (`"complete":false`); so does one of covers and of distance fields (`"error"`: as coverError,
-// or Distance::error, if above 0).
+// that is not complete says so (`"complete":false`); so does one of covers and of distance fields (`"error"`: as
+// coverError, or Distance::error, if above 0).
 [[nodiscard]] std::string answerLine(Touch touch, AnswerFormat format, double error = 0);
 [[nodiscard]] std::string answerLine(const PairTouch& pairs, AnswerFormat format, double error = 0);
 [[nodiscard]] std::string answerLine(const Distance& distance, AnswerFormat format, double error = 0);
@@ -33,8 +33,8 @@ struct RealignedBoxes {
 };
 
 struct QueryTimes {
-    double buildUs = 0;           ///< of both shapes
-    std::vector<double> queryUs;  ///< in the order asked
+    double buildUs = 0;                           ///< of both shapes
+    std::vector<double> queryUs;                  ///< in the order asked
     std::array<std::size_t, 2> faces{}, bytes{};  ///< of A and B after all queries: of a cover its balls
     unsigned threads = 1;
     std::string_view instructionSet;

@@ -79,7 +79,8 @@ Expected<Model> load(const std::string& path, Representation as, const CollideAr
     const ImportOptions options{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
     std::vector<std::string> notes;
     const auto tell = [&] {
-        for (const std::string& note : notes) fmt::print(stderr, "tessera-collide: {}{}\n", note.starts_with(path) ? "" : path + ": ", note);
+        for (const std::string& note : notes)
+            fmt::print(stderr, "tessera-collide: {}{}\n", note.starts_with(path) ? "" : path + ": ", note);
     };
     if (as != Representation::kPoints) {
         Expected<TriangleMesh> mesh = readTriangles(path, options, &notes);
@@ -114,7 +115,8 @@ Expected<std::shared_ptr<CollisionShape>> shapeOf(Model model, Representation as
         return field;
     }
     if (as == Representation::kDistanceField) {
-        Expected<std::shared_ptr<CollisionShape>> field = CollisionShape::ofDistanceField(std::move(mesh), error, trees);
+        Expected<std::shared_ptr<CollisionShape>> field =
+            CollisionShape::ofDistanceField(std::move(mesh), error, trees);
         if (!field) return failWith(fmt::format("{}, --error {}", path, 100 * error), field.error());
         return field;
     }
@@ -257,7 +259,8 @@ Expected<void> collideFreeform(const CollideArguments& arguments, const std::vec
     times.faces = {a->faceCount(), b->faceCount()};
     times.bytes = {a->memoryBytes(), b->memoryBytes()};
     if (arguments.time) write(timeLine(times, arguments.format));
-    if (std::fflush(stdout) != 0 || !written) return fail(ErrorCode::kFailed, "the answers cannot be written to stdout");
+    if (std::fflush(stdout) != 0 || !written)
+        return fail(ErrorCode::kFailed, "the answers cannot be written to stdout");
     return {};
 }
 
@@ -275,31 +278,37 @@ Expected<void> collide(const CollideArguments& arguments) {
         return as == Representation::kSpherical || as == Representation::kDistanceField ||
                as == Representation::kSphericalBezier;
     };
-    const bool fieldA = !arguments.freeformA && isField(arguments.asA), fieldB = !arguments.freeformB && isField(arguments.asB);
-    if (smooth && !fieldA && !fieldB && arguments.query != CollideQuery::kDepth) return collideFreeform(arguments, *poses);
+    const bool fieldA = !arguments.freeformA && isField(arguments.asA),
+               fieldB = !arguments.freeformB && isField(arguments.asB);
+    if (smooth && !fieldA && !fieldB && arguments.query != CollideQuery::kDepth)
+        return collideFreeform(arguments, *poses);
     Expected<Model> a = smooth && !fieldA ? Model() : load(arguments.a, arguments.asA, arguments);
     if (!a) return tl::unexpected(a.error());
     const bool same = arguments.b == arguments.a &&
                       (arguments.asA == Representation::kPoints) == (arguments.asB == Representation::kPoints);
-    Expected<Model> b = alone || (same && !smooth) || (smooth && !fieldB) ? a : load(arguments.b, arguments.asB, arguments);
+    Expected<Model> b =
+        alone || (same && !smooth) || (smooth && !fieldB) ? a : load(arguments.b, arguments.asB, arguments);
     if (!b) return tl::unexpected(b.error());
 
     const SteadyClock::time_point start = SteadyClock::now();
     const Expected<std::shared_ptr<CollisionShape>> shapeA =
-        smooth && !fieldA ? loadFreeformShape(arguments.a, arguments.freeformA, arguments.asA, arguments)
-               : shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
+        smooth && !fieldA
+            ? loadFreeformShape(arguments.a, arguments.freeformA, arguments.asA, arguments)
+            : shapeOf(std::move(*a), arguments.asA, arguments.levelA, arguments.error, arguments.a, arguments.tree);
     if (!shapeA) return tl::unexpected(shapeA.error());
     const Expected<std::shared_ptr<CollisionShape>> shapeB =
-        alone    ? shapeA
-        : smooth && !fieldB ? loadFreeformShape(arguments.b, arguments.freeformB, arguments.asB, arguments)
-                 : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
+        alone ? shapeA
+        : smooth && !fieldB
+            ? loadFreeformShape(arguments.b, arguments.freeformB, arguments.asB, arguments)
+            : shapeOf(std::move(*b), arguments.asB, arguments.levelB, arguments.error, arguments.b, arguments.tree);
     if (!shapeB) return tl::unexpected(shapeB.error());
     const Bodies bodies{*shapeA, *shapeB};
     if (arguments.query == CollideQuery::kDepth)
         for (const auto& [shape, path] : {std::pair(bodies.a, arguments.a), std::pair(bodies.b, arguments.b)})
             if (shape->distanceField() != nullptr && !shape->distanceField()->isSigned())
-                return fail(ErrorCode::kBadInput,
-                            fmt::format("{}: an open surface has no inside, so as a distance field it has no depth", path));
+                return fail(
+                    ErrorCode::kBadInput,
+                    fmt::format("{}: an open surface has no inside, so as a distance field it has no depth", path));
     QueryTimes times{.buildUs = microseconds(start, SteadyClock::now()),
                      .threads = arguments.threads,
                      .instructionSet = name(instructionSet())};
@@ -353,10 +362,11 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
     bool json = false;
     options.flag("--json", json, "One JSON object per answer");
     options.flag("--time", out.time, "A last line: what it took");
-    const Option toleranceOption =
-        options.option("--tolerance", tolerance,
-                       "toi: a distance that is a hit (1e-4);\ndistance: may be so much too large (0);\nsmooth surfaces: of any answer (1e-6)")
-            .typeName("T");
+    const Option toleranceOption = options
+                                       .option("--tolerance", tolerance,
+                                               "toi: a distance that is a hit (1e-4);\ndistance: may be so much too "
+                                               "large (0);\nsmooth surfaces: of any answer (1e-6)")
+                                       .typeName("T");
     options.option("--threads", out.threads, "For any and all (1)").typeName("N").range(1, 256);
     options
         .option("--as-a", asA,
@@ -367,16 +377,24 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         .oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
     options.option("--as-b", asB, "The same of B").typeName("KIND").oneOf(wordsOf(kKinds), ShowValues::kInErrorsAlone);
     std::string levelA, levelB;
-    const Option levelAOption = options.option("--level-a", levelA, "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
-        .typeName("N");
+    const Option levelAOption =
+        options
+            .option("--level-a", levelA,
+                    "A as balls that cover it; 1 to 12, each\nhalf as large as the last; 0: as it is")
+            .typeName("N");
     const Option levelBOption = options.option("--level-b", levelB, "The same of B").typeName("N");
     double error = 1;
     const Option errorOption =
-        options.option("--error", error, "Distances and depths by distance\nfields may be wrong by so many\npercent of their size (1)")
+        options
+            .option("--error", error,
+                    "Distances and depths by distance\nfields may be wrong by so many\npercent of their size (1)")
             .typeName("E");
     double radius = 0;
     const Option radiusOption = options.option("--radius", radius, "Of points; else the file's").typeName("R");
-    options.option("--volume", volume, "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, nothing else")
+    options
+        .option("--volume", volume,
+                "sphere, aabb, obb, dop6, dop14, dop18,\ndop26; times of contact may differ\nwithin the tolerance, "
+                "nothing else")
         .typeName("V")
         .oneOf(wordsOf(kVolumes), ShowValues::kInErrorsAlone);
     options.option("--split", split, "area, median, mean, volume;\nas --volume")
@@ -474,11 +492,17 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         out.radius = radius;
     }
     if (out.freeformA || out.freeformB) {
-        const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) { return kind || (as != Representation::kPoints && as != Representation::kHeightField); };
-        if (alone) return fail(ErrorCode::kUsage, "self is not for smooth surfaces: any, all, distance, toi and depth are");
+        const auto isLike = [](const std::optional<FreeformKind>& kind, Representation as) {
+            return kind || (as != Representation::kPoints && as != Representation::kHeightField);
+        };
+        if (alone)
+            return fail(ErrorCode::kUsage, "self is not for smooth surfaces: any, all, distance, toi and depth are");
         if (!isLike(out.freeformA, out.asA) || !isLike(out.freeformB, out.asB))
-            return fail(ErrorCode::kUsage, "smooth surfaces are compared with each other, triangles, hulls, spherical and distance fields");
-        if (out.levelA > 0 || out.levelB > 0) return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
+            return fail(
+                ErrorCode::kUsage,
+                "smooth surfaces are compared with each other, triangles, hulls, spherical and distance fields");
+        if (out.levelA > 0 || out.levelB > 0)
+            return fail(ErrorCode::kUsage, "--level is for triangles and height fields, not beside smooth surfaces");
         if (out.threads > 1) return fail(ErrorCode::kUsage, "smooth surfaces take one thread");
         const auto isOfPatches = [](const std::optional<FreeformKind>& kind, Representation as) {
             return kind || as == Representation::kTriangles || as == Representation::kHull;

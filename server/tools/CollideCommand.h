@@ -31,8 +31,8 @@ struct CollideArguments {
     CollideQuery query = CollideQuery::kAny;
     AnswerFormat format = AnswerFormat::kText;
     bool time = false;
-    /// With smooth surfaces of all questions. toi: the distance that counts as a hit, 1e-4 unless given. distance: by how much an answer may be too large, 0
-    /// unless given.
+    /// With smooth surfaces of all questions. toi: the distance that counts as a hit, 1e-4 unless given. distance: by
+    /// how much an answer may be too large, 0 unless given.
     std::optional<double> tolerance;
     TreeOptions tree;
     /// Of any and all on k-DOPs of triangles: how B's are bounded in A's directions. No answer depends on it.

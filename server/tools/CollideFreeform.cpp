@@ -21,34 +21,48 @@
 namespace tessera {
 namespace {
 
-std::string inJson(const Vec3d& v) { return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z()); }
-std::string inWords(const Vec3d& v) { return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z()); }
-std::string faceInJson(const FreeformPlace& p) { return p.face == kNoIndex ? "null" : fmt::format("{}", p.face); }
-std::string faceInWords(const FreeformPlace& p) { return p.face == kNoIndex ? "whole" : fmt::format("{}", p.face); }
+std::string inJson(const Vec3d& v) {
+    return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z());
+}
+std::string inWords(const Vec3d& v) {
+    return fmt::format("({:.9g} {:.9g} {:.9g})", v.x(), v.y(), v.z());
+}
+std::string faceInJson(const FreeformPlace& p) {
+    return p.face == kNoIndex ? "null" : fmt::format("{}", p.face);
+}
+std::string faceInWords(const FreeformPlace& p) {
+    return p.face == kNoIndex ? "whole" : fmt::format("{}", p.face);
+}
 
 /// `"faces":[a,b],"uv":[[…],[…]],"points":[[…],[…]]`.
 std::string placesInJson(const FreeformPlace& a, const FreeformPlace& b) {
-    return fmt::format(R"("faces":[{},{}],"uv":[[{:.17g},{:.17g}],[{:.17g},{:.17g}]],"points":[{},{}])", faceInJson(a), faceInJson(b), a.u, a.v, b.u, b.v, inJson(a.point),
-                       inJson(b.point));
+    return fmt::format(R"("faces":[{},{}],"uv":[[{:.17g},{:.17g}],[{:.17g},{:.17g}]],"points":[{},{}])", faceInJson(a),
+                       faceInJson(b), a.u, a.v, b.u, b.v, inJson(a.point), inJson(b.point));
 }
 std::string placesInWords(const FreeformPlace& a, const FreeformPlace& b) {
-    return fmt::format("face {} at {:.6g} {:.6g} {}, face {} at {:.6g} {:.6g} {}", faceInWords(a), a.u, a.v, inWords(a.point), faceInWords(b), b.u, b.v, inWords(b.point));
+    return fmt::format("face {} at {:.6g} {:.6g} {}, face {} at {:.6g} {:.6g} {}", faceInWords(a), a.u, a.v,
+                       inWords(a.point), faceInWords(b), b.u, b.v, inWords(b.point));
 }
 
-std::string unsure(bool complete, bool json) { return complete ? "" : json ? R"(,"complete":false)" : "; gave up before it was sure"; }
+std::string unsure(bool complete, bool json) {
+    return complete ? "" : json ? R"(,"complete":false)" : "; gave up before it was sure";
+}
 
 std::string contactsLine(const FreeformContacts& found, double tolerance, bool json) {
     const bool hit = !found.contacts.empty() || !found.complete;
     if (!json) {
         std::string line = fmt::format("{} contacts{}", found.contacts.size(), found.contacts.empty() ? "" : ":");
-        for (std::size_t i = 0; i < std::min(found.contacts.size(), kPairsNamed); ++i) line += " " + placesInWords(found.contacts[i].a, found.contacts[i].b) + ";";
+        for (std::size_t i = 0; i < std::min(found.contacts.size(), kPairsNamed); ++i)
+            line += " " + placesInWords(found.contacts[i].a, found.contacts[i].b) + ";";
         return line + unsure(found.complete, json);
     }
     std::string list;
     for (const FreeformContact& c : found.contacts) {
-        list += fmt::format(R"({}{{{},"point":{},"normal":{}}})", list.empty() ? "" : ",", placesInJson(c.a, c.b), inJson(c.point), inJson(c.normal));
+        list += fmt::format(R"({}{{{},"point":{},"normal":{}}})", list.empty() ? "" : ",", placesInJson(c.a, c.b),
+                            inJson(c.point), inJson(c.normal));
     }
-    return fmt::format(R"({{"hit":{},"contacts":[{}],"error":{:.17g}{}}})", hit, list, tolerance, unsure(found.complete, json));
+    return fmt::format(R"({{"hit":{},"contacts":[{}],"error":{:.17g}{}}})", hit, list, tolerance,
+                       unsure(found.complete, json));
 }
 
 }  // namespace
@@ -64,7 +78,9 @@ bool hasStatement(std::string_view text, std::string_view word) {
         const std::size_t end = std::min(text.find('\n', at), text.size());
         std::string_view line = text.substr(at, end - at);
         line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
-        if (line.starts_with(word) && line.size() > word.size() && (line[word.size()] == ' ' || line[word.size()] == '\t')) return true;
+        if (line.starts_with(word) && line.size() > word.size() &&
+            (line[word.size()] == ' ' || line[word.size()] == '\t'))
+            return true;
         at = end + 1;
     }
     return false;
@@ -74,7 +90,8 @@ bool hasStatement(std::string_view text, std::string_view word) {
 void noteOthers(const std::string& path, std::string_view text, FreeformKind kind) {
     const bool areOthers = kind == FreeformKind::kNurbs ? hasStatement(text, "f") : hasStatement(text, "surf");
     if (areOthers)
-        fmt::print(stderr, "tessera-collide: {}: its {} are left out ('triangles' has both)\n", path, kind == FreeformKind::kNurbs ? "polygons" : "free-form surfaces");
+        fmt::print(stderr, "tessera-collide: {}: its {} are left out ('triangles' has both)\n", path,
+                   kind == FreeformKind::kNurbs ? "polygons" : "free-form surfaces");
 }
 
 Expected<FileSurfaces> readSurfaces(const std::string& path, FreeformKind kind) {
@@ -86,7 +103,8 @@ Expected<FileSurfaces> readSurfaces(const std::string& path, FreeformKind kind) 
         if (!surfaces) return tl::unexpected(surfaces.error());
         return std::move(*surfaces);
     }
-    Expected<ObjControlMesh> mesh = parseObjControlMesh(*text, path, kind == FreeformKind::kLoop ? SubdivisionScheme::kLoop : SubdivisionScheme::kCatmullClark);
+    Expected<ObjControlMesh> mesh = parseObjControlMesh(
+        *text, path, kind == FreeformKind::kLoop ? SubdivisionScheme::kLoop : SubdivisionScheme::kCatmullClark);
     if (!mesh) return tl::unexpected(mesh.error());
     for (const std::string& note : mesh->notes) fmt::print(stderr, "tessera-collide: {}: {}\n", path, note);
     return std::move(mesh->mesh);
@@ -103,7 +121,8 @@ TriangleMesh welded(std::span<const Vec3d> places, std::span<const std::uint32_t
     std::vector<std::uint32_t> indices;
     for (const std::uint32_t c : corners) {
         const Vec3d& p = places[c];
-        const auto [at, isNew] = numbers.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(positions.size() / 3));
+        const auto [at, isNew] =
+            numbers.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(positions.size() / 3));
         if (isNew) positions.insert(positions.end(), {p.x(), p.y(), p.z()});
         indices.push_back(at->second);
     }
@@ -119,11 +138,13 @@ Expected<TriangleMesh> trianglesOf(const ControlMesh& mesh) {
         for (const double x : {p.x(), p.y(), p.z()}) points.push_back(static_cast<float>(x));
     (*made)->evaluate(points, positions, normals);
     std::vector<Vec3d> places;
-    for (std::size_t i = 0; i < positions.size(); i += 3) places.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
+    for (std::size_t i = 0; i < positions.size(); i += 3)
+        places.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
     return welded(places, (*made)->indices());
 }
 
-Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces, std::size_t maxTriangles = TessellationLimits().maxTriangles) {
+Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces,
+                                   std::size_t maxTriangles = TessellationLimits().maxTriangles) {
     Box around;
     for (const NurbsSurface& s : surfaces)
         for (const Vec4d& p : s.definition().points) around.extend(p.head<3>() / p.w());
@@ -131,7 +152,8 @@ Expected<TriangleMesh> trianglesOf(const std::vector<NurbsSurface>& surfaces, st
     std::vector<Vec3d> places;
     std::vector<std::uint32_t> corners;
     for (const NurbsSurface& s : surfaces) {
-        const Expected<NurbsTriangles> made = tessellate(s, std::max(kShare * around.size().norm(), 1e-30), {.maxTriangles = maxTriangles});
+        const Expected<NurbsTriangles> made =
+            tessellate(s, std::max(kShare * around.size().norm(), 1e-30), {.maxTriangles = maxTriangles});
         if (!made) return tl::unexpected(made.error());
         for (const auto& t : made->triangles)
             for (const std::uint32_t c : t) corners.push_back(static_cast<std::uint32_t>(places.size()) + c);
@@ -184,9 +206,13 @@ Expected<TriangleMesh> drawnOf(const FileSurfaces& surfaces) {
 /// Trims that a scene refuses are refused here too, and what has no area.
 Expected<void> checkSurfaces(const std::vector<NurbsSurface>& surfaces) {
     constexpr std::size_t kEnoughToHaveAnArea = 10'000;
-    const bool areTrimmed = std::ranges::any_of(surfaces, [](const NurbsSurface& s) { return !s.region().loops().empty(); });
-    const Expected<TriangleMesh> drawn = trianglesOf(surfaces, areTrimmed ? TessellationLimits().maxTriangles : kEnoughToHaveAnArea);
-    if (!drawn) return !areTrimmed && drawn.error().code == ErrorCode::kLimit ? Expected<void>() : tl::unexpected(drawn.error());
+    const bool areTrimmed =
+        std::ranges::any_of(surfaces, [](const NurbsSurface& s) { return !s.region().loops().empty(); });
+    const Expected<TriangleMesh> drawn =
+        trianglesOf(surfaces, areTrimmed ? TessellationLimits().maxTriangles : kEnoughToHaveAnArea);
+    if (!drawn)
+        return !areTrimmed && drawn.error().code == ErrorCode::kLimit ? Expected<void>()
+                                                                      : tl::unexpected(drawn.error());
     if (drawn->faceCount() == 0) return fail(ErrorCode::kBadInput, "nothing of it has an area");
     return {};
 }
@@ -203,7 +229,8 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
         Expected<FileSurfaces> surfaces = readSurfaces(path, *kind);
         if (!surfaces) return tl::unexpected(surfaces.error());
         if (kind == FreeformKind::kNurbs)
-            if (const Expected<void> sound = checkSurfaces(std::get<std::vector<NurbsSurface>>(*surfaces)); !sound) return failWith(path, sound.error());
+            if (const Expected<void> sound = checkSurfaces(std::get<std::vector<NurbsSurface>>(*surfaces)); !sound)
+                return failWith(path, sound.error());
         BezierFaces own;
         if (kind == FreeformKind::kBezier)
             return named(bezierOf(std::get<ControlMesh>(*surfaces),
@@ -218,7 +245,9 @@ Expected<FreeformShape> loadFreeform(const std::string& path, const std::optiona
     return named(FreeformShape::ofHull(std::move(*hull)));
 }
 
-Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise,
+Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& path,
+                                                            const std::optional<FreeformKind>& kind,
+                                                            Representation otherwise,
                                                             const CollideArguments& arguments) {
     if (!kind) {
         Expected<TriangleMesh> mesh = readMesh(path, arguments);
@@ -235,7 +264,9 @@ Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& p
     Expected<FreeformShape> surface = smoothOf(std::move(*surfaces));
     if (!surface) return failWith(path, surface.error());
     const double size = drawn->bounds().size().norm();
-    return CollisionShape::ofFreeform(std::move(*surface), std::move(*drawn), size > 0 ? arguments.tolerance.value_or(kFreeformTolerance) / size : 0, arguments.tree);
+    return CollisionShape::ofFreeform(std::move(*surface), std::move(*drawn),
+                                      size > 0 ? arguments.tolerance.value_or(kFreeformTolerance) / size : 0,
+                                      arguments.tree);
 }
 
 std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const CollideArguments& arguments, double& us,
@@ -263,8 +294,12 @@ std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const Colli
             const FreeformTouch touch = named(pair.touch(a_T_b, tolerance, work));
             stop();
             const bool hit = touch.touch != Touch::kNo, known = touch.touch != Touch::kUnknown;
-            if (json) return fmt::format(R"({{"hit":{}{},"error":{:.17g}{}}})", hit, hit && known ? "," + placesInJson(touch.a, touch.b) : "", tolerance, unsure(known, json));
-            return (hit ? "touch" + (known ? ": " + placesInWords(touch.a, touch.b) : std::string()) : "do not touch") + unsure(known, json);
+            if (json)
+                return fmt::format(R"({{"hit":{}{},"error":{:.17g}{}}})", hit,
+                                   hit && known ? "," + placesInJson(touch.a, touch.b) : "", tolerance,
+                                   unsure(known, json));
+            return (hit ? "touch" + (known ? ": " + placesInWords(touch.a, touch.b) : std::string()) : "do not touch") +
+                   unsure(known, json);
         }
         case CollideQuery::kAll: {
             FreeformContacts found = pair.contacts(a_T_b, work, {.tolerance = tolerance});
@@ -277,11 +312,18 @@ std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const Colli
                 named(pair.firstContact(BodyMotion{}, BodyMotion{pose.start, *pose.end}, tolerance, work));
             stop();
             if (!hit.hit) {
-                if (json) return fmt::format(R"({{"hit":{}{}{}}})", !hit.complete, hit.complete ? "" : fmt::format(R"(,"t":{:.17g})", hit.t), unsure(hit.complete, json));
-                return (hit.complete ? "they do not touch on the way" : fmt::format("free up to t = {:.9g}", hit.t)) + unsure(hit.complete, json);
+                if (json)
+                    return fmt::format(R"({{"hit":{}{}{}}})", !hit.complete,
+                                       hit.complete ? "" : fmt::format(R"(,"t":{:.17g})", hit.t),
+                                       unsure(hit.complete, json));
+                return (hit.complete ? "they do not touch on the way" : fmt::format("free up to t = {:.9g}", hit.t)) +
+                       unsure(hit.complete, json);
             }
-            if (json) return fmt::format(R"({{"hit":true,"t":{:.17g},"distance":{:.17g},{},"normal":{}}})", hit.t, hit.distance, placesInJson(hit.a, hit.b), inJson(hit.normal));
-            return fmt::format("touch at t = {:.9g}, {:.3g} apart: {}", hit.t, hit.distance, placesInWords(hit.a, hit.b));
+            if (json)
+                return fmt::format(R"({{"hit":true,"t":{:.17g},"distance":{:.17g},{},"normal":{}}})", hit.t,
+                                   hit.distance, placesInJson(hit.a, hit.b), inJson(hit.normal));
+            return fmt::format("touch at t = {:.9g}, {:.3g} apart: {}", hit.t, hit.distance,
+                               placesInWords(hit.a, hit.b));
         }
         default: {
             FreeformDistance d = named(pair.distance(a_T_b, work, {.tolerance = tolerance}));
@@ -295,7 +337,8 @@ std::string freeformAnswer(FreeformPair& pair, const PoseLine& pose, const Colli
                 return fmt::format(R"({{"distance":{:.17g},"least":{:.17g},{},"error":{:.17g}{}}})", d.distance,
                                    d.least, placesInJson(d.a, d.b), std::max(d.distance - d.least, approximation),
                                    unsure(d.complete, json));
-            return fmt::format("distance {:.9g}, at least {:.9g}: {}{}", d.distance, d.least, placesInWords(d.a, d.b), unsure(d.complete, json));
+            return fmt::format("distance {:.9g}, at least {:.9g}: {}{}", d.distance, d.least, placesInWords(d.a, d.b),
+                               unsure(d.complete, json));
         }
     }
 }

@@ -1,4 +1,5 @@
-/// tessera-collide on smooth surfaces: subdivision surfaces and NURBS of files, against each other, triangles and hulls.
+/// tessera-collide on smooth surfaces: subdivision surfaces and NURBS of files, against each other, triangles and
+/// hulls.
 #pragma once
 
 #include <memory>
@@ -24,7 +25,9 @@ struct BezierFaces {
                                                    BezierFaces* faces = nullptr);
 
 /// The same with triangles of it, for who asks for its depth: as the table of pairs takes it.
-[[nodiscard]] Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& path, const std::optional<FreeformKind>& kind, Representation otherwise,
+[[nodiscard]] Expected<std::shared_ptr<CollisionShape>> loadFreeformShape(const std::string& path,
+                                                                          const std::optional<FreeformKind>& kind,
+                                                                          Representation otherwise,
                                                                           const CollideArguments& arguments);
 
 /// The answer to one line of the pose file, without its end; `us`: what it took.

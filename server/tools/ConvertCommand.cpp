@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "common/base/Version.h"
-#include "common/options/Options.h"
 #include "common/cores/Inline.h"
 #include "common/cores/Movie.h"
 #include "common/cores/ProxyGroup.h"
+#include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/SceneImport.h"
 #include "server/tools/mpcdi/MpcdiWall.h"
@@ -45,7 +45,8 @@ Expected<OptimiseOptions> optimiseOptionsOf(const std::vector<std::string>& step
     for (const std::string& step : steps) {
         const auto found = std::ranges::find(known, step, [](const auto& one) { return one.first; });
         if (found == std::end(known))
-            return fail(ErrorCode::kUsage, fmt::format("--steps: '{}' is no step; there are share, merge, flatten, order, levels", step));
+            return fail(ErrorCode::kUsage,
+                        fmt::format("--steps: '{}' is no step; there are share, merge, flatten, order, levels", step));
         options.*(found->second) = true;
     }
     return options;
@@ -64,28 +65,38 @@ void sayCounts(const OptimiseCounts& c) {
 
 Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(const std::vector<std::string>& words) {
     ConvertArguments out;
-    Options commandLine(
-        "tessera-convert",
-        "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
-        "every object as it is, arrays and images included, and needs no other file\n"
-        "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
-        "Of a .mpcdi it makes a .wall, with warp meshes and blend pictures beside it.",
-        versionText("tessera-convert"));
+    Options commandLine("tessera-convert",
+                        "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
+                        "every object as it is, arrays and images included, and needs no other file\n"
+                        "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
+                        "Of a .mpcdi it makes a .wall, with warp meshes and blend pictures beside it.",
+                        versionText("tessera-convert"));
     commandLine.option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …; .mpcdi").required();
     commandLine.option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall").required();
     commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
-    commandLine.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
+    commandLine.flag("--allow-unconfined-import", out.allowUnconfined,
+                     "Import even where the child cannot\nbe confined");
     bool optimise = false;
     std::vector<std::string> steps, keep;
-    commandLine.flag("--optimise", optimise, "Less to carry, the same to look at: equal\nobjects shared, chains of transforms that\nstand still flattened, meshes in an order\nthat draws faster");
-    commandLine.option("--steps", steps, "These steps of it alone: share, flatten,\norder; merge (meshes of one material) and\nlevels (coarser ones for far away) are done\nonly where they are named").typeName("STEP,…").delimiter(',');
-    commandLine.option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated").typeName("PATH").oneEach();
+    commandLine.flag("--optimise", optimise,
+                     "Less to carry, the same to look at: equal\nobjects shared, chains of transforms that\nstand "
+                     "still flattened, meshes in an order\nthat draws faster");
+    commandLine
+        .option("--steps", steps,
+                "These steps of it alone: share, flatten,\norder; merge (meshes of one material) and\nlevels (coarser "
+                "ones for far away) are done\nonly where they are named")
+        .typeName("STEP,…")
+        .delimiter(',');
+    commandLine.option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated")
+        .typeName("PATH")
+        .oneEach();
     const Expected<std::optional<std::string>> instead = commandLine.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return ConvertHelp{**instead};
     if (isMpcdi(out.in) != out.out.ends_with(".wall"))
         return fail(ErrorCode::kUsage, "a .wall is made of a .mpcdi, and of nothing else; see --help");
-    if (!optimise && (!steps.empty() || !keep.empty())) return fail(ErrorCode::kUsage, "--steps and --keep say how to --optimise; see --help");
+    if (!optimise && (!steps.empty() || !keep.empty()))
+        return fail(ErrorCode::kUsage, "--steps and --keep say how to --optimise; see --help");
     if (optimise) {
         Expected<OptimiseOptions> options = optimiseOptionsOf(steps);
         if (!options) return tl::unexpected(options.error());
@@ -97,7 +108,8 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         return out;
     }
     // Before a long import, not after it.
-    if (const Expected<SceneEncoding> encoding = sceneEncodingOf(out.out); !encoding) return tl::unexpected(encoding.error());
+    if (const Expected<SceneEncoding> encoding = sceneEncodingOf(out.out); !encoding)
+        return tl::unexpected(encoding.error());
     return out;
 }
 
@@ -111,8 +123,8 @@ int runConvert(const std::vector<std::string>& words) {
         }
         const auto& arguments = std::get<ConvertArguments>(*parsed);
         if (isMpcdi(arguments.in)) return convertMpcdi(arguments);
-        Expected<FileScene> file =
-            importAsScene(arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+        Expected<FileScene> file = importAsScene(
+            arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
         if (!file) return tl::unexpected(file.error());
         // What is written would have lost it for good.
         if (!file->imported.faults.empty()) return fail(ErrorCode::kBadInput, file->imported.faults.front());
@@ -122,21 +134,30 @@ int runConvert(const std::vector<std::string>& words) {
             const auto* content = object.as<Inline>();
             const auto* proxy = object.as<ProxyGroup>();
             const auto* movie = object.as<Movie>();
-            if (const std::string* named = content ? &content->file : proxy ? &proxy->file : movie ? &movie->file : nullptr; named && !named->empty())
-                fmt::print(stderr, "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n", *named);
+            if (const std::string* named = content ? &content->file
+                                           : proxy ? &proxy->file
+                                           : movie ? &movie->file
+                                                   : nullptr;
+                named && !named->empty())
+                fmt::print(stderr,
+                           "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n",
+                           *named);
         }
-        OptimiseCounts counts{.nodesAfter = file->imported.nodes, .objectsAfter = file->imported.nodes + file->imported.cores};
+        OptimiseCounts counts{.nodesAfter = file->imported.nodes,
+                              .objectsAfter = file->imported.nodes + file->imported.cores};
         if (arguments.optimise) {
             if (!file->imported.later.empty())
-                return fail(ErrorCode::kRefused, arguments.in + ": a newer version saved more in it than this one knows, which may name what would go; it can be converted, not optimised");
+                return fail(ErrorCode::kRefused, arguments.in +
+                                                     ": a newer version saved more in it than this one knows, which "
+                                                     "may name what would go; it can be converted, not optimised");
             const Expected<OptimiseCounts> optimised = optimiseScene(file->scene, *arguments.optimise);
             if (!optimised) return failWith(arguments.in, optimised.error());
             sayCounts(*optimised);
             counts = *optimised;
         }
         if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later); !saved) return saved;
-        fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, counts.nodesAfter, counts.objectsAfter - counts.nodesAfter,
-                   file->imported.triangles);
+        fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, counts.nodesAfter,
+                   counts.objectsAfter - counts.nodesAfter, file->imported.triangles);
         return {};
     }();
     if (done) return 0;

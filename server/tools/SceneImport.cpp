@@ -14,7 +14,8 @@ Expected<FileScene> importAsScene(const std::string& path, const ImportOptions& 
     file.imported.later.replaceIds(real);
     file.imported.top = real(file.imported.top);
     for (ObjectId& top : file.imported.tops) top = real(top);
-    if (const Expected<void> applied = file.scene.apply(file.imported.list); !applied) return failWith(path, applied.error());
+    if (const Expected<void> applied = file.scene.apply(file.imported.list); !applied)
+        return failWith(path, applied.error());
     file.imported.list = {};
     return file;
 }

@@ -41,7 +41,8 @@ private:
 };
 
 /// The file as a scene of its own.
-Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect, std::vector<std::string>* notes) {
+Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect,
+                         std::vector<std::string>* notes) {
     options.whole = true;
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
@@ -59,7 +60,8 @@ Expected<void> readScene(const std::string& path, ImportOptions options, Aspect&
 Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions options, std::vector<std::string>* notes) {
     options.verbatim = true;
     Aspect aspect;
-    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read) return tl::unexpected(read.error());
+    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read)
+        return tl::unexpected(read.error());
 
     Welder welder;
     std::vector<std::uint32_t> indices;
@@ -88,7 +90,8 @@ Expected<TriangleMesh> readTriangles(const std::string& path, ImportOptions opti
 
 Expected<FilePoints> readPoints(const std::string& path, ImportOptions options, std::vector<std::string>* notes) {
     Aspect aspect;
-    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read) return tl::unexpected(read.error());
+    if (Expected<void> read = readScene(path, std::move(options), aspect, notes); !read)
+        return tl::unexpected(read.error());
     FilePoints out;
     Action collect;
     collect.onNode([&](const Visit& visit) {

@@ -1,7 +1,12 @@
 /// The tree as it is, against the rules.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
 #include <cctype>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -16,6 +21,9 @@ namespace tessera::architecture {
 namespace {
 
 const char* const kRoot = TESSERA_SOURCE_DIR;
+
+/// Where code lies, and its tests.
+const std::vector<std::string> kSources = {"common", "server", "client", "deploy", "tests"};
 
 class Architecture : public testing::Test {
 protected:
@@ -45,10 +53,13 @@ TEST_F(Architecture, IncludesHaveNoCircles) {
     EXPECT_EQ(report(checkAcyclic(product, layers)), "");
 }
 
-// All that traverses a scene knows nodes, and everybody the names of types. A field more in another type is not everybody's affair.
+// All that traverses a scene knows nodes, and everybody the names of types. A field more in another type is not
+// everybody's affair.
 TEST_F(Architecture, CoresAreKnownToThoseWhoUseThem) {
     const std::string cores = "common/cores";
-    EXPECT_EQ(report(checkReach(product, cores, {cores + "/Node.h", cores + "/ChildList.h", cores + "/ShippedTypes.h"}, 15)), "");
+    EXPECT_EQ(
+        report(checkReach(product, cores, {cores + "/Node.h", cores + "/ChildList.h", cores + "/ShippedTypes.h"}, 15)),
+        "");
 }
 
 TEST_F(Architecture, ServerAndClientDoNotKnowEachOther) {
@@ -88,6 +99,37 @@ TEST_F(Architecture, NoTestTakesMoreThan20SecondsOfProcessorTime) {
 TEST_F(Architecture, FilesAreShort) {
     EXPECT_EQ(report(checkLengths(product, 600)), "");
     EXPECT_EQ(report(checkLengths(readTree(kRoot, {"tests"}), 600)), "");
+}
+
+TEST_F(Architecture, LinesHave120ColumnsAtMost) {
+    const std::vector<std::string> paths = pathsBelow(kRoot, kSources, {".cpp", ".h", ".inl", ".py"});
+    EXPECT_GT(paths.size(), 2500u) << "they were not found";
+    EXPECT_EQ(report(checkColumns(kRoot, paths, 120)), "");
+}
+
+// As .clang-format says, by the version that wrote them: another one may see it in another way.
+TEST_F(Architecture, FilesAreFormatted) {
+    const std::string program = "clang-format-14";
+    if (std::system(("command -v " + program + " >/dev/null").c_str()) != 0)
+        GTEST_SKIP() << program << " is not installed (apt-get install " << program << ")";
+    const std::string list = testing::TempDir() + "tessera-sources." + std::to_string(::getpid());
+    {
+        std::ofstream out(list);
+        for (const std::string& path : pathsBelow(kRoot, kSources, {".cpp", ".h", ".inl"})) out << path << '\n';
+        ASSERT_TRUE(out) << list;
+    }
+    const std::string command = "cd '" + std::string(kRoot) + "' && xargs -a '" + list + "' -n 40 -P \"$(nproc)\" " +
+                                program + " --dry-run -Werror 2>&1";
+    std::FILE* said = ::popen(command.c_str(), "r");
+    ASSERT_TRUE(said);
+    std::string findings;
+    std::array<char, 4096> line;
+    while (std::fgets(line.data(), line.size(), said))
+        if (std::string_view(line.data()).find(": error: ") != std::string_view::npos) findings += line.data();
+    const int status = ::pclose(said);
+    std::filesystem::remove(list);
+    EXPECT_EQ(findings, "") << "clang-format-14 -i FILE mends it";
+    EXPECT_EQ(status, 0) << command;
 }
 
 // A new request is its description, the printed schema, what the desk does and a function of Application. Comments

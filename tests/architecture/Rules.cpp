@@ -162,8 +162,8 @@ Findings checkAcyclic(const std::vector<SourceFile>& files, const Layers& layers
     return findings;
 }
 
-Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder, const std::vector<std::string>& known,
-                    double percent) {
+Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder,
+                    const std::vector<std::string>& known, double percent) {
     std::map<std::string, const SourceFile*> byPath;
     for (const SourceFile& file : files) byPath[file.path] = &file;
     std::map<std::string, int> reached;  // by header: lines of .cpp files
@@ -177,7 +177,8 @@ Findings checkReach(const std::vector<SourceFile>& files, const std::string& fol
             open.pop_back();
             for (const Include& include : next.includes) {
                 const auto found = byPath.find(include.path);
-                if (include.quoted && found != byPath.end() && seen.insert(include.path).second) open.push_back(found->second);
+                if (include.quoted && found != byPath.end() && seen.insert(include.path).second)
+                    open.push_back(found->second);
             }
         }
         for (const std::string& header : seen)
@@ -187,7 +188,8 @@ Findings checkReach(const std::vector<SourceFile>& files, const std::string& fol
     for (const auto& [header, lines] : reached) {
         const double share = 100.0 * lines / all;
         if (share > percent && std::ranges::find(known, header) == known.end())
-            findings.push_back({header, 1, fmt::format("{:.0f} % of the code includes it; at most {:.0f} may", share, percent)});
+            findings.push_back(
+                {header, 1, fmt::format("{:.0f} % of the code includes it; at most {:.0f} may", share, percent)});
     }
     return findings;
 }
@@ -275,6 +277,23 @@ Findings checkLengths(const std::vector<SourceFile>& files, int mostLines) {
     return findings;
 }
 
+Findings checkColumns(const fs::path& root, const std::vector<std::string>& paths, int mostColumns) {
+    const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; };  // a character
+    Findings findings;
+    for (const std::string& path : paths) {
+        std::ifstream in(root / path);
+        int lineNumber = 0;
+        for (std::string line; std::getline(in, line);) {
+            ++lineNumber;
+            const auto columns = std::ranges::count_if(line, begins);
+            if (columns > mostColumns)
+                findings.push_back(
+                    {path, lineNumber, fmt::format("has {} columns: at most {} are allowed", columns, mostColumns)});
+        }
+    }
+    return findings;
+}
+
 Findings checkNamesAreUnique(const std::vector<SourceFile>& files) {
     static const std::regex kNamespace(R"(\bnamespace\b\s*([\w:]*)\s*$)"),
         kClass(R"(\b(?:class|struct)\s+(?:alignas\([^)]*\)\s*)?(\w+)\s*(?:final\s*)?(?::[^:].*)?$)");
@@ -289,7 +308,8 @@ Findings checkNamesAreUnique(const std::vector<SourceFile>& files) {
             line += c == '\n' ? 1 : 0;
             if (c == '{') {
                 std::smatch match;
-                const bool global = std::ranges::none_of(scopes, [](const std::string& scope) { return scope == "" || scope == "{"; });
+                const bool global =
+                    std::ranges::none_of(scopes, [](const std::string& scope) { return scope == "" || scope == "{"; });
                 std::replace(head.begin(), head.end(), '\n', ' ');
                 if (std::regex_search(head, match, kNamespace)) {
                     scopes.push_back(match[1]);
@@ -298,7 +318,8 @@ Findings checkNamesAreUnique(const std::vector<SourceFile>& files) {
                         const std::string name = fmt::format("{}::{}", fmt::join(scopes, "::"), match[1].str());
                         const auto [known, isNew] = definedIn.emplace(name, file.path);
                         if (!isNew && known->second != file.path)
-                            findings.push_back({file.path, line, fmt::format("{} is defined in {} too", name, known->second)});
+                            findings.push_back(
+                                {file.path, line, fmt::format("{} is defined in {} too", name, known->second)});
                     }
                     scopes.emplace_back("{");
                 }
@@ -342,8 +363,8 @@ Findings checkLayersAreUsed(const std::vector<SourceFile>& files, const Layers& 
         }
         for (const std::string& other : module.mayInclude)
             if (!folder->second.modules.contains(other))
-                findings.push_back({layers.file, module.line,
-                                    fmt::format("{} may include {}, and nothing in it does", name, other)});
+                findings.push_back(
+                    {layers.file, module.line, fmt::format("{} may include {}, and nothing in it does", name, other)});
     }
     for (const Layers::Owned& owned : layers.thirdParty) {
         if (std::none_of(folders.begin(), folders.end(),

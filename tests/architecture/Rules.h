@@ -33,12 +33,15 @@ using Findings = std::vector<Finding>;
 [[nodiscard]] Findings checkReadmes(const std::filesystem::path& root, const std::vector<SourceFile>& files,
                                     const std::vector<std::string>& folders);
 [[nodiscard]] Findings checkLengths(const std::vector<SourceFile>& files, int mostLines);
-/// No header of `folder`, but those in `known`, is included, directly or not, by .cpp files with more than `percent` of all their
-/// lines: so much, about, is compiled again for a change of it.
-[[nodiscard]] Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder, const std::vector<std::string>& known,
-                                  double percent);
-/// No two files define a class of one name in one namespace, unnamed ones apart: in a program that holds both the linker takes one
-/// of their inline functions for both, and no compiler says so.
+/// No line has more characters (of UTF-8, not bytes), comments and texts included.
+[[nodiscard]] Findings checkColumns(const std::filesystem::path& root, const std::vector<std::string>& paths,
+                                    int mostColumns);
+/// No header of `folder`, but those in `known`, is included, directly or not, by .cpp files with more than `percent` of
+/// all their lines: so much, about, is compiled again for a change of it.
+[[nodiscard]] Findings checkReach(const std::vector<SourceFile>& files, const std::string& folder,
+                                  const std::vector<std::string>& known, double percent);
+/// No two files define a class of one name in one namespace, unnamed ones apart: in a program that holds both the
+/// linker takes one of their inline functions for both, and no compiler says so.
 [[nodiscard]] Findings checkNamesAreUnique(const std::vector<SourceFile>& files);
 /// Each line of layers.txt is about something that is there, and each include that it allows is made somewhere: what
 /// nobody needs is not allowed in advance.

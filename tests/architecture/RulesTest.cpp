@@ -167,6 +167,20 @@ TEST_F(Rules, FindLongFiles) {
               "common/base/Long.cpp:600: has 601 lines: at most 600 are allowed; it holds two ideas\n");
 }
 
+TEST_F(Rules, FindLongLinesByTheirCharacters) {
+    write("client/Wide.h", "// \u00bd\u00bd\u00bd\u00bd\n");
+    write("client/Wider.h", "\nconst char* const kText = R\"(\n12345678901\n)\";\n");
+    write("server/tool.py", "# 5678901\n");
+    const auto longLines = [&](int most) {
+        return report(checkColumns(root_, pathsBelow(root_, {"client", "server"}, {".h", ".py"}), most));
+    };
+    EXPECT_EQ(longLines(29), "");
+    EXPECT_EQ(longLines(28), "client/Wider.h:2: has 29 columns: at most 28 are allowed\n");
+    EXPECT_EQ(longLines(7).find("Wide.h"), std::string::npos) << "bytes were counted";
+    EXPECT_NE(longLines(7).find("server/tool.py:1: has 9"), std::string::npos);
+    EXPECT_NE(longLines(7).find("client/Wider.h:3: has 11"), std::string::npos) << "texts count";
+}
+
 TEST_F(Rules, FindLinesAboutWhatIsGone) {
     const std::string unused = report(checkLayersAreUsed(tree(), layers_));
     EXPECT_NE(unused.find("layers.txt:6: client is no folder with code"), std::string::npos) << unused;
@@ -203,10 +217,13 @@ TEST(LayersFile, SaysWhatIsWrongWithIt) {
 
 TEST_F(Rules, FindTwoClassesOfOneName) {
     write("server/Table.h", "namespace tessera {\nclass Table final : public Base {\n    struct Entry {};\n};\n}\n");
-    write("client/Table.h", "namespace tessera {\nnamespace {\nstruct Table {};\n}\nclass Table;\nstruct Other { struct Table {}; };\n}\n");
+    write(
+        "client/Table.h",
+        "namespace tessera {\nnamespace {\nstruct Table {};\n}\nclass Table;\nstruct Other { struct Table {}; };\n}\n");
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "");
     write("common/base/Table.h", "namespace tessera {\ntemplate <typename T>\nstruct Table {};\n}\n");
-    EXPECT_EQ(report(checkNamesAreUnique(tree())), "server/Table.h:2: tessera::Table is defined in common/base/Table.h too\n");
+    EXPECT_EQ(report(checkNamesAreUnique(tree())),
+              "server/Table.h:2: tessera::Table is defined in common/base/Table.h too\n");
     write("common/base/Table.h", "namespace tessera::base {\nstruct Table {};\n}\n");
     EXPECT_EQ(report(checkNamesAreUnique(tree())), "");
 }

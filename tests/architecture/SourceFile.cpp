@@ -74,20 +74,24 @@ SourceFile readSource(const fs::path& root, const std::string& path) {
     return file;
 }
 
-std::vector<SourceFile> readTree(const fs::path& root, const std::vector<std::string>& folders) {
+std::vector<std::string> pathsBelow(const fs::path& root, const std::vector<std::string>& folders,
+                                    const std::vector<std::string>& endings) {
     std::vector<std::string> paths;
     for (const std::string& folder : folders) {
         if (!fs::exists(root / folder)) continue;
-        for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
-            const std::string extension = entry.path().extension().string();
-            if (entry.is_regular_file() && (extension == ".h" || extension == ".inl" || extension == ".cpp")) {
+        for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder))
+            if (entry.is_regular_file() &&
+                std::ranges::find(endings, entry.path().extension().string()) != endings.end())
                 paths.push_back(fs::relative(entry.path(), root).generic_string());
-            }
-        }
     }
     std::sort(paths.begin(), paths.end());
+    return paths;
+}
+
+std::vector<SourceFile> readTree(const fs::path& root, const std::vector<std::string>& folders) {
     std::vector<SourceFile> files;
-    for (const std::string& path : paths) files.push_back(readSource(root, path));
+    for (const std::string& path : pathsBelow(root, folders, {".h", ".inl", ".cpp"}))
+        files.push_back(readSource(root, path));
     return files;
 }
 

@@ -25,6 +25,10 @@ struct SourceFile {
 /// The text with comments blanked and, if asked for, the insides of literals too.
 [[nodiscard]] std::string withoutComments(const std::string& text, bool blankLiterals);
 [[nodiscard]] SourceFile readSource(const std::filesystem::path& root, const std::string& path);
+/// From the root, in their order: of the files below `folders` those that end in one of `endings`.
+[[nodiscard]] std::vector<std::string> pathsBelow(const std::filesystem::path& root,
+                                                  const std::vector<std::string>& folders,
+                                                  const std::vector<std::string>& endings);
 /// All .h and .cpp files below `folders`, in the order of their paths.
 [[nodiscard]] std::vector<SourceFile> readTree(const std::filesystem::path& root,
                                                const std::vector<std::string>& folders);

@@ -1,6 +1,5 @@
-/// The longest frame when a camera turns towards what it has not seen: with uploads ahead of need, and without. One tile of
-/// 960×540, four samples;
-/// processor time.
+/// The longest frame when a camera turns towards what it has not seen: with uploads ahead of need, and without. One
+/// tile of 960×540, four samples; processor time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -54,9 +53,11 @@ Turn turnAround(Stage& stage, bool ahead, int frames) {
             continue;
         }
         times.push_back(ms);
-        if (i > frames) turn.extraMs = std::max(turn.extraMs, times[times.size() - 1 - static_cast<std::size_t>(frames)] - ms);
+        if (i > frames)
+            turn.extraMs = std::max(turn.extraMs, times[times.size() - 1 - static_cast<std::size_t>(frames)] - ms);
         turn.longestMs = std::max(turn.longestMs, ms);
-        turn.mostBytes = std::max(turn.mostBytes, renderer->uploadedMeshBytes() + renderer->uploadedTextureBytes() - before);
+        turn.mostBytes =
+            std::max(turn.mostBytes, renderer->uploadedMeshBytes() + renderer->uploadedTextureBytes() - before);
     }
     std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
     turn.medianMs = times[times.size() / 2];
@@ -75,13 +76,17 @@ int bench(int argc, char** argv) {
     }
     Stage stage = orExit(plantStage(plant, 1));
     const Turn without = turnAround(stage, false, frames), with = turnAround(stage, true, frames);
-    std::printf("%-28s %12s %12s %12s %16s %8s %14s   ms of processor time\n", stage.name.c_str(), "longest", "median", "extra", "most uploaded", "slices", "longest slice");
+    std::printf("%-28s %12s %12s %12s %16s %8s %14s   ms of processor time\n", stage.name.c_str(), "longest", "median",
+                "extra", "most uploaded", "slices", "longest slice");
     for (const auto& [name, turn] : {std::pair("as it is needed", without), std::pair("ahead of need", with)})
-        std::printf("%-28s %12.1f %12.1f %12.1f %13.1f MB %8llu %14.2f\n", name, turn.longestMs, turn.medianMs, turn.extraMs, 1e-6 * static_cast<double>(turn.mostBytes),
+        std::printf("%-28s %12.1f %12.1f %12.1f %13.1f MB %8llu %14.2f\n", name, turn.longestMs, turn.medianMs,
+                    turn.extraMs, 1e-6 * static_cast<double>(turn.mostBytes),
                     static_cast<unsigned long long>(turn.slices), turn.longestSliceMs);
     if (!json.empty())
-        std::ofstream(json) << fmt::format(R"({{"cases":[{{"case":"longest frame, ahead of need","peer":"as it is needed","ours":{},"theirs":{},"unit":"ms","ratio":{}}}]}})",
-                                           with.longestMs, without.longestMs, with.longestMs / without.longestMs);
+        std::ofstream(json) << fmt::format(
+            R"({{"cases":[{{"case":"longest frame, ahead of need","peer":"as it is needed","ours":{},"theirs":{},)"
+            R"("unit":"ms","ratio":{}}}]}})",
+            with.longestMs, without.longestMs, with.longestMs / without.longestMs);
     return 0;
 }
 

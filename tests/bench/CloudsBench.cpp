@@ -1,5 +1,6 @@
-/// What rays through volumes cost: processor time per pixel that the box covers, of fields of 64³ and 256³ on a picture of 512×512, and how much of it
-/// leaving out what is empty saves. And what a surface of them costs: made whole, cut at a plane. `--rounds N`, `--side N` (one size alone).
+/// What rays through volumes cost: processor time per pixel that the box covers, of fields of 64³ and 256³ on a picture
+/// of 512×512, and how much of it leaving out what is empty saves. And what a surface of them costs: made whole, cut at
+/// a plane. `--rounds N`, `--side N` (one size alone).
 #include <fmt/format.h>
 #include <time.h>
 
@@ -34,7 +35,8 @@ Volume knot(std::int64_t side, bool fog) {
     std::vector<Vec3d> line;
     for (int i = 0; i < 240; ++i) {
         const double t = i * 2 * M_PI / 240;
-        line.emplace_back((std::sin(t) + 2 * std::sin(2 * t)) / 3.6, (std::cos(t) - 2 * std::cos(2 * t)) / 3.6, -std::sin(3 * t) / 3.6);
+        line.emplace_back((std::sin(t) + 2 * std::sin(2 * t)) / 3.6, (std::cos(t) - 2 * std::cos(2 * t)) / 3.6,
+                          -std::sin(3 * t) / 3.6);
     }
     std::vector<std::uint8_t> numbers(static_cast<std::size_t>(side * side * side), fog ? 12 : 0);
     const double perVoxel = 2.0 / static_cast<double>(side - 1), reach = 0.16;
@@ -50,7 +52,9 @@ Volume knot(std::int64_t side, bool fog) {
         for (std::int64_t z = z0; z <= z1; ++z)
             for (std::int64_t y = y0; y <= y1; ++y)
                 for (std::int64_t x = x0; x <= x1; ++x) {
-                    const Vec3d at = Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)) * perVoxel - Vec3d::Ones();
+                    const Vec3d at =
+                        Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)) * perVoxel -
+                        Vec3d::Ones();
                     float& known = nearest[static_cast<std::size_t>((z * side + y) * side + x)];
                     known = std::min(known, static_cast<float>((at - p).norm()));
                 }
@@ -64,7 +68,8 @@ Volume knot(std::int64_t side, bool fog) {
     v.origin = -Vec3d::Ones();
     v.spacing = Vec3d::Constant(perVoxel);
     const std::uint8_t thin = fog ? 6 : 0;
-    const std::vector<std::uint8_t> transfer = {0, 0, 0, 0, 40, 20, 90, thin, 190, 60, 120, 90, 255, 200, 110, 200, 255, 250, 230, 255};
+    const std::vector<std::uint8_t> transfer = {0,   0,  0,   0,   40,  20,  90,  thin, 190, 60,
+                                                120, 90, 255, 200, 110, 200, 255, 250,  230, 255};
     v.transfer = Blob::of(std::span<const std::uint8_t>(transfer));
     v.thickness = 0.1;
     return v;
@@ -81,7 +86,8 @@ Aspect sceneOf(const Volume& v) {
     test::TestScene scene;
     scene.setEnvironment(Vec3f(0.4f, 0.45f, 0.5f), Vec3f(0.2f, 0.2f, 0.2f), Vec3f(0.02f, 0.02f, 0.03f));
     scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.9f, 0.8f}, 1);
-    scene.addNode(scene.addCore(v), scene.addTransform({0, 0, -1}, Quatd(Eigen::AngleAxisd(0.5, Vec3d(1, 1, 0).normalized()))));
+    scene.addNode(scene.addCore(v),
+                  scene.addTransform({0, 0, -1}, Quatd(Eigen::AngleAxisd(0.5, Vec3d(1, 1, 0).normalized()))));
     return scene.take();
 }
 
@@ -105,8 +111,9 @@ double coveredPixels(Renderer& renderer, Volume v, const ScreenCamera& camera) {
 std::vector<Row> rays(std::int64_t side, int rounds) {
     std::vector<Row> rows;
     for (const bool fog : {false, true})
-        for (const auto& [mode, shaded, name] : {std::tuple(Volume::kCloud, false, "cloud"), std::tuple(Volume::kCloud, true, "cloud, shaded"),
-                                                 std::tuple(Volume::kMaximum, false, "maximum")}) {
+        for (const auto& [mode, shaded, name] :
+             {std::tuple(Volume::kCloud, false, "cloud"), std::tuple(Volume::kCloud, true, "cloud, shaded"),
+              std::tuple(Volume::kMaximum, false, "maximum")}) {
             Volume v = knot(side, fog);
             v.mode = mode;
             v.shaded = shaded;
@@ -115,7 +122,8 @@ std::vector<Row> rays(std::int64_t side, int rounds) {
     const ScreenCamera camera = test::cameraOf(kSidePx, kSidePx);
     const PixelRect all{.x = 0, .y = 0, .width = kSidePx, .height = kSidePx};
     auto surface = makeSurface("osmesa").value(), otherSurface = makeSurface("osmesa").value();
-    auto renderer = Renderer::create(*surface, {.samples = 1}).value(), other = Renderer::create(*otherSurface, {.samples = 1, .leaveOutEmpty = false}).value();
+    auto renderer = Renderer::create(*surface, {.samples = 1}).value(),
+         other = Renderer::create(*otherSurface, {.samples = 1, .leaveOutEmpty = false}).value();
     const double covered = coveredPixels(*renderer, knot(side, false), camera);
     for (int round = 0; round <= rounds; ++round)
         for (Row& row : rows) {
@@ -126,7 +134,8 @@ std::vector<Row> rays(std::int64_t side, int rounds) {
             const auto time = [&](Renderer& by, double& best) {
                 const double from = processorNs();
                 const Picture picture = by.draw(row.scene, list, camera, all).value();
-                if (round > 0) best = std::min(best, (processorNs() - from) / covered);  // the first compiles and uploads
+                if (round > 0)
+                    best = std::min(best, (processorNs() - from) / covered);  // the first compiles and uploads
                 return picture.rgb;
             };
             const auto one = time(*renderer, row.best);
@@ -153,8 +162,8 @@ void surfaces(std::int64_t side, int rounds) {
         left = triangleCount(derivedArrays(kVolumeDerivation, &v));
         cut = std::min(cut, processorNs() - from);
     }
-    fmt::print("{:<28}{:9.2f} ms whole ({} triangles), {:7.2f} ms cut at a plane ({} left): {:.1f} times less\n", fmt::format("{}³ surface", side), whole / 1e6,
-               triangles, cut / 1e6, left, whole / cut);
+    fmt::print("{:<28}{:9.2f} ms whole ({} triangles), {:7.2f} ms cut at a plane ({} left): {:.1f} times less\n",
+               fmt::format("{}³ surface", side), whole / 1e6, triangles, cut / 1e6, left, whole / cut);
 }
 
 int run(int rounds, int only, const std::string& json) {
@@ -164,11 +173,14 @@ int run(int rounds, int only, const std::string& json) {
         if (only != 0 && side != only) continue;
         surfaces(side, 5);
         for (const Row& row : rays(side, rounds)) {
-            fmt::print("{:<28}{:9.1f} ns per covered pixel, {:9.1f} with all that is empty: {:.2f} times less{}\n", row.name, row.best, row.everywhere,
-                       row.everywhere / row.best, row.same ? "" : ", ANOTHER PICTURE");
+            fmt::print("{:<28}{:9.1f} ns per covered pixel, {:9.1f} with all that is empty: {:.2f} times less{}\n",
+                       row.name, row.best, row.everywhere, row.everywhere / row.best,
+                       row.same ? "" : ", ANOTHER PICTURE");
             same = same && row.same;
-            rowsOut += fmt::format("{}\n  {{\"row\": \"{}\", \"ns_per_covered_pixel\": {:.2f}, \"ns_with_empty\": {:.2f}, \"same_picture\": {}}}",
-                                   rowsOut.empty() ? "" : ",", row.name, row.best, row.everywhere, row.same);
+            rowsOut += fmt::format(
+                "{}\n  {{\"row\": \"{}\", \"ns_per_covered_pixel\": {:.2f}, \"ns_with_empty\": {:.2f}, "
+                "\"same_picture\": {}}}",
+                rowsOut.empty() ? "" : ",", row.name, row.best, row.everywhere, row.same);
             std::fflush(stdout);
         }
     }

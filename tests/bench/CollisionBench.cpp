@@ -1,8 +1,9 @@
-/// The pairwise stage of collision beside its peers: bench_collision [--pair A B [--poses FILE] | --held-back] [--quick]
+/// The pairwise stage of collision beside its peers: bench_collision [--pair A B [--poses FILE] | --held-back]
+/// [--quick]
 /// [--count N] [--seed N] [--passes N] [--rows GROUP,…] [--sse41] [--save-poses FOLDER] [--json FILE].
 ///
-/// --held-back: on models and seeds that no threshold was chosen by. --sse41: with a column of what the ratios are with the
-/// instructions that Debian's peers were built for, from a run of its own before this one.
+/// --held-back: on models and seeds that no threshold was chosen by. --sse41: with a column of what the ratios are with
+/// the instructions that Debian's peers were built for, from a run of its own before this one.
 ///
 /// Single thread where nothing else is said. Without --poses the models are normalised and posed as
 /// shared/design/collision.md says (section 7); with it they are taken as they are.
@@ -41,7 +42,8 @@ T orStop(Expected<T> value) {
     return std::move(*value);
 }
 
-const std::vector<std::string> kGroups{"any", "all", "contacts", "distance", "toi", "volumes", "realignment", "tree", "threads"};
+const std::vector<std::string> kGroups{"any",     "all",         "contacts", "distance", "toi",
+                                       "volumes", "realignment", "tree",     "threads"};
 
 Arguments parse(int argc, char** argv) {
     Arguments out;
@@ -61,18 +63,27 @@ Arguments parse(int argc, char** argv) {
     };
     for (; at < words.size(); ++at) {
         const std::string& word = words[at];
-        if (word == "--json") out.json = next();
-        else if (word == "--sse41") out.older = true;
-        else if (word == "--held-back") out.pairs = heldBackPairs(), out.seed = 1000;
-        else if (word == "--seed") out.seed = static_cast<std::uint64_t>(number());
+        if (word == "--json")
+            out.json = next();
+        else if (word == "--sse41")
+            out.older = true;
+        else if (word == "--held-back")
+            out.pairs = heldBackPairs(), out.seed = 1000;
+        else if (word == "--seed")
+            out.seed = static_cast<std::uint64_t>(number());
         else if (word == "--pair") {
             const std::string a = next();
             out.pairs.emplace_back(a, next());
-        } else if (word == "--poses") out.poses = next();
-        else if (word == "--save-poses") out.saveTo = next();
-        else if (word == "--count") out.count = static_cast<std::size_t>(number());
-        else if (word == "--passes") out.options.passes = number();
-        else if (word == "--quick") out.count = 100, out.options.passes = 2;
+        } else if (word == "--poses")
+            out.poses = next();
+        else if (word == "--save-poses")
+            out.saveTo = next();
+        else if (word == "--count")
+            out.count = static_cast<std::size_t>(number());
+        else if (word == "--passes")
+            out.options.passes = number();
+        else if (word == "--quick")
+            out.count = 100, out.options.passes = 2;
         else if (word == "--rows") {
             std::string groups = next() + ",";
             for (std::size_t comma; (comma = groups.find(',')) != groups.npos; groups.erase(0, comma + 1)) {
@@ -81,8 +92,11 @@ Arguments parse(int argc, char** argv) {
                     stop(2, fmt::format("no rows '{}'; there are {}", group, fmt::join(kGroups, ", ")));
                 out.options.only.insert(group);
             }
-        } else stop(2, fmt::format("unknown option '{}'; options: --pair A B, --poses FILE, --held-back, --quick, --count N, --seed N, "
-                                   "--passes N, --sse41, --rows {}, --save-poses FOLDER, --json FILE", word, fmt::join(kGroups, ",")));
+        } else
+            stop(2, fmt::format("unknown option '{}'; options: --pair A B, --poses FILE, --held-back, --quick, --count "
+                                "N, --seed N, "
+                                "--passes N, --sse41, --rows {}, --save-poses FOLDER, --json FILE",
+                                word, fmt::join(kGroups, ",")));
     }
     if (!out.poses.empty() && out.pairs.size() != 1) stop(2, "--poses goes with one --pair A B");
     return out;
@@ -111,10 +125,11 @@ int bench(int argc, char** argv) {
     const auto pairOf = [&](const ModelFiles& files) {
         if (!arguments.poses.empty()) return orStop(pairFromPoseFile(files, arguments.poses));
         const bool motions = arguments.options.wants("toi") || arguments.options.wants("distance");
-        return orStop(posedPair(files, {.poses = arguments.options.only == std::set<std::string>{"toi"} ? 0 : arguments.count,
-                                        .motions = motions ? std::max<std::size_t>(arguments.count / 5, 20) : 0,
-                                        .seed = arguments.seed,
-                                        .saveTo = arguments.saveTo}));
+        return orStop(
+            posedPair(files, {.poses = arguments.options.only == std::set<std::string>{"toi"} ? 0 : arguments.count,
+                              .motions = motions ? std::max<std::size_t>(arguments.count / 5, 20) : 0,
+                              .seed = arguments.seed,
+                              .saveTo = arguments.saveTo}));
     };
     std::map<std::string, std::vector<double>> older;
     if (arguments.older) {

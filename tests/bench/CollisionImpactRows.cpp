@@ -59,8 +59,8 @@ void impactRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions& 
                          ours[i] = timeOfImpact(a, BodyMotion{}, b, pair.motions[i], work, {.tolerance = kTolerance});
                      },
                      [&](std::size_t i) { theirs[i] = advance(fcl.obbRss, pair.motions[i], reach); }});
-    // Both stop within the tolerance before the first contact, not at the same t. A motion that only comes near may be a
-    // hit for one and none for the other.
+    // Both stop within the tolerance before the first contact, not at the same t. A motion that only comes near may be
+    // a hit for one and none for the other.
     std::size_t hits = 0, onlyOne = 0;
     double queries = 0, apart = 0;
     for (std::size_t i = 0; i < count; ++i) {

@@ -16,9 +16,9 @@ namespace tessera {
 struct BenchPair {
     std::string name;
     TriangleMesh a, b;
-    std::vector<Affine3d> poses;     ///< a_T_b
-    std::vector<std::size_t> near;   ///< those of `poses` that nearly touch
-    std::vector<BodyMotion> motions; ///< of B; A stays
+    std::vector<Affine3d> poses;      ///< a_T_b
+    std::vector<std::size_t> near;    ///< those of `poses` that nearly touch
+    std::vector<BodyMotion> motions;  ///< of B; A stays
 };
 
 struct BenchOptions {
@@ -29,7 +29,8 @@ struct BenchOptions {
 
 /// The two kinds of FCL that its rows are beside.
 struct FclPairs {
-    FclPairs(const TriangleMesh& a, const TriangleMesh& b) : obb(a, b, FclVolume::kObb), obbRss(a, b, FclVolume::kObbRss) {}
+    FclPairs(const TriangleMesh& a, const TriangleMesh& b)
+        : obb(a, b, FclVolume::kObb), obbRss(a, b, FclVolume::kObbRss) {}
     FclPair obb, obbRss;
 };
 

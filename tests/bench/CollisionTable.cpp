@@ -29,12 +29,16 @@ void CollisionTable::add(CollisionRow row) {
     }
     olderRatios_.push_back(ratioOfOlder(row));
     const auto claim = [](double x) { return x > 0 ? fmt::format("{:.3g}", x) : std::string("-"); };
-    const std::string verdict = row.atMost <= 0 ? "" : row.ratio() <= row.aim ? "aim" : row.ratio() <= row.atMost ? "ok" : "MISSED";
-    fmt::print("  {:<50}{:<26}{:>7}{:>7}{:>8.3f}  {:>10.2f}{:>10.2f}{:>10.2f}  {:>10.2f}{:>10.2f}{:>10.2f}  {} {}{}{}\n",
-               row.operation, row.peer, claim(row.atMost), claim(row.aim), row.ratio(), row.ours.mean, row.ours.median,
-               row.ours.p99, row.theirs.mean, row.theirs.median, row.theirs.p99, row.unit, verdict,
-               olderRatios_.back() > 0 ? fmt::format("; sse41 {:.3f}", olderRatios_.back()) : "",
-               row.remark.empty() ? "" : "; " + row.remark);
+    const std::string verdict = row.atMost <= 0             ? ""
+                                : row.ratio() <= row.aim    ? "aim"
+                                : row.ratio() <= row.atMost ? "ok"
+                                                            : "MISSED";
+    fmt::print(
+        "  {:<50}{:<26}{:>7}{:>7}{:>8.3f}  {:>10.2f}{:>10.2f}{:>10.2f}  {:>10.2f}{:>10.2f}{:>10.2f}  {} {}{}{}\n",
+        row.operation, row.peer, claim(row.atMost), claim(row.aim), row.ratio(), row.ours.mean, row.ours.median,
+        row.ours.p99, row.theirs.mean, row.theirs.median, row.theirs.p99, row.unit, verdict,
+        olderRatios_.back() > 0 ? fmt::format("; sse41 {:.3f}", olderRatios_.back()) : "",
+        row.remark.empty() ? "" : "; " + row.remark);
     std::fflush(stdout);
     rows_.push_back(std::move(row));
 }

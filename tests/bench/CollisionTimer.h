@@ -58,14 +58,14 @@ using Contender = std::function<void(std::size_t)>;
 
 enum class Clock { kThread, kWall };
 
-/// Seconds per contender and question. The contenders take turns pass by pass, so that what disturbs the machine disturbs
-/// them alike.
+/// Seconds per contender and question. The contenders take turns pass by pass, so that what disturbs the machine
+/// disturbs them alike.
 inline std::vector<std::vector<double>> raceInTurns(std::size_t questions, int passes,
                                                     const std::vector<Contender>& contenders,
                                                     Clock clock = Clock::kThread) {
     const CallTimer timer;
-    std::vector<std::vector<double>> best(
-        contenders.size(), std::vector<double>(questions, std::numeric_limits<double>::infinity()));
+    std::vector<std::vector<double>> best(contenders.size(),
+                                          std::vector<double>(questions, std::numeric_limits<double>::infinity()));
     for (int pass = 0; pass <= passes; ++pass)
         for (std::size_t c = 0; c < contenders.size(); ++c)
             for (std::size_t i = 0; i < questions; ++i) {
@@ -87,7 +87,8 @@ struct Summary {
     Summary s;
     for (const double x : seconds) s.mean += x;
     const auto at = [&](double share) {
-        return 1e6 * seconds[std::min(seconds.size() - 1, static_cast<std::size_t>(share * static_cast<double>(seconds.size())))];
+        return 1e6 * seconds[std::min(seconds.size() - 1,
+                                      static_cast<std::size_t>(share * static_cast<double>(seconds.size())))];
     };
     s.mean *= 1e6 / static_cast<double>(seconds.size());
     s.median = at(0.5);

@@ -39,8 +39,7 @@ void touchRows(const BenchPair& pair, const FclPairs& fcl, const BenchOptions& o
                    .atMost = 0.19,
                    .aim = 0.12,
                    .remark = fmt::format("{} of {} touch", hits, count)});
-        const Better nearPeer =
-            betterOf("FCL OBB", pick(times[1], pair.near), "FCL OBBRSS", pick(times[2], pair.near));
+        const Better nearPeer = betterOf("FCL OBB", pick(times[1], pair.near), "FCL OBBRSS", pick(times[2], pair.near));
         if (!pair.near.empty())
             table.add({.pair = pair.name,
                        .operation = "any, near but not touching",

@@ -47,7 +47,9 @@ void buildRows(const BenchPair& pair, const BenchOptions& options, CollisionTabl
         VolumeKind kind;
         const char* name;
         bool claim;
-    } kinds[] = {{TreeOptions{}.volume, "build", true}, {VolumeKind::kAabb, "build, AABB", false}, {VolumeKind::kDop18, "build, 18-DOP", false}};
+    } kinds[] = {{TreeOptions{}.volume, "build", true},
+                 {VolumeKind::kAabb, "build, AABB", false},
+                 {VolumeKind::kDop18, "build, 18-DOP", false}};
     for (const auto& kind : kinds) {
         const auto times = race(kind.kind);
         table.add({.pair = pair.name,

@@ -27,7 +27,8 @@ struct Row {
     std::string unit;
 };
 
-/// Down a street, looking about: now and then twenty frames as they come at 15 m/s, so that one in twenty is a new sight.
+/// Down a street, looking about: now and then twenty frames as they come at 15 m/s, so that one in twenty is a new
+/// sight.
 Stage makeStreet(int frames) {
     Stage stage = cityStage("city", makeCity(), 0);
     for (int i = 0; i < frames; ++i) {
@@ -79,8 +80,8 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                 Totals& total = totals[kind];
                 CullCounts counts;
                 const double start1 = processorMs();
-                DrawList list =
-                    orExit(actions.at({kind, tile}).run(all, camera, rect, &renderer.visibility(stage.aspect), &counts));
+                DrawList list = orExit(
+                    actions.at({kind, tile}).run(all, camera, rect, &renderer.visibility(stage.aspect), &counts));
                 total.cullMs += processorMs() - start1;
                 const double start2 = processorMs();
                 static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));
@@ -94,7 +95,8 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                 if (kind == CullerKind::kFrustum) inFrustum = std::move(list);
             }
             inFrustum = visibleItems(renderer, stage.aspect, std::move(inFrustum), camera, rect, kSamples);
-            static_cast<void>(orExit(renderer.draw(stage.aspect, inFrustum, camera, rect)));  // brings the buffers back to a tile's size
+            static_cast<void>(orExit(
+                renderer.draw(stage.aspect, inFrustum, camera, rect)));  // brings the buffers back to a tile's size
             const double start3 = processorMs();
             static_cast<void>(orExit(renderer.draw(stage.aspect, inFrustum, camera, rect)));
             byOracle.drawMs += processorMs() - start3;
@@ -121,12 +123,15 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
         rows.push_back({name, "frustum only", total.frameMs() / tiles, byFrustum.frameMs() / tiles, "ms"});
         rows.push_back({name, "oracle", total.frameMs() / tiles, byOracle.drawMs / tiles, "ms"});
         rows.push_back({fmt::format("{}: share left away by {}", stage.name, nameOf(kind)), "what is invisible",
-                        1 - share(total.drawn, total.inFrustum), 1 - share(byOracle.drawn, total.inFrustum), "of the frustum"});
+                        1 - share(total.drawn, total.inFrustum), 1 - share(byOracle.drawn, total.inFrustum),
+                        "of the frustum"});
     }
     const Totals& coherent = totals.at(CullerKind::kQueries);
     const Totals& waiting = totals.at(CullerKind::kQueriesWait);
-    rows.push_back({stage.name + ": cull by queries", "queries-wait", coherent.cullMs / tiles, waiting.cullMs / tiles, "ms"});
-    rows.push_back({stage.name + ": tile by queries", "queries-wait", coherent.frameMs() / tiles, waiting.frameMs() / tiles, "ms"});
+    rows.push_back(
+        {stage.name + ": cull by queries", "queries-wait", coherent.cullMs / tiles, waiting.cullMs / tiles, "ms"});
+    rows.push_back({stage.name + ": tile by queries", "queries-wait", coherent.frameMs() / tiles,
+                    waiting.frameMs() / tiles, "ms"});
 }
 
 int bench(int argc, char** argv) {

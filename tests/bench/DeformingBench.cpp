@@ -1,9 +1,10 @@
-// Two bodies of 20,000 triangles, all vertices of both move in every frame: do they touch? Each frame is an update and a yes/no.
+// Two bodies of 20,000 triangles, all vertices of both move in every frame: do they touch? Each frame is an update and
+// a yes/no.
 //
-// Beside FCL's refit and collide (the best of OBB, OBBRSS, AABB by mean), beside our own refit of 14-DOPs and its touch query,
-// and beside bounds by spherical Bernstein-Bézier patches. Frames are, in equal parts, separated, near, shallow and deep
-// (tests/support/PoseGenerator.h; own trees say which is which): half of them touch. Every answer of everybody is compared.
-// All take one Vec3d per vertex and frame.
+// Beside FCL's refit and collide (the best of OBB, OBBRSS, AABB by mean), beside our own refit of 14-DOPs and its touch
+// query, and beside bounds by spherical Bernstein-Bézier patches. Frames are, in equal parts, separated, near, shallow
+// and deep (tests/support/PoseGenerator.h; own trees say which is which): half of them touch. Every answer of everybody
+// is compared. All take one Vec3d per vertex and frame.
 //
 //     bench_deforming [--quick] [--frames N] [--json FILE]
 #include <fmt/format.h>
@@ -34,7 +35,9 @@ namespace {
 
 using Frames = std::vector<std::vector<Vec3d>>;
 
-MeshArrays3 withDiagonalOne(const MeshArrays3& arrays) { return arraysOf(normalised(meshOf(arrays))); }
+MeshArrays3 withDiagonalOne(const MeshArrays3& arrays) {
+    return arraysOf(normalised(meshOf(arrays)));
+}
 
 /// About 20,000 faces of a larger mesh: vertices in one cell of a grid become one, faces that collapse go.
 MeshArrays3 decimated(const MeshArrays3& in, std::size_t faces) {
@@ -75,9 +78,11 @@ MeshArrays3 refined(const MeshArrays3& in) {
     MeshArrays3 out{in.positions, {}};
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-        const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.positions.size() / 3));
+        const auto [at, fresh] =
+            middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.positions.size() / 3));
         if (fresh)
-            for (std::size_t k = 0; k < 3; ++k) out.positions.push_back(0.5 * (in.positions[3 * a + k] + in.positions[3 * b + k]));
+            for (std::size_t k = 0; k < 3; ++k)
+                out.positions.push_back(0.5 * (in.positions[3 * a + k] + in.positions[3 * b + k]));
         return at->second;
     };
     for (std::size_t t = 0; t < in.indices.size(); t += 3) {
@@ -96,7 +101,8 @@ MeshArrays3 bumpyBall() {
         for (std::uint32_t i = 0; i < kAround; ++i) {
             const double u = 6.283185307179586 * i / kAround, v = 3.141592653589793 * j / kAlong;
             const double r = 1 + 0.15 * std::sin(v) * std::sin(v) * std::sin(5 * u) * std::cos(4 * v);
-            out.positions.insert(out.positions.end(), {r * std::sin(v) * std::cos(u), r * std::sin(v) * std::sin(u), r * std::cos(v)});
+            out.positions.insert(out.positions.end(),
+                                 {r * std::sin(v) * std::cos(u), r * std::sin(v) * std::sin(u), r * std::cos(v)});
         }
     for (std::uint32_t j = 0; j < kAlong; ++j)
         for (std::uint32_t i = 0; i < kAround; ++i) {
@@ -106,14 +112,16 @@ MeshArrays3 bumpyBall() {
     return out;
 }
 
-/// Twisted, bent and waved; then of diagonal 1 about its box' centre, which the poses are made for. Floats, as a scene has them.
+/// Twisted, bent and waved; then of diagonal 1 about its box' centre, which the poses are made for. Floats, as a scene
+/// has them.
 std::vector<Vec3d> deformed(const MeshArrays3& arrays, double phase) {
     std::vector<Vec3d> out;
     Box box;
     for (std::size_t v = 0; v < arrays.positions.size(); v += 3) {
         const Vec3d p(arrays.positions[v], arrays.positions[v + 1], arrays.positions[v + 2]);
         Vec3d q = Eigen::AngleAxisd(1.2 * std::sin(phase) * p.y(), Vec3d::UnitY()) * p;
-        q += Vec3d(0.03 * std::sin(9 * q.y() + 1.3 * phase), 0.02 * std::sin(7 * q.z() - phase), 0.02 * std::sin(12 * q.x() + phase));
+        q += Vec3d(0.03 * std::sin(9 * q.y() + 1.3 * phase), 0.02 * std::sin(7 * q.z() - phase),
+                   0.02 * std::sin(12 * q.x() + phase));
         out.push_back(q);
         box.extend(q);
     }
@@ -146,7 +154,8 @@ struct Contestant {
     std::function<bool(std::size_t)> touches;
     std::vector<double> updates, queries;  ///< seconds, the least of some passes, per frame
 
-    [[nodiscard]] std::vector<double> of(const Sequence& s, int closeness, bool withUpdate = true, bool withQuery = true) const {
+    [[nodiscard]] std::vector<double> of(const Sequence& s, int closeness, bool withUpdate = true,
+                                         bool withQuery = true) const {
         std::vector<double> out;
         for (std::size_t f = 0; f < updates.size(); ++f)
             if (closeness < 0 || static_cast<int>(s.poses[f].closeness) == closeness)
@@ -165,9 +174,12 @@ std::vector<Contestant> contestants(const Sequence& s) {
                        [=, &s](std::size_t f) {
                            QueryWork work;
                            return touch->first(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
-                       }, {}, {}});
+                       },
+                       {},
+                       {}});
     }
-    for (const auto& [kind, name] : {std::pair{VolumeKind::kDop14, "own 14-DOP"}, std::pair{VolumeKind::kAabb, "own AABB"}}) {
+    for (const auto& [kind, name] :
+         {std::pair{VolumeKind::kDop14, "own 14-DOP"}, std::pair{VolumeKind::kAabb, "own AABB"}}) {
         auto a = std::make_shared<TriangleTree>(s.meshA, TreeOptions{.volume = kind});
         auto b = std::make_shared<TriangleTree>(s.meshB, TreeOptions{.volume = kind});
         all.push_back({name,
@@ -175,7 +187,9 @@ std::vector<Contestant> contestants(const Sequence& s) {
                        [=, &s](std::size_t f) {
                            QueryWork work;
                            return firstTouching(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
-                       }, {}, {}});
+                       },
+                       {},
+                       {}});
     }
     for (const unsigned levels : {1U, 2U}) {
         auto a = std::make_shared<SphericalBezierBound>(s.meshA, SphericalBezierOptions{.levels = levels});
@@ -185,13 +199,19 @@ std::vector<Contestant> contestants(const Sequence& s) {
                        [=, &s](std::size_t f) {
                            QueryWork work;
                            return patches::firstTouching(*a, *b, s.poses[f].a_T_b.matrix(), work).touch == Touch::kYes;
-                       }, {}, {}});
+                       },
+                       {},
+                       {}});
     }
-    for (const auto& [kind, name] : {std::pair{DeformingFclVolume::kObb, "FCL OBB"}, std::pair{DeformingFclVolume::kObbRss, "FCL OBBRSS"},
-                                     std::pair{DeformingFclVolume::kAabb, "FCL AABB"}}) {
+    for (const auto& [kind, name] :
+         {std::pair{DeformingFclVolume::kObb, "FCL OBB"}, std::pair{DeformingFclVolume::kObbRss, "FCL OBBRSS"},
+          std::pair{DeformingFclVolume::kAabb, "FCL AABB"}}) {
         const std::shared_ptr<DeformingFclPair> pair = deformingFclPair(kind, s.meshA, s.meshB, s.a, s.b);
-        all.push_back({name, [=](std::size_t f) { pair->refit(f); },
-                       [=, &s](std::size_t f) { return pair->any(s.poses[f].a_T_b.matrix()); }, {}, {}});
+        all.push_back({name,
+                       [=](std::size_t f) { pair->refit(f); },
+                       [=, &s](std::size_t f) { return pair->any(s.poses[f].a_T_b.matrix()); },
+                       {},
+                       {}});
     }
     {
         // Shapes as the pipeline has them: they choose groups themselves, after the first frames.
@@ -208,7 +228,9 @@ std::vector<Contestant> contestants(const Sequence& s) {
                            QueryWork work;
                            const Affine3d here = Affine3d::Identity(), there = s.poses[f].a_T_b.matrix();
                            return touchOf({*a, here}, {*b, there}, {work}).touch == Touch::kYes;
-                       }, {}, {}});
+                       },
+                       {},
+                       {}});
     }
     return all;
 }
@@ -217,12 +239,14 @@ void race(std::vector<Contestant>& all, const Sequence& s, int passes, const std
     const CallTimer timer;
     const std::size_t frames = s.poses.size();
     std::vector<std::vector<bool>> answers(all.size(), std::vector<bool>(frames));
-    for (Contestant& c : all) c.updates = c.queries = std::vector<double>(frames, std::numeric_limits<double>::infinity());
+    for (Contestant& c : all)
+        c.updates = c.queries = std::vector<double>(frames, std::numeric_limits<double>::infinity());
     for (int pass = 0; pass <= passes; ++pass)
         for (std::size_t c = 0; c < all.size(); ++c)
             for (std::size_t f = 0; f < frames; ++f) {
                 bool touches = false;
-                const double update = timer.seconds([&] { all[c].update(f); }), query = timer.seconds([&] { touches = all[c].touches(f); });
+                const double update = timer.seconds([&] { all[c].update(f); }),
+                             query = timer.seconds([&] { touches = all[c].touches(f); });
                 answers[c][f] = touches;
                 if (pass == 0) continue;
                 all[c].updates[f] = std::min(all[c].updates[f], update);
@@ -230,10 +254,12 @@ void race(std::vector<Contestant>& all, const Sequence& s, int passes, const std
             }
     for (std::size_t c = 1; c < all.size(); ++c)
         for (std::size_t f = 0; f < frames; ++f)
-            if (answers[c][f] != answers[0][f]) table.complain(fmt::format("{}, frame {}: {} and {}", pair, f, all[0].name, all[c].name));
+            if (answers[c][f] != answers[0][f])
+                table.complain(fmt::format("{}, frame {}: {} and {}", pair, f, all[0].name, all[c].name));
 }
 
-void measure(const std::string& pair, const MeshArrays3& a, const MeshArrays3& b, std::size_t frames, int passes, CollisionTable& table) {
+void measure(const std::string& pair, const MeshArrays3& a, const MeshArrays3& b, std::size_t frames, int passes,
+             CollisionTable& table) {
     const Sequence s = makeSequence(a, b, frames);
     std::vector<Contestant> all = contestants(s);
     race(all, s, passes, pair, table);
@@ -243,9 +269,15 @@ void measure(const std::string& pair, const MeshArrays3& a, const MeshArrays3& b
     for (std::size_t c = 5; c + 1 < all.size(); ++c)
         if (mean(all[c]) < mean(*fcl)) fcl = &all[c];
     const std::string title = fmt::format("{}: {} x {} faces", pair, s.meshA.faceCount(), s.meshB.faceCount());
-    const auto row = [&](const std::string& what, const Contestant& mine, const Contestant& other, int closeness, double atMost, double aim) {
-        table.add({.pair = title, .operation = what, .peer = other.name, .ours = summarise(mine.of(s, closeness)),
-                   .theirs = summarise(other.of(s, closeness)), .atMost = atMost, .aim = aim});
+    const auto row = [&](const std::string& what, const Contestant& mine, const Contestant& other, int closeness,
+                         double atMost, double aim) {
+        table.add({.pair = title,
+                   .operation = what,
+                   .peer = other.name,
+                   .ours = summarise(mine.of(s, closeness)),
+                   .theirs = summarise(other.of(s, closeness)),
+                   .atMost = atMost,
+                   .aim = aim});
     };
     row("frame", ours, *fcl, -1, 0.05, 0.02);
     row("frame", ours, all[1], -1, 0.5, 0.25);
@@ -255,7 +287,10 @@ void measure(const std::string& pair, const MeshArrays3& a, const MeshArrays3& b
         row("frame, " + std::string(name(closeness)), ours, all[1], k, 0, 0);
     }
     const auto part = [&](const std::string& what, bool update) {
-        table.add({.pair = title, .operation = what, .peer = all[1].name, .ours = summarise(ours.of(s, -1, update, !update)),
+        table.add({.pair = title,
+                   .operation = what,
+                   .peer = all[1].name,
+                   .ours = summarise(ours.of(s, -1, update, !update)),
                    .theirs = summarise(all[1].of(s, -1, update, !update))});
     };
     part("the update alone", true);
@@ -287,7 +322,8 @@ int run(int argc, char** argv) {
         }
     }
     CollisionTable table;
-    const MeshArrays3 ball = withDiagonalOne(bumpyBall()), knot = withDiagonalOne(refined(arraysOf(madeModel("made/knot").value())));
+    const MeshArrays3 ball = withDiagonalOne(bumpyBall()),
+                      knot = withDiagonalOne(refined(arraysOf(madeModel("made/knot").value())));
     const Expected<TriangleMesh> bunny = loadModel(testDataFolder() / "scan" / "stanford_bun_zipper.ply");
     if (bunny) {
         const MeshArrays3 coarse = withDiagonalOne(decimated(arraysOf(normalised(*bunny)), 20'000));
@@ -307,4 +343,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace tessera
 
-int main(int argc, char** argv) { return tessera::run(argc, argv); }
+int main(int argc, char** argv) {
+    return tessera::run(argc, argv);
+}

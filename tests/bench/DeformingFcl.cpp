@@ -50,7 +50,8 @@ public:
         fcl::Transform3d pose;
         pose.matrix() = a_T_b.matrix();
         fcl::CollisionResultd result;
-        return fcl::collide(a_.model(), fcl::Transform3d::Identity(), b_.model(), pose, fcl::CollisionRequestd(1, false), result) > 0;
+        return fcl::collide(a_.model(), fcl::Transform3d::Identity(), b_.model(), pose,
+                            fcl::CollisionRequestd(1, false), result) > 0;
     }
 
 private:
@@ -59,13 +60,17 @@ private:
 
 }  // namespace
 
-std::unique_ptr<DeformingFclPair> deformingFclPair(DeformingFclVolume volume, const TriangleMesh& a, const TriangleMesh& b,
+std::unique_ptr<DeformingFclPair> deformingFclPair(DeformingFclVolume volume, const TriangleMesh& a,
+                                                   const TriangleMesh& b,
                                                    const std::vector<std::vector<Vec3d>>& framesA,
                                                    const std::vector<std::vector<Vec3d>>& framesB) {
     switch (volume) {
-        case DeformingFclVolume::kObb: return std::make_unique<FclBodies<fcl::OBBd>>(a, b, framesA, framesB);
-        case DeformingFclVolume::kObbRss: return std::make_unique<FclBodies<fcl::OBBRSSd>>(a, b, framesA, framesB);
-        case DeformingFclVolume::kAabb: break;
+        case DeformingFclVolume::kObb:
+            return std::make_unique<FclBodies<fcl::OBBd>>(a, b, framesA, framesB);
+        case DeformingFclVolume::kObbRss:
+            return std::make_unique<FclBodies<fcl::OBBRSSd>>(a, b, framesA, framesB);
+        case DeformingFclVolume::kAabb:
+            break;
     }
     return std::make_unique<FclBodies<fcl::AABBd>>(a, b, framesA, framesB);
 }

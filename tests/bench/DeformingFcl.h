@@ -20,8 +20,10 @@ public:
     [[nodiscard]] virtual bool any(const Affine3d& a_T_b) = 0;
 };
 
-/// With one position per vertex and frame, brought into FCL's own type here. The first frames' shapes are what is built.
-[[nodiscard]] std::unique_ptr<DeformingFclPair> deformingFclPair(DeformingFclVolume volume, const TriangleMesh& a, const TriangleMesh& b,
+/// With one position per vertex and frame, brought into FCL's own type here. The first frames' shapes are what is
+/// built.
+[[nodiscard]] std::unique_ptr<DeformingFclPair> deformingFclPair(DeformingFclVolume volume, const TriangleMesh& a,
+                                                                 const TriangleMesh& b,
                                                                  const std::vector<std::vector<Vec3d>>& framesA,
                                                                  const std::vector<std::vector<Vec3d>>& framesB);
 

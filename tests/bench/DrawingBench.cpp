@@ -1,6 +1,6 @@
-/// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in the same
-/// run. `--rows GROUP,…`: city, city-large, plant, scan, field, points, empty, first, osg, read-back, wall, bunny,
-/// one-process.
+/// Drawing: what is seen of large scenes, empty tiles, first frames, reading back; beside oracles, floors and peers in
+/// the same run. `--rows GROUP,…`: city, city-large, plant, scan, field, points, empty, first, osg, read-back, wall,
+/// bunny, one-process.
 /// `--frames N`, `--each 1` (a line for each frame and tile), `--plant FOLDER`, `--scan FILE`, `--json FILE`.
 #include <fmt/format.h>
 
@@ -28,9 +28,12 @@ struct DrawingOptions {
 };
 
 double meanOf(const std::vector<double>& values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(std::max<std::size_t>(1, values.size()));
+    return std::accumulate(values.begin(), values.end(), 0.0) /
+           static_cast<double>(std::max<std::size_t>(1, values.size()));
 }
-Median plain(double value) { return {.value = value, .spread = 0, .count = 1}; }
+Median plain(double value) {
+    return {.value = value, .spread = 0, .count = 1};
+}
 
 double wallMs() {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -43,11 +46,11 @@ double shareOf(std::uint64_t part, std::uint64_t whole) {
 void cullRows(SceneTable& table, Stage stage, const DrawingOptions& options, double atMost, double worst) {
     table.begin(stage.name);
     const CullCost cost = measureCulling(stage, CullerKind::kAuto, CullerKind::kFrustum, true, options.each);
-    const std::string remark =
-        fmt::format("per tile {:.0f} in the frustum, {:.0f} drawn, {:.0f} visible; triangles {:.3f} of the frustum's, the "
-                    "oracle's {:.3f}; culling {:.1f} ms; {} tiles of the oracle's differ",
-                    cost.inFrustum, cost.drawn, cost.visible, shareOf(cost.triangles, cost.allTriangles),
-                    shareOf(cost.oracleTriangles, cost.allTriangles), cost.cullMs, cost.oracleWrong);
+    const std::string remark = fmt::format(
+        "per tile {:.0f} in the frustum, {:.0f} drawn, {:.0f} visible; triangles {:.3f} of the frustum's, the "
+        "oracle's {:.3f}; culling {:.1f} ms; {} tiles of the oracle's differ",
+        cost.inFrustum, cost.drawn, cost.visible, shareOf(cost.triangles, cost.allTriangles),
+        shareOf(cost.oracleTriangles, cost.allTriangles), cost.cullMs, cost.oracleWrong);
     // Means: what a long way costs. A frame in which much comes into sight counts as it is.
     table.add({.operation = stage.name + ": a frame by auto",
                .peer = "oracle: what has a visible pixel",
@@ -99,8 +102,7 @@ void tileRow(SceneTable& table, const std::string& name, const Aspect& aspect, i
     std::vector<double> ours, copies;
     for (int i = 0; i < 60; ++i) {
         double start = processorMs();
-        static_cast<void>(
-            orExit(renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
+        static_cast<void>(orExit(renderer->draw(aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
         if (i >= 10) ours.push_back(processorMs() - start);
         start = processorMs();
         std::memcpy(to.data(), from.data() + (to[static_cast<std::size_t>(i)] & 0), to.size());
@@ -163,7 +165,8 @@ void firstRows(SceneTable& table, const DrawingOptions& options) {
                .remark = "wall time, caches warm"});
 }
 
-/// 1920×1080 in one process on all cores, 4 samples, beside OpenSceneGraph in a window of the same size; wall time, in turns.
+/// 1920×1080 in one process on all cores, 4 samples, beside OpenSceneGraph in a window of the same size; wall time, in
+/// turns.
 void osgRows(SceneTable& table, const DrawingOptions& options) {
     table.begin("city beside OpenSceneGraph");
     const std::string peer = std::filesystem::path(options.program).parent_path() / "bench_drawing_osg";
@@ -181,8 +184,7 @@ void osgRows(SceneTable& table, const DrawingOptions& options) {
     const auto ours = [&](const View& view) {
         const double start = wallMs();
         const ScreenCamera camera = screenCamera(benchScreen(), User(), Eye::kCenter, view);
-        static_cast<void>(
-            orExit(renderer->draw(stage.aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
+        static_cast<void>(orExit(renderer->draw(stage.aspect, action.run(scene, camera, rect, nullptr), camera, rect)));
         return wallMs() - start;
     };
     const std::array<std::pair<std::string, double>, 2> ways = {{{"default", 25}, {"queries", 8}}};
@@ -218,12 +220,18 @@ int bench(int argc, char** argv) {
     if (argc > 1 && std::strcmp(argv[1], "--first") == 0) return firstFrame();
     for (int i = 1; i + 1 < argc; i += 2) {
         const std::string option = argv[i];
-        if (option == "--json") options.json = argv[i + 1];
-        else if (option == "--rows") options.rows = argv[i + 1];
-        else if (option == "--plant") options.plant = argv[i + 1];
-        else if (option == "--scan") options.scan = argv[i + 1];
-        else if (option == "--each") options.each = std::atoi(argv[i + 1]) != 0;
-        else if (option == "--frames") options.frames = std::max(1, std::atoi(argv[i + 1]));
+        if (option == "--json")
+            options.json = argv[i + 1];
+        else if (option == "--rows")
+            options.rows = argv[i + 1];
+        else if (option == "--plant")
+            options.plant = argv[i + 1];
+        else if (option == "--scan")
+            options.scan = argv[i + 1];
+        else if (option == "--each")
+            options.each = std::atoi(argv[i + 1]) != 0;
+        else if (option == "--frames")
+            options.frames = std::max(1, std::atoi(argv[i + 1]));
         else {
             std::fprintf(stderr, "bench_drawing: unknown option %s\n", argv[i]);
             return 2;
@@ -235,19 +243,24 @@ int bench(int argc, char** argv) {
         return options.rows.empty() || ("," + options.rows + ",").find("," + group + ",") != std::string::npos;
     };
     const auto orSkip = [&](Expected<Stage> stage, const auto& then) {
-        if (stage) then(std::move(*stage));
-        else table.skip(stage.error().message);
+        if (stage)
+            then(std::move(*stage));
+        else
+            table.skip(stage.error().message);
     };
-    if (wanted("city")) cullRows(table, cityStage("city, 5.9 M triangles", makeCity(), options.frames), options, 1.1, 0);
+    if (wanted("city"))
+        cullRows(table, cityStage("city, 5.9 M triangles", makeCity(), options.frames), options, 1.1, 0);
     if (wanted("city-large"))
         cullRows(table, cityStage("city, 22.9 M triangles", makeCity(32, 31), options.frames), options, 1.1, 0);
     if (wanted("plant"))
-        orSkip(plantStage(options.plant, options.frames), [&](Stage stage) { cullRows(table, std::move(stage), options, 1.3, 3); });
+        orSkip(plantStage(options.plant, options.frames),
+               [&](Stage stage) { cullRows(table, std::move(stage), options, 1.3, 3); });
     if (wanted("scan"))
         orSkip(scanStage(options.scan, options.frames), [&](Stage stage) {
             besideRow(table, std::move(stage), options, CullerKind::kNone, "drawing all", 1 / 1.5);
         });
-    if (wanted("field")) besideRow(table, fieldStage(4 * options.frames), options, CullerKind::kFrustum, "frustum only", 1.02);
+    if (wanted("field"))
+        besideRow(table, fieldStage(4 * options.frames), options, CullerKind::kFrustum, "frustum only", 1.02);
     if (wanted("points")) pointRows(table, options.frames);
     if (wanted("empty")) emptyRows(table);
     if (wanted("first")) firstRows(table, options);

@@ -19,7 +19,8 @@ struct City {
     std::vector<Place> places;
 };
 
-/// 576 houses that are boxes, 20 tori around each: 12,096 things. Tori of 16 × 16 are 5.9 million triangles, of 32 × 31 22.9.
+/// 576 houses that are boxes, 20 tori around each: 12,096 things. Tori of 16 × 16 are 5.9 million triangles, of 32 ×
+/// 31 22.9.
 [[nodiscard]] inline City makeCity(int around = 16, int across = 16) {
     std::mt19937 random(1);
     const auto uniform = [&](double from, double to) {

@@ -1,10 +1,11 @@
-/// The least that a picture of a mesh costs here: plain OpenGL on OSMesa in one process, one colour, one light, depth, one sample,
-/// and its pixels read back. A program of its own, with LP_NUM_THREADS as it is told.
+/// The least that a picture of a mesh costs here: plain OpenGL on OSMesa in one process, one colour, one light, depth,
+/// one sample, and its pixels read back. A program of its own, with LP_NUM_THREADS as it is told.
 ///
-///     bench_drawing_floor MESH WIDTH HEIGHT SIDES    # 16 numbers, clip_T_world by columns, on the standard input: milliseconds
+///     bench_drawing_floor MESH WIDTH HEIGHT SIDES    # 16 numbers, clip_T_world by columns, on the standard input:
+///     milliseconds
 ///
-/// MESH: counts of corners and of indices (u32 each), positions, normals (3 floats each), indices (u32). SIDES: `front`, or `both`
-/// where faces are drawn that are seen from behind.
+/// MESH: counts of corners and of indices (u32 each), positions, normals (3 floats each), indices (u32). SIDES:
+/// `front`, or `both` where faces are drawn that are seen from behind.
 #define GL_GLEXT_PROTOTYPES
 #include <GL/osmesa.h>
 
@@ -54,12 +55,22 @@ int serve(int argc, char** argv) {
     const int width = std::atoi(argv[2]), height = std::atoi(argv[3]);
     std::ifstream file(argv[1], std::ios::binary);
     const auto counts = read<std::uint32_t>(file, 2);
-    const auto positions = read<float>(file, 3 * std::size_t{counts[0]}), normals = read<float>(file, 3 * std::size_t{counts[0]});
+    const auto positions = read<float>(file, 3 * std::size_t{counts[0]}),
+               normals = read<float>(file, 3 * std::size_t{counts[0]});
     const auto indices = read<std::uint32_t>(file, counts[1]);
     if (!file || width <= 0 || height <= 0) return 3;
 
-    const std::array<int, 11> wanted = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-                                        OSMESA_CONTEXT_MAJOR_VERSION, 4, OSMESA_CONTEXT_MINOR_VERSION, 5, 0};
+    const std::array<int, 11> wanted = {OSMESA_FORMAT,
+                                        OSMESA_RGBA,
+                                        OSMESA_DEPTH_BITS,
+                                        24,
+                                        OSMESA_PROFILE,
+                                        OSMESA_CORE_PROFILE,
+                                        OSMESA_CONTEXT_MAJOR_VERSION,
+                                        4,
+                                        OSMESA_CONTEXT_MINOR_VERSION,
+                                        5,
+                                        0};
     const OSMesaContext context = OSMesaCreateContextAttribs(wanted.data(), nullptr);
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     std::vector<std::uint32_t> window(pixels), picture(pixels);
@@ -73,12 +84,14 @@ int serve(int argc, char** argv) {
     const std::array<const std::vector<float>*, 2> attributes = {&positions, &normals};
     for (GLuint i = 0; i < 2; ++i) {
         glBindBuffer(GL_ARRAY_BUFFER, buffers[i]);
-        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(attributes[i]->size() * sizeof(float)), attributes[i]->data(), GL_STATIC_DRAW);
+        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(attributes[i]->size() * sizeof(float)),
+                     attributes[i]->data(), GL_STATIC_DRAW);
         glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         glEnableVertexAttribArray(i);
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[2]);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(), GL_STATIC_DRAW);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)),
+                 indices.data(), GL_STATIC_DRAW);
     const GLuint program = glCreateProgram();
     glAttachShader(program, shader(GL_VERTEX_SHADER, kVertex));
     glAttachShader(program, shader(GL_FRAGMENT_SHADER, kFragment));

@@ -1,5 +1,5 @@
-/// The city in OpenSceneGraph, in a window of its own, as one who knows it would build it. A program of its own: it brings
-/// libGL, which must not meet OSMesa in one process. Wants a display: `xvfb-run`.
+/// The city in OpenSceneGraph, in a window of its own, as one who knows it would build it. A program of its own: it
+/// brings libGL, which must not meet OSMesa in one process. Wants a display: `xvfb-run`.
 ///
 ///     bench_drawing_osg default|queries FRAMES      # "frame N" on the standard input: answers with its milliseconds
 #include <osg/Geode>
@@ -28,8 +28,8 @@ osg::ref_ptr<osg::Geometry> toOsg(const MeshData& mesh) {
     }
     geometry->setVertexArray(positions);
     geometry->setNormalArray(normals, osg::Array::BIND_PER_VERTEX);
-    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, static_cast<unsigned>(mesh.indices.size()),
-                                                        mesh.indices.data()));
+    geometry->addPrimitiveSet(
+        new osg::DrawElementsUInt(GL_TRIANGLES, static_cast<unsigned>(mesh.indices.size()), mesh.indices.data()));
     geometry->setUseVertexBufferObjects(true);
     geometry->setUseDisplayList(false);
     return geometry;
@@ -53,9 +53,9 @@ osg::ref_ptr<osg::Group> build(bool queries) {
     osg::Group* block = nullptr;
     for (const City::Place& place : city.places) {
         if (place.mesh == 0) root->addChild(block = new osg::Group);
-        osg::ref_ptr<osg::MatrixTransform> at = new osg::MatrixTransform(
-            osg::Matrixd::scale(place.size.x(), place.size.y(), place.size.z()) *
-            osg::Matrixd::translate(place.at.x(), place.at.y(), place.at.z()));
+        osg::ref_ptr<osg::MatrixTransform> at =
+            new osg::MatrixTransform(osg::Matrixd::scale(place.size.x(), place.size.y(), place.size.z()) *
+                                     osg::Matrixd::translate(place.at.x(), place.at.y(), place.at.z()));
         at->addChild(geodes[place.mesh]);
         if (queries) {
             osg::ref_ptr<osg::OcclusionQueryNode> asked = new osg::OcclusionQueryNode;

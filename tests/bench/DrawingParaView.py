@@ -1,5 +1,5 @@
-"""The tile display of ParaView, for pvpython: MESH PORT FRAMES. Says "ready", then answers "ANGLE" (degrees around the mesh) with
-the milliseconds that the frame took until it stood on all tiles."""
+"""The tile display of ParaView, for pvpython: MESH PORT FRAMES. Says "ready", then answers "ANGLE" (degrees around the
+mesh) with the milliseconds that the frame took until it stood on all tiles."""
 import math
 import sys
 import time

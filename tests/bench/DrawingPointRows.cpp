@@ -20,7 +20,8 @@ MeshData scannedBall(int count, double radius) {
     for (int i = 0; i < count; ++i) {
         const Vec3d at = Vec3d(anywhere(random), anywhere(random), anywhere(random)).normalized();
         for (const double value : at) points.positions.push_back(static_cast<float>(value));
-        for (int k = 0; k < 4; ++k) points.colors.push_back(k < 3 ? static_cast<std::uint8_t>(random()) : std::uint8_t{255});
+        for (int k = 0; k < 4; ++k)
+            points.colors.push_back(k < 3 ? static_cast<std::uint8_t>(random()) : std::uint8_t{255});
     }
     return points;
 }
@@ -95,18 +96,39 @@ void pointRows(SceneTable& table, int frames) {
     };
     drawInTurn(ours, theirs);
     const std::string peer = "octahedra as triangles";
-    const auto megabytes = [](const Side& side) { return Median{.value = 1e-6 * static_cast<double>(side.renderer->residentBytes()), .spread = 0, .count = 1}; };
-    table.add({.operation = "a million points with colours: memory of GL", .peer = peer, .ours = megabytes(ours), .theirs = megabytes(theirs), .unit = "MB", .atMost = 0.05});
-    table.add({.operation = "the same: uploaded", .peer = peer, .ours = medianOf(ours.uploads), .theirs = medianOf(theirs.uploads), .unit = "ms"});
-    table.add({.operation = "the same: a frame of 960x540", .peer = peer, .ours = medianOf(ours.frames), .theirs = medianOf(theirs.frames), .unit = "ms", .atMost = 1.1});
+    const auto megabytes = [](const Side& side) {
+        return Median{.value = 1e-6 * static_cast<double>(side.renderer->residentBytes()), .spread = 0, .count = 1};
+    };
+    table.add({.operation = "a million points with colours: memory of GL",
+               .peer = peer,
+               .ours = megabytes(ours),
+               .theirs = megabytes(theirs),
+               .unit = "MB",
+               .atMost = 0.05});
+    table.add({.operation = "the same: uploaded",
+               .peer = peer,
+               .ours = medianOf(ours.uploads),
+               .theirs = medianOf(theirs.uploads),
+               .unit = "ms"});
+    table.add({.operation = "the same: a frame of 960x540",
+               .peer = peer,
+               .ours = medianOf(ours.frames),
+               .theirs = medianOf(theirs.frames),
+               .unit = "ms",
+               .atMost = 1.1});
     // Larger and fewer.
-    for (const auto& [count, radius] : {std::pair(300'000, 0.002), {100'000, 0.004}, {30'000, 0.008}, {10'000, 0.016}, {3'000, 0.03}}) {
+    for (const auto& [count, radius] :
+         {std::pair(300'000, 0.002), {100'000, 0.004}, {30'000, 0.008}, {10'000, 0.016}, {3'000, 0.03}}) {
         const MeshData larger = scannedBall(count, radius);
         Side balls(larger), octahedra(trianglesOfPoints(larger.toArrays()));
         for (Side* side : {&balls, &octahedra}) side->upload();
         drawInTurn(balls, octahedra);
         const double pixels = radius * 0.5 * camera.clip_T_eye(0, 0) * camera.pixels.width / 0.5;
-        table.add({.operation = fmt::format("{} points of {:.1f} pixels and less: a frame", count, pixels), .peer = peer, .ours = medianOf(balls.frames), .theirs = medianOf(octahedra.frames), .unit = "ms"});
+        table.add({.operation = fmt::format("{} points of {:.1f} pixels and less: a frame", count, pixels),
+                   .peer = peer,
+                   .ours = medianOf(balls.frames),
+                   .theirs = medianOf(octahedra.frames),
+                   .unit = "ms"});
     }
 }
 

@@ -21,11 +21,14 @@ void readBackRows(SceneTable& table) {
     const ScreenCamera camera = screenCamera(benchScreen(), User(), Eye::kCenter, View());
     const PixelRect rect{.x = 0, .y = 0, .width = 1920, .height = 1080};
     const test::TemporaryFolder folder;
-    SharedFrameWriter shown = orExit(SharedFrameWriter::create(folder.path() + "/shown.frame", rect.width, rect.height));
-    // As many bytes, which other threads have just written as GL's do, to a file that is mapped as the one of the shown image.
+    SharedFrameWriter shown =
+        orExit(SharedFrameWriter::create(folder.path() + "/shown.frame", rect.width, rect.height));
+    // As many bytes, which other threads have just written as GL's do, to a file that is mapped as the one of the shown
+    // image.
     const std::size_t bytes = 4u * 1920 * 1080;
     std::vector<std::uint8_t> from(bytes);
-    SharedFrameWriter other = orExit(SharedFrameWriter::create(folder.path() + "/other.frame", rect.width, rect.height));
+    SharedFrameWriter other =
+        orExit(SharedFrameWriter::create(folder.path() + "/other.frame", rect.width, rect.height));
     std::vector<double> ours, copies;
     for (std::uint64_t i = 0; i < 60; ++i) {
         const DrawList list = action.run(scene, camera, rect, nullptr);
@@ -47,12 +50,14 @@ void readBackRows(SceneTable& table) {
         other.prepared(i);
         static_cast<void>(orExit(other.show().map([] { return 0; })));
     }
-    table.add({.operation = "read back, and handed to whoever shows it",
-               .peer = "memcpy of GL's picture",
-               .ours = medianOf(ours),
-               .theirs = medianOf(copies),
-               .unit = "ms",
-               .atMost = 1.2,});
+    table.add({
+        .operation = "read back, and handed to whoever shows it",
+        .peer = "memcpy of GL's picture",
+        .ours = medianOf(ours),
+        .theirs = medianOf(copies),
+        .unit = "ms",
+        .atMost = 1.2,
+    });
 }
 
 }  // namespace tessera::bench

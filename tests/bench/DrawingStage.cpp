@@ -95,8 +95,8 @@ MeshData divided(const MeshData& mesh, std::mt19937& random) {
 }  // namespace
 
 Expected<std::vector<Geometry>> readGeometries(const std::vector<std::string>& files) {
-    const auto imported = importScenes(
-        files, kRootNode, {.allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"});
+    const auto imported =
+        importScenes(files, kRootNode, {.allowUnconfined = true, .importerProgram = TESSERA_BIN_DIR "/tessera-import"});
     if (!imported) return tl::unexpected(imported.error());
     ChangeList list = imported->list;
     replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 2} : id; });
@@ -161,7 +161,8 @@ Expected<Stage> plantStage(const std::string& folder, int frames) {
     for (int column = 0; column < kColumns; ++column)
         for (int row = 0; row < kRows; ++row)
             for (const ObjectId core : cores)
-                scene.put(core, Vec3d(4.5 * (column - 4.5), 0, -4.5 * row) - scale * box.center(), Vec3d::Constant(scale));
+                scene.put(core, Vec3d(4.5 * (column - 4.5), 0, -4.5 * row) - scale * box.center(),
+                          Vec3d::Constant(scale));
     Stage stage = scene.stage("plant, 50 M triangles");
     for (int i = 0; i < frames; ++i) {
         const double t = static_cast<double>(i) / frames;
@@ -243,7 +244,8 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
             double oracleTileMs = 0;
             if (withOracle) {
                 list = visibleItems(*renderer, stage.aspect, std::move(list), camera, rect, kSamples);
-                picture = orExit(renderer->draw(stage.aspect, list, camera, rect));  // brings the buffers back to a tile's size
+                picture = orExit(
+                    renderer->draw(stage.aspect, list, camera, rect));  // brings the buffers back to a tile's size
                 const double start = processorMs();
                 picture = orExit(renderer->draw(stage.aspect, list, camera, rect));
                 oracleTileMs = processorMs() - start;
@@ -254,12 +256,14 @@ CullCost measureCulling(Stage& stage, CullerKind ours, CullerKind all, bool with
             if (!counts) continue;
             const std::size_t visible = list.opaque.size() + list.transparent.size();
             if (tellEach)
-                std::printf("  frame %2zu tile %d: %5llu in the frustum, %5llu drawn%s, %5zu visible; %8llu, %8llu, %8llu triangles "
-                            "of ours, the oracle, all; %6.1f ms, %5.1f of them culling, oracle %6.1f\n",
-                            cost.ours.size(), tile, static_cast<unsigned long long>(count.inFrustum),
-                            static_cast<unsigned long long>(count.drawn), count.looked ? "" : " (did not look)", visible,
-                            static_cast<unsigned long long>(ourTriangles), static_cast<unsigned long long>(oracleTriangles),
-                            static_cast<unsigned long long>(allTriangles), ourTileMs, ourCullMs, oracleTileMs);
+                std::printf(
+                    "  frame %2zu tile %d: %5llu in the frustum, %5llu drawn%s, %5zu visible; %8llu, %8llu, %8llu "
+                    "triangles "
+                    "of ours, the oracle, all; %6.1f ms, %5.1f of them culling, oracle %6.1f\n",
+                    cost.ours.size(), tile, static_cast<unsigned long long>(count.inFrustum),
+                    static_cast<unsigned long long>(count.drawn), count.looked ? "" : " (did not look)", visible,
+                    static_cast<unsigned long long>(ourTriangles), static_cast<unsigned long long>(oracleTriangles),
+                    static_cast<unsigned long long>(allTriangles), ourTileMs, ourCullMs, oracleTileMs);
             ++tiles;
             cost.inFrustum += static_cast<double>(count.inFrustum);
             cost.drawn += static_cast<double>(count.drawn);

@@ -26,7 +26,8 @@ std::string wallOf(int sidePx, int samples, bool oneHost) {
     std::string text = fmt::format(
         "samples: {1}\n"
         "screens {{ name: \"front\" lower_left {{ x: -0.8 y: 0.9 z: 0 }} lower_right {{ x: 0.8 y: 0.9 z: 0 }}\n"
-        "  upper_left {{ x: -0.8 y: 2.5 z: 0 }} grid {{ columns: 2 rows: 2 tile_width_px: {0} tile_height_px: {0} }} }}\n"
+        "  upper_left {{ x: -0.8 y: 2.5 z: 0 }} grid {{ columns: 2 rows: 2 tile_width_px: {0} tile_height_px: {0} }} "
+        "}}\n"
         "users {{ name: \"viewer\" position {{ x: 0 y: 1.7 z: 2.4 }} }}\n"
         "sync {{ late_frame: WAIT frame_deadline_ms: 10000 heartbeat_ms: 100 lost_after_ms: 800 }}\n",
         sidePx, samples);
@@ -35,8 +36,10 @@ std::string wallOf(int sidePx, int samples, bool oneHost) {
         tiles[static_cast<std::size_t>(i)] =
             fmt::format("tiles {{ screen: \"front\" column: {} row: {} eye: CENTER user: \"viewer\" }}", i % 2, i / 2);
     // lower-left, lower-right, upper-left, upper-right, as kFourHosts has them.
-    if (oneHost) return text + fmt::format("hosts {{ name: \"all\" {} {} {} {} }}\n", tiles[0], tiles[1], tiles[2], tiles[3]);
-    for (std::size_t i = 0; i < 4; ++i) text += fmt::format("hosts {{ name: \"{}\" {} }}\n", test::kFourHosts[i], tiles[i]);
+    if (oneHost)
+        return text + fmt::format("hosts {{ name: \"all\" {} {} {} {} }}\n", tiles[0], tiles[1], tiles[2], tiles[3]);
+    for (std::size_t i = 0; i < 4; ++i)
+        text += fmt::format("hosts {{ name: \"{}\" {} }}\n", test::kFourHosts[i], tiles[i]);
     return text;
 }
 
@@ -45,12 +48,14 @@ std::string turningCamera() {
     std::string keys;
     for (int i = 0; i <= 4; ++i)
         keys += fmt::format(
-            "key {{ time: {} transform {{ translation {{ x: {} y: {} z: {} }} rotation {{ axis {{ y: 1 }} angle_deg: {} }} }} }}\n",
+            "key {{ time: {} transform {{ translation {{ x: {} y: {} z: {} }} rotation {{ axis {{ y: 1 }} angle_deg: "
+            "{} }} }} }}\n",
             kTurn / 60.0 / 4 * i, kBunny.x(), kBunny.y(), kBunny.z(), 90 * i);
     return fmt::format(
         "node {{ name: \"turn\" transform {{ translation {{ x: {} y: {} z: {} }} }}\n"
         "  node {{ name: \"way\" motion {{ mode: LOOP\n{} }} }}\n"
-        "  node {{ name: \"camera\" transform {{ translation {{ y: {} z: {} }} }} camera {{ world_units_per_metre: {} }} }} }}\n",
+        "  node {{ name: \"camera\" transform {{ translation {{ y: {} z: {} }} }} camera {{ world_units_per_metre: {} "
+        "}} }} }}\n",
         kBunny.x(), kBunny.y(), kBunny.z(), keys, -1.7 * kScale, kDistance - 2.4 * kScale, kScale);
 }
 
@@ -59,8 +64,9 @@ struct TurnCost {
 };
 
 /// Mean of whole turns of the camera, after one.
-std::optional<TurnCost> measureWall(SceneTable& table, const std::string& wallText, const std::vector<std::string>& hosts,
-                                    const std::string& scene, int turns, const std::vector<std::string>& client = {}) {
+std::optional<TurnCost> measureWall(SceneTable& table, const std::string& wallText,
+                                    const std::vector<std::string>& hosts, const std::string& scene, int turns,
+                                    const std::vector<std::string>& client = {}) {
     const test::TemporaryFolder folder;
     test::LiveWallOptions options;
     options.wall = folder.write("square.wall", wallText);
@@ -111,7 +117,8 @@ std::string writeMesh(const test::TemporaryFolder& folder, const Geometry& mesh)
 }
 
 /// A frame of the floor: means of a turn.
-std::optional<double> measureFloor(SceneTable& table, const Geometry& mesh, const std::string& program, const std::string& sides) {
+std::optional<double> measureFloor(SceneTable& table, const Geometry& mesh, const std::string& program,
+                                   const std::string& sides) {
     const test::TemporaryFolder folder;
     SideProcess floor({"/usr/bin/env", "LP_NUM_THREADS=2", program, writeMesh(folder, mesh), "800", "800", sides});
     if (!floor.said("ready")) {
@@ -141,7 +148,8 @@ std::optional<double> measureFloor(SceneTable& table, const Geometry& mesh, cons
     return total;
 }
 
-/// Ranks that draw a tile each, and the client that leads them, as ParaView's guide has it; nothing where it is not installed.
+/// Ranks that draw a tile each, and the client that leads them, as ParaView's guide has it; nothing where it is not
+/// installed.
 std::optional<double> measureParaView(SceneTable& table, const std::string& scan) {
     if (std::system("command -v pvserver pvpython mpirun xvfb-run >/dev/null 2>&1") != 0) {
         table.skip("ParaView's tile display: apt-get install paraview python3-paraview openmpi-bin xvfb xauth");
@@ -160,7 +168,9 @@ std::optional<double> measureParaView(SceneTable& table, const std::string& scan
     return total;
 }
 
-Median once(double value) { return {.value = value, .spread = 0, .count = 1}; }
+Median once(double value) {
+    return {.value = value, .spread = 0, .count = 1};
+}
 
 }  // namespace
 
@@ -201,7 +211,8 @@ void oneProcessRows(SceneTable& table) {
     table.begin("engine hall, four tiles of 540x540, four samples; wall time of a frame");
     const std::string scene = TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct";
     const auto four = measureWall(table, wallOf(540, 4, false), test::kFourHosts, scene, 1);
-    const auto one = measureWall(table, wallOf(540, 4, true), {"all"}, scene, 1, {"--threads", std::to_string(std::thread::hardware_concurrency())});
+    const auto one = measureWall(table, wallOf(540, 4, true), {"all"}, scene, 1,
+                                 {"--threads", std::to_string(std::thread::hardware_concurrency())});
     if (!four || !one) return;
     table.add({.operation = "one process that draws four tiles",
                .peer = "four processes",

@@ -1,6 +1,6 @@
 /// What one changed object costs the server's collisions, in a small scene and in a large one:
-/// bench_edits [--small N] [--large N] [--objects N] [--edits N] [--row NAME] [--block scene|objects|moving|bodies]. The
-/// medians of sceneChanged + step + pickNode, in µs, and of what is between edits.
+/// bench_edits [--small N] [--large N] [--objects N] [--edits N] [--row NAME] [--block scene|objects|moving|bodies].
+/// The medians of sceneChanged + step + pickNode, in µs, and of what is between edits.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -38,7 +38,8 @@ protected:
     ObjectId box(ChangeListBuilder& b, const Vec3d& size) {
         std::vector<float> positions;
         for (int i = 0; i < 8; ++i)
-            for (int a = 0; a < 3; ++a) positions.push_back(static_cast<float>((i >> a & 1) != 0 ? 0.5 * size[a] : -0.5 * size[a]));
+            for (int a = 0; a < 3; ++a)
+                positions.push_back(static_cast<float>((i >> a & 1) != 0 ? 0.5 * size[a] : -0.5 * size[a]));
         const std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                                  2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
         const ObjectId id = create(b, typeOf<Geometry>());
@@ -97,7 +98,8 @@ public:
             if (!list.empty()) pipeline_.sceneChanged(aspect_, &list);
             step();
             (void)pipeline_.pickNode(aspect_, {Vec3d(-6, 0.1, 9), Vec3d(0, 0, -1)});
-            times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+            times.push_back(
+                std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
         }
         // Many are an edit and its way back, which cost different things.
         for (std::size_t i = 0; i + 1 < times.size(); i += 2) times[i / 2] = (times[i] + times[i + 1]) / 2;
@@ -110,22 +112,53 @@ public:
         return {
             {"nothing", [](auto&, auto&, int) {}},
             {"an empty node", [](auto& b, auto& s, int) { s.place(b, s.hall_, {}); }},
-            {"a geometry more", [](auto& b, auto& s, int) { (void)s.thing(b, s.hall_, Vec3d(-20, 2 * s.far_++, 0), s.added_); }},
-            {"moved", [](auto& b, auto& s, int i) { b.set(s.transforms_[7], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(3 + 0.01 * i, 2, 2))); }},
-            {"moved far", [](auto& b, auto& s, int i) { b.set(s.transforms_[static_cast<std::size_t>(100 + 11 * i % 800) % s.nodes_.size()], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-40 - 2.0 * i, s.far_++, 0))); }},
-            {"elsewhere in the tree", [](auto& b, auto& s, int i) { b.place(s.nodes_[5], i % 2 == 0 ? s.hall_ : s.switched_); }},
-            {"switched", [](auto& b, auto& s, int i) { b.set(s.choice_, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{i % 2 == 0 ? Switch::kNone : Switch::kAll})); }},
-            {"in other layers", [=](auto& b, auto& s, int i) { b.set(s.object_.core, objects, fieldId<&CollisionObject::layers>, toValue(std::int64_t{1 + i % 2})); }},
-            {"an object and its interest", [](auto& b, auto& s, int) { (void)s.object(b, s.thing(b, s.hall_, Vec3d(-30, 2 * s.far_++, 0), s.added_)); }},
-            {"another response", [=](auto& b, auto& s, int i) { b.set(s.object_.interest, interests, fieldId<&Interest::response>, toValue(std::int64_t{i % 2})); }},
-            {"an interest off and on", [=](auto& b, auto& s, int i) { b.set(s.object_.interest, interests, fieldId<&Interest::enabled>, toValue(i % 2 == 0)); }},
-            {"deformed", [](auto& b, auto& s, int i) {
+            {"a geometry more",
+             [](auto& b, auto& s, int) { (void)s.thing(b, s.hall_, Vec3d(-20, 2 * s.far_++, 0), s.added_); }},
+            {"moved",
+             [](auto& b, auto& s, int i) {
+                 b.set(s.transforms_[7], typeOf<Transform>(), fieldId<&Transform::translation>,
+                       toValue(Vec3d(3 + 0.01 * i, 2, 2)));
+             }},
+            {"moved far",
+             [](auto& b, auto& s, int i) {
+                 b.set(s.transforms_[static_cast<std::size_t>(100 + 11 * i % 800) % s.nodes_.size()],
+                       typeOf<Transform>(), fieldId<&Transform::translation>,
+                       toValue(Vec3d(-40 - 2.0 * i, s.far_++, 0)));
+             }},
+            {"elsewhere in the tree",
+             [](auto& b, auto& s, int i) { b.place(s.nodes_[5], i % 2 == 0 ? s.hall_ : s.switched_); }},
+            {"switched",
+             [](auto& b, auto& s, int i) {
+                 b.set(s.choice_, typeOf<Switch>(), fieldId<&Switch::choice>,
+                       toValue(std::int64_t{i % 2 == 0 ? Switch::kNone : Switch::kAll}));
+             }},
+            {"in other layers",
+             [=](auto& b, auto& s, int i) {
+                 b.set(s.object_.core, objects, fieldId<&CollisionObject::layers>, toValue(std::int64_t{1 + i % 2}));
+             }},
+            {"an object and its interest",
+             [](auto& b, auto& s, int) {
+                 (void)s.object(b, s.thing(b, s.hall_, Vec3d(-30, 2 * s.far_++, 0), s.added_));
+             }},
+            {"another response",
+             [=](auto& b, auto& s, int i) {
+                 b.set(s.object_.interest, interests, fieldId<&Interest::response>, toValue(std::int64_t{i % 2}));
+             }},
+            {"an interest off and on",
+             [=](auto& b, auto& s, int i) {
+                 b.set(s.object_.interest, interests, fieldId<&Interest::enabled>, toValue(i % 2 == 0));
+             }},
+            {"deformed",
+             [](auto& b, auto& s, int i) {
                  std::vector<float> positions;
                  for (int k = 0; k < 8; ++k)
-                     for (int a = 0; a < 3; ++a) positions.push_back(((k >> a & 1) != 0 ? 0.5f : -0.5f) + 0.001f * static_cast<float>(i));
-                 b.set(s.own_, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
+                     for (int a = 0; a < 3; ++a)
+                         positions.push_back(((k >> a & 1) != 0 ? 0.5f : -0.5f) + 0.001f * static_cast<float>(i));
+                 b.set(s.own_, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+                       Blob::of(std::span<const float>(positions)));
              }},
-            {"out of the tree and back", [](auto& b, auto& s, int i) { b.place(s.nodes_[9], i % 2 == 0 ? ObjectId{} : s.hall_); }},
+            {"out of the tree and back",
+             [](auto& b, auto& s, int i) { b.place(s.nodes_[9], i % 2 == 0 ? ObjectId{} : s.hall_); }},
         };
     }
 
@@ -138,7 +171,10 @@ private:
         std::vector<TentativeTransform> wishes;
         for (const ObjectId id : movers_) {
             const Transform& now = *aspect_.get<Transform>(id);
-            wishes.push_back({.transform = id, .translation = now.translation + Vec3d::Constant(1e-3), .rotation = now.rotation, .scale = now.scale});
+            wishes.push_back({.transform = id,
+                              .translation = now.translation + Vec3d::Constant(1e-3),
+                              .rotation = now.rotation,
+                              .scale = now.scale});
         }
         (void)pipeline_.step(aspect_, wishes);
     }
@@ -155,7 +191,8 @@ private:
         const Geometry& box = *aspect_.get<Geometry>(box_);
         arrays.set(own_, typeOf<Geometry>(), fieldId<&Geometry::positions>, box.positions);
         arrays.set(own_, typeOf<Geometry>(), fieldId<&Geometry::indices>, box.indices);
-        arrays.set(object_.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, toValue(std::int64_t{CollisionObject::kDeforming}));
+        arrays.set(object_.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>,
+                   toValue(std::int64_t{CollisionObject::kDeforming}));
         const ChangeList list = arrays.take();
         if (!aspect_.apply(list)) std::exit(2);
         pipeline_.sceneChanged(aspect_, &list);
@@ -239,7 +276,8 @@ public:
             const auto start = std::chrono::steady_clock::now();
             pipeline_.sceneChanged(aspect_, &list);
             const StepResult result = pipeline_.step(aspect_, {});
-            times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+            times.push_back(
+                std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
             commit(result);
             rest();
         }
@@ -248,13 +286,20 @@ public:
     static std::vector<std::pair<std::string, Make>> edits() {
         const ObjectType objects = typeOf<CollisionObject>();
         return {
-            {"a sleeper moved", [](auto& b, auto& s, std::size_t i) {
+            {"a sleeper moved",
+             [](auto& b, auto& s, std::size_t i) {
                  const Vec3d where = s.aspect_.template get<Transform>(s.made_[i].transform)->translation;
-                 b.set(s.made_[i].transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(where + Vec3d(0, 0.01, 0))));
+                 b.set(s.made_[i].transform, typeOf<Transform>(), fieldId<&Transform::translation>,
+                       toValue(Vec3d(where + Vec3d(0, 0.01, 0))));
              }},
-            {"woken", [=](auto& b, auto& s, std::size_t i) { b.set(s.made_[i].core, objects, fieldId<&CollisionObject::velocity>, toValue(Vec3d(0, 0.1, 0))); }},
-            {"a free body more", [](auto& b, auto& s, std::size_t) { s.add(b, Vec3d(-20 - 1.5 * s.more_++, 0.499, 0)); }},
-            {"one less", [](auto& b, auto& s, std::size_t) {
+            {"woken",
+             [=](auto& b, auto& s, std::size_t i) {
+                 b.set(s.made_[i].core, objects, fieldId<&CollisionObject::velocity>, toValue(Vec3d(0, 0.1, 0)));
+             }},
+            {"a free body more",
+             [](auto& b, auto& s, std::size_t) { s.add(b, Vec3d(-20 - 1.5 * s.more_++, 0.499, 0)); }},
+            {"one less",
+             [](auto& b, auto& s, std::size_t) {
                  b.detach(s.made_.back().node);
                  s.made_.pop_back();
              }},
@@ -310,7 +355,8 @@ private:
         std::exit(2);
     }
 
-    CollisionPipeline pipeline_{{.maxContacts = 10}};  // listing them costs the same in any scene, and more than the rest
+    CollisionPipeline pipeline_{
+        {.maxContacts = 10}};  // listing them costs the same in any scene, and more than the rest
     ObjectId ballast_;
     std::vector<Made> made_;
     int more_ = 0;

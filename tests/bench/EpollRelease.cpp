@@ -56,7 +56,8 @@ EpollRelease::EpollRelease(int processes, std::optional<uid_t> user) {
     sockaddr_in at{};
     at.sin_family = AF_INET;
     at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::bind(listener, reinterpret_cast<sockaddr*>(&at), sizeof at) != 0 || ::listen(listener, processes) != 0) std::abort();
+    if (::bind(listener, reinterpret_cast<sockaddr*>(&at), sizeof at) != 0 || ::listen(listener, processes) != 0)
+        std::abort();
     socklen_t size = sizeof at;
     ::getsockname(listener, reinterpret_cast<sockaddr*>(&at), &size);
     for (int i = 0; i < processes; ++i) {

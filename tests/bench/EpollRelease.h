@@ -16,7 +16,8 @@ public:
     EpollRelease(const EpollRelease&) = delete;
     EpollRelease& operator=(const EpollRelease&) = delete;
 
-    /// Milliseconds from the first to the last that was there, of each release. In between all sleep for a sixtieth of a second.
+    /// Milliseconds from the first to the last that was there, of each release. In between all sleep for a sixtieth of
+    /// a second.
     [[nodiscard]] std::vector<double> releases(int count) const;
 
 private:

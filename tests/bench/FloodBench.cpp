@@ -127,8 +127,8 @@ private:
         ::setsockopt(one, IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT, &yes, sizeof yes);
         ::bind(one, reinterpret_cast<const sockaddr*>(&from_), sizeof from_);
         // Over loopback it is connected at once, or its first packet was not taken.
-        const bool connected = ::connect(one, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0 ||
-                               errno == EINPROGRESS;
+        const bool connected =
+            ::connect(one, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) == 0 || errno == EINPROGRESS;
         ++count_;
         Line line{one, nullptr};
         if (connected && deed_ == Deed::kGoesOn) {

@@ -168,7 +168,8 @@ HostFrames measureHost(int count) {
     const EditStage stage(Layout::kFlat, count);
     const ChangeList list = snapshot(stage.scene.aspect);
     for (const Blob& blob : blobsOf(list)) kept.push_back(store.add(blob));
-    host.perform({Attempt{1}, work::ApplySnapshot{{.list = share(CommittedList{Sequence(1), {}, encodeChangeList(list), {}})}}});
+    host.perform(
+        {Attempt{1}, work::ApplySnapshot{{.list = share(CommittedList{Sequence(1), {}, encodeChangeList(list), {}})}}});
     FrameNumber frame;
     const auto show = [&](const View& view) {
         const message::Begin begin{.frame = frame, .payload = encodeFrame({.view = view}), .list = nothingCommitted()};

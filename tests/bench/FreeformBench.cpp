@@ -1,9 +1,12 @@
-// Catmull-Clark bodies as they are, beside OpenSubdiv's tessellations of them in our own triangle trees: do they touch, to 1e-4 of their
-// size, and how far apart are they? Rigid, where trees are there already, and deforming, where they are built anew in each frame.
+// Catmull-Clark bodies as they are, beside OpenSubdiv's tessellations of them in our own triangle trees: do they touch,
+// to 1e-4 of their size, and how far apart are they? Rigid, where trees are there already, and deforming, where they
+// are built anew in each frame.
 //
-// Tessellations are grids of limit points (OpenSubdiv's Bfr), the same in every ptex face, the first power of two of which 99 facets in a hundred are
-// within the tolerance. The others lie at irregular vertices, where an adaptive tessellation would divide further: in the peer's favour. Deformations are affine maps of all control points, so that the tessellation of a frame is the map of the first one: what
-// OpenSubdiv's evaluation would cost is not counted, in the peer's favour. Poses: separated, near, shallow and deep in equal parts.
+// Tessellations are grids of limit points (OpenSubdiv's Bfr), the same in every ptex face, the first power of two of
+// which 99 facets in a hundred are within the tolerance. The others lie at irregular vertices, where an adaptive
+// tessellation would divide further: in the peer's favour. Deformations are affine maps of all control points, so that
+// the tessellation of a frame is the map of the first one: what OpenSubdiv's evaluation would cost is not counted, in
+// the peer's favour. Poses: separated, near, shallow and deep in equal parts.
 //
 //     bench_freeform [--rows collision|tessellation] [--quick] [--count N] [--json FILE]
 #include <fmt/format.h>
@@ -75,10 +78,12 @@ Grid tessellate(const ControlMesh& mesh) {
             const auto base = static_cast<std::uint32_t>(grid.positions.size() / 3);
             std::vector<Vec3d> points;
             for (int j = 0; j <= n; ++j)
-                for (int i = 0; i <= n; ++i) points.push_back(at(f, static_cast<double>(i) / n, static_cast<double>(j) / n));
+                for (int i = 0; i <= n; ++i)
+                    points.push_back(at(f, static_cast<double>(i) / n, static_cast<double>(j) / n));
             for (int j = 0; j < n; ++j)
                 for (int i = 0; i < n; ++i) {
-                    const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1, d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
+                    const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1,
+                               d = a + static_cast<std::uint32_t>(n) + 1, c = d + 1;
                     for (const std::uint32_t v : {a, b, c, a, c, d}) grid.indices.push_back(base + v);
                     // The middle of the diagonal is where a facet is farthest off.
                     errors.push_back((at(f, (i + 0.5) / n, (j + 0.5) / n) - 0.5 * (points[a] + points[c])).norm());
@@ -105,56 +110,64 @@ Body bodyOf(const ControlMesh& control) {
     FreeformShape shape = FreeformShape::ofSubdivision(control).value();
     const auto after = mallinfo2();
     TriangleMesh mesh = TriangleMesh::make(std::span<const double>(grid.positions), grid.indices).value();
-    return {control, std::move(grid), std::move(shape), after.uordblks - before.uordblks, TriangleTree(std::move(mesh))};
+    return {control, std::move(grid), std::move(shape), after.uordblks - before.uordblks,
+            TriangleTree(std::move(mesh))};
 }
 
 /// All control points move: stretched and sheared, a little more in each frame.
 Affine3d deformation(std::size_t frame) {
     Affine3d m = Affine3d::Identity();
     const double phase = 0.3 * static_cast<double>(frame);
-    m.linear() << 1 + 0.1 * std::sin(phase), 0.1 * std::cos(phase), 0, 0, 1 - 0.1 * std::cos(phase), 0.05, 0.05 * std::sin(phase), 0, 1;
+    m.linear() << 1 + 0.1 * std::sin(phase), 0.1 * std::cos(phase), 0, 0, 1 - 0.1 * std::cos(phase), 0.05,
+        0.05 * std::sin(phase), 0, 1;
     return m;
 }
 
-Summary inKibibytes(std::size_t bytes) { return {static_cast<double>(bytes) / 1024, static_cast<double>(bytes) / 1024, static_cast<double>(bytes) / 1024}; }
+Summary inKibibytes(std::size_t bytes) {
+    return {static_cast<double>(bytes) / 1024, static_cast<double>(bytes) / 1024, static_cast<double>(bytes) / 1024};
+}
 
-void measure(const std::string& nameA, const std::string& nameB, const ControlMesh& controlA, const ControlMesh& controlB, std::size_t count, int passes,
-             CollisionTable& table) {
+void measure(const std::string& nameA, const std::string& nameB, const ControlMesh& controlA,
+             const ControlMesh& controlB, std::size_t count, int passes, CollisionTable& table) {
     Body a = bodyOf(controlA), b = bodyOf(controlB);
-    const std::string title = fmt::format("{} x {}: {} x {} faces, {} x {} triangles (off by {:.2g}, {:.2g})", nameA, nameB, a.shape.faceCount(), b.shape.faceCount(),
-                                          a.tree.mesh().faceCount(), b.tree.mesh().faceCount(), a.grid.error, b.grid.error);
+    const std::string title = fmt::format("{} x {}: {} x {} faces, {} x {} triangles (off by {:.2g}, {:.2g})", nameA,
+                                          nameB, a.shape.faceCount(), b.shape.faceCount(), a.tree.mesh().faceCount(),
+                                          b.tree.mesh().faceCount(), a.grid.error, b.grid.error);
     const std::vector<TestPose> poses = makePoses(ownOracle(a.tree, b.tree), count, 7);
     FreeformPair pair(a.shape, b.shape);
     std::vector<Touch> touches(count), treeTouches(count);
     std::vector<FreeformDistance> distances(count);
     std::vector<double> treeDistances(count);
     std::size_t most = 0;
-    const auto rigid = raceInTurns(count, passes,
-                                   {[&](std::size_t i) {
-                                        QueryWork work;
-                                        touches[i] = pair.touch(poses[i].a_T_b.matrix(), kTolerance, work).touch;
-                                        most = std::max(most, pair.memoryBytes());
-                                    },
-                                    [&](std::size_t i) {
-                                        QueryWork work;
-                                        treeTouches[i] =
-                                            firstTouching(a.tree, b.tree, poses[i].a_T_b.matrix(), work).touch;
-                                    },
-                                    [&](std::size_t i) {
-                                        QueryWork work;
-                                        distances[i] = pair.distance(poses[i].a_T_b.matrix(), work, {.tolerance = kTolerance});
-                                    },
-                                    [&](std::size_t i) {
-                                        QueryWork work;
-                                        treeDistances[i] = distanceBetween(a.tree, b.tree, poses[i].a_T_b.matrix(), work, {.tolerance = kTolerance}).distance;
-                                    }});
+    const auto rigid = raceInTurns(
+        count, passes,
+        {[&](std::size_t i) {
+             QueryWork work;
+             touches[i] = pair.touch(poses[i].a_T_b.matrix(), kTolerance, work).touch;
+             most = std::max(most, pair.memoryBytes());
+         },
+         [&](std::size_t i) {
+             QueryWork work;
+             treeTouches[i] = firstTouching(a.tree, b.tree, poses[i].a_T_b.matrix(), work).touch;
+         },
+         [&](std::size_t i) {
+             QueryWork work;
+             distances[i] = pair.distance(poses[i].a_T_b.matrix(), work, {.tolerance = kTolerance});
+         },
+         [&](std::size_t i) {
+             QueryWork work;
+             treeDistances[i] =
+                 distanceBetween(a.tree, b.tree, poses[i].a_T_b.matrix(), work, {.tolerance = kTolerance}).distance;
+         }});
     const double off = 2 * (a.grid.error + b.grid.error) + kTolerance;  // between samples it may be more
     for (std::size_t i = 0; i < count; ++i) {
         const bool apart = treeDistances[i] > 2 * off;
         if (apart == (touches[i] == Touch::kYes) && (apart || treeTouches[i] == Touch::kYes))
-            table.complain(fmt::format("{}, pose {}: we touch {}, triangles are {} apart", title, i, static_cast<int>(touches[i]), treeDistances[i]));
+            table.complain(fmt::format("{}, pose {}: we touch {}, triangles are {} apart", title, i,
+                                       static_cast<int>(touches[i]), treeDistances[i]));
         if (std::abs(distances[i].distance - treeDistances[i]) > 2 * off)
-            table.complain(fmt::format("{}, pose {}: distance {} and {}", title, i, distances[i].distance, treeDistances[i]));
+            table.complain(
+                fmt::format("{}, pose {}: distance {} and {}", title, i, distances[i].distance, treeDistances[i]));
     }
     const auto ofClass = [&](const std::vector<double>& seconds, int closeness) {
         std::vector<double> out;
@@ -164,7 +177,13 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
     };
     const std::string peer = "own tree", builds = "own tree, built";
     const auto row = [&](const std::string& what, std::size_t k, int closeness, double atMost, double aim) {
-        table.add({.pair = title, .operation = what, .peer = peer, .ours = ofClass(rigid[k], closeness), .theirs = ofClass(rigid[k + 1], closeness), .atMost = atMost, .aim = aim});
+        table.add({.pair = title,
+                   .operation = what,
+                   .peer = peer,
+                   .ours = ofClass(rigid[k], closeness),
+                   .theirs = ofClass(rigid[k + 1], closeness),
+                   .atMost = atMost,
+                   .aim = aim});
     };
     row("rigid, touch at 1e-4", 0, -1, 1.0, 0.5);
     row("rigid, distance", 2, -1, 1.0, 0.5);
@@ -172,10 +191,27 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
         row("rigid, touch, " + std::string(name(closeness)), 0, static_cast<int>(closeness), 0, 0);
         row("rigid, distance, " + std::string(name(closeness)), 2, static_cast<int>(closeness), 0, 0);
     }
-    const std::size_t trees = a.tree.memoryBytes() + b.tree.memoryBytes(), shapes = a.shape.memoryBytes() + b.shape.memoryBytes();
-    table.add({.pair = title, .operation = "memory: control points and boxes", .peer = peer, .ours = inKibibytes(shapes), .theirs = inKibibytes(trees), .unit = "KiB"});
-    table.add({.pair = title, .operation = "memory: with topology", .peer = peer, .ours = inKibibytes(a.heldBytes + b.heldBytes), .theirs = inKibibytes(trees), .unit = "KiB", .atMost = 0.02});
-    table.add({.pair = title, .operation = "memory: parts kept", .peer = peer, .ours = inKibibytes(most), .theirs = inKibibytes(trees), .unit = "KiB"});
+    const std::size_t trees = a.tree.memoryBytes() + b.tree.memoryBytes(),
+                      shapes = a.shape.memoryBytes() + b.shape.memoryBytes();
+    table.add({.pair = title,
+               .operation = "memory: control points and boxes",
+               .peer = peer,
+               .ours = inKibibytes(shapes),
+               .theirs = inKibibytes(trees),
+               .unit = "KiB"});
+    table.add({.pair = title,
+               .operation = "memory: with topology",
+               .peer = peer,
+               .ours = inKibibytes(a.heldBytes + b.heldBytes),
+               .theirs = inKibibytes(trees),
+               .unit = "KiB",
+               .atMost = 0.02});
+    table.add({.pair = title,
+               .operation = "memory: parts kept",
+               .peer = peer,
+               .ours = inKibibytes(most),
+               .theirs = inKibibytes(trees),
+               .unit = "KiB"});
 
     // Deforming: a frame is the new positions and the question.
     const std::size_t frames = std::min<std::size_t>(count, 8);
@@ -206,7 +242,8 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
                 QueryWork work;
                 ourTime[i] = std::min(ourTime[i], timer.seconds([&] {
                     oursOfFrame(i);
-                    ours[i] = distance ? pair.distance(a_T_b, work, {.tolerance = kTolerance}).distance : pair.touch(a_T_b, kTolerance, work).touch == Touch::kYes;
+                    ours[i] = distance ? pair.distance(a_T_b, work, {.tolerance = kTolerance}).distance
+                                       : pair.touch(a_T_b, kTolerance, work).touch == Touch::kYes;
                 }));
                 TriangleMesh ma = meshOfFrame(a.grid, deformation(i)), mb = meshOfFrame(b.grid, deformation(i));
                 theirTime[i] = std::min(theirTime[i], timer.seconds([&] {
@@ -214,9 +251,16 @@ void measure(const std::string& nameA, const std::string& nameB, const ControlMe
                     theirs[i] = distance ? distanceBetween(ta, tb, a_T_b, work, {.tolerance = kTolerance}).distance
                                          : firstTouching(ta, tb, a_T_b, work).touch == Touch::kYes;
                 }));
-                if (distance && std::abs(ours[i] - theirs[i]) > 3 * off) table.complain(fmt::format("{}, frame {}: distance {} and {}", title, i, ours[i], theirs[i]));
+                if (distance && std::abs(ours[i] - theirs[i]) > 3 * off)
+                    table.complain(fmt::format("{}, frame {}: distance {} and {}", title, i, ours[i], theirs[i]));
             }
-        table.add({.pair = title, .operation = distance ? "deforming, distance" : "deforming, touch at 1e-4", .peer = builds, .ours = summarise(ourTime), .theirs = summarise(theirTime), .atMost = 0.1, .aim = 0.03});
+        table.add({.pair = title,
+                   .operation = distance ? "deforming, distance" : "deforming, touch at 1e-4",
+                   .peer = builds,
+                   .ours = summarise(ourTime),
+                   .theirs = summarise(theirTime),
+                   .atMost = 0.1,
+                   .aim = 0.03});
     }
 }
 
@@ -236,18 +280,22 @@ int run(int argc, char** argv) {
         } else if (word == "--json" && i + 1 < argc) {
             json = argv[++i];
         } else {
-            fmt::print(stderr, "bench_freeform: {}: [--rows collision|tessellation] [--quick] [--count N] [--json FILE]\n", word);
+            fmt::print(stderr,
+                       "bench_freeform: {}: [--rows collision|tessellation] [--quick] [--count N] [--json FILE]\n",
+                       word);
             return 2;
         }
     }
-    if (!test::hasOpenSubdiv()) fmt::print("OpenSubdiv is missing (./deploy/set-up unpacks it): tessellations are of our own limit points\n");
+    if (!test::hasOpenSubdiv())
+        fmt::print("OpenSubdiv is missing (./deploy/set-up unpacks it): tessellations are of our own limit points\n");
     CollisionTable table;
     const std::filesystem::path data = testDataFolder();
-    const std::pair<std::string, std::filesystem::path> models[] = {{"spot", data / "meshes/spot/spot_control_mesh.obj"},
-                                                                    {"fish", data / "meshes/fish/fish_control_mesh.obj"},
-                                                                    {"penguin", data / "meshes/penguin/penguin_control_mesh.obj"},
-                                                                    {"torus", data / "subdiv/catmark_torus.obj"},
-                                                                    {"cube", data / "subdiv/catmark_cube.obj"}};
+    const std::pair<std::string, std::filesystem::path> models[] = {
+        {"spot", data / "meshes/spot/spot_control_mesh.obj"},
+        {"fish", data / "meshes/fish/fish_control_mesh.obj"},
+        {"penguin", data / "meshes/penguin/penguin_control_mesh.obj"},
+        {"torus", data / "subdiv/catmark_torus.obj"},
+        {"cube", data / "subdiv/catmark_cube.obj"}};
     for (const auto& [name, file] : models) {
         if (!rows.empty() && rows != "tessellation") break;
         if (const Expected<ControlMesh> mesh = loadControlMesh(file)) addTessellationRows(name, *mesh, passes, table);
@@ -271,4 +319,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace tessera
 
-int main(int argc, char** argv) { return tessera::run(argc, argv); }
+int main(int argc, char** argv) {
+    return tessera::run(argc, argv);
+}

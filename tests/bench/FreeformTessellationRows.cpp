@@ -1,6 +1,6 @@
-// The peer: OpenSubdiv's tables of limit stencils, and its patches after three levels of adaptive refinement, whichever is faster; both in its plain CPU
-// kernels, which give points and two tangents. Ours give points and unit normals, which are made of the tangents. Points that faces share count once on
-// either side.
+// The peer: OpenSubdiv's tables of limit stencils, and its patches after three levels of adaptive refinement, whichever
+// is faster; both in its plain CPU kernels, which give points and two tangents. Ours give points and unit normals,
+// which are made of the tangents. Points that faces share count once on either side.
 #include "tests/bench/FreeformTessellationRows.h"
 
 #ifdef TESSERA_OPENSUBDIV
@@ -34,7 +34,8 @@ namespace osd = OpenSubdiv::Osd;
 constexpr int kAdaptiveLevel = 3;
 
 std::unique_ptr<far::TopologyRefiner> refinerOf(const ControlMesh& mesh) {
-    const std::vector<int> sizes(mesh.faceSizes.begin(), mesh.faceSizes.end()), vertices(mesh.faceVertices.begin(), mesh.faceVertices.end());
+    const std::vector<int> sizes(mesh.faceSizes.begin(), mesh.faceSizes.end()),
+        vertices(mesh.faceVertices.begin(), mesh.faceVertices.end());
     far::TopologyDescriptor d;
     d.numVertices = static_cast<int>(mesh.positions.size());
     d.numFaces = static_cast<int>(sizes.size());
@@ -43,7 +44,8 @@ std::unique_ptr<far::TopologyRefiner> refinerOf(const ControlMesh& mesh) {
     OpenSubdiv::Sdc::Options options;
     options.SetVtxBoundaryInterpolation(OpenSubdiv::Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
     using Factory = far::TopologyRefinerFactory<far::TopologyDescriptor>;
-    std::unique_ptr<far::TopologyRefiner> refiner(Factory::Create(d, Factory::Options(OpenSubdiv::Sdc::SCHEME_CATMARK, options)));
+    std::unique_ptr<far::TopologyRefiner> refiner(
+        Factory::Create(d, Factory::Options(OpenSubdiv::Sdc::SCHEME_CATMARK, options)));
     refiner->RefineAdaptive(far::TopologyRefiner::AdaptiveOptions(kAdaptiveLevel));
     return refiner;
 }
@@ -77,9 +79,11 @@ public:
     }
     [[nodiscard]] std::size_t count() const { return table_ ? static_cast<std::size_t>(table_->GetNumStencils()) : 0; }
     void evaluate(const std::vector<float>& control, PeerArrays& out) const {
-        osd::CpuEvaluator::EvalStencils(control.data(), kXyz, out.points.data(), kXyz, out.du.data(), kXyz, out.dv.data(), kXyz, table_->GetSizes().data(),
-                                        table_->GetOffsets().data(), table_->GetControlIndices().data(), table_->GetWeights().data(), table_->GetDuWeights().data(),
-                                        table_->GetDvWeights().data(), 0, table_->GetNumStencils());
+        osd::CpuEvaluator::EvalStencils(control.data(), kXyz, out.points.data(), kXyz, out.du.data(), kXyz,
+                                        out.dv.data(), kXyz, table_->GetSizes().data(), table_->GetOffsets().data(),
+                                        table_->GetControlIndices().data(), table_->GetWeights().data(),
+                                        table_->GetDuWeights().data(), table_->GetDvWeights().data(), 0,
+                                        table_->GetNumStencils());
     }
 
 private:
@@ -108,10 +112,14 @@ public:
     [[nodiscard]] std::size_t count() const { return coords_.size(); }
     void evaluate(const std::vector<float>& control, PeerArrays& out) {
         std::copy(control.begin(), control.end(), refined_.begin());
-        osd::CpuEvaluator::EvalStencils(refined_.data(), kXyz, refined_.data() + 3 * controls_, kXyz, stencils_->GetSizes().data(), stencils_->GetOffsets().data(),
-                                        stencils_->GetControlIndices().data(), stencils_->GetWeights().data(), 0, stencils_->GetNumStencils());
-        osd::CpuEvaluator::EvalPatches(refined_.data(), kXyz, out.points.data(), kXyz, out.du.data(), kXyz, out.dv.data(), kXyz, static_cast<int>(coords_.size()),
-                                       coords_.data(), patches_->GetPatchArrayBuffer(), patches_->GetPatchIndexBuffer(), patches_->GetPatchParamBuffer());
+        osd::CpuEvaluator::EvalStencils(refined_.data(), kXyz, refined_.data() + 3 * controls_, kXyz,
+                                        stencils_->GetSizes().data(), stencils_->GetOffsets().data(),
+                                        stencils_->GetControlIndices().data(), stencils_->GetWeights().data(), 0,
+                                        stencils_->GetNumStencils());
+        osd::CpuEvaluator::EvalPatches(refined_.data(), kXyz, out.points.data(), kXyz, out.du.data(), kXyz,
+                                       out.dv.data(), kXyz, static_cast<int>(coords_.size()), coords_.data(),
+                                       patches_->GetPatchArrayBuffer(), patches_->GetPatchIndexBuffer(),
+                                       patches_->GetPatchParamBuffer());
     }
 
 private:
@@ -138,7 +146,9 @@ Places placesOf(const ControlMesh& mesh, const LimitTessellation& ours) {
             for (int i = 0; i <= n; ++i) {
                 const PtexPoint at{f, static_cast<double>(i) / n, static_cast<double>(j) / n};
                 const Vec3d p = evaluator.evaluate(mesh.positions, at).value().point;
-                if (!known.insert({std::lround(p.x() * 1e7), std::lround(p.y() * 1e7), std::lround(p.z() * 1e7)}).second) continue;
+                if (!known.insert({std::lround(p.x() * 1e7), std::lround(p.y() * 1e7), std::lround(p.z() * 1e7)})
+                         .second)
+                    continue;
                 out.at.push_back(at);
                 out.points.push_back(p);
             }
@@ -148,7 +158,8 @@ Places placesOf(const ControlMesh& mesh, const LimitTessellation& ours) {
 
 double farthestOff(const std::vector<Vec3d>& wanted, const std::vector<float>& got) {
     double most = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i) most = std::max(most, (Vec3d(got[3 * i], got[3 * i + 1], got[3 * i + 2]) - wanted[i]).norm());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        most = std::max(most, (Vec3d(got[3 * i], got[3 * i + 1], got[3 * i + 2]) - wanted[i]).norm());
     return most;
 }
 
@@ -159,13 +170,16 @@ void addTessellationRows(const std::string& name, const ControlMesh& mesh, int p
     for (const int level : {2, 4}) {
         const auto ours = LimitTessellation::build(mesh, level).value();
         const Places places = placesOf(mesh, *ours);
-        const std::string title = fmt::format("{}: {} control faces, {} points", name, mesh.faceSizes.size(), places.at.size());
+        const std::string title =
+            fmt::format("{}: {} control faces, {} points", name, mesh.faceSizes.size(), places.at.size());
         const PeerStencils stencils(mesh, places.at);
         PeerPatches patches(mesh, places.at);
         // Where a few points lie on both sides of a rounding they count twice.
-        if (std::abs(static_cast<double>(places.at.size()) - static_cast<double>(ours->vertexCount())) > 0.01 * static_cast<double>(ours->vertexCount()) ||
+        if (std::abs(static_cast<double>(places.at.size()) - static_cast<double>(ours->vertexCount())) >
+                0.01 * static_cast<double>(ours->vertexCount()) ||
             stencils.count() != places.at.size() || patches.count() != places.at.size()) {
-            table.complain(fmt::format("{}: {} points, {} of ours, {} stencils, {} places in patches", title, places.at.size(), ours->vertexCount(), stencils.count(), patches.count()));
+            table.complain(fmt::format("{}: {} points, {} of ours, {} stencils, {} places in patches", title,
+                                       places.at.size(), ours->vertexCount(), stencils.count(), patches.count()));
             continue;
         }
         std::vector<float> control;
@@ -175,17 +189,37 @@ void addTessellationRows(const std::string& name, const ControlMesh& mesh, int p
         PeerArrays byStencils(places.at.size()), byPatches(places.at.size());
         const std::vector<std::uint32_t> one{0};
         constexpr std::size_t kFrames = 8;
-        const auto taken = raceInTurns(kFrames, passes, {[&](std::size_t) { ours->evaluate(control, positions, normals); },
-                                                         [&](std::size_t) { stencils.evaluate(control, byStencils); }, [&](std::size_t) { patches.evaluate(control, byPatches); },
-                                                         [&](std::size_t) { (void)ours->update(one, control, positions, normals); }});
+        const auto taken = raceInTurns(kFrames, passes,
+                                       {[&](std::size_t) { ours->evaluate(control, positions, normals); },
+                                        [&](std::size_t) { stencils.evaluate(control, byStencils); },
+                                        [&](std::size_t) { patches.evaluate(control, byPatches); },
+                                        [&](std::size_t) { (void)ours->update(one, control, positions, normals); }});
         for (const PeerArrays* peer : {&byStencils, &byPatches})
-            if (const double off = farthestOff(places.points, peer->points); off > 2e-3) table.complain(fmt::format("{}: OpenSubdiv's points are off by {}", title, off));
+            if (const double off = farthestOff(places.points, peer->points); off > 2e-3)
+                table.complain(fmt::format("{}: OpenSubdiv's points are off by {}", title, off));
         std::array<Summary, 4> each;
         for (std::size_t c = 0; c < 4; ++c) each[c] = summarise(taken[c]);
         const bool byTable = each[1].mean < each[2].mean;
-        table.add({.pair = title, .operation = "points and tangents of a frame", .peer = byTable ? "OpenSubdiv, stencils" : "OpenSubdiv, patches", .ours = each[0], .theirs = each[byTable ? 1 : 2], .atMost = 1.0, .aim = 0.5, .remark = {}});
-        table.add({.pair = title, .operation = "points and tangents of a frame", .peer = byTable ? "OpenSubdiv, patches" : "OpenSubdiv, stencils", .ours = each[0], .theirs = each[byTable ? 2 : 1], .remark = {}});
-        table.add({.pair = title, .operation = "one control point moved", .peer = "OpenSubdiv, all points", .ours = each[3], .theirs = each[byTable ? 1 : 2], .remark = {}});
+        table.add({.pair = title,
+                   .operation = "points and tangents of a frame",
+                   .peer = byTable ? "OpenSubdiv, stencils" : "OpenSubdiv, patches",
+                   .ours = each[0],
+                   .theirs = each[byTable ? 1 : 2],
+                   .atMost = 1.0,
+                   .aim = 0.5,
+                   .remark = {}});
+        table.add({.pair = title,
+                   .operation = "points and tangents of a frame",
+                   .peer = byTable ? "OpenSubdiv, patches" : "OpenSubdiv, stencils",
+                   .ours = each[0],
+                   .theirs = each[byTable ? 2 : 1],
+                   .remark = {}});
+        table.add({.pair = title,
+                   .operation = "one control point moved",
+                   .peer = "OpenSubdiv, all points",
+                   .ours = each[3],
+                   .theirs = each[byTable ? 1 : 2],
+                   .remark = {}});
     }
 }
 #else

@@ -1,4 +1,5 @@
-/// Rows of `bench_freeform`: what the picture's points cost in a frame beside OpenSubdiv's CPU evaluation of the same points.
+/// Rows of `bench_freeform`: what the picture's points cost in a frame beside OpenSubdiv's CPU evaluation of the same
+/// points.
 #pragma once
 
 #include <string>

@@ -129,7 +129,8 @@ Row measure(std::uint64_t nodes, int frames) {
     const auto moved = [&](std::size_t count, int i) {
         ChangeListBuilder builder;
         for (std::size_t t = 0; t < count; ++t)
-            builder.set(transforms[t], typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(0.1 * i, 3, 0)));
+            builder.set(transforms[t], typeOf<Transform>(), fieldId<&Transform::translation>,
+                        toValue(Vec3d(0.1 * i, 3, 0)));
         std::vector<Edit> edits;
         edits.push_back({.ticket = 1, .list = builder.take()});
         return edits;

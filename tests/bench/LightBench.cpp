@@ -1,5 +1,5 @@
-/// What light costs: processor time per pixel of a lit hall of 1920×1080 in one tile, with more and more lights. Run it in
-/// turns with another build's to compare the two. `--rounds N`, `--samples 1|4`.
+/// What light costs: processor time per pixel of a lit hall of 1920×1080 in one tile, with more and more lights. Run it
+/// in turns with another build's to compare the two. `--rounds N`, `--samples 1|4`.
 #include <fmt/format.h>
 #include <time.h>
 

@@ -1,9 +1,10 @@
 /// What a wall's frames take while a large scene is loaded at run time, taken back and brought again: a server in this
-/// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks. And while others ask
-/// for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away; many parts are moved and
-/// undone; the view is set back; much is copied; an application sends large arrays.
+/// process, four render hosts that do not draw (`tessera-client --surface none`), an application that asks. And while
+/// others ask for much: a host says a wrong hash in each frame, and is started again whenever it has been sent away;
+/// many parts are moved and undone; the view is set back; much is copied; an application sends large arrays.
 ///
-///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,questions,uploads,edits] [--wide] [--quick]
+///     bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,questions,uploads,edits] [--wide]
+///     [--quick]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -91,7 +92,8 @@ void loadRows(SceneTable& table, const std::string& file, std::uint64_t nodes, d
     if (!v.trouble.empty()) table.complain(v.trouble);
     if (v.over == Instant()) return;
 
-    // It appears with the last frames before it is answered; a frame in between, and the one that the answer came after.
+    // It appears with the last frames before it is answered; a frame in between, and the one that the answer came
+    // after.
     const auto appearing = [&](Instant answered) {
         const auto end = std::ranges::upper_bound(released, answered);
         const auto frames = static_cast<std::ptrdiff_t>(nodes / LoadPartLimits().seen + 3);
@@ -114,30 +116,45 @@ void loadRows(SceneTable& table, const std::string& file, std::uint64_t nodes, d
         return fmt::format("frame thread {:.1f} ms at most", most);
     };
     const auto seconds = [](Duration span) { return std::chrono::duration<double>(span).count(); };
-    const auto frames = [](const FrameSpan& span) { return fmt::format("{} frames, median {:.2f}", span.ms.size(), span.median().value); };
+    const auto frames = [](const FrameSpan& span) {
+        return fmt::format("{} frames, median {:.2f}", span.ms.size(), span.median().value);
+    };
     const auto worst = [&](const std::string& what, const FrameSpan& span, const std::string& remark) {
-        table.add({.operation = how + ": " + what,
-                   .peer = "50 ms above the median before",
-                   .ours = {span.worst - median, 0, span.ms.size()},
-                   .theirs = {50, 0, 1},
-                   .unit = "ms",
-                   .atMost = 1,
-                   .remark = span.standstills == 0 ? remark
-                                                   : fmt::format("{}; without {} frames (up to {:.0f} ms) in which the machine stood still",
-                                                                 remark, span.standstills, span.worstStandstill)});
+        table.add(
+            {.operation = how + ": " + what,
+             .peer = "50 ms above the median before",
+             .ours = {span.worst - median, 0, span.ms.size()},
+             .theirs = {50, 0, 1},
+             .unit = "ms",
+             .atMost = 1,
+             .remark = span.standstills == 0
+                           ? remark
+                           : fmt::format("{}; without {} frames (up to {:.0f} ms) in which the machine stood still",
+                                         remark, span.standstills, span.worstStandstill)});
     };
     const auto alone = [&](const std::string& what, double ms, const std::string& remark = "") {
-        table.add({.operation = how + ": " + what, .peer = "", .ours = {ms, 0, 1}, .theirs = {}, .unit = "ms", .remark = remark});
+        table.add({.operation = how + ": " + what,
+                   .peer = "",
+                   .ours = {ms, 0, 1},
+                   .theirs = {},
+                   .unit = "ms",
+                   .remark = remark});
     };
     alone("a frame before", median, fmt::format("worst {:.1f}", before.worst));
-    worst("the worst while it is loaded", during, fmt::format("{}; {:.1f} s until all is seen", frames(during), seconds(v.shown - v.ordered)));
-    worst("the worst while it appears", showing, fmt::format("{}; {}", frames(showing), worked(appearing(v.shown), v.shown + kTail)));
+    worst("the worst while it is loaded", during,
+          fmt::format("{}; {:.1f} s until all is seen", frames(during), seconds(v.shown - v.ordered)));
+    worst("the worst while it appears", showing,
+          fmt::format("{}; {}", frames(showing), worked(appearing(v.shown), v.shown + kTail)));
     alone("a frame after", after.median().value, fmt::format("worst {:.1f}", after.worst));
     worst("the worst while undo hides it", hiding,
-          fmt::format("{}; {:.1f} s; {}", frames(hiding), seconds(v.undone - v.undoing), worked(v.undoing, v.undone + kTail)));
-    worst("the worst while undo takes it away", undoing, fmt::format("{}; {:.1f} s", frames(undoing), seconds(v.gone - v.undone)));
-    worst("the worst while redo brings it again", redoing, fmt::format("{}; {:.1f} s until all is seen", frames(redoing), seconds(v.back - v.redoing)));
-    worst("the worst while it appears again", bringing, fmt::format("{}; {}", frames(bringing), worked(appearing(v.back), v.back + kTail)));
+          fmt::format("{}; {:.1f} s; {}", frames(hiding), seconds(v.undone - v.undoing),
+                      worked(v.undoing, v.undone + kTail)));
+    worst("the worst while undo takes it away", undoing,
+          fmt::format("{}; {:.1f} s", frames(undoing), seconds(v.gone - v.undone)));
+    worst("the worst while redo brings it again", redoing,
+          fmt::format("{}; {:.1f} s until all is seen", frames(redoing), seconds(v.back - v.redoing)));
+    worst("the worst while it appears again", bringing,
+          fmt::format("{}; {}", frames(bringing), worked(appearing(v.back), v.back + kTail)));
 
     Wall4 other({file}, folder, rateHz);
     const auto second = other.connect();
@@ -176,7 +193,10 @@ int bench(const std::vector<std::string>& arguments) {
         } else if (i + 1 < arguments.size() && arguments[i] == "--nodes") {
             nodes = std::strtoull(arguments[++i].c_str(), nullptr, 10);
         } else {
-            std::fputs("usage: bench_load [--json FILE] [--nodes N] [--rows load,lies,undo,reset,copies,questions,uploads,edits] [--wide] [--quick]\n", stderr);
+            std::fputs(
+                "usage: bench_load [--json FILE] [--nodes N] [--rows "
+                "load,lies,undo,reset,copies,questions,uploads,edits] [--wide] [--quick]\n",
+                stderr);
             return 2;
         }
     }
@@ -188,7 +208,8 @@ int bench(const std::vector<std::string>& arguments) {
     if (rows != "uploads" && rows != "edits") {
         writeForest(file, nodes, wide);
         table.begin(fmt::format("loading {} nodes at run time ({:.1f} MB{}), four hosts that do not draw", nodes,
-                                static_cast<double>(std::filesystem::file_size(file)) * 1e-6, wide ? ", half of them below one node" : ""));
+                                static_cast<double>(std::filesystem::file_size(file)) * 1e-6,
+                                wide ? ", half of them below one node" : ""));
         if (isWanted(rows, "load")) {
             loadRows(table, file, nodes, 60, quick);
             loadRows(table, file, nodes, 0, quick);

@@ -47,7 +47,8 @@ Kept inData(std::size_t bytes) {
     edits.create(node, typeOf<Node>());
     setField<&Node::core>(edits, node, data);
     edits.place(node, kRootNode);
-    return {fmt::format("{} KiB of an application's data", bytes >> 10), bytes, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, edits.take()};
+    return {fmt::format("{} KiB of an application's data", bytes >> 10), bytes, typeOf<ApplicationData>(),
+            fieldId<&ApplicationData::data>, edits.take()};
 }
 
 /// Places of a mesh of 8.7 million vertices; a small part of them has faces.
@@ -64,7 +65,8 @@ Kept inMesh() {
     edits.create(node, typeOf<Node>());
     setField<&Node::core>(edits, node, mesh);
     edits.place(node, kRootNode);
-    return {"100 MiB of places of a mesh", kArrayBytes, typeOf<Geometry>(), fieldId<&Geometry::positions>, edits.take()};
+    return {"100 MiB of places of a mesh", kArrayBytes, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+            edits.take()};
 }
 
 void editRow(SceneTable& table, const Kept& kept, bool quick) {
@@ -84,7 +86,8 @@ void editRow(SceneTable& table, const Kept& kept, bool quick) {
     const auto edit = [&] {
         ChangeListBuilder list;
         numbers.front() = static_cast<float>(random() % 1000) * 1e-3F;
-        list.setRange(holder, kept.type, kept.field, random() % (kept.bytes / 4 - numbers.size()) * 4, Blob::of(std::span<const float>(numbers)));
+        list.setRange(holder, kept.type, kept.field, random() % (kept.bytes / 4 - numbers.size()) * 4,
+                      Blob::of(std::span<const float>(numbers)));
         if (const auto done = application->propose(list.take()); !done) table.complain(done.error().message);
     };
     for (int i = 0; i < 5; ++i) edit();
@@ -107,20 +110,32 @@ void editRow(SceneTable& table, const Kept& kept, bool quick) {
     const std::vector<double>& worked = wall.worked();
     // How many frames there were, and what the frame thread did in them.
     const auto framesOf = [&](Instant from, Instant to) {
-        const auto first_ = std::ranges::lower_bound(released, from) - released.begin(), end = std::ranges::lower_bound(released, to) - released.begin();
-        return std::pair(static_cast<double>(end - first_), worked[static_cast<std::size_t>(end) - 1] - worked[static_cast<std::size_t>(first_)]);
+        const auto first_ = std::ranges::lower_bound(released, from) - released.begin(),
+                   end = std::ranges::lower_bound(released, to) - released.begin();
+        return std::pair(static_cast<double>(end - first_),
+                         worked[static_cast<std::size_t>(end) - 1] - worked[static_cast<std::size_t>(first_)]);
     };
     const auto [frames, still] = framesOf(first.at, idle.at);
     const auto [busyFrames, busy] = framesOf(idle.at, edited.at);
     // Frames go on whether anything is edited or not: what the edits cost beside them.
-    const auto perEdit = [&, frames = frames, busyFrames = busyFrames](double without, double with) { return (with - without / frames * busyFrames) / static_cast<double>(edits); };
+    const auto perEdit = [&, frames = frames, busyFrames = busyFrames](double without, double with) {
+        return (with - without / frames * busyFrames) / static_cast<double>(edits);
+    };
     const double ours = perEdit(still, busy);
     const double all = perEdit(idle.process - first.process, edited.process - idle.process);
     double host = 0;
-    for (std::size_t i = 0; i < edited.hosts.size(); ++i) host = std::max(host, perEdit(idle.hosts[i] - first.hosts[i], edited.hosts[i] - idle.hosts[i]));
-    table.begin(fmt::format("edits of {} bytes in {}: processor time of one, above that of the frame", kEditBytes, kept.name));
+    for (std::size_t i = 0; i < edited.hosts.size(); ++i)
+        host = std::max(host, perEdit(idle.hosts[i] - first.hosts[i], edited.hosts[i] - idle.hosts[i]));
+    table.begin(
+        fmt::format("edits of {} bytes in {}: processor time of one, above that of the frame", kEditBytes, kept.name));
     const auto add = [&](const char* thread, double ms, double atMost) {
-        table.add({.operation = thread, .peer = "0.1 ms", .ours = {ms, 0, edits}, .theirs = {0.1, 0, 1}, .unit = "ms", .atMost = atMost, .remark = ""});
+        table.add({.operation = thread,
+                   .peer = "0.1 ms",
+                   .ours = {ms, 0, edits},
+                   .theirs = {0.1, 0, 1},
+                   .unit = "ms",
+                   .atMost = atMost,
+                   .remark = ""});
     };
     add("the frame thread", ours, 1);
     add("the server's other threads, and the application's", all - ours, 0);

@@ -46,7 +46,8 @@ struct LastHostSpan {
 /// Frames of a wall that has shown so many, for so long.
 LastHostSpan framesOf(const std::string& file, LastHost last, Duration length) {
     constexpr std::uint64_t kBegin = 300;  // everybody is there and at work by then
-    const bool lies = last == LastHost::kLies || last == LastHost::kLiesAgain, again = last == LastHost::kLiesAgain || last == LastHost::kKilledAgain;
+    const bool lies = last == LastHost::kLies || last == LastHost::kLiesAgain,
+               again = last == LastHost::kLiesAgain || last == LastHost::kKilledAgain;
     StandstillWatch watch;
     Wall4 wall({file}, std::filesystem::path(file).parent_path(), 60,
                lies ? std::vector<std::string>{"--inject", fmt::format("lie@{}", kBegin)} : std::vector<std::string>());
@@ -89,10 +90,12 @@ void lyingRows(SceneTable& table, const std::string& file, bool quick) {
                    .theirs = medianOf(peerP99),
                    .unit = "ms",
                    .atMost = 1.2,
-                   .remark = fmt::format("worst {:.1f}, {:.1f} ms; started again {}, {} times", worst, peerWorst, started, peerStarted)});
+                   .remark = fmt::format("worst {:.1f}, {:.1f} ms; started again {}, {} times", worst, peerWorst,
+                                         started, peerStarted)});
     };
     row(LastHost::kLies, LastHost::kDraws, "a host lies in each", "while none does");
-    row(LastHost::kLiesAgain, LastHost::kKilledAgain, "one lies, and is started again each time", "one killed as soon as it draws");
+    row(LastHost::kLiesAgain, LastHost::kKilledAgain, "one lies, and is started again each time",
+        "one killed as soon as it draws");
 }
 
 /// Makes a scene file by hand.
@@ -135,7 +138,8 @@ private:
 };
 
 /// The frames of a wall with that scene at 60 Hz while `course` is at work; nothing where something failed.
-std::optional<FrameSpan> framesWhile(SceneTable& table, const std::string& file, const std::function<bool(Application&, const Wall4&)>& course) {
+std::optional<FrameSpan> framesWhile(SceneTable& table, const std::string& file,
+                                     const std::function<bool(Application&, const Wall4&)>& course) {
     StandstillWatch watch;
     Wall4 wall({file}, std::filesystem::path(file).parent_path(), 60);
     const auto application = wall.connect();
@@ -156,21 +160,26 @@ std::optional<FrameSpan> framesWhile(SceneTable& table, const std::string& file,
     return good ? std::optional(span) : std::nullopt;
 }
 
-void addWorst(SceneTable& table, const std::string& what, const std::optional<FrameSpan>& span, double limit, const std::string& remark = "") {
+void addWorst(SceneTable& table, const std::string& what, const std::optional<FrameSpan>& span, double limit,
+              const std::string& remark = "") {
     if (!span) return;
-    table.add({.operation = "60 Hz: the worst frame while " + what,
-               .peer = fmt::format("{:.0f} ms above the median", limit),
-               .ours = {span->worst - span->median().value, 0, span->ms.size()},
-               .theirs = {limit, 0, 1},
-               .unit = "ms",
-               .atMost = 1,
-               .remark = fmt::format("median {:.2f}, p99 {:.1f}{}; the frame thread's processor time: median {:.2f}, p99 {:.2f}, worst {:.2f}; {} frames left out in which the machine "
-                                     "stood still (up to {:.0f} ms)",
-                                     span->median().value, quantile(span->ms, 0.99), remark, medianOf(span->workMs).value, quantile(span->workMs, 0.99),
-                                     span->workMs.empty() ? 0 : std::ranges::max(span->workMs), span->standstills, span->worstStandstill)});
+    table.add(
+        {.operation = "60 Hz: the worst frame while " + what,
+         .peer = fmt::format("{:.0f} ms above the median", limit),
+         .ours = {span->worst - span->median().value, 0, span->ms.size()},
+         .theirs = {limit, 0, 1},
+         .unit = "ms",
+         .atMost = 1,
+         .remark = fmt::format("median {:.2f}, p99 {:.1f}{}; the frame thread's processor time: median {:.2f}, p99 "
+                               "{:.2f}, worst {:.2f}; {} frames left out in which the machine "
+                               "stood still (up to {:.0f} ms)",
+                               span->median().value, quantile(span->ms, 0.99), remark, medianOf(span->workMs).value,
+                               quantile(span->workMs, 0.99), span->workMs.empty() ? 0 : std::ranges::max(span->workMs),
+                               span->standstills, span->worstStandstill)});
 }
 
-/// Processor time of the frames in which a Transform is put elsewhere, that is undone and done again; whatever else runs here.
+/// Processor time of the frames in which a Transform is put elsewhere, that is undone and done again; whatever else
+/// runs here.
 std::vector<double> stepsOfUndo(const Aspect& scene, ObjectId transform, int times) {
     const auto processorMs = [] {
         timespec now{};
@@ -180,7 +189,9 @@ std::vector<double> stepsOfUndo(const Aspect& scene, ObjectId transform, int tim
     Simulation simulation;
     ChangeList all = snapshot(scene);
     all.nextFreeId = 0;
-    replaceIds(all, [](ObjectId id) { return id.value > kRootNode.value ? ObjectId(kFirstPlaceholder + id.value - kRootNode.value - 1) : id; });
+    replaceIds(all, [](ObjectId id) {
+        return id.value > kRootNode.value ? ObjectId(kFirstPlaceholder + id.value - kRootNode.value - 1) : id;
+    });
     if (!simulation.load({std::move(all)})) std::abort();
     (void)simulation.step(true, {});
     std::vector<double> ms;
@@ -199,7 +210,8 @@ std::vector<double> stepsOfUndo(const Aspect& scene, ObjectId transform, int tim
     return ms;
 }
 
-/// Many parts below one Transform, with an interest, among some that stand; another application moves something all the time.
+/// Many parts below one Transform, with an interest, among some that stand; another application moves something all the
+/// time.
 void undoRows(SceneTable& table, const std::string& folder, bool quick) {
     constexpr int kParts = 10'000;
     FileMaker make;
@@ -228,7 +240,10 @@ void undoRows(SceneTable& table, const std::string& folder, bool quick) {
             std::thread others([&] {
                 const auto other = wall.connect();
                 for (int i = 0; other && !stop; ++i) {
-                    if (edits) good = good && other->moveNode("/other", {.translation = Vec3d(-50, 0.01 * (i % 100 + 1), 0)}).has_value();
+                    if (edits)
+                        good =
+                            good &&
+                            other->moveNode("/other", {.translation = Vec3d(-50, 0.01 * (i % 100 + 1), 0)}).has_value();
                     std::this_thread::sleep_for(5ms);
                 }
             });
@@ -241,7 +256,8 @@ void undoRows(SceneTable& table, const std::string& folder, bool quick) {
                 if (dragged) continue;
                 std::this_thread::sleep_for(50ms);
                 edits = false;  // its steps lie above, and go first
-                for (auto now = application.status(); good && now && now->undoDepth > before->undoDepth; now = application.status())
+                for (auto now = application.status(); good && now && now->undoDepth > before->undoDepth;
+                     now = application.status())
                     good = good && application.undo().has_value();
                 edits = true;
             }
@@ -250,8 +266,10 @@ void undoRows(SceneTable& table, const std::string& folder, bool quick) {
             return good.load();
         };
     };
-    addWorst(table, "10,000 parts are moved and undone, and somebody else edits", framesWhile(table, folder + "/carried.tsc", course(false)), 20);
-    addWorst(table, "10,000 parts are dragged, and somebody else edits", framesWhile(table, folder + "/carried.tsc", course(true)), 20);
+    addWorst(table, "10,000 parts are moved and undone, and somebody else edits",
+             framesWhile(table, folder + "/carried.tsc", course(false)), 20);
+    addWorst(table, "10,000 parts are dragged, and somebody else edits",
+             framesWhile(table, folder + "/carried.tsc", course(true)), 20);
 }
 
 /// One animation of many keys moves many boxes.
@@ -275,7 +293,8 @@ void resetRows(SceneTable& table, const std::string& folder, bool quick) {
     int asked = 0;
     const auto span = framesWhile(table, folder + "/animated.tsc", [&](Application& application, const Wall4&) {
         bool good = true;
-        for (const Instant until = Clock::now() + (quick ? 3s : 10s); Clock::now() < until; ++asked) good = good && application.setView({.reset = true}).has_value();
+        for (const Instant until = Clock::now() + (quick ? 3s : 10s); Clock::now() < until; ++asked)
+            good = good && application.setView({.reset = true}).has_value();
         return good;
     });
     addWorst(table, "`view --reset` is asked without a pause", span, 2, fmt::format("; asked {} times", asked));
@@ -286,13 +305,16 @@ void copyRows(SceneTable& table, const std::string& folder, bool quick) {
     const auto span = framesWhile(table, folder + "/copied.tsc", [&](Application& application, const Wall4&) {
         const Expected<ObjectInfo> node = application.describeNode("/forest");
         bool good = node.has_value();
-        for (int i = 0; good && i < (quick ? 3 : 20); ++i) good = application.cloneNode({.node = node->id, .name = fmt::format("copy {}", i), .deep = true}).has_value();
+        for (int i = 0; good && i < (quick ? 3 : 20); ++i)
+            good =
+                application.cloneNode({.node = node->id, .name = fmt::format("copy {}", i), .deep = true}).has_value();
         return good;
     });
     addWorst(table, "40,000 nodes are copied deep, again and again", span, 50);
 }
 
-/// Whoever only looks: names among very many siblings, and what is nearest on a ray through geometry that nobody has asked about.
+/// Whoever only looks: names among very many siblings, and what is nearest on a ray through geometry that nobody has
+/// asked about.
 void questionRows(SceneTable& table, const std::string& folder, bool quick) {
     constexpr int kSiblings = 300'000;
     FileMaker make;
@@ -305,10 +327,12 @@ void questionRows(SceneTable& table, const std::string& folder, bool quick) {
         std::vector<std::string> paths;
         for (int i = 0; i < 256; ++i) paths.push_back(fmt::format("/hall/n{}", kSiblings - 1 - 37 * i));
         bool good = true;
-        for (const Instant until = Clock::now() + length; good && Clock::now() < until; ++asked) good = application.describe(paths).has_value();
+        for (const Instant until = Clock::now() + length; good && Clock::now() < until; ++asked)
+            good = application.describe(paths).has_value();
         return good;
     });
-    addWorst(table, fmt::format("256 paths among {} siblings are asked for without a pause", kSiblings), names, 20, fmt::format("; asked {} times", asked));
+    addWorst(table, fmt::format("256 paths among {} siblings are asked for without a pause", kSiblings), names, 20,
+             fmt::format("; asked {} times", asked));
 
     constexpr int kSide = 500, kWalls = 4;
     FileMaker walls;
@@ -320,7 +344,8 @@ void questionRows(SceneTable& table, const std::string& folder, bool quick) {
                 for (const int v : {x, y, wall}) places.push_back(static_cast<float>(v));
                 const auto at = static_cast<std::uint32_t>(y * (kSide + 1) + x);
                 if (x < kSide && y < kSide)
-                    for (const std::uint32_t c : {0u, 1u, kSide + 1u, 1u, kSide + 2u, kSide + 1u}) corners.push_back(at + c);
+                    for (const std::uint32_t c : {0u, 1u, kSide + 1u, 1u, kSide + 2u, kSide + 1u})
+                        corners.push_back(at + c);
             }
         const ObjectId shape = walls.create<Geometry>();
         setField<&Geometry::positions>(walls.list, shape, Blob::of(std::span<const float>(places)));
@@ -336,7 +361,8 @@ void questionRows(SceneTable& table, const std::string& folder, bool quick) {
         }
         return good;
     });
-    addWorst(table, fmt::format("{} meshes of {} triangles are picked for the first time", kWalls, 2 * kSide * kSide), picks, 20);
+    addWorst(table, fmt::format("{} meshes of {} triangles are picked for the first time", kWalls, 2 * kSide * kSide),
+             picks, 20);
 }
 
 }  // namespace

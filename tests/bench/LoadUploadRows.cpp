@@ -61,11 +61,12 @@ private:
     std::vector<std::thread> loops_;
 };
 
-/// An application sends arrays of 256 MiB, one after the other, for so many frames: first such as are refused in the end, so that only
-/// their coming costs anything; then such as all hosts fetch.
+/// An application sends arrays of 256 MiB, one after the other, for so many frames: first such as are refused in the
+/// end, so that only their coming costs anything; then such as all hosts fetch.
 void uploadRows(SceneTable& table, bool quick) {
     const std::size_t frames = quick ? 120 : 600;
-    const auto span = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(static_cast<double>(frames) / 60));
+    const auto span =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(static_cast<double>(frames) / 60));
     StandstillWatch watch;
     Wall4 wall({}, "/nowhere", 60);
     const auto application = wall.connect();
@@ -86,13 +87,14 @@ void uploadRows(SceneTable& table, bool quick) {
         const Instant from = Clock::now();
         std::size_t sent = 0;
         while (Clock::now() < from + span) {
-            // Where they are taken another one each time: what the server has is not sent again. What it refused is, and hosts have it after the
-            // first time.
+            // Where they are taken another one each time: what the server has is not sent again. What it refused is,
+            // and hosts have it after the first time.
             Blob& array = arrays[sent % arrays.size()];
             if (sound)
                 if (const auto changed = array.withRange(0, std::as_bytes(std::span(&++changes, 1)))) array = *changed;
             const auto answer = application->propose(keeping(array, sound));
-            if (answer.has_value() != sound) table.complain(answer ? "what is not sound is taken" : answer.error().message);
+            if (answer.has_value() != sound)
+                table.complain(answer ? "what is not sound is taken" : answer.error().message);
             if (sound && answer) {
                 std::vector<ObjectId> node;
                 for (const auto& [placeholder, id] : answer->ids)
@@ -117,7 +119,8 @@ void uploadRows(SceneTable& table, bool quick) {
     const Instant fetchedAll = Clock::now();
     const std::vector<Instant> released = wall.finish();
     const std::vector<StandstillWatch::Standstill> still = watch.take();
-    const FrameSpan before = spanOf(released, still, begun, idle), beside = spanOf(released, still, idle, busy), during = spanOf(released, still, coming, cameAll),
+    const FrameSpan before = spanOf(released, still, begun, idle), beside = spanOf(released, still, idle, busy),
+                    during = spanOf(released, still, coming, cameAll),
                     shared = spanOf(released, still, fetching, fetchedAll);
     // Whatever else this machine does: how long the frame thread itself works in a frame.
     const auto workOf = [&](Instant from, Instant to) {
@@ -126,28 +129,36 @@ void uploadRows(SceneTable& table, bool quick) {
             if (from <= released[i - 1] && released[i] < to) ms.push_back(wall.worked()[i] - wall.worked()[i - 1]);
         return ms;
     };
-    const std::vector<double> idling = workOf(begun, idle), taking = workOf(coming, cameAll), sharing = workOf(fetching, fetchedAll);
+    const std::vector<double> idling = workOf(begun, idle), taking = workOf(coming, cameAll),
+                              sharing = workOf(fetching, fetchedAll);
     const double quiet = percentile99(before.ms);
     const auto words = [&](const FrameSpan& of, std::size_t arrays_) {
-        return fmt::format("p99 {:.2f}, before {:.2f}; {} frames, median {:.2f}, worst {:.1f}; {} arrays; without {} frames in which the machine stood still",
-                           percentile99(of.ms), quiet, of.ms.size(), of.median().value, of.worst, arrays_, of.standstills);
+        return fmt::format(
+            "p99 {:.2f}, before {:.2f}; {} frames, median {:.2f}, worst {:.1f}; {} arrays; without {} frames in which "
+            "the machine stood still",
+            percentile99(of.ms), quiet, of.ms.size(), of.median().value, of.worst, arrays_, of.standstills);
     };
     table.begin("arrays of 256 MiB that an application sends, one after the other, 60 Hz, four hosts that do not draw");
-    table.add({.operation = "p99 of the frame thread's processor time in a frame while they come, above that before",
-               .peer = "2 ms",
-               .ours = {percentile99(taking) - percentile99(idling), 0, taking.size()},
-               .theirs = {2, 0, 1},
-               .unit = "ms",
-               .atMost = 1,
-               .remark = fmt::format("p99 {:.2f}, before {:.2f}; worst {:.2f}, before {:.2f}; while hosts fetch them p99 {:.2f}, worst {:.2f}", percentile99(taking),
-                                     percentile99(idling), taking.empty() ? 0 : std::ranges::max(taking), idling.empty() ? 0 : std::ranges::max(idling), percentile99(sharing),
-                                     sharing.empty() ? 0 : std::ranges::max(sharing))});
-    table.add({.operation = "p99 of frames beside a loop of the lowest priority on each core, above the p99 before: as much as this machine can show",
+    table.add(
+        {.operation = "p99 of the frame thread's processor time in a frame while they come, above that before",
+         .peer = "2 ms",
+         .ours = {percentile99(taking) - percentile99(idling), 0, taking.size()},
+         .theirs = {2, 0, 1},
+         .unit = "ms",
+         .atMost = 1,
+         .remark = fmt::format(
+             "p99 {:.2f}, before {:.2f}; worst {:.2f}, before {:.2f}; while hosts fetch them p99 {:.2f}, worst {:.2f}",
+             percentile99(taking), percentile99(idling), taking.empty() ? 0 : std::ranges::max(taking),
+             idling.empty() ? 0 : std::ranges::max(idling), percentile99(sharing),
+             sharing.empty() ? 0 : std::ranges::max(sharing))});
+    table.add({.operation = "p99 of frames beside a loop of the lowest priority on each core, above the p99 before: as "
+                            "much as this machine can show",
                .peer = "",
                .ours = {percentile99(beside.ms) - quiet, 0, beside.ms.size()},
                .theirs = {},
                .unit = "ms",
-               .remark = fmt::format("p99 {:.2f}; {} frames, median {:.2f}, worst {:.1f}", percentile99(beside.ms), beside.ms.size(), beside.median().value, beside.worst)});
+               .remark = fmt::format("p99 {:.2f}; {} frames, median {:.2f}, worst {:.1f}", percentile99(beside.ms),
+                                     beside.ms.size(), beside.median().value, beside.worst)});
     table.add({.operation = "p99 of frames while they come, above the p99 before",
                .peer = "2 ms",
                .ours = {percentile99(during.ms) - quiet, 0, during.ms.size()},

@@ -1,9 +1,9 @@
 #include "tests/bench/LoadWall.h"
 
-#include <ctime>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 
 #include <fmt/format.h>
 
@@ -61,13 +61,16 @@ namespace {
 /// Something moves in every frame, so that every frame has a list.
 constexpr const char* kMover =
     "node { name: \"mover\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n"
-    "node { motion { target: \"mover\" mode: PING_PONG key { time: 0 } key { time: 1 transform { translation { x: 1 } } } } }\n";
+    "node { motion { target: \"mover\" mode: PING_PONG key { time: 0 } key { time: 1 transform { translation { x: 1 } "
+    "} } } }\n";
 
 }  // namespace
 
-Wall4::Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz, std::vector<std::string> lastHost)
+Wall4::Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz,
+             std::vector<std::string> lastHost)
     : log_("bench_load"), lastHost_(std::move(lastHost)) {
-    const std::string path = test::wallWithSync(folder_, "lost_after_ms: 10000 frame_deadline_ms: 60000 start_deadline_ms: 300000");
+    const std::string path =
+        test::wallWithSync(folder_, "lost_after_ms: 10000 frame_deadline_ms: 60000 start_deadline_ms: 300000");
     ServerOptions options;
     options.wall = loadWall(path).value();
     options.scenes = {folder_.write("mover.tsct", kMover)};
@@ -91,7 +94,8 @@ Wall4::Wall4(std::vector<std::string> scenes, const std::string& allowed, double
 }
 
 std::unique_ptr<Application> Wall4::connect() const {
-    auto application = Application::connect({.address = address_, .name = "bench", .followScene = false, .timeout = std::chrono::minutes(2)});
+    auto application = Application::connect(
+        {.address = address_, .name = "bench", .followScene = false, .timeout = std::chrono::minutes(2)});
     return application ? std::move(*application) : nullptr;
 }
 
@@ -104,13 +108,14 @@ void Wall4::waitForFrames(Application& application, std::uint64_t frames) const 
 }
 
 void Wall4::startHost(const std::string& host) {
-    std::vector<std::string> command = {test::program("tessera-client"), "--server", address_, "--host", host, "--surface", "none"};
+    std::vector<std::string> command = {
+        test::program("tessera-client"), "--server", address_, "--host", host, "--surface", "none"};
     if (host == test::kFourHosts.back()) command.insert(command.end(), lastHost_.begin(), lastHost_.end());
     hosts_.push_back(std::make_unique<test::Process>(folder_.path(), fmt::format("{}-{}", host, started_++), command));
 }
 
-FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<StandstillWatch::Standstill>& standstills, Instant from, Instant to,
-                 const std::vector<Instant>& without, double* left) {
+FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<StandstillWatch::Standstill>& standstills,
+                 Instant from, Instant to, const std::vector<Instant>& without, double* left) {
     FrameSpan span;
     for (std::size_t i = 1; i < released.size(); ++i) {
         const double ms = milliseconds(released[i] - released[i - 1]);
@@ -125,7 +130,9 @@ FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<Standst
             if (left) *left = std::max(*left, ms);
             continue;
         }
-        if (std::ranges::any_of(standstills, [&](const auto& still) { return still.from < released[i] && released[i - 1] < still.to; })) {
+        if (std::ranges::any_of(standstills, [&](const auto& still) {
+                return still.from < released[i] && released[i - 1] < still.to;
+            })) {
             span.worstStandstill = std::max(span.worstStandstill, ms);
             ++span.standstills;
             continue;

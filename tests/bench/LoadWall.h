@@ -22,12 +22,12 @@ using Instant = Clock::time_point;
 
 [[nodiscard]] double milliseconds(Duration duration);
 
-/// Places with ten places below each, every one a Transform with a box of sixteen sizes in a node below it: half of the nodes
-/// are places. `wide`: all places stand below one node.
+/// Places with ten places below each, every one a Transform with a box of sixteen sizes in a node below it: half of the
+/// nodes are places. `wide`: all places stand below one node.
 void writeForest(const std::string& path, std::uint64_t nodes, bool wide);
 
-/// Sees when the whole machine stands still (a shared one may be stopped for tenths of a second): a thread that does nothing
-/// but sleep for two milliseconds wakes much later then.
+/// Sees when the whole machine stands still (a shared one may be stopped for tenths of a second): a thread that does
+/// nothing but sleep for two milliseconds wakes much later then.
 class StandstillWatch {
 public:
     StandstillWatch() : thread_([this] { run(); }) {}
@@ -59,7 +59,8 @@ private:
 class Wall4 {
 public:
     /// Applications may load what lies in folder `allowed`.
-    Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz, std::vector<std::string> lastHost = {});
+    Wall4(std::vector<std::string> scenes, const std::string& allowed, double rateHz,
+          std::vector<std::string> lastHost = {});
     [[nodiscard]] std::vector<pid_t> hosts() const {
         std::vector<pid_t> pids;
         for (const auto& host : hosts_) pids.push_back(host->pid());
@@ -114,9 +115,10 @@ struct FrameSpan {
     [[nodiscard]] Median median() const { return medianOf(ms); }
 };
 
-/// Of the frames released in [from, to), but for those whose time holds one of `without`, and the ones before them: of these `left`
-/// gets the longest, whenever they were released.
-[[nodiscard]] FrameSpan spanOf(const std::vector<Instant>& released, const std::vector<StandstillWatch::Standstill>& standstills, Instant from, Instant to,
+/// Of the frames released in [from, to), but for those whose time holds one of `without`, and the ones before them: of
+/// these `left` gets the longest, whenever they were released.
+[[nodiscard]] FrameSpan spanOf(const std::vector<Instant>& released,
+                               const std::vector<StandstillWatch::Standstill>& standstills, Instant from, Instant to,
                                const std::vector<Instant>& without = {}, double* left = nullptr);
 
 /// Whether a list of names with commas between them has this one.

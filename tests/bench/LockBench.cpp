@@ -1,5 +1,5 @@
-/// How far apart hosts show one frame: a wall of real processes beside a bare epoll release of as many, in the same run, in turns,
-/// beside the same load. With the priorities that hosts ask for, and as a user who gets none.
+/// How far apart hosts show one frame: a wall of real processes beside a bare epoll release of as many, in the same
+/// run, in turns, beside the same load. With the priorities that hosts ask for, and as a user who gets none.
 #include <unistd.h>
 
 #include <algorithm>
@@ -64,7 +64,8 @@ struct WallRun {
 std::vector<std::string> asNobody(std::vector<std::string> command) {
     if (::geteuid() != 0) return command;
     const std::string id = std::to_string(kNobody);
-    std::vector<std::string> dropped{"/usr/bin/setpriv", "--reuid", id, "--regid", id, "--clear-groups", "--no-new-privs", "--"};
+    std::vector<std::string> dropped{"/usr/bin/setpriv", "--reuid",        id,  "--regid", id,
+                                     "--clear-groups",   "--no-new-privs", "--"};
     dropped.insert(dropped.end(), command.begin(), command.end());
     return dropped;
 }
@@ -89,14 +90,25 @@ public:
         const test::TemporaryFolder folder;
         for (const char* name : {"", "out", "cache"}) {
             fs::create_directories(fs::path(folder.path()) / name);
-            if (!privileged && ::geteuid() == 0 && ::chown((folder.path() + "/" + name).c_str(), kNobody, kNobody) != 0) return std::nullopt;
+            if (!privileged && ::geteuid() == 0 && ::chown((folder.path() + "/" + name).c_str(), kNobody, kNobody) != 0)
+                return std::nullopt;
         }
-        const auto as = [&](std::vector<std::string> command) { return privileged ? command : asNobody(std::move(command)); };
-        std::vector<std::string> serve{test::program("tessera-server"), "--wall", "2x2", "--listen", "127.0.0.1:0", "--report",
-                                       folder.path() + "/out/report.json", "--frames", std::to_string(options_.frames)};
+        const auto as = [&](std::vector<std::string> command) {
+            return privileged ? command : asNobody(std::move(command));
+        };
+        std::vector<std::string> serve{test::program("tessera-server"),
+                                       "--wall",
+                                       "2x2",
+                                       "--listen",
+                                       "127.0.0.1:0",
+                                       "--report",
+                                       folder.path() + "/out/report.json",
+                                       "--frames",
+                                       std::to_string(options_.frames)};
         const bool draws = wall == "hall";
         if (draws)
-            serve.insert(serve.end(), {"--scene", TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct", "--assets", "/usr/share/assimp/models"});
+            serve.insert(serve.end(), {"--scene", TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct", "--assets",
+                                       "/usr/share/assimp/models"});
         else
             serve.insert(serve.end(), {"--scene", TESSERA_SOURCE_DIR "/tests/data/scenes/yard.tsct", "--rate", "60"});
         if (!options_.size.empty()) serve.insert(serve.end(), {"--size", options_.size});
@@ -108,8 +120,14 @@ public:
         if (!address) return complain("the server does not listen", server.output());
         std::vector<test::Process> clients;
         for (const std::string& host : test::kFourHosts) {
-            std::vector<std::string> command{"/usr/bin/env", "MESA_SHADER_CACHE_DIR=" + cache, "MESA_GLSL_CACHE_DIR=" + cache,
-                                             test::program("tessera-client"), "--server", *address, "--host", host};
+            std::vector<std::string> command{"/usr/bin/env",
+                                             "MESA_SHADER_CACHE_DIR=" + cache,
+                                             "MESA_GLSL_CACHE_DIR=" + cache,
+                                             test::program("tessera-client"),
+                                             "--server",
+                                             *address,
+                                             "--host",
+                                             host};
             if (draws)
                 command.insert(command.end(), {"--output", folder.path() + "/out"});
             else
@@ -123,14 +141,17 @@ public:
         if (ended != 0 || text.empty()) return complain("the wall did not run to its end", server.output());
         const auto report = nlohmann::json::parse(text);
         const auto& sync = report["sync"];
-        WallRun result{.spread = {sync["swap_spread_ms"]["p50"], sync["swap_spread_ms"]["p99"], sync["swap_spread_ms"]["max"]},
-                       .skew = sync["worst_skew_frames"],
-                       .faults = static_cast<int>(report["faults"].size()),
-                       .others = MachineLoad::now().othersSince(before),
-                       .refused = {},
-                       .widest = fmt::format("frame {}, {} last", sync["widest_swap"]["frame"].get<std::uint64_t>(), sync["widest_swap"]["last"].get<std::string>())};
+        WallRun result{
+            .spread = {sync["swap_spread_ms"]["p50"], sync["swap_spread_ms"]["p99"], sync["swap_spread_ms"]["max"]},
+            .skew = sync["worst_skew_frames"],
+            .faults = static_cast<int>(report["faults"].size()),
+            .others = MachineLoad::now().othersSince(before),
+            .refused = {},
+            .widest = fmt::format("frame {}, {} last", sync["widest_swap"]["frame"].get<std::uint64_t>(),
+                                  sync["widest_swap"]["last"].get<std::string>())};
         const std::string said = clients.front().output();
-        if (const std::size_t at = said.find("(refused: "); at != std::string::npos) result.refused = said.substr(at + 10, said.find(')', at) - at - 10);
+        if (const std::size_t at = said.find("(refused: "); at != std::string::npos)
+            result.refused = said.substr(at + 10, said.find(')', at) - at - 10);
         return result;
     }
 
@@ -206,10 +227,14 @@ void addRows(SceneTable& table, const std::string& what, const std::string& load
                    .remark = remark});
     };
     add("spread p50", &Spread::p50, false, "");
-    add("spread p99", &Spread::p99, true, fmt::format("of {} runs, worst skew above 0 in {}, {} faults", series.ours.size(), skewed, faults));
+    add("spread p99", &Spread::p99, true,
+        fmt::format("of {} runs, worst skew above 0 in {}, {} faults", series.ours.size(), skewed, faults));
     const double worst = std::ranges::max(each(series.ours, [](const WallRun& r) { return r.spread.max; }));
-    add("spread max", &Spread::max, false, fmt::format("the worst of all {:.1f}; others took up to {:.2f} processors", worst, others));
-    if (skewed > 0) table.complain(fmt::format("{}, {}: in {} of {} runs hosts were a frame apart", what, nameOf(load), skewed, series.ours.size()));
+    add("spread max", &Spread::max, false,
+        fmt::format("the worst of all {:.1f}; others took up to {:.2f} processors", worst, others));
+    if (skewed > 0)
+        table.complain(fmt::format("{}, {}: in {} of {} runs hosts were a frame apart", what, nameOf(load), skewed,
+                                   series.ours.size()));
 }
 
 int bench(int argc, char** argv) {
@@ -231,15 +256,20 @@ int bench(int argc, char** argv) {
         if (option == "--cases") options.cases = words(value);
         if (option == "--walls") options.walls = words(value);
         if (option == "--share") options.share = value != "off";
-        if (option == "--privileges") options.withPrivileges = value != "without", options.withoutPrivileges = value != "with";
+        if (option == "--privileges")
+            options.withPrivileges = value != "without", options.withoutPrivileges = value != "with";
     }
     // Without any there is nothing to take away.
     if (::geteuid() != 0) options.withPrivileges = false;
     SceneTable table;
     if (::geteuid() == 0 && options.withoutPrivileges)
-        for (const std::string& read : {test::program("tessera-server"), test::program("tessera-client"), std::string(TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct")})
+        for (const std::string& read : {test::program("tessera-server"), test::program("tessera-client"),
+                                        std::string(TESSERA_SOURCE_DIR "/deploy/scenes/engine-hall.tsct")})
             if (const auto closed = closedToOthers(read); closed && options.withoutPrivileges) {
-                table.skip(fmt::format("walls without privileges: user {} may not read {}; a copy of the project elsewhere can be measured", kNobody, closed->string()));
+                table.skip(
+                    fmt::format("walls without privileges: user {} may not read {}; a copy of the project elsewhere "
+                                "can be measured",
+                                kNobody, closed->string()));
                 options.withoutPrivileges = false;
             }
     Walls walls(options, table);
@@ -251,31 +281,41 @@ int bench(int argc, char** argv) {
             if (!options.cases.contains(load)) continue;
             for (const std::string wall : {"hall", "nothing"})
                 for (const bool privileged : {true, false}) {
-                    if (!options.walls.contains(wall) || !(privileged ? options.withPrivileges : options.withoutPrivileges)) continue;
-                    if (round == 0 && wall == "hall" && load != "first-run") (void)walls.run(wall, load, privileged);  // programs
+                    if (!options.walls.contains(wall) ||
+                        !(privileged ? options.withPrivileges : options.withoutPrivileges))
+                        continue;
+                    if (round == 0 && wall == "hall" && load != "first-run")
+                        (void)walls.run(wall, load, privileged);  // programs
                     const std::unique_ptr<Load> beside = loadOf(load);
                     Series& series = all[{wall, load, privileged}];
-                    EpollRelease bare(static_cast<int>(test::kFourHosts.size()), privileged ? std::nullopt : std::optional(kNobody));
+                    EpollRelease bare(static_cast<int>(test::kFourHosts.size()),
+                                      privileged ? std::nullopt : std::optional(kNobody));
                     const auto theirs = spreadOf(bare.releases(options.frames));
                     const auto ours = walls.run(wall, load, privileged);
                     if (!ours) continue;
                     series.theirs.push_back(theirs);
                     series.ours.push_back(*ours);
                     if (!ours->refused.empty()) refused.insert(ours->refused);
-                    fmt::print(stderr, "round {}: {}, {}, {} privileges: {:.2f} {:.2f} {:.2f} ms ({}), skew {}; epoll {:.2f} {:.2f} {:.2f}; others {:.2f}\n", round + 1, wall,
-                               nameOf(load), privileged ? "with" : "without", ours->spread.p50, ours->spread.p99, ours->spread.max, ours->widest, ours->skew, theirs.p50,
-                               theirs.p99, theirs.max, ours->others);
+                    fmt::print(stderr,
+                               "round {}: {}, {}, {} privileges: {:.2f} {:.2f} {:.2f} ms ({}), skew {}; epoll {:.2f} "
+                               "{:.2f} {:.2f}; others {:.2f}\n",
+                               round + 1, wall, nameOf(load), privileged ? "with" : "without", ours->spread.p50,
+                               ours->spread.p99, ours->spread.max, ours->widest, ours->skew, theirs.p50, theirs.p99,
+                               theirs.max, ours->others);
                 }
         }
     for (const bool privileged : {true, false}) {
         if (!(privileged ? options.withPrivileges : options.withoutPrivileges)) continue;
-        table.begin(fmt::format("instants at which four hosts show one frame, {} frames, median of {} runs, {} privileges", options.frames, options.runs,
-                                privileged ? "with" : "without"));
+        table.begin(
+            fmt::format("instants at which four hosts show one frame, {} frames, median of {} runs, {} privileges",
+                        options.frames, options.runs, privileged ? "with" : "without"));
         for (const std::string wall : {"hall", "nothing"})
             for (const std::string load : {"idle", "loops", "compiler", "first-run"})
                 if (const auto found = all.find({wall, load, privileged}); found != all.end())
-                    addRows(table, fmt::format("{}{}", wall == "hall" ? "2x2 wall of the hall" : "a wall that draws nothing", privileged ? "" : ", no privileges"), load,
-                            found->second);
+                    addRows(table,
+                            fmt::format("{}{}", wall == "hall" ? "2x2 wall of the hall" : "a wall that draws nothing",
+                                        privileged ? "" : ", no privileges"),
+                            load, found->second);
     }
     for (const std::string& what : refused) fmt::print("  refused by the system: {}\n", what);
     table.summarise();

@@ -69,7 +69,8 @@ double livingDescendants() {
     double seconds = 0;
     for (const auto& [pid, row] : rows) {
         pid_t above = row.parent;
-        for (int depth = 0; depth < 64 && above > 1 && above != ::getpid(); ++depth) above = rows.contains(above) ? rows.at(above).parent : 0;
+        for (int depth = 0; depth < 64 && above > 1 && above != ::getpid(); ++depth)
+            above = rows.contains(above) ? rows.at(above).parent : 0;
         if (above == ::getpid()) seconds += row.seconds;
     }
     return seconds;
@@ -92,8 +93,10 @@ std::unique_ptr<Load> Load::compilers(int count) {
     for (int i = 0; i < count; ++i)
         load->groups_.push_back(startGroup([] {
             const char* const script =
-                "while :; do printf '#include <regex>\\n#include <map>\\n#include <iostream>\\n#include <algorithm>\\n#include <random>\\n"
-                "int f(const std::string& s){std::regex r(s);std::map<std::string,std::regex> m;m[s]=r;return (int)m.size();}\\n'"
+                "while :; do printf '#include <regex>\\n#include <map>\\n#include <iostream>\\n#include "
+                "<algorithm>\\n#include <random>\\n"
+                "int f(const std::string& s){std::regex r(s);std::map<std::string,std::regex> m;m[s]=r;return "
+                "(int)m.size();}\\n'"
                 " | c++ -x c++ -std=c++20 -O2 -c -o /dev/null - || sleep 1; done";
             ::execl("/bin/sh", "sh", "-c", script, nullptr);
         }));
@@ -116,7 +119,8 @@ MachineLoad MachineLoad::now() {
     // user nice system idle iowait irq softirq steal
     double ticks[8] = {};
     for (double& one : ticks) stat >> one;
-    load.busySeconds_ = (ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6] + ticks[7]) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+    load.busySeconds_ =
+        (ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6] + ticks[7]) / static_cast<double>(::sysconf(_SC_CLK_TCK));
     for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
         rusage used{};
         ::getrusage(who, &used);

@@ -28,8 +28,8 @@ private:
 class MachineLoad {
 public:
     [[nodiscard]] static MachineLoad now();
-    /// Processors' worth of time, on average since `before`, that neither this program nor whatever it has started took; what other
-    /// machines took from this one's hardware (steal) among it.
+    /// Processors' worth of time, on average since `before`, that neither this program nor whatever it has started
+    /// took; what other machines took from this one's hardware (steal) among it.
     [[nodiscard]] double othersSince(const MachineLoad& before) const;
 
 private:

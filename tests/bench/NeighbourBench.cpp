@@ -1,11 +1,11 @@
 /// Neighbour finding beside Embree's rtcCollide and Bullet's broad phases, as Debian ships them.
 ///
 /// N boxes, half extents 0.5 · U(0.5, 1.5), in a cube of side 2 (N / 4)^(1/3), each with a speed of 0.05 per frame in a
-/// direction of its own, reflected at the walls; all of them move, or every tenth, or all of them leap: each frame has them
-/// at new places, so that nothing known of the last one helps. A frame is: tell the new boxes, ask for the pairs. The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the
-/// mean over the frames of the fastest pass. One thread each, except where said. After every first pass the answers are
-/// compared: what a peer reports beyond (Embree's leaves, Bullet's coarser boxes) is dropped, the rest must be our
-/// pairs.
+/// direction of its own, reflected at the walls; all of them move, or every tenth, or all of them leap: each frame has
+/// them at new places, so that nothing known of the last one helps. A frame is: tell the new boxes, ask for the pairs.
+/// The frames are run through forth and back, the contenders taking turns pass by pass; a row shows the mean over the
+/// frames of the fastest pass. One thread each, except where said. After every first pass the answers are compared:
+/// what a peer reports beyond (Embree's leaves, Bullet's coarser boxes) is dropped, the rest must be our pairs.
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <embree3/rtcore.h>

@@ -1,5 +1,5 @@
-/// What an output adds to a picture on its way into a window, of one core's time: 1920 × 1080, beside a copy of the same bytes. The median of 41
-/// turns, all rows in each turn, so that what else the machine does hits all of them.
+/// What an output adds to a picture on its way into a window, of one core's time: 1920 × 1080, beside a copy of the
+/// same bytes. The median of 41 turns, all rows in each turn, so that what else the machine does hits all of them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,13 +25,21 @@ Wall outputWall(const std::function<void(TileOutput&)>& set) {
     set(output);
     const bool stereo = output.stereo != StereoPacking::kNone;
     Screen screen{.name = "s", .lowerLeft = {-1.6, 0.6, 0}, .lowerRight = {1.6, 0.6, 0}, .upperLeft = {-1.6, 2.4, 0}};
-    screen.grid = {.columns = stereo ? 1 : 2, .rows = 1, .tileWidthPx = kWidthPx, .tileHeightPx = kHeightPx, .overlapXPx = stereo ? 0 : 256};
+    screen.grid = {.columns = stereo ? 1 : 2,
+                   .rows = 1,
+                   .tileWidthPx = kWidthPx,
+                   .tileHeightPx = kHeightPx,
+                   .overlapXPx = stereo ? 0 : 256};
     wall.screens = {screen};
     wall.users = {User{.name = "u"}};
     if (stereo)
-        wall.hosts = {{.name = "h", .tiles = {{.screen = "s", .eye = Eye::kLeft, .user = "u", .output = output}, {.screen = "s", .eye = Eye::kRight, .user = "u"}}}};
+        wall.hosts = {{.name = "h",
+                       .tiles = {{.screen = "s", .eye = Eye::kLeft, .user = "u", .output = output},
+                                 {.screen = "s", .eye = Eye::kRight, .user = "u"}}}};
     else
-        wall.hosts = {{.name = "h", .tiles = {{.screen = "s", .user = "u", .output = output}, {.screen = "s", .column = 1, .user = "u", .output = output}}}};
+        wall.hosts = {{.name = "h",
+                       .tiles = {{.screen = "s", .user = "u", .output = output},
+                                 {.screen = "s", .column = 1, .user = "u", .output = output}}}};
     return wall;
 }
 
@@ -39,8 +47,10 @@ void bend(TileOutput& out) {
     WarpMesh mesh{.columns = 33, .rows = 19, .nodes = {}};
     for (int row = 0; row < mesh.rows; ++row) {
         for (int column = 0; column < mesh.columns; ++column) {
-            const float u = static_cast<float>(column) / 32, v = static_cast<float>(row) / 18, x = 2 * u - 1, y = 2 * v - 1;
-            mesh.nodes.push_back({.x = x * (1 - 0.05f * y * y), .y = y * (0.9f + 0.1f * x * x), .u = u, .v = v, .intensity = 1});
+            const float u = static_cast<float>(column) / 32, v = static_cast<float>(row) / 18, x = 2 * u - 1,
+                        y = 2 * v - 1;
+            mesh.nodes.push_back(
+                {.x = x * (1 - 0.05f * y * y), .y = y * (0.9f + 0.1f * x * x), .u = u, .v = v, .intensity = 1});
         }
     }
     out.warp = std::make_shared<const WarpMesh>(mesh);
@@ -63,13 +73,27 @@ struct OutputRow {
 int runAll() {
     const std::vector<OutputRow> rows = {
         {"blend of 256 pixels", [](TileOutput& o) { o.blend = true; }},
-        {"colour (gain, gamma)", [](TileOutput& o) { o.gain = {1, 0.9, 0.8}; o.gamma = {2.2, 2.4, 2.2}; }},
+        {"colour (gain, gamma)",
+         [](TileOutput& o) {
+             o.gain = {1, 0.9, 0.8};
+             o.gamma = {2.2, 2.4, 2.2};
+         }},
         {"warp", bend},
-        {"warp, blend, black, colour", [](TileOutput& o) { bend(o); o.blend = true; o.black = 0.002; o.gain = {1, 0.9, 0.8}; }},
+        {"warp, blend, black, colour",
+         [](TileOutput& o) {
+             bend(o);
+             o.blend = true;
+             o.black = 0.002;
+             o.gain = {1, 0.9, 0.8};
+         }},
         {"two eyes, ROWS", [](TileOutput& o) { o.stereo = StereoPacking::kRows; }},
         {"two eyes, SIDE_BY_SIDE", [](TileOutput& o) { o.stereo = StereoPacking::kSideBySide; }},
         {"two eyes, ANAGLYPH", [](TileOutput& o) { o.stereo = StereoPacking::kAnaglyph; }},
-        {"two eyes, ANAGLYPH, warp", [](TileOutput& o) { bend(o); o.stereo = StereoPacking::kAnaglyph; }},
+        {"two eyes, ANAGLYPH, warp",
+         [](TileOutput& o) {
+             bend(o);
+             o.stereo = StereoPacking::kAnaglyph;
+         }},
     };
     using Clock = ProcessorTime;
     const auto ms = [](double seconds) { return 1000 * seconds; };
@@ -78,9 +102,12 @@ int runAll() {
     std::vector<std::uint8_t> left(bytes), right(bytes), copy(bytes);
     // Smooth as pictures are, with a little noise.
     for (std::size_t i = 0; i < bytes; ++i) {
-        const double x = static_cast<double>(i / 4 % kWidthPx), y = static_cast<double>(i / 4 / kWidthPx), c = static_cast<double>(i % 4);
-        left[i] = static_cast<std::uint8_t>(124 + 110 * std::sin(0.01 * x * (c + 1) + 0.013 * y) + static_cast<double>(random() % 8));
-        right[i] = static_cast<std::uint8_t>(124 + 110 * std::sin(0.01 * (x + 30) * (c + 1) + 0.013 * y) + static_cast<double>(random() % 8));
+        const double x = static_cast<double>(i / 4 % kWidthPx), y = static_cast<double>(i / 4 / kWidthPx),
+                     c = static_cast<double>(i % 4);
+        left[i] = static_cast<std::uint8_t>(124 + 110 * std::sin(0.01 * x * (c + 1) + 0.013 * y) +
+                                            static_cast<double>(random() % 8));
+        right[i] = static_cast<std::uint8_t>(124 + 110 * std::sin(0.01 * (x + 30) * (c + 1) + 0.013 * y) +
+                                             static_cast<double>(random() % 8));
     }
     const std::uint8_t* const pictures[2] = {left.data(), right.data()};
     std::vector<OutputMaker> makers;
@@ -105,11 +132,15 @@ int runAll() {
             times[i].push_back(ms(Clock::now() - from));
         }
     }
-    const auto median = [](std::vector<double> all) { return std::ranges::nth_element(all, all.begin() + kTurns / 2), all[kTurns / 2]; };
+    const auto median = [](std::vector<double> all) {
+        return std::ranges::nth_element(all, all.begin() + kTurns / 2), all[kTurns / 2];
+    };
     const double plain = median(times.back());
-    fmt::print("{:<30} {:>8} {:>8} {:>10} {:>10}\n{:<30} {:>8.2f}\n", "1920 x 1080", "ms", "copies", "table, MB", "to make, ms", "a copy (memcpy)", plain);
+    fmt::print("{:<30} {:>8} {:>8} {:>10} {:>10}\n{:<30} {:>8.2f}\n", "1920 x 1080", "ms", "copies", "table, MB",
+               "to make, ms", "a copy (memcpy)", plain);
     for (std::size_t i = 0; i < rows.size(); ++i)
-        fmt::print("{:<30} {:>8.2f} {:>8.1f} {:>10.1f} {:>10.0f}\n", rows[i].name, median(times[i]), median(times[i]) / plain, static_cast<double>(makers[i].tableBytes()) / 1e6, made[i]);
+        fmt::print("{:<30} {:>8.2f} {:>8.1f} {:>10.1f} {:>10.0f}\n", rows[i].name, median(times[i]),
+                   median(times[i]) / plain, static_cast<double>(makers[i].tableBytes()) / 1e6, made[i]);
     return 0;
 }
 

@@ -16,8 +16,9 @@
 
 namespace {
 
-const std::vector<std::string> kGroups{"convex",  "plant", "rest",       "touch",      "interests", "deform",
-                                       "threads", "pour",  "pour-large", "pour-1000",  "pour-10000", "sleep", "pairs"};
+const std::vector<std::string> kGroups{"convex",     "plant",   "rest", "touch",      "interests",
+                                       "deform",     "threads", "pour", "pour-large", "pour-1000",
+                                       "pour-10000", "sleep",   "pairs"};
 
 [[noreturn]] void stop(const std::string& why) {
     std::fprintf(stderr, "bench_pipeline: %s\n", why.c_str());

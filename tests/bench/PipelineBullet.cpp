@@ -166,7 +166,8 @@ void BulletDynamics::addBody(std::uint32_t hull, const Pose& pose, double mass, 
     info.m_friction = btScalar(0.5);
     info.m_restitution = btScalar(0.2);
     state_->bodies.push_back(std::make_unique<btRigidBody>(info));
-    state_->bodies.back()->setLinearVelocity(btVector3(btScalar(velocity.x()), btScalar(velocity.y()), btScalar(velocity.z())));
+    state_->bodies.back()->setLinearVelocity(
+        btVector3(btScalar(velocity.x()), btScalar(velocity.y()), btScalar(velocity.z())));
     state_->world.addRigidBody(state_->bodies.back().get());
 }
 

@@ -180,8 +180,8 @@ void convexCase(const Case& c, const PipelineOptions& options, CollisionTable& t
         difference.onlyTheirs, difference.worst,
         static_cast<double>(contacts.neighbours) / static_cast<double>(frames));
     const std::string name = "convex: " + c.name;
-    const auto add = [&](const std::string& what, const std::vector<double>& seconds, double atMost, const std::string& r,
-                         bool margin = false) {
+    const auto add = [&](const std::string& what, const std::vector<double>& seconds, double atMost,
+                         const std::string& r, bool margin = false) {
         table.add({.pair = name,
                    .operation = what,
                    .peer = margin ? "Bullet, its own margin" : "Bullet, detection",

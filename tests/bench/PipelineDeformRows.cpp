@@ -1,5 +1,5 @@
-/// Ten balls of 168 faces that deform in every frame within a plant of 357,000 triangles, and whoever is interested wants to
-/// know when they first touch: beside the same ten where the plant has one face in a thousand.
+/// Ten balls of 168 faces that deform in every frame within a plant of 357,000 triangles, and whoever is interested
+/// wants to know when they first touch: beside the same ten where the plant has one face in a thousand.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,7 +20,8 @@ MeshArrays3 ball(double radius, double swell) {
     constexpr double kPi = 3.14159265358979323846;
     MeshArrays3 out;
     const auto add = [&](double polar, double turn) {
-        const Vec3d p(swell * std::sin(polar) * std::cos(turn), std::cos(polar), swell * std::sin(polar) * std::sin(turn));
+        const Vec3d p(swell * std::sin(polar) * std::cos(turn), std::cos(polar),
+                      swell * std::sin(polar) * std::sin(turn));
         for (int a = 0; a < 3; ++a) out.positions.push_back(radius * p[a]);
     };
     add(0, 0);
@@ -190,9 +191,9 @@ void deformRows(const PipelineOptions& options, CollisionTable& table) {
                .peer = "ours, a thousandth of the faces",
                .ours = summarise(times.asked[0]),
                .theirs = summarise(times.asked[1]),
-               .remark = fmt::format("{} faces; a frame: {:.1f} neighbours, {:.1f} touch, {:.1f} on the way; {} not looked at",
-                                     faces, mean(many.neighbours), mean(many.touching), mean(many.onTheWay),
-                                     many.notLookedAt)});
+               .remark = fmt::format(
+                   "{} faces; a frame: {:.1f} neighbours, {:.1f} touch, {:.1f} on the way; {} not looked at", faces,
+                   mean(many.neighbours), mean(many.touching), mean(many.onTheWay), many.notLookedAt)});
 }
 
 }  // namespace tessera

@@ -101,7 +101,8 @@ FclWorld::~FclWorld() = default;
 std::uint32_t FclWorld::addModel(const TriangleMesh& mesh) {
     double reach = 0;
     for (const Vec3d& p : mesh.positions()) reach = std::max(reach, p.norm());
-    state_->models.push_back(state_->volume == FclVolume::kObb ? modelOf<fcl::OBBd>(mesh) : modelOf<fcl::OBBRSSd>(mesh));
+    state_->models.push_back(state_->volume == FclVolume::kObb ? modelOf<fcl::OBBd>(mesh)
+                                                               : modelOf<fcl::OBBRSSd>(mesh));
     state_->reaches.push_back(reach);
     return static_cast<std::uint32_t>(state_->models.size() - 1);
 }

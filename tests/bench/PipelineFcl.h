@@ -1,5 +1,5 @@
-/// The loop that a user of FCL writes: moving bodies against standing ones, a dynamic AABB tree over each, and OBB or OBBRSS
-/// hierarchies for each pair whose boxes meet.
+/// The loop that a user of FCL writes: moving bodies against standing ones, a dynamic AABB tree over each, and OBB or
+/// OBBRSS hierarchies for each pair whose boxes meet.
 ///
 /// FCL's package is built for SSE2; what includes its headers must be compiled without flags for newer processors.
 #pragma once

@@ -1,6 +1,6 @@
 /// Free bodies poured into a bin: milliseconds per frame while they fall, as they pile up and at the end, beside
-/// Bullet's dynamics world (its usual solver of ten iterations, hulls with the margin that it gives them, and without) with
-/// the same hulls and the same bin.
+/// Bullet's dynamics world (its usual solver of ten iterations, hulls with the margin that it gives them, and without)
+/// with the same hulls and the same bin.
 ///
 /// They take turns frame by frame. What they simulate is not the same to the last digit: the piles differ.
 #include <fmt/format.h>

@@ -28,12 +28,13 @@ void convexRows(const PipelineOptions& options, CollisionTable& table);
 void plantRows(const PipelineOptions& options, CollisionTable& table);
 /// Ten times more that stands still: beside ourselves.
 void restRows(const PipelineOptions& options, CollisionTable& table);
-/// Ten thousand that rest in touch and are of interest to each other, at rest and with one that moves: beside a hundred.
+/// Ten thousand that rest in touch and are of interest to each other, at rest and with one that moves: beside a
+/// hundred.
 void touchRows(const PipelineOptions& options, CollisionTable& table);
 /// Objects with an interest each, at rest and on their way, and one edit of each kind: beside a tenth of them.
 void interestRows(const PipelineOptions& options, CollisionTable& table);
-/// Ten balls that deform in a plant, timed within the frame: beside the same ten in a hall of a thousandth of the faces. A
-/// cloth of which one row of vertices moves: beside one that moves as a whole.
+/// Ten balls that deform in a plant, timed within the frame: beside the same ten in a hall of a thousandth of the
+/// faces. A cloth of which one row of vertices moves: beside one that moves as a whole.
 void deformRows(const PipelineOptions& options, CollisionTable& table);
 /// Free bodies poured into a bin, a thousand and, where it is asked for, ten thousand: beside Bullet's dynamics world.
 void pourRows(const PipelineOptions& options, CollisionTable& table);

@@ -45,7 +45,8 @@ std::uint32_t PipelineScene::addShape(const MeshArrays3& arrays) {
     const std::vector<float> positions(arrays.positions.begin(), arrays.positions.end());
     const ObjectId id = create(typeOf<Geometry>());
     builder_.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(positions)));
-    builder_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(arrays.indices)));
+    builder_.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>,
+                 Blob::of(std::span<const std::uint32_t>(arrays.indices)));
     shapes_.push_back(id);
     return static_cast<std::uint32_t>(shapes_.size() - 1);
 }
@@ -55,7 +56,8 @@ ObjectId PipelineScene::addGroup(std::int64_t kind, std::int64_t shape, std::int
     const ObjectId core = create(typeOf<CollisionObject>());
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, toValue(kind));
-    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::division>, toValue(CollisionObject::kEachChild));
+    builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::division>,
+                 toValue(CollisionObject::kEachChild));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, toValue(shape));
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::volume>, toValue(volume));
     createNode(kRootNode, core);
@@ -88,7 +90,8 @@ void PipelineScene::addBody(ObjectId group, std::uint32_t shape, const Pose& pos
     placeBody(group, shape, pose, {});
 }
 
-void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass, const Vec3d& velocity) {
+void PipelineScene::addFreeBody(ObjectId folder, std::uint32_t shape, const Pose& pose, double mass,
+                                const Vec3d& velocity) {
     const ObjectId core = create(typeOf<CollisionObject>());
     const ObjectId node = placeBody(folder, shape, pose, core);
     builder_.set(core, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(node));
@@ -137,7 +140,8 @@ void PipelineScene::put(const std::vector<TentativeTransform>& poses) {
 
 void PipelineScene::deform(std::uint32_t shape, const std::vector<double>& positions) {
     const std::vector<float> rounded(positions.begin(), positions.end());
-    builder_.set(shapes_[shape], typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(rounded)));
+    builder_.set(shapes_[shape], typeOf<Geometry>(), fieldId<&Geometry::positions>,
+                 Blob::of(std::span<const float>(rounded)));
     apply(builder_.take());
 }
 
@@ -155,7 +159,8 @@ ChangeList PipelineScene::listOf(const StepResult& result) {
             builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(t.translation));
         if (now.rotation.coeffs() != t.rotation.coeffs())
             builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::rotation>, toValue(t.rotation));
-        if (now.scale != t.scale) builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(t.scale));
+        if (now.scale != t.scale)
+            builder_.set(t.transform, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(t.scale));
     }
     for (const BodyVelocity& v : result.velocities) {
         builder_.set(v.core, typeOf<CollisionObject>(), fieldId<&CollisionObject::velocity>, toValue(v.velocity));

@@ -61,8 +61,8 @@ private:
     std::uint32_t mover_ = 0;
 };
 
-void touchRow(const std::string& what, Moves moves, std::int64_t mode, std::int64_t detail, const PipelineOptions& options,
-              CollisionTable& table) {
+void touchRow(const std::string& what, Moves moves, std::int64_t mode, std::int64_t detail,
+              const PipelineOptions& options, CollisionTable& table) {
     const std::size_t frames = options.quick ? 6 : 60;
     TouchScene few(100, moves, mode, detail), many(10'000, moves, mode, detail);
     const RaceTimes times = raceFrames(frames, options.passes, {&many, &few});
@@ -77,7 +77,8 @@ void touchRow(const std::string& what, Moves moves, std::int64_t mode, std::int6
 }  // namespace
 
 void touchRows(const PipelineOptions& options, CollisionTable& table) {
-    for (const auto& [name, detail] : {std::pair("yes or no", Interest::kYesOrNo), std::pair("contacts", Interest::kAllFaces)}) {
+    for (const auto& [name, detail] :
+         {std::pair("yes or no", Interest::kYesOrNo), std::pair("contacts", Interest::kAllFaces)}) {
         touchRow(std::string(name) + ", at rest", Moves::kNobody, Interest::kPseudoDynamic, detail, options, table);
         touchRow(std::string(name) + ", one moves", Moves::kOne, Interest::kPseudoDynamic, detail, options, table);
     }

@@ -8,8 +8,8 @@
 //
 //     bench_realignment [--held-back] [--quick] [--json FILE]
 //
-// --held-back: other models and another seed than those by which the default was chosen. --quick: a few of each, to see that all
-// works.
+// --held-back: other models and another seed than those by which the default was chosen. --quick: a few of each, to see
+// that all works.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -119,11 +119,12 @@ std::vector<Tightness> allTightness(const Options& options) {
     for (const DirectionSet set : kCompared) rows.push_back(tightness("random in boxes", set, boxes, random));
     for (const DirectionSet set : kCompared) rows.push_back(tightness("random, turned", set, made, random));
     using Model = std::pair<const char*, const char*>;
-    const std::vector<Model> models =
-        options.heldBack ? std::vector<Model>{{"koala", "meshes/koala/koala_low_resolution.obj"},
-                                              {"brass", "plant/Brass.obj"},
-                                              {"gasket", "plant/Gasket.obj"}}
-                         : std::vector<Model>{{"bunny", "scan/stanford_bun_zipper.ply"}, {"plant steel", "plant/Structural_steel.obj"}};
+    const std::vector<Model> models = options.heldBack
+                                          ? std::vector<Model>{{"koala", "meshes/koala/koala_low_resolution.obj"},
+                                                               {"brass", "plant/Brass.obj"},
+                                                               {"gasket", "plant/Gasket.obj"}}
+                                          : std::vector<Model>{{"bunny", "scan/stanford_bun_zipper.ply"},
+                                                               {"plant steel", "plant/Structural_steel.obj"}};
     for (const auto& [name, file] : models) {
         std::vector<Corners> triangles = readModel(dataFolder() / file);
         if (triangles.empty()) std::printf("%s: no such test data, left out (see TESSERA_TEST_DATA)\n", file);
@@ -313,8 +314,7 @@ Cost cost(DirectionSet set, Scheme scheme, int rounds) {
     constexpr int kQueries = 200;
     for (int round = 0; round < rounds; ++round) {
         ours.push_back(nanoseconds([&] {
-                           sink +=
-                               isTable(scheme) ? testTable(v, tableKernel, most) : testPlanes(v, planeKernel, most);
+                           sink += isTable(scheme) ? testTable(v, tableKernel, most) : testPlanes(v, planeKernel, most);
                        }) /
                        kVolumes);
         sink += testAligned(v, most);  // tables may have driven the planes out of the caches
@@ -380,9 +380,12 @@ int main(int argc, char** argv) {
     Options options;
     const std::vector<std::string> words(argv + 1, argv + argc);
     for (std::size_t i = 0; i < words.size(); ++i) {
-        if (words[i] == "--held-back") options.heldBack = true;
-        else if (words[i] == "--quick") options.quick = true;
-        else if (words[i] == "--json" && i + 1 < words.size()) options.json = words[++i];
+        if (words[i] == "--held-back")
+            options.heldBack = true;
+        else if (words[i] == "--quick")
+            options.quick = true;
+        else if (words[i] == "--json" && i + 1 < words.size())
+            options.json = words[++i];
         else {
             std::fprintf(stderr, "usage: bench_realignment [--held-back] [--quick] [--json FILE]\n");
             return 2;

@@ -1,4 +1,5 @@
-/// What looking at an edit costs (`checkRules`), in a small scene and in a large one: bench_rules [--small N] [--large N] [--edits N]. Medians, in µs.
+/// What looking at an edit costs (`checkRules`), in a small scene and in a large one: bench_rules [--small N] [--large
+/// N] [--edits N]. Medians, in µs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +40,9 @@ struct Stage {
             list.create(id, type);
             return id;
         };
-        const auto set = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) { list.set(id, type, field, value); };
+        const auto set = [&](ObjectId id, ObjectType type, FieldId field, const FieldValue& value) {
+            list.set(id, type, field, value);
+        };
         for (std::size_t i = 0; i < count; ++i) {
             nodes.push_back(make(typeOf<Node>()));
             const ObjectId core = make(typeOf<Transform>());
@@ -88,14 +91,30 @@ double median(const Stage& stage, const ChangeList& edit, int times) {
 }
 
 const Row kRows[] = {
-    {"a node's name", [](const Stage& s) { return oneField(s.node, typeOf<Node>(), fieldId<&Node::name>, std::string("other")); }},
-    {"a node's core", [](const Stage& s) { return oneField(s.node, typeOf<Node>(), fieldId<&Node::core>, s.scene.get<Node>(s.node)->core); }},
-    {"a manipulator's target", [](const Stage& s) { return oneField(s.manipulator, typeOf<Manipulator>(), fieldId<&Manipulator::target>, s.node); }},
-    {"a material's passes", [](const Stage& s) { return oneField(s.material, typeOf<Material>(), fieldId<&Material::passes>, RefList{s.material}); }},
-    {"an image's wrapping", [](const Stage& s) { return oneField(s.image, typeOf<Image>(), fieldId<&Image::wrapU>, std::int64_t{Image::kClamp}); }},
-    {"key frames' target", [](const Stage& s) { return oneField(s.frames, typeOf<KeyFrames>(), fieldId<&KeyFrames::target>, s.node); }},
-    {"a movie's pace", [](const Stage& s) { return oneField(s.movie, typeOf<Movie>(), fieldId<&Movie::speed>, toValue(2.0)); }},
-    {"a movie's image, in use", [](const Stage& s) { return oneField(s.movie, typeOf<Movie>(), fieldId<&Movie::image>, s.image); }},
+    {"a node's name",
+     [](const Stage& s) { return oneField(s.node, typeOf<Node>(), fieldId<&Node::name>, std::string("other")); }},
+    {"a node's core",
+     [](const Stage& s) {
+         return oneField(s.node, typeOf<Node>(), fieldId<&Node::core>, s.scene.get<Node>(s.node)->core);
+     }},
+    {"a manipulator's target",
+     [](const Stage& s) {
+         return oneField(s.manipulator, typeOf<Manipulator>(), fieldId<&Manipulator::target>, s.node);
+     }},
+    {"a material's passes",
+     [](const Stage& s) {
+         return oneField(s.material, typeOf<Material>(), fieldId<&Material::passes>, RefList{s.material});
+     }},
+    {"an image's wrapping",
+     [](const Stage& s) {
+         return oneField(s.image, typeOf<Image>(), fieldId<&Image::wrapU>, std::int64_t{Image::kClamp});
+     }},
+    {"key frames' target",
+     [](const Stage& s) { return oneField(s.frames, typeOf<KeyFrames>(), fieldId<&KeyFrames::target>, s.node); }},
+    {"a movie's pace",
+     [](const Stage& s) { return oneField(s.movie, typeOf<Movie>(), fieldId<&Movie::speed>, toValue(2.0)); }},
+    {"a movie's image, in use",
+     [](const Stage& s) { return oneField(s.movie, typeOf<Movie>(), fieldId<&Movie::image>, s.image); }},
 };
 
 }  // namespace

@@ -271,7 +271,8 @@ const std::vector<EditKind> kBushyKinds = {
          next[0] = std::nextafter(next[0], second ? 0.0f : 1.0f);
          next[1] = -0.45f + 1e-6f * static_cast<float>(turn);
          ChangeListBuilder list;
-         list.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(Blob::of(std::span<const float>(next))));
+         list.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+                  toValue(Blob::of(std::span<const float>(next))));
          return list.take();
      }},
     {"a material's colour", "",

@@ -72,7 +72,8 @@ public:
     double look() override {
         double sum = 0;
         WorldTransforms worlds(aspect_);
-        for (std::size_t k = 0; k < changed_[0].size(); ++k) sum += worlds.of(nodeId(changedPlace(k))).translation().sum();
+        for (std::size_t k = 0; k < changed_[0].size(); ++k)
+            sum += worlds.of(nodeId(changedPlace(k))).translation().sum();
         return sum;
     }
 

@@ -37,22 +37,34 @@ double atShare(std::vector<double> values, double share) {
     std::sort(values.begin(), values.end());
     return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
 }
-Median plain(double value) { return {.value = value, .spread = 0, .count = 1}; }
+Median plain(double value) {
+    return {.value = value, .spread = 0, .count = 1};
+}
 
 /// Of one run.
 struct ScreenRun {
-    double frameMs = 0;                      ///< median
+    double frameMs = 0;                        ///< median
     std::vector<double> toWindowMs, spreadMs;  ///< by picture, by frame
 };
 
 /// Its first pictures stand while windows open: they do not count.
 constexpr std::uint64_t kFirstFrame = 20;
 
-std::optional<ScreenRun> runOnce(const std::string& folder, const std::string& display, int frames, const std::vector<std::string>& more,
-                                 const std::string& scene = "engine-hall") {
-    std::vector<std::string> command = {"/usr/bin/env", "DISPLAY=" + display, test::program("tessera-wall"), "--wall", "2x2", "--scene",
-                                        TESSERA_SOURCE_DIR "/deploy/scenes/" + scene + ".tsct", "--assets", "/usr/share/assimp/models",
-                                        "--frames", std::to_string(frames), "--output", folder + "/out"};
+std::optional<ScreenRun> runOnce(const std::string& folder, const std::string& display, int frames,
+                                 const std::vector<std::string>& more, const std::string& scene = "engine-hall") {
+    std::vector<std::string> command = {"/usr/bin/env",
+                                        "DISPLAY=" + display,
+                                        test::program("tessera-wall"),
+                                        "--wall",
+                                        "2x2",
+                                        "--scene",
+                                        TESSERA_SOURCE_DIR "/deploy/scenes/" + scene + ".tsct",
+                                        "--assets",
+                                        "/usr/share/assimp/models",
+                                        "--frames",
+                                        std::to_string(frames),
+                                        "--output",
+                                        folder + "/out"};
     command.insert(command.end(), more.begin(), more.end());
     fs::remove_all(folder + "/logs");
     fs::create_directories(folder + "/logs");
@@ -86,7 +98,8 @@ int bench(const ScreenOptions& options) {
     SceneTable table;
     table.begin("engine hall on 2x2 tiles of 960x540");
     if (options.rows.find("windows") != std::string::npos) {
-        test::Process desktop(folder, "xvfb", {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "1920x1080x24", "-nolisten", "tcp"});
+        test::Process desktop(folder, "xvfb",
+                              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "1920x1080x24", "-nolisten", "tcp"});
         std::string display;
         for (int i = 0; i < 200 && desktop.running() && display.empty(); ++i) {
             std::this_thread::sleep_for(50ms);
@@ -108,18 +121,37 @@ int bench(const ScreenOptions& options) {
                 if (!isNew && run->frameMs < known->second.frameMs) known->second = std::move(*run);
             }
         if (best.size() == ways.size()) {
-            table.add({.operation = "a frame of the wall in four windows", .peer = "without windows", .ours = plain(best["window"].frameMs), .theirs = plain(best["plain"].frameMs), .unit = "ms", .atMost = 1.1});
-            table.add({.operation = "a frame of the wall on EGL's first device", .peer = "OSMesa", .ours = plain(best["egl"].frameMs), .theirs = plain(best["plain"].frameMs), .unit = "ms"});
+            table.add({.operation = "a frame of the wall in four windows",
+                       .peer = "without windows",
+                       .ours = plain(best["window"].frameMs),
+                       .theirs = plain(best["plain"].frameMs),
+                       .unit = "ms",
+                       .atMost = 1.1});
+            table.add({.operation = "a frame of the wall on EGL's first device",
+                       .peer = "OSMesa",
+                       .ours = plain(best["egl"].frameMs),
+                       .theirs = plain(best["plain"].frameMs),
+                       .unit = "ms"});
             const ScreenRun& shown = best["window"];
             for (const auto& [name, share] : {std::pair("p50", 0.5), std::pair("p99", 0.99)}) {
-                table.add({.operation = fmt::format("from Swap to the window, {}", name), .peer = "", .ours = plain(atShare(shown.toWindowMs, share)), .unit = "ms", .remark = fmt::format("{} pictures", shown.toWindowMs.size())});
-                table.add({.operation = fmt::format("between the first and the last of four windows with frame n, {}", name), .peer = "", .ours = plain(atShare(shown.spreadMs, share)), .unit = "ms", .remark = fmt::format("{} frames", shown.spreadMs.size())});
+                table.add({.operation = fmt::format("from Swap to the window, {}", name),
+                           .peer = "",
+                           .ours = plain(atShare(shown.toWindowMs, share)),
+                           .unit = "ms",
+                           .remark = fmt::format("{} pictures", shown.toWindowMs.size())});
+                table.add(
+                    {.operation = fmt::format("between the first and the last of four windows with frame n, {}", name),
+                     .peer = "",
+                     .ours = plain(atShare(shown.spreadMs, share)),
+                     .unit = "ms",
+                     .remark = fmt::format("{} frames", shown.spreadMs.size())});
             }
         }
     }
     if (options.rows.find("city") != std::string::npos) {
         table.begin("city on 2x2 tiles of 960x540");
-        // In turns, and the median: which hosts come to help which is chance, and a run takes a fifth more or less by it.
+        // In turns, and the median: which hosts come to help which is chance, and a run takes a fifth more or less by
+        // it.
         std::map<std::string, std::vector<double>> ms;
         for (int round = 0; round < 5; ++round)
             for (const std::string surface : {"osmesa", "egl"}) {
@@ -129,7 +161,12 @@ int bench(const ScreenOptions& options) {
                     table.complain(surface + ": the city's wall did not run to its end");
             }
         if (ms["egl"].size() == 5 && ms["osmesa"].size() == 5)
-            table.add({.operation = "a frame of the wall on EGL's first device", .peer = "OSMesa", .ours = plain(atShare(ms["egl"], 0.5)), .theirs = plain(atShare(ms["osmesa"], 0.5)), .unit = "ms", .remark = "medians of 5 runs"});
+            table.add({.operation = "a frame of the wall on EGL's first device",
+                       .peer = "OSMesa",
+                       .ours = plain(atShare(ms["egl"], 0.5)),
+                       .theirs = plain(atShare(ms["osmesa"], 0.5)),
+                       .unit = "ms",
+                       .remark = "medians of 5 runs"});
     }
     if (options.rows.find("poses") != std::string::npos)
         for (const bool drawn : {false, true}) poseRows(table, folder, std::max(100, 2 * options.frames), drawn);

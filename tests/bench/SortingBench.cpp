@@ -1,5 +1,5 @@
-/// The sortings (client/render/DrawSorting.h) beside each other: what drawing costs, scene by scene, in turns in the same
-/// run. Four tiles of 960×540, what `auto` leaves to be drawn.
+/// The sortings (client/render/DrawSorting.h) beside each other: what drawing costs, scene by scene, in turns in the
+/// same run. Four tiles of 960×540, what `auto` leaves to be drawn.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,8 +43,10 @@ Stage manyMaterials(int frames) {
     const auto image = [&] {
         std::vector<std::uint8_t> pixels;
         for (int i = 0; i < 64 * 64; ++i)
-            for (int c = 0; c < 4; ++c) pixels.push_back(static_cast<std::uint8_t>(c == 3 && i % 7 ? 255 : 96 + random() % 160));
-        return scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 64, .heightPx = 64});
+            for (int c = 0; c < 4; ++c)
+                pixels.push_back(static_cast<std::uint8_t>(c == 3 && i % 7 ? 255 : 96 + random() % 160));
+        return scene.add(
+            Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 64, .heightPx = 64});
     };
     std::vector<ObjectId> shapes;
     for (int i = 0; i < 96; ++i) {
@@ -63,7 +65,8 @@ Stage manyMaterials(int frames) {
                                       : makeCylinder(0.4, 1, 16);
         if (shape.texcoords.empty())
             for (std::size_t k = 0; k < shape.positions.size(); k += 3)
-                shape.texcoords.insert(shape.texcoords.end(), {shape.positions[k] + shape.positions[k + 2], shape.positions[k + 1]});
+                shape.texcoords.insert(shape.texcoords.end(),
+                                       {shape.positions[k] + shape.positions[k + 2], shape.positions[k + 1]});
         shapes.push_back(scene.add(shape, made));
     }
     for (int i = 0; i < 4000; ++i)
@@ -107,8 +110,7 @@ void measure(Stage& stage, Surface& surface, int samples, CullerKind culler, Mil
     const int width = screen.grid.tileWidthPx, height = screen.grid.tileHeightPx;
     std::map<std::pair<DrawSorting, int>, RenderAction> actions;
     for (const DrawSorting sorting : kAllDrawSortings)
-        for (int tile = 0; tile < 4; ++tile)
-            actions.try_emplace({sorting, tile}, culler, sorting);
+        for (int tile = 0; tile < 4; ++tile) actions.try_emplace({sorting, tile}, culler, sorting);
     std::map<DrawSorting, Totals> totals;
     for (std::size_t frame = 0; frame < stage.views.size() + 1; ++frame) {
         // The first one uploads and compiles.
@@ -135,11 +137,13 @@ void measure(Stage& stage, Surface& surface, int samples, CullerKind culler, Mil
     for (const auto& [sorting, total] : totals) {
         std::printf("%-24s %8d %7.0f  %-6s %9.0f %9.0f %9.2f %7.3f\n", stage.name.c_str(), samples,
                     static_cast<double>(total.items) / tiles, std::string(nameOf(sorting)).c_str(),
-                    static_cast<double>(total.calls) / tiles, static_cast<double>(total.states) / tiles, total.ms / tiles,
-                    total.ms / byDepth);
-        cases += fmt::format(R"({}{{"case":"{}, {} samples: {}","peer":"depth","ours":{:.17g},"theirs":{:.17g},"unit":"ms","ratio":{:.17g}}})",
-                             cases.empty() ? "\n" : ",\n", stage.name, samples, nameOf(sorting), total.ms / tiles, byDepth / tiles,
-                             total.ms / byDepth);
+                    static_cast<double>(total.calls) / tiles, static_cast<double>(total.states) / tiles,
+                    total.ms / tiles, total.ms / byDepth);
+        cases +=
+            fmt::format(R"({}{{"case":"{}, {} samples: {}","peer":"depth","ours":{:.17g},"theirs":{:.17g},"unit":"ms",)"
+                        R"("ratio":{:.17g}}})",
+                        cases.empty() ? "\n" : ",\n", stage.name, samples, nameOf(sorting), total.ms / tiles,
+                        byDepth / tiles, total.ms / byDepth);
     }
     std::fflush(stdout);
 }
@@ -157,7 +161,8 @@ int bench(int argc, char** argv) {
         if (option == "--surface") surfaceName = argv[i + 1];
         if (option == "--frames") frames = std::max(1, std::atoi(argv[i + 1]));
     }
-    const auto kind = std::find_if(kAllCullers.begin(), kAllCullers.end(), [&](CullerKind k) { return nameOf(k) == culler; });
+    const auto kind =
+        std::find_if(kAllCullers.begin(), kAllCullers.end(), [&](CullerKind k) { return nameOf(k) == culler; });
     if (kind == kAllCullers.end() || asksRenderer(*kind)) {
         std::fprintf(stderr, "bench_sorting: no culler '%s' that works by itself\n", culler.c_str());
         return 2;
@@ -171,11 +176,14 @@ int bench(int argc, char** argv) {
          {"hall", [&] { return fileStage("engine hall", hall, assets, frames); }},
          {"field", [&] { return fieldStage(frames); }},
          {"materials", [&] { return manyMaterials(frames); }},
-         {"boxes", [&] { return crowd("crowd of boxes", makeBox({1, 1, 1}), frames); }},
+         {"boxes",
+          [&] {
+              return crowd("crowd of boxes", makeBox({1, 1, 1}), frames);
+          }},
          {"balls", [&] { return crowd("crowd of balls", makeSphere(0.5, 16), frames); }}}};
     std::string cases;
-    std::printf("%-24s %8s %7s  %-6s %9s %9s %9s %7s   per tile; ms of %s time, beside depth\n", "scene", "samples", "items",
-                "order", "calls", "states", "draw", "ratio", clock == wallMs ? "wall" : "processor");
+    std::printf("%-24s %8s %7s  %-6s %9s %9s %9s %7s   per tile; ms of %s time, beside depth\n", "scene", "samples",
+                "items", "order", "calls", "states", "draw", "ratio", clock == wallMs ? "wall" : "processor");
     for (const auto& [name, make] : stages) {
         if (!only.empty() && only != name) continue;
         Stage stage = make();

@@ -10,10 +10,11 @@
 
 namespace tessera::bench {
 
-/// Of `all`, the items with a visible sample in the part `rect`. A pixel's four samples lie at middles of the sixteen parts of a
-/// finer picture (the pattern of GL_SAMPLES 4 in llvmpipe, and Direct3D's); of one sample it is the pixel's own middle.
-inline DrawList visibleItems(Renderer& renderer, const Aspect& aspect, DrawList all, const ScreenCamera& camera, const PixelRect& rect,
-                             int samples) {
+/// Of `all`, the items with a visible sample in the part `rect`. A pixel's four samples lie at middles of the sixteen
+/// parts of a finer picture (the pattern of GL_SAMPLES 4 in llvmpipe, and Direct3D's); of one sample it is the pixel's
+/// own middle.
+inline DrawList visibleItems(Renderer& renderer, const Aspect& aspect, DrawList all, const ScreenCamera& camera,
+                             const PixelRect& rect, int samples) {
     const int fine = samples == 4 ? 4 : 1;
     ScreenCamera finer = camera;
     finer.pixels = {camera.pixels.width * fine, camera.pixels.height * fine};

@@ -24,7 +24,7 @@ namespace tessera::bench {
 
 struct WallReading {
     std::chrono::steady_clock::time_point at;
-    std::int64_t frame = 0;  ///< that all tiles show
+    std::int64_t frame = 0;          ///< that all tiles show
     double server = 0, clients = 0;  ///< seconds of processor time
 };
 

@@ -70,10 +70,12 @@ std::optional<WallCost> runWall(const std::string& command, int frames) {
         int done = 0, all = 0;
         if (std::sscanf(line, "tessera-wall: pid %31s role client", process) == 1 && std::strstr(line, "role client"))
             clients.emplace_back(process);
-        else if (std::sscanf(line, "tessera-wall: %d of %d frames", &done, &all) == 2 && 5 * done >= frames && done < frames)
-            marks.push_back({done,
-                             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count(),
-                             processorMsOf(clients)});
+        else if (std::sscanf(line, "tessera-wall: %d of %d frames", &done, &all) == 2 && 5 * done >= frames &&
+                 done < frames)
+            marks.push_back(
+                {done,
+                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count(),
+                 processorMsOf(clients)});
         else if (const char* waited = std::strstr(line, "waited longest"))
             cost.remark = std::string(waited, std::strcspn(waited, "\n"));
     }
@@ -84,7 +86,9 @@ std::optional<WallCost> runWall(const std::string& command, int frames) {
     return cost;
 }
 
-Median only(double value) { return {.value = value, .spread = 0, .count = 1}; }
+Median only(double value) {
+    return {.value = value, .spread = 0, .count = 1};
+}
 
 }  // namespace
 
@@ -99,16 +103,17 @@ void wallRows(SceneTable& table, const std::string& program, int frames, int rou
     std::string folder = fs::temp_directory_path() / "tessera-wall-row-XXXXXX";
     if (!mkdtemp(folder.data())) std::abort();
     std::ofstream(folder + "/three-and-one.wall") << kThreeAndOne;
-    const std::vector<std::pair<std::string, std::string>> walls = {{"default wall, 2x2", "2x2"},
-                                                                    {"two hosts, three tiles and one", folder + "/three-and-one.wall"}};
+    const std::vector<std::pair<std::string, std::string>> walls = {
+        {"default wall, 2x2", "2x2"}, {"two hosts, three tiles and one", folder + "/three-and-one.wall"}};
     for (const auto& [name, file] : walls) {
         std::vector<WallCost> with, without;
         for (int round = 0; round < rounds; ++round)
             for (const bool shared : {false, true}) {
-                const auto cost = runWall(fmt::format("'{}' --wall '{}' --scene '{}/deploy/scenes/engine-hall.tsct' --assets {} --frames {} "
-                                                      "--output '{}' --share {}",
-                                                      wall, file, TESSERA_SOURCE_DIR, models, frames, folder, shared ? "auto" : "off"),
-                                          frames);
+                const auto cost = runWall(
+                    fmt::format("'{}' --wall '{}' --scene '{}/deploy/scenes/engine-hall.tsct' --assets {} --frames {} "
+                                "--output '{}' --share {}",
+                                wall, file, TESSERA_SOURCE_DIR, models, frames, folder, shared ? "auto" : "off"),
+                    frames);
                 if (!cost) {
                     table.complain(name + ": the wall did not run to its end");
                     break;

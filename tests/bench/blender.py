@@ -1,12 +1,15 @@
 #!/usr/bin/python3
 """What linking Blender to a wall costs: `blender.py [--json FILE] [--moves N] [--rows few,many,large]`.
 
-Debian's Blender without a window, whose add-on is pumped 60 times a second as its timer would; a server of 60 frames a second and a host
-that draws nothing; an application that is told of changes. Rows:
-  few, many  100 and 10,000 objects: until all stand at the wall, again for one that has them; one is dragged: from its move in
-             Blender until the application hears of it; the other way, from the answer to a move there until Blender has it
+Debian's Blender without a window, whose add-on is pumped 60 times a second as its timer would; a server of 60 frames a
+second and a host that draws nothing; an application that is told of changes. Rows:
+  few, many  100 and 10,000 objects: until all stand at the wall, again for one that has them; one is dragged: from its
+  move in
+             Blender until the application hears of it; the other way, from the answer to a move there until Blender has
+             it
   large      a mesh of a million triangles: until it stands at the wall
-Of each the longest time for which the add-on held Blender's thread. No verdict on time here: tests/bench/README.md says why."""
+Of each the longest time for which the add-on held Blender's thread. No verdict on time here: tests/bench/README.md says
+why."""
 import argparse
 import json
 import os
@@ -30,12 +33,14 @@ def over(values, part):
 
 def told(seen, sent):
     took = [(seen[at] - when) * 1e3 for at, when in sent if at in seen]
-    return {"moves": len(sent), "seen": len(took), "p50_ms": round(over(took, 0.5), 1), "p99_ms": round(over(took, 0.99), 1),
+    return {"moves": len(sent), "seen": len(took), "p50_ms": round(over(took, 0.5), 1),
+            "p99_ms": round(over(took, 0.99), 1),
             "longest_ms": round(max(took), 1)}
 
 
 def row_of(name, moves):
-    with Live(surface="none", options=["--rate", "60"]) as live, live.connect() as wall, tempfile.TemporaryDirectory() as folder:
+    with (Live(surface="none", options=["--rate", "60"]) as live, live.connect() as wall,
+          tempfile.TemporaryDirectory() as folder):
         report = pathlib.Path(folder, "report.json")
         seen = {}
 
@@ -76,7 +81,8 @@ def main():
             rows.append(row_of(name, said.moves))
             print(json.dumps(rows[-1]), flush=True)
     if said.json:
-        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()}, indent=1) + "\n")
+        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()},
+                                                      indent=1) + "\n")
 
 
 if __name__ == "__main__":

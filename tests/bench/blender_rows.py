@@ -31,7 +31,8 @@ def linked(stage, address):
 
     link = pump.start(stage, address)
     seconds = ticks(lambda: link.idle)
-    return link, {"s": seconds, "batches": link.counts["batches"], "longest_pump_ms": round(link.counts["longest_ms"], 1)}
+    return link, {"s": seconds, "batches": link.counts["batches"],
+                  "longest_pump_ms": round(link.counts["longest_ms"], 1)}
 
 
 def objects(count, address, moves):
@@ -55,7 +56,8 @@ def objects(count, address, moves):
         held += time.perf_counter() - now
     ticks(lambda: link.idle)
     drag = {"changes_sent": link.counts["sent"] - changes, "pump_ms": round(held / moves * 1e3, 3),
-            "longest_pump_ms": round(link.counts["longest_ms"], 2), "core_share": round((time.process_time() - begun) / (sent[-1][1] - sent[0][1]), 3)}
+            "longest_pump_ms": round(link.counts["longest_ms"], 2),
+            "core_share": round((time.process_time() - begun) / (sent[-1][1] - sent[0][1]), 3)}
     pump.stop()
     link, again = linked(stage, address)
     import tessera
@@ -66,7 +68,8 @@ def objects(count, address, moves):
             node.translation = (-at, 0, 0)
             took.append(ticks(lambda: thing.location.x == -at) * 1e3)
     took.sort()
-    return {"objects": count, "link": first, "link_again": again, "sent": sent, "of_drag": drag, "back": {"p50_ms": took[50], "p99_ms": took[98]}}
+    return {"objects": count, "link": first, "link_again": again, "sent": sent, "of_drag": drag,
+            "back": {"p50_ms": took[50], "p99_ms": took[98]}}
 
 
 def large(address):

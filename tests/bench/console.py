@@ -1,21 +1,29 @@
 #!/usr/bin/python3
-"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows look,crowd,tablets,sockets,faults,input,upload,reload]`.
+"""What it costs a wall to be looked at from a page: `console.py [--json FILE] [--seconds S] [--rows
+look,crowd,tablets,sockets,faults,input,upload,reload]`.
 
 A server and four hosts that draw 960×540 together, on this machine; the view moves in each frame. Rows:
   rest   nobody looks: frames, and what server and hosts take of a core
-  look   one socket asks for the wall's pictures again and again, as a page does: pictures a second, the first one after the socket has
+  look   one socket asks for the wall's pictures again and again, as a page does: pictures a second, the first one after
+  the socket has
          opened, and the same figures as in rest
-  crowd  chromium shows the page, and nine sockets look, five of which stop reading: frames that came later than 50 ms after the one
+  crowd  chromium shows the page, and nine sockets look, five of which stop reading: frames that came later than 50 ms
+  after the one
          before, with and without them
-  tablets  a hundred tablets show a panel, ten of which hold a slider: late frames as in crowd, how long they wait for what they ask
-  sockets  a thousand sockets ask for a tree of 100,000 nodes without a pause: late frames as in crowd, how many were let in; the same
+  tablets  a hundred tablets show a panel, ten of which hold a slider: late frames as in crowd, how long they wait for
+  what they ask sockets  a thousand sockets ask for a tree of 100,000 nodes without a pause: late frames as in crowd,
+  how many were let in; the same
          beside a process that burns its core
-  faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has subscribed to
+  faults a host is killed, one is stopped, both come back: from the server's own word in its log until a socket that has
+  subscribed to
          states hears of it, and until the page in chromium shows it (limit 250 ms)
-  upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in crowd
-  reload a file of 100,000 nodes that share a mesh is replaced whenever it has been taken in, 500 nodes of it changed, while a person moves
-         another one in each frame; hosts draw nothing: late frames as in crowd, and from the rename until a socket hears of the change
-  input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the wall draws as
+  upload 1 GiB is brought as a file while the wall draws: how fast, what the server's memory grows by, late frames as in
+  crowd reload a file of 100,000 nodes that share a mesh is replaced whenever it has been taken in, 500 nodes of it
+  changed, while a person moves
+         another one in each frame; hosts draw nothing: late frames as in crowd, and from the rename until a socket
+         hears of the change
+  input  a node is moved at one socket while another one is told of changes: from saying it to hearing of it, while the
+  wall draws as
          fast as it can, beside the time that two frames take; the same from a field of the page in chromium ("page")
 Browsers, tablets, sockets and what is brought give way (nice 19): they would run on other machines.
 No verdict on time here: tests/bench/README.md says why."""
@@ -73,7 +81,8 @@ class Looker:
 
 
 def told(pipe, work, *arguments):
-    """A process of its own: in one, a thread gets the interpreter up to 5 ms late, and would take its own lateness for the wall's."""
+    """A process of its own: in one, a thread gets the interpreter up to 5 ms late, and would take its own lateness for
+    the wall's."""
     process = CONTEXT.Process(target=work, args=(*arguments, pipe), daemon=True)
     process.start()
     return process
@@ -174,7 +183,8 @@ def rows_of_look(live, seconds):
 COUNT_DRAWN = """
 window.drawn = 0;
 const draw = CanvasRenderingContext2D.prototype.drawImage;
-CanvasRenderingContext2D.prototype.drawImage = function (...given) { window.drawn += 1; return draw.apply(this, given); };
+CanvasRenderingContext2D.prototype.drawImage = function (...given) { window.drawn += 1; return draw.apply(this, given);
+  };
 """
 
 
@@ -206,12 +216,14 @@ def rows_of_crowd(live, seconds):
 
 PANEL = """
 controls { label: "Sun" node: "/sun/light" field: "intensity" slider { greatest: 5 } }
-controls { label: "Carriage" node: "/carriage" field: "translation" choice { options { label: "Near" value: "0 1 1" } } }
+controls { label: "Carriage" node: "/carriage" field: "translation" choice { options { label: "Near"
+  value: "0 1 1" } } }
 """
 
 
 def hold(door, token, at, until):
-    """A tablet, as `panel-link.js` has it: looks once a second; the first ten hold a slider meanwhile. Seconds waited for each answer."""
+    """A tablet, as `panel-link.js` has it: looks once a second; the first ten hold a slider meanwhile. Seconds waited
+    for each answer."""
     connection = http.client.HTTPConnection(door, timeout=60)
     waited, stamp, value = [], "", None
 
@@ -232,7 +244,8 @@ def hold(door, token, at, until):
             stamp, next_look = told["stamp"], next_look + 1
             value = told["controls"][0]["now"] if "controls" in told else value
         if at < 10 and value:
-            ask("ProposeChanges", list={"set": [{"type": value["type"], "field": value["field"], "ids": [value["object"]],
+            ask("ProposeChanges", list={"set": [{"type": value["type"], "field": value["field"],
+                                                 "ids": [value["object"]],
                                                  "values": [1 + time.perf_counter() % 3]}]})
         time.sleep(0.1 if at < 10 else max(0, next_look - time.perf_counter()))
     connection.close()
@@ -264,7 +277,8 @@ def rows_of_tablets(live, seconds):
 def storm(door, token, pipe):
     os.nice(19)
     resource.setrlimit(resource.RLIMIT_NOFILE, (4096, 4096))
-    hammer(door, token, 1000, b"".join(WebSocket.question(at, "GetTree", node="/many", page_size=1000) for at in range(200)), pipe)
+    hammer(door, token, 1000,
+           b"".join(WebSocket.question(at, "GetTree", node="/many", page_size=1000) for at in range(200)), pipe)
 
 
 def rows_of_sockets(live, seconds):
@@ -283,7 +297,8 @@ def rows_of_sockets(live, seconds):
         with Beside(storm, door, token) as stormed:
             beside = frames(live, seconds)
     read, closed, refused = stormed.result
-    return [{"row": "sockets", "without": without, "burned": burned, "with": beside, "read_MiB": read >> 20, "closed": closed, "refused": refused}]
+    return [{"row": "sockets", "without": without, "burned": burned, "with": beside, "read_MiB": read >> 20,
+             "closed": closed, "refused": refused}]
 
 
 def hear(door, token, pipe):
@@ -324,7 +339,8 @@ def follow(path, pipe):
 WATCH_FAULTS = """
 window.faults = [];
 new MutationObserver((changes) => changes.forEach((change) => change.addedNodes.forEach((node) =>
-  window.faults.push([(performance.timeOrigin + performance.now()) / 1000, node.textContent])))).observe(document.querySelector('.faults'), {childList: true});
+  window.faults.push([(performance.timeOrigin + performance.now()) / 1000,
+    node.textContent])))).observe(document.querySelector('.faults'), {childList: true});
 """
 
 
@@ -367,7 +383,8 @@ def bring(door, token, pipe):
     connection = http.client.HTTPConnection(door, timeout=600)
     pipe.send("ready")
     begin = time.perf_counter()
-    connection.request("PUT", "/upload/large", (bytes(1 << 20) for _ in range(1024)), {"Authorization": f"Bearer {token}", "Content-Length": str(1 << 30)})
+    connection.request("PUT", "/upload/large", (bytes(1 << 20) for _ in range(1024)),
+                       {"Authorization": f"Bearer {token}", "Content-Length": str(1 << 30)})
     status = connection.getresponse().status
     lasted = time.perf_counter() - begin
     connection.close()
@@ -383,7 +400,8 @@ def rows_of_upload(live, seconds):
         with Beside(bring, door, token) as brought:
             highest = []
             meanwhile = frames(live, seconds, lambda: highest.append(figure(live.server, "VmRSS")))
-    return [{"row": "upload", "without": without, "with": meanwhile, "memory_MiB": round((max(highest) - before) / 1024, 1), **brought.result}]
+    return [{"row": "upload", "without": without, "with": meanwhile,
+             "memory_MiB": round((max(highest) - before) / 1024, 1), **brought.result}]
 
 
 # A number is typed into the field of a light; the moment, in seconds since 1970.
@@ -429,7 +447,9 @@ def rows_of_input(live, times=300):
         hand.read()
     pace = frames(live, 3)
     page = seconds_of_page_input(live, times)
-    return [{"row": "input", "page_p50_ms": round(over(page, 0.5) * 1e3, 2), "page_p99_ms": round(over(page, 0.99) * 1e3, 2), "p50_ms": round(over(took, 0.5) * 1e3, 2), "p99_ms": round(over(took, 0.99) * 1e3, 2),
+    return [{"row": "input", "page_p50_ms": round(over(page, 0.5) * 1e3, 2),
+             "page_p99_ms": round(over(page, 0.99) * 1e3, 2), "p50_ms": round(over(took, 0.5) * 1e3, 2),
+             "p99_ms": round(over(took, 0.99) * 1e3, 2),
              "longest_ms": round(max(took) * 1e3, 1), "two_frames_and_50_ms": round(2 * pace["p50_ms"] + 50, 1)}]
 
 
@@ -468,7 +488,8 @@ def main():
                     options.error(f"no row {name}")
     print(*map(json.dumps, rows), sep="\n")
     if said.json:
-        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()}, indent=1) + "\n")
+        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()},
+                                                      indent=1) + "\n")
 
 
 if __name__ == "__main__":

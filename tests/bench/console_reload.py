@@ -1,4 +1,5 @@
-"""The row `reload` of console.py: a large file is replaced again and again while somebody edits and somebody listens."""
+"""The row `reload` of console.py: a large file is replaced again and again while somebody edits and somebody
+listens."""
 import json
 import os
 import pathlib
@@ -82,5 +83,6 @@ def rows(seconds):
     took = [next((when - at for when in ear.result if when > at), None) for at in replaced]
     heard = [one for one in took if one is not None]
     return [{"row": "reload", "nodes": 2 * PAIRS, "changed": CHANGED, "without": without, "with": meanwhile,
-             "replaced": len(replaced), "heard": len(heard), "heard_p50_ms": round(over(heard, 0.5) * 1e3) if heard else None,
+             "replaced": len(replaced), "heard": len(heard),
+             "heard_p50_ms": round(over(heard, 0.5) * 1e3) if heard else None,
              "heard_longest_ms": round(max(heard) * 1e3) if heard else None}]

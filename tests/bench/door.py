@@ -1,14 +1,18 @@
 #!/usr/bin/python3
-"""What a program in Python costs and how fast it is: `door.py [--json FILE] [--seconds S]`, after `./deploy/build build programs tessera_python`.
+"""What a program in Python costs and how fast it is: `door.py [--json FILE] [--seconds S]`, after `./deploy/build build
+programs tessera_python`.
 
 One server and one host that draws nothing, on this machine. Rows:
-  swarm   10,000 Transforms are set 60 times a second, one packed column each time, for S seconds: how many frames came later than
+  swarm   10,000 Transforms are set 60 times a second, one packed column each time, for S seconds: how many frames came
+  later than
           21 ms after the one before, and how much of a core Python took
   cloud   a million points with colours (16 MB) replaced: until it is granted
   single  one field of one node set: until it is granted, and how much of a core 60 of them a second take
-  readers 8 and 40 sockets that each ask for pieces of 256 KiB without a pause: the wall's frames, a new socket's first answer, what the
+  readers 8 and 40 sockets that each ask for pieces of 256 KiB without a pause: the wall's frames, a new socket's first
+  answer, what the
           server keeps in memory; before it the same with a process that burns its core instead, and with neither
-  keys    what sealed links cost beside plain ones, in turns: bytes a second, round trips, handshakes (bench_sealed), and the barrier of
+  keys    what sealed links cost beside plain ones, in turns: bytes a second, round trips, handshakes (bench_sealed),
+  and the barrier of
           four hosts that draw nothing, at 60 frames a second for S seconds in all
 No verdict on time here: tests/bench/README.md says why."""
 import argparse
@@ -50,8 +54,8 @@ def swarm_of(wall, count):
 
 
 def watch(address, pipe):
-    """Says when each frame has come, from a process of its own: in the one that leads, a thread gets the interpreter up to 5 ms late
-    (sys.getswitchinterval), and would take its own lateness for the wall's."""
+    """Says when each frame has come, from a process of its own: in the one that leads, a thread gets the interpreter up
+    to 5 ms late (sys.getswitchinterval), and would take its own lateness for the wall's."""
     shown = []
     with tessera.connect(address) as wall, wall.follow("frames", timeout=10) as clock:
         pipe.send("ready")
@@ -63,8 +67,8 @@ def watch(address, pipe):
 
 
 def led(wall, address, nodes, places, seconds):
-    """Set again whenever it is granted, for so long: the server grants once a frame, so that this goes at the wall's pace. Frames' times, times
-    until granted, share of a core, edits a second."""
+    """Set again whenever it is granted, for so long: the server grants once a frame, so that this goes at the wall's
+    pace. Frames' times, times until granted, share of a core, edits a second."""
     granted = []
     mine, theirs = multiprocessing.Pipe()
     watcher = multiprocessing.get_context("spawn").Process(target=watch, args=(address, theirs), daemon=True)
@@ -83,13 +87,18 @@ def led(wall, address, nodes, places, seconds):
     mine.send("enough")
     shown = mine.recv()
     watcher.join(10)
-    return np.diff([at for at in shown if begin <= at <= begin + seconds]), np.array(granted), busy / lasted, turn / lasted
+    return np.diff([at for at in shown if begin <= at <= begin + seconds]), np.array(
+        granted), busy / lasted, turn / lasted
 
 
 def row_of(name, gaps, granted, share, rate):
-    return {"row": name, "edits_per_s": round(rate, 1), "frames": int(len(gaps) + 1), "late_frames": int((gaps > LATE_S).sum()),
-            "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2), "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2), "most": round(float(gaps.max()) * 1e3, 2)},
-            "granted_ms": {"p50": round(float(np.median(granted)) * 1e3, 2), "most": round(float(granted.max()) * 1e3, 2)},
+    return {"row": name, "edits_per_s": round(rate, 1), "frames": int(len(gaps) + 1),
+            "late_frames": int((gaps > LATE_S).sum()),
+            "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2),
+                         "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2),
+                         "most": round(float(gaps.max()) * 1e3, 2)},
+            "granted_ms": {"p50": round(float(np.median(granted)) * 1e3, 2),
+                           "most": round(float(granted.max()) * 1e3, 2)},
             "python_core_share": round(share, 3)}
 
 
@@ -107,14 +116,16 @@ def cloud(wall, count, times):
     node.remove()
     took = np.array(took) * 1e3
     return {"row": "cloud", "points": count, "bytes": points.nbytes + colours.nbytes,
-            "granted_ms": {"p50": round(float(np.median(took)), 1), "least": round(float(took.min()), 1), "most": round(float(took.max()), 1)}}
+            "granted_ms": {"p50": round(float(np.median(took)), 1), "least": round(float(took.min()), 1),
+                           "most": round(float(took.max()), 1)}}
 
 
 PIECE = 256 << 10  # bytes
 
 
 def hammer(door, token, count, questions, pipe):
-    """Asks on so many sockets as fast as they take it, and reads all answers: bytes read, sockets that were closed, those not let in."""
+    """Asks on so many sockets as fast as they take it, and reads all answers: bytes read, sockets that were closed,
+    those not let in."""
     ready = selectors.DefaultSelector()
     left, sockets, refused = {}, [], 0
     for _ in range(count):
@@ -188,8 +199,12 @@ def beside(live, door, token, seconds, target, *arguments):
         read, closed, refused = mine.recv()
         other.join(10)
     gaps = np.diff([at for at in shown if begin <= at])
-    return {"frames": int(len(gaps) + 1), "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2), "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2), "most": round(float(gaps.max()) * 1e3, 2)},
-            "first_answer_ms": {"p50": round(float(np.median(waited)) * 1e3, 1), "most": round(float(max(waited)) * 1e3, 1)},
+    return {"frames": int(len(gaps) + 1),
+            "frame_ms": {"p50": round(float(np.median(gaps)) * 1e3, 2),
+                         "p99": round(float(np.percentile(gaps, 99)) * 1e3, 2),
+                         "most": round(float(gaps.max()) * 1e3, 2)},
+            "first_answer_ms": {"p50": round(float(np.median(waited)) * 1e3, 1),
+                                "most": round(float(max(waited)) * 1e3, 1)},
             "resident_MiB": memory, "read_MiB": read >> 20, "closed": closed, "refused": refused}
 
 
@@ -205,11 +220,13 @@ def readers(live, wall, seconds):
     node = wall.show(points, "/points", radius=0.002)
     door, _, token = live.link().removeprefix("http://").partition("/?token=")
     array = array_name(points.reshape(-1).view(np.uint8))
-    questions = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=at * PIECE % points.nbytes, length=PIECE) for at in range(200))
+    questions = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=at * PIECE % points.nbytes, length=PIECE)
+                         for at in range(200))
     rows = [{"row": "readers", "beside": "nothing", **beside(live, door, token, seconds, None)},
             {"row": "readers", "beside": "one that burns its core", **beside(live, door, token, seconds, burn)}]
     for count in (8, 40):
-        rows.append({"row": "readers", "beside": f"{count} sockets", **beside(live, door, token, seconds, hammer, door, token, count, questions)})
+        rows.append({"row": "readers", "beside": f"{count} sockets",
+                     **beside(live, door, token, seconds, hammer, door, token, count, questions)})
     node.remove()
     return rows
 
@@ -222,10 +239,13 @@ def barrier_of(keys, frames):
     sealed = ["--keys", keys] if keys else []
     with tempfile.TemporaryDirectory() as place, tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene:
         report = pathlib.Path(place) / "report.json"
-        server = subprocess.Popen([BUILD / "bin/tessera-server", "--wall", "2x2", "--scene", empty(scene), "--frames", str(frames), "--rate", "60",
-                                   "--no-console", "--report", report, *sealed], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        server = subprocess.Popen([BUILD / "bin/tessera-server", "--wall", "2x2", "--scene", empty(scene), "--frames",
+                                   str(frames), "--rate", "60",
+                                   "--no-console", "--report", report,
+                                   *sealed], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         address = server.stdout.readline().split()[-1]
-        hosts = [subprocess.Popen([BUILD / "bin/tessera-client", "--server", address, "--host", host, "--surface", "none", *sealed],
+        hosts = [subprocess.Popen([BUILD / "bin/tessera-client", "--server", address, "--host", host, "--surface",
+                                   "none", *sealed],
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for host in HOSTS]
         server.communicate()
         for host in hosts:
@@ -234,7 +254,8 @@ def barrier_of(keys, frames):
 
 
 def keys(seconds):
-    rows = [json.loads(line) for line in subprocess.run([BUILD / "bin/bench_sealed"], check=True, capture_output=True, text=True).stdout.splitlines()]
+    rows = [json.loads(line) for line in subprocess.run([BUILD / "bin/bench_sealed"], check=True, capture_output=True,
+                                                        text=True).stdout.splitlines()]
     with tempfile.TemporaryDirectory() as place:
         folder = place + "/keys"
         for verb in (["init", "--wall", "2x2"], *(["host", host] for host in HOSTS)):
@@ -245,7 +266,8 @@ def keys(seconds):
     for what in ("p50", "p99"):
         plain, sealed = (float(np.median([pair[at][what] for pair in found])) for at in (0, 1))
         rows.append({"row": "barrier", "what": what, "plain_ms": plain, "sealed_ms": sealed,
-                     "ratio": float(np.median([pair[1][what] / pair[0][what] for pair in found])), **({"at_most": 1.3} if what == "p50" else {})})
+                     "ratio": float(np.median([pair[1][what] / pair[0][what] for pair in found])),
+                     **({"at_most": 1.3} if what == "p50" else {})})
     return rows
 
 
@@ -258,7 +280,8 @@ def main():
     names = said.rows.split(",")
     rows = keys(said.seconds) if "keys" in names else []
     shown = 0
-    with tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene, Live(surface="none", scene=empty(scene)) as live, live.connect() as wall:
+    with (tempfile.NamedTemporaryFile("w", suffix=".tsct") as scene, Live(surface="none", scene=empty(scene)) as live,
+          live.connect() as wall):
         for name in names:
             if name == "swarm":
                 nodes = swarm_of(wall, 10_000)
@@ -276,7 +299,8 @@ def main():
             print(*map(json.dumps, rows[shown:]), sep="\n")
             shown = len(rows)
     if said.json:
-        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()}, indent=1) + "\n")
+        pathlib.Path(said.json).write_text(json.dumps({"rows": rows, "load": os.getloadavg(), "cores": os.cpu_count()},
+                                                      indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -3,8 +3,10 @@ import os
 import re
 from dataclasses import dataclass
 
-# What a command line of ours begins with. Names of scripts and programs are not listed: a new one is found by what it is called.
-OURS = re.compile(r"^((?:\./deploy/)?run-(?:wall|tests|bench|drill)|\./deploy/[\w./-]+|deploy/[\w./-]*/[\w-]+\.py|(?:\./|[\w./-]*/)?(?:bin/)?(?:tessera|example)-[\w-]+|build/bin/\w+|\./bin/\w+|ctest|cmake)(\s|$)")
+# What a command line of ours begins with. Names of scripts and programs are not listed: a new one is found by what it
+# is called.
+OURS = re.compile(r"^((?:\./deploy/)?run-(?:wall|tests|bench|drill)|\./deploy/[\w./-]+|deploy/[\w./-]*/[\w-]+\.py|"
+                  r"(?:\./|[\w./-]*/)?(?:bin/)?(?:tessera|example)-[\w-]+|build/bin/\w+|\./bin/\w+|ctest|cmake)(\s|$)")
 ASSIGNMENT = re.compile(r"^[A-Za-z_]\w*=\S*\s+")
 SKIPPED_FOLDERS = {".git", "out", "node_modules"}
 
@@ -44,7 +46,8 @@ def one_space(text):
 
 
 def blocks_and_prose(text):
-    """("code", number of the first line, lines) and ("prose", …), paragraph by paragraph. Fenced blocks are drawings here."""
+    """("code", number of the first line, lines) and ("prose", …), paragraph by paragraph. Fenced blocks are drawings
+    here."""
     lines = text.split("\n")
     i = 0
     while i < len(lines):
@@ -63,7 +66,8 @@ def blocks_and_prose(text):
         elif lines[i].strip():
             end = i
             # A row of a table, or an item of a list, is a paragraph of its own.
-            while end < len(lines) and lines[end].strip() and not lines[end].startswith("```") and (end == i or not re.match(r"\s*([-*] |\||\d+\. )", lines[end])):
+            while end < len(lines) and lines[end].strip() and not lines[end].startswith("```") and (
+                end == i or not re.match(r"\s*([-*] |\||\d+\. )", lines[end])):
                 end += 1
             yield "prose", i + 1, lines[i:end]
             i = end

@@ -7,7 +7,8 @@ import extract
 import table
 
 SCENE_GROUPS = [f"Scenes{n}" for n in range(1, 6)]
-GROUPS = ["Install", "Build", "ScriptsOfTests", "Benches", "Installed", *SCENE_GROUPS, "Options", "Hall", "Rooms", "Asked", "ByHand", "Desk", "Files", "Tests", "Gallery", "Slow"]
+GROUPS = ["Install", "Build", "ScriptsOfTests", "Benches", "Installed", *SCENE_GROUPS, "Options", "Hall", "Rooms",
+          "Asked", "ByHand", "Desk", "Files", "Tests", "Gallery", "Slow"]
 # Scenes that take seconds to read or to draw even so small.
 HEAVY = ("plant.tsct", "pour-10000.tsct", "gallery.tsct")
 
@@ -52,7 +53,8 @@ def rule(text, walls_so_far):
         heavy = any(w.endswith(HEAVY) for w in words)
         group = "Slow" if heavy else SCENE_GROUPS[walls_so_far % len(SCENE_GROUPS)]
         port = "TESSERA_DEFORM_PORT=$PORT " if "--deform" in words else ""
-        return table.Row(group, port + run, says="tessera-wall: ", leaves=("out/wall.png", "out/report.json"), needs=needs, slow=heavy)
+        return table.Row(group, port + run, says="tessera-wall: ", leaves=("out/wall.png", "out/report.json"),
+                         needs=needs, slow=heavy)
     if words.startswith("./deploy/run-bench "):
         return table.Row("Benches", "run_bench " + " ".join(shlex.quote(w) for w in shlex.split(words)[1:]))
     return None

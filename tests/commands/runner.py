@@ -1,4 +1,5 @@
-"""Runs lines, each by itself in a shell, in a folder of its own, with an end to its patience; what a line starts ends with it."""
+"""Runs lines, each by itself in a shell, in a folder of its own, with an end to its patience; what a line starts ends
+with it."""
 import ctypes
 import os
 import pty
@@ -20,7 +21,8 @@ set -euo pipefail
 ctl() { tessera-ctl --server "$WALL" "$@"; }
 by_hand() {
   local code=0
-  tessera-server --wall 1x1 --size 64x36 --scene "$ROOT/tests/data/scenes/yard.tsct" --frames 3 --listen 127.0.0.1:$PORT "$@" & local server=$!
+  tessera-server --wall 1x1 --size 64x36 --scene "$ROOT/tests/data/scenes/yard.tsct" --frames 3 \
+    --listen 127.0.0.1:$PORT "$@" & local server=$!
   eval "tessera-client --server 127.0.0.1:$PORT --host all ${HOST_OPTIONS:-}" || code=$?
   wait "$server" || code=$?
   return "$code"
@@ -52,8 +54,10 @@ class Process:
     def __init__(self, command, cwd, environment, log, terminal=None):
         self.log = log
         with open(log, "wb") as out:
-            self.process = subprocess.Popen(command, cwd=cwd, env=environment, stdin=terminal if terminal is not None else subprocess.DEVNULL,
-                                            stdout=terminal if terminal is not None else out, stderr=subprocess.STDOUT, start_new_session=True, preexec_fn=die_with_parent)
+            self.process = subprocess.Popen(command, cwd=cwd, env=environment,
+                                            stdin=terminal if terminal is not None else subprocess.DEVNULL,
+                                            stdout=terminal if terminal is not None else out, stderr=subprocess.STDOUT,
+                                            start_new_session=True, preexec_fn=die_with_parent)
 
     def output(self):
         with open(self.log, "rb") as text:
@@ -82,7 +86,9 @@ class Process:
 class Runner:
     def __init__(self, root, environment, built, data, installs=False):
         self.root, self.built, self.data, self.installs = root, built, data, installs
-        self.environment = dict(environment, ROOT=root, BUILD=environment.get("TESSERA_BUILD") or os.path.join(root, "build"), BUILT=built, DATA=data, LP_NUM_THREADS="0",
+        self.environment = dict(environment, ROOT=root,
+                                BUILD=environment.get("TESSERA_BUILD") or os.path.join(root, "build"), BUILT=built,
+                                DATA=data, LP_NUM_THREADS="0",
                                 PATH=os.path.join(root, "out", "bin") + ":" + environment.get("PATH", "/usr/bin:/bin"))
         for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
             self.environment.pop(name, None)
@@ -98,7 +104,8 @@ class Runner:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def start(self, name, command, **environment):
-        process = Process(command, self.root, dict(self.environment, **environment), os.path.join(self.folder, f"{name}.{len(self.processes)}.log"))
+        process = Process(command, self.root, dict(self.environment, **environment),
+                          os.path.join(self.folder, f"{name}.{len(self.processes)}.log"))
         self.processes.append(process)
         return process
 
@@ -111,18 +118,23 @@ class Runner:
         if key not in self.walls:
             words = options.replace("$PWD", self.root).split()
             # A few frames a second: it is asked, not looked at.
-            server = self.start("server", [self.program("tessera-server"), "--wall", "1x1", "--size", "64x36", "--scene", scene, "--assets", "/usr/share/assimp/models", "--listen", "127.0.0.1:0",
-                                           "--rate", "10", *words])
+            server = self.start("server",
+                                [self.program("tessera-server"), "--wall", "1x1", "--size", "64x36", "--scene", scene,
+                                 "--assets", "/usr/share/assimp/models", "--listen", "127.0.0.1:0",
+                                 "--rate", "10", *words])
             address = server.wait_for("listening on ")
-            host = self.start("host", [self.program("tessera-client"), "--server", address, "--host", "all", "--output", os.path.join(self.folder, f"tiles{len(self.walls)}"),
-                                       *([] if draws else ["--surface", "none"])])
+            host = self.start("host",
+                              [self.program("tessera-client"), "--server", address, "--host", "all", "--output",
+                               os.path.join(self.folder, f"tiles{len(self.walls)}"),
+                               *([] if draws else ["--surface", "none"])])
             server.wait_for("all enters at frame")
             self.walls[key] = (address, server, host)
         return self.walls[key][0]
 
     def desktop(self):
         if self.display is None:
-            server = self.start("xvfb", ["/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
+            server = self.start("xvfb",
+                                ["/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
             end = time.monotonic() + 30
             while self.display is None:
                 numbers = [line for line in server.output().split("\n")[:-1] if line.isdigit()]
@@ -153,7 +165,8 @@ class Runner:
             environment["WALL"] = self.wall(row.scene, row.options, row.draws)
         if row.display:
             environment["DISPLAY"] = self.desktop()
-        leaves = [path.replace("$T", own) if path.startswith("$T") else os.path.join(self.root, path) for path in row.leaves]
+        leaves = [path.replace("$T", own) if path.startswith("$T") else os.path.join(self.root, path)
+                  for path in row.leaves]
         for path in leaves:
             if os.path.isfile(path):
                 os.remove(path)
@@ -164,7 +177,9 @@ class Runner:
         if self.installs:
             script = script.replace(" --no-install", "")
         # Whatever still runs in the background when a line has ended ends, too.
-        process = Process(["/bin/bash", "-c", PRELUDE + "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\n" + script + "\n"], self.root, environment, log, theirs)
+        process = Process(["/bin/bash", "-c",
+                           PRELUDE + "trap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\n" + script
+                           + "\n"], self.root, environment, log, theirs)
         try:
             code, said = self.follow(process, row, ours, theirs)
         finally:

@@ -1,4 +1,5 @@
-"""A copy of the tree whose build folder is empty, and is built in seconds: the scripts, CMake and ninja are the real ones, the compiler is not."""
+"""A copy of the tree whose build folder is empty, and is built in seconds: the scripts, CMake and ninja are the real
+ones, the compiler is not."""
 import os
 import shutil
 import subprocess
@@ -15,8 +16,10 @@ class Sandbox:
         self.root = folder
         self.build = os.path.join(folder, "build")
         self.built = built
-        self.environment = dict(os.environ, TESSERA_BUILT=os.path.join(built, "bin"), PYTHONDONTWRITEBYTECODE="1", SANDBOX="1",
-                                TESSERA_CMAKE_OPTIONS=f"-DTESSERA_CCACHE={HERE}/stand-in -DCMAKE_CXX_LINKER_LAUNCHER={HERE}/stand-in")
+        self.environment = dict(os.environ, TESSERA_BUILT=os.path.join(built, "bin"), PYTHONDONTWRITEBYTECODE="1",
+                                SANDBOX="1",
+                                TESSERA_CMAKE_OPTIONS=f"-DTESSERA_CCACHE={HERE}/stand-in "
+                                                      f"-DCMAKE_CXX_LINKER_LAUNCHER={HERE}/stand-in")
         self.environment.pop("TESSERA_BUILD", None)
 
     def make(self):

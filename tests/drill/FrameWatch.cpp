@@ -17,8 +17,8 @@ FrameWatch::~FrameWatch() {
 void FrameWatch::watch(const std::stop_token& stop, const std::string& address) {
     while (!stop.stop_requested()) {
         // It dials again itself, more often than applications do.
-        auto application =
-            Application::connect({.address = address, .name = "drill", .followScene = false, .timeout = 2s, .redial = 0ms});
+        auto application = Application::connect(
+            {.address = address, .name = "drill", .followScene = false, .timeout = 2s, .redial = 0ms});
         if (!application) {
             std::this_thread::sleep_for(20ms);  // a server that is being started again
             continue;

@@ -27,8 +27,8 @@ struct Arguments {
 
 std::vector<Row> allRows(const DrillOptions& options) {
     std::vector<Row> all;
-    for (std::vector<Row> some : {hostRows(), serverRows(), strangerRows(), crowdRows(), linkRows(),
-                                   applicationRows(options)})
+    for (std::vector<Row> some :
+         {hostRows(), serverRows(), strangerRows(), crowdRows(), linkRows(), applicationRows(options)})
         std::ranges::move(some, std::back_inserter(all));
     return all;
 }
@@ -88,9 +88,7 @@ int main(int argc, char** argv) {
     options.option("--repetitions", arguments.drill.repetitions, "Of rows that take little time (3)")
         .typeName("N")
         .range(1, 100);
-    options.option("--nodes", arguments.drill.nodes, "In the scene (100000)")
-        .typeName("N")
-        .range(1'000, 1'000'000);
+    options.option("--nodes", arguments.drill.nodes, "In the scene (100000)").typeName("N").range(1'000, 1'000'000);
     options.option("--seconds", arguments.drill.seconds, "That a crowd stands around (60)")
         .typeName("S")
         .range(1, 3'600);

@@ -1,5 +1,5 @@
-/// What our own code reads in the confined child: glTF, Tessera's scenes, text meshes, images. (What assimp reads is assimp's, which
-/// is why there is a child.)
+/// What our own code reads in the confined child: glTF, Tessera's scenes, text meshes, images. (What assimp reads is
+/// assimp's, which is why there is a child.)
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -43,7 +43,8 @@ void run(FuzzInput in) {
     const ByteSpan bytes = in.rest();
     if (extension == "png") {
         if (const Expected<DecodedImage> image = decodeImage(bytes, 64))
-            must(image->rgba.size() == static_cast<std::size_t>(4 * image->widthPx * image->heightPx) && image->widthPx <= 64,
+            must(image->rgba.size() == static_cast<std::size_t>(4 * image->widthPx * image->heightPx) &&
+                     image->widthPx <= 64,
                  "an image has the size that it says");
         return;
     }
@@ -53,7 +54,8 @@ void run(FuzzInput in) {
     limits.maxNodes = 1000;
     limits.maxImageSide = 64;
     const bool text = extension != "gltf" && extension != "glb" && extension != "tsct" && extension != "tsc";
-    const Expected<PlainScene> scene = text ? readTextMesh(file.path(), extension, limits) : readScene(file.path(), limits);
+    const Expected<PlainScene> scene =
+        text ? readTextMesh(file.path(), extension, limits) : readScene(file.path(), limits);
     if (!scene) must(!scene.error().message.empty(), "a refusal has words");
 }
 

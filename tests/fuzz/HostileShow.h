@@ -1,4 +1,5 @@
-/// A running simulation and edits that nobody means: for fuzzing and for tests from seeds, which only differ in who chooses.
+/// A running simulation and edits that nobody means: for fuzzing and for tests from seeds, which only differ in who
+/// chooses.
 #pragma once
 
 #include <array>
@@ -24,7 +25,8 @@ namespace tessera::test {
 using Choose = std::function<std::size_t(std::size_t)>;
 
 /// /body, a box with mass that gravity pulls, driven by the motion whose keys are given, if any; a camera above it.
-inline ChangeList bodyScene(const Vec3d& gravity, const Vec3d& velocity, const std::vector<std::array<double, 4>>& keys = {}) {
+inline ChangeList bodyScene(const Vec3d& gravity, const Vec3d& velocity,
+                            const std::vector<std::array<double, 4>>& keys = {}) {
     ListMaker make;
     const ObjectId place = make.transform(Vec3d::Zero());
     const ObjectId body = make.node("body", kRootNode, place);
@@ -52,9 +54,37 @@ inline ChangeList bodyScene(const Vec3d& gravity, const Vec3d& velocity, const s
 
 /// Up to three changes of what there is, with numbers from harmless to the largest there are.
 inline ChangeList hostileEdit(const Aspect& scene, const Choose& choose) {
-    constexpr std::array kNumbers = {0.0,  -0.0, 1.0,  -1.0,  0.5,  2.0,  1e-9,  0.1,   -0.3, 3.0,    10.0,   1e-50,    1e-160,   1e-300,
-                                     5e-324, 1e3,  1e6,  -1e6,  1e9,  1e15, 1e16,  -1e30, 1e49, 1e60,   1e150,  -1e155,   1e200,    1e300,
-                                     -1.7e308, std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
+    constexpr std::array kNumbers = {0.0,
+                                     -0.0,
+                                     1.0,
+                                     -1.0,
+                                     0.5,
+                                     2.0,
+                                     1e-9,
+                                     0.1,
+                                     -0.3,
+                                     3.0,
+                                     10.0,
+                                     1e-50,
+                                     1e-160,
+                                     1e-300,
+                                     5e-324,
+                                     1e3,
+                                     1e6,
+                                     -1e6,
+                                     1e9,
+                                     1e15,
+                                     1e16,
+                                     -1e30,
+                                     1e49,
+                                     1e60,
+                                     1e150,
+                                     -1e155,
+                                     1e200,
+                                     1e300,
+                                     -1.7e308,
+                                     std::numeric_limits<double>::max(),
+                                     -std::numeric_limits<double>::max()};
     const auto number = [&] { return kNumbers[choose(choose(3) == 0 ? kNumbers.size() : 11)]; };
     const auto vector = [&] {
         const double x = number(), y = number();
@@ -72,7 +102,9 @@ inline ChangeList hostileEdit(const Aspect& scene, const Choose& choose) {
         if (object.as<Geometry>()) ids[6].push_back(id);
         if (object.as<Camera>()) ids[7].push_back(id);
     }
-    const auto any = [&](std::size_t kind) { return ids[kind].empty() ? ObjectId{} : ids[kind][choose(ids[kind].size())]; };
+    const auto any = [&](std::size_t kind) {
+        return ids[kind].empty() ? ObjectId{} : ids[kind][choose(ids[kind].size())];
+    };
     ListMaker make;
     ChangeListBuilder& list = make.builder;
     for (std::size_t edits = 1 + choose(3); edits > 0; --edits) {
@@ -170,36 +202,41 @@ struct HostileCounts {
     std::size_t taken = 0, refused = 0, undone = 0;
 };
 
-/// So many frames of it. Says what is wrong, or nothing: every list leads a replica along, undo leads back, and there is always a
-/// view that can be drawn. That it returns at all is the rest of the promise.
+/// So many frames of it. Says what is wrong, or nothing: every list leads a replica along, undo leads back, and there
+/// is always a view that can be drawn. That it returns at all is the rest of the promise.
 inline std::string hostileShow(const Choose& choose, int frames, HostileCounts& counts,
                                const CollisionLimits& limits = {}) {
     Simulation simulation({.collision = limits});
-    if (!simulation.load({bodyScene(Vec3d(0, -10, 0), Vec3d::Zero(), {{0, 0, 0, 0}, {1, 6, 0, 0}})})) return "the scene to begin with is refused";
+    if (!simulation.load({bodyScene(Vec3d(0, -10, 0), Vec3d::Zero(), {{0, 0, 0, 0}, {1, 6, 0, 0}})}))
+        return "the scene to begin with is refused";
     ViewSource source(wallOfOne(), "");
     source.update(simulation.scene(), nullptr);
     Aspect replica;
     if (!replica.apply(snapshot(simulation.scene()))) return "a snapshot is refused";
     for (int i = 0; i < frames; ++i) {
         std::vector<Edit> edits(1);
-        constexpr Edit::Kind kKinds[] = {Edit::Kind::kUndo, Edit::Kind::kRedo, Edit::Kind::kChange, Edit::Kind::kChange, Edit::Kind::kChange};
+        constexpr Edit::Kind kKinds[] = {Edit::Kind::kUndo, Edit::Kind::kRedo, Edit::Kind::kChange, Edit::Kind::kChange,
+                                         Edit::Kind::kChange};
         const Edit::Kind kind = edits[0].kind = kKinds[choose(5)];
         if (kind == Edit::Kind::kChange) edits[0].list = hostileEdit(simulation.scene(), choose);
         edits[0].gesture = {1, choose(3)};
-        // Nothing but edits and what moves by itself changes a scene: what was done can always be taken back, and done again, but where what moves by
-        // itself has come to stand there.
+        // Nothing but edits and what moves by itself changes a scene: what was done can always be taken back, and done
+        // again, but where what moves by itself has come to stand there.
         const bool possible = kind == Edit::Kind::kChange || simulation.listOf(kind) != nullptr;
         const FrameResult frame = simulation.step(i == 0, std::move(edits), {});
         const bool done = frame.outcomes.front().result.has_value();
-        const bool stands = !done && frame.outcomes.front().result.error().message.find(" stands where ") != std::string::npos;
+        const bool stands =
+            !done && frame.outcomes.front().result.error().message.find(" stands where ") != std::string::npos;
         if (kind != Edit::Kind::kChange && done != possible && !stands) return "a step of the history is refused";
         ++(!done ? counts.refused : kind != Edit::Kind::kChange ? counts.undone : counts.taken);
         if (frame.commit.list) {
-            if (const Expected<void> followed = replica.apply(*frame.commit.list); !followed) return "a replica refuses: " + followed.error().message;
+            if (const Expected<void> followed = replica.apply(*frame.commit.list); !followed)
+                return "a replica refuses: " + followed.error().message;
             source.update(simulation.scene(), frame.commit.list.get());
         }
         if (replica.stateHash() != simulation.scene().stateHash()) return "a replica differs";
-        if (const Expected<View> view = source.view(simulation.scene()); view && !checkStand(*view)) return "a view that cannot be drawn";
+        if (const Expected<View> view = source.view(simulation.scene()); view && !checkStand(*view))
+            return "a view that cannot be drawn";
     }
     return {};
 }

@@ -41,18 +41,21 @@ Bytes records(FuzzInput& in) {
 void run(FuzzInput in) {
     const Bytes said = records(in);
     const int file = memfd_create("importer", MFD_CLOEXEC);
-    must(file >= 0 && write(file, said.data(), said.size()) == static_cast<ssize_t>(said.size()), "there is memory for a file");
+    must(file >= 0 && write(file, said.data(), said.size()) == static_cast<ssize_t>(said.size()),
+         "there is memory for a file");
     lseek(file, 0, SEEK_SET);
     ImportOptions options;
     options.maxResultBytes = 1 << 20;
-    const Expected<ImporterOutput> output = readImporterOutput(file, options, [] { return Error{ErrorCode::kBadInput, "cut short"}; });
+    const Expected<ImporterOutput> output = readImporterOutput(file, options, [] {
+        return Error{ErrorCode::kBadInput, "cut short"};
+    });
     close(file);
     if (!output) return must(!output.error().message.empty(), "a refusal has words");
     const Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content || content->saved().empty()) return;
     ChangeListBuilder builder;
-    const Expected<SavedScene> saved =
-        readSaved(std::as_bytes(std::span(content->saved().data(), content->saved().size())), output->blobs, {}, builder);
+    const Expected<SavedScene> saved = readSaved(
+        std::as_bytes(std::span(content->saved().data(), content->saved().size())), output->blobs, {}, builder);
     if (!saved) return must(!saved.error().message.empty(), "a refusal has words");
 }
 

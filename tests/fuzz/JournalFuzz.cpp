@@ -7,7 +7,8 @@
 namespace tessera::fuzz {
 namespace {
 
-/// Records of any content under headers that are right, behind an opening that this program accepts; or whatever the bytes are.
+/// Records of any content under headers that are right, behind an opening that this program accepts; or whatever the
+/// bytes are.
 Bytes journalFile(FuzzInput& in) {
     if (in.below(4) == 0) {
         const ByteSpan bytes = in.rest();

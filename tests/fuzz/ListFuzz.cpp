@@ -1,4 +1,5 @@
-/// Encoded lists, one after the other, on a small scene: each is refused and leaves no trace, or applied and can be taken back.
+/// Encoded lists, one after the other, on a small scene: each is refused and leaves no trace, or applied and can be
+/// taken back.
 #include "common/codec/ChangeCodec.h"
 #include "common/scene/Aspect.h"
 #include "tests/fuzz/FuzzInput.h"

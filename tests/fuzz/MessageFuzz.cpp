@@ -1,5 +1,5 @@
-/// The payload of any message. What can be read says the same when it is written and read again; what it carries is looked into,
-/// as its receiver would.
+/// The payload of any message. What can be read says the same when it is written and read again; what it carries is
+/// looked into, as its receiver would.
 #include "common/codec/ApplicationCodec.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/FrameCodec.h"
@@ -18,7 +18,8 @@ void lookInto(const Message& message) {
     if (const auto* notice = std::get_if<message::Notice>(&message)) (void)decodeNotice(notice->body);
     if (const auto* begin = std::get_if<message::Begin>(&message)) {
         if (const auto frame = decodeFrame(begin->payload.bytes()))
-            must(frame->view.position.allFinite() && frame->view.worldUnitsPerMetre > 0, "a view that is read can be drawn");
+            must(frame->view.position.allFinite() && frame->view.worldUnitsPerMetre > 0,
+                 "a view that is read can be drawn");
     }
 }
 

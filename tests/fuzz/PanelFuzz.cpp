@@ -83,8 +83,7 @@ std::map<Place, FieldValue> valuesIn(const ChangeList& list) {
 
 /// One list: some fields of some objects, or bytes as they come.
 Expected<ChangeList> saidBy(FuzzInput& in, const Aspect& scene) {
-    if (in.below(8) == 0)
-        return decodeChangeList(in.bytes(in.below(512)), BlobStore(), AbsentBlobs::kKeepAbsent);
+    if (in.below(8) == 0) return decodeChangeList(in.bytes(in.below(512)), BlobStore(), AbsentBlobs::kKeepAbsent);
     ChangeListBuilder list;
     for (std::size_t sets = 1 + in.below(3); sets > 0; --sets) {
         const ObjectId id{1 + in.below(11)};

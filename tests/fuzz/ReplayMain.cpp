@@ -1,4 +1,5 @@
-/// Runs a fuzz target on the inputs of its corpus: fuzz_NAME FOLDER-OR-FILE…. Every build has it, whatever its compiler.
+/// Runs a fuzz target on the inputs of its corpus: fuzz_NAME FOLDER-OR-FILE…. Every build has it, whatever its
+/// compiler.
 #include <filesystem>
 #include <fstream>
 #include <iterator>

@@ -1,4 +1,5 @@
-/// fuzz_seeds FOLDER: inputs to begin with, one folder per target; what a fuzzer would need very long to find by itself.
+/// fuzz_seeds FOLDER: inputs to begin with, one folder per target; what a fuzzer would need very long to find by
+/// itself.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -65,9 +66,12 @@ std::vector<Message> messages() {
             begin->list = share(std::move(committed));
             begin->payload = Bytes(view);
         }
-        if (auto* ready = std::get_if<message::Ready>(&message)) ready->stats = encodeStats({{{"front-0-0", 1, 2, 3, 4, 5}}, 6, 7, 8});
-        if (auto* request = std::get_if<message::Request>(&message)) request->body = encodeRequest(request::GetStatus{});
-        if (auto* welcome = std::get_if<message::Welcome>(&message)) welcome->configuration = encodeWall(test::wallOfOne());
+        if (auto* ready = std::get_if<message::Ready>(&message))
+            ready->stats = encodeStats({{{"front-0-0", 1, 2, 3, 4, 5}}, 6, 7, 8});
+        if (auto* request = std::get_if<message::Request>(&message))
+            request->body = encodeRequest(request::GetStatus{});
+        if (auto* welcome = std::get_if<message::Welcome>(&message))
+            welcome->configuration = encodeWall(test::wallOfOne());
     }
     return all;
 }
@@ -77,7 +81,8 @@ void write(const Seeds& seeds) {
     for (const Message& message : messages()) {
         const Bytes payload = encodeMessage(message).joined();
         seeds.add("messages", byte(wireType(message)) + payload);
-        if (payload.size() < 512) frames = frames + byte(1) + byte(wireType(message)) + lengthOf(payload) + payload + byte(0);
+        if (payload.size() < 512)
+            frames = frames + byte(1) + byte(wireType(message)) + lengthOf(payload) + payload + byte(0);
     }
     seeds.add("frames", frames);
     const std::vector<ApplicationRequest> requests = {request::GetStatus{},
@@ -124,20 +129,24 @@ void write(const Seeds& seeds) {
     const std::string_view panel =
         "title: \"t\" controls { label: \"a\" node: \"/lamp\" field: \"intensity\" slider { least: 0 greatest: 4 } }\n"
         "controls { label: \"b\" node: \"/lamp\" field: \"on\" toggle {} }\n"
-        "controls { label: \"c\" node: \"/else/cart\" field: \"translation\" choice { options { value: \"0 0 1\" } } }\n"
+        "controls { label: \"c\" node: \"/else/cart\" field: \"translation\" choice { options { value: \"0 0 1\" } } "
+        "}\n"
         "controls { label: \"d\" node: \"/cart\" field: \"name\" text { bytes: 8 } }\n"
         "controls { label: \"e\" node: \"/lamp\" field: \"color\" colour {} }\n"
-        "controls { label: \"f\" press { sets { node: \"/else/lamp\" field: \"intensity\" value: \"1\" } home: true } }\n";
+        "controls { label: \"f\" press { sets { node: \"/else/lamp\" field: \"intensity\" value: \"1\" } home: true } "
+        "}\n";
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         Bytes said;
-        for (int i = 0; i < 3000; ++i) said.push_back(static_cast<std::byte>(hash64(Bytes(i % 97 + 1, std::byte(seed * i)))));
+        for (int i = 0; i < 3000; ++i)
+            said.push_back(static_cast<std::byte>(hash64(Bytes(i % 97 + 1, std::byte(seed * i)))));
         seeds.add("panels", lengthOf(asBytes(panel)) + asBytes(panel) + said);
     }
     for (const auto& entry : std::filesystem::directory_iterator(root / "deploy/scenes"))
         if (entry.path().extension() == ".panel")
             seeds.add("panels", lengthOf(contentOf(entry.path())) + contentOf(entry.path()));
     for (const auto& entry : std::filesystem::directory_iterator(root / "deploy/scenes"))
-        if (entry.path().extension() == ".tsct" && entry.file_size() < 3000) seeds.add("files", byte(2) + contentOf(entry.path()));
+        if (entry.path().extension() == ".tsct" && entry.file_size() < 3000)
+            seeds.add("files", byte(2) + contentOf(entry.path()));
 
     Aspect scene;
     ChangeList list = test::bodyScene(Vec3d(0, -10, 0), Vec3d::Zero(), {{0, 0, 0, 0}, {1, 1, 0, 0}});
@@ -146,7 +155,8 @@ void write(const Seeds& seeds) {
     for (const SceneEncoding encoding : {SceneEncoding::kText, SceneEncoding::kBinary}) {
         const Expected<std::string> saved = writeScene(scene, encoding);
         if (!saved) std::abort();
-        seeds.add("files", byte(encoding == SceneEncoding::kText ? 2 : 3) + std::as_bytes(std::span(saved->data(), saved->size())));
+        seeds.add("files", byte(encoding == SceneEncoding::kText ? 2 : 3) +
+                               std::as_bytes(std::span(saved->data(), saved->size())));
         if (encoding == SceneEncoding::kBinary) {
             const ByteSpan bytes = std::as_bytes(std::span(saved->data(), saved->size()));
             seeds.add("importer", byte(1) + byte(0) + lengthOf(bytes) + bytes);
@@ -154,15 +164,21 @@ void write(const Seeds& seeds) {
     }
     const std::string gltf =
         R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"translation":[1,2,3]}],)"
-        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,)"
-        R"("type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,)"
+        R"("componentType":5126,"count":3,)"
+        R"("type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,)"
+        R"("uri":"data:application/octet-stream;base64,)"
         R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     seeds.add("files", byte(0) + std::as_bytes(std::span(gltf.data(), gltf.size())));
-    for (const auto& [kind, text] : {std::pair{4, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"}, {5, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
-                                     {6, "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                                         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
-                                     {7, "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
-                                         "endsolid\n"}})
+    for (const auto& [kind, text] :
+         {std::pair{4, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
+          {5, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
+          {6,
+           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
+          {7,
+           "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+           "endsolid\n"}})
         seeds.add("files", byte(static_cast<std::size_t>(kind)) + std::as_bytes(std::span(text, std::strlen(text))));
 
     Bytes records = byte(1);
@@ -201,16 +217,17 @@ void write(const Seeds& seeds) {
                                 .list = whole,
                                 .display = {}});
         } else {
-            keep(journal::Frame{.start = true,
-                                .frame = {},
-                                .sequence = Sequence(1),
-                                .stateHash = scene.stateHash(),
-                                .list = whole,
-                                .history = {{.kind = HistoryEvent::Kind::kEdited, .inverse = move, .gesture = {1, 2}},
-                                            {.kind = HistoryEvent::Kind::kUndone, .inverse = move, .gesture = {}},
-                                            {.kind = HistoryEvent::Kind::kPartArrived, .inverse = move, .made = {20, 5}},
-                                            {.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr}},
-                                .display = std::vector<ObjectId>{ObjectId(1)}});
+            keep(
+                journal::Frame{.start = true,
+                               .frame = {},
+                               .sequence = Sequence(1),
+                               .stateHash = scene.stateHash(),
+                               .list = whole,
+                               .history = {{.kind = HistoryEvent::Kind::kEdited, .inverse = move, .gesture = {1, 2}},
+                                           {.kind = HistoryEvent::Kind::kUndone, .inverse = move, .gesture = {}},
+                                           {.kind = HistoryEvent::Kind::kPartArrived, .inverse = move, .made = {20, 5}},
+                                           {.kind = HistoryEvent::Kind::kPartsTakenAway, .inverse = nullptr}},
+                               .display = std::vector<ObjectId>{ObjectId(1)}});
             keep(journal::Frames{FrameNumber(64)});
         }
         seeds.add("journals", kept);

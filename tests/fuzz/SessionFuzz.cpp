@@ -134,13 +134,15 @@ private:
     }
     void keep(const ServerActions& actions) {
         for (const ServerAction& action : actions) {
-            if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action)) wanted_.push_back(wanted->connection);
+            if (const auto* wanted = std::get_if<server_action::SnapshotWanted>(&action))
+                wanted_.push_back(wanted->connection);
             if (const auto* close = std::get_if<server_action::Close>(&action)) open_.erase(close->connection);
             if (const auto* released = std::get_if<server_action::FrameReleased>(&action)) {
                 frameOpen_ = false;
                 must(released->shown.size() + released->held.size() <= 2, "a frame is shown by hosts of the wall");
             }
-            if (const auto* mismatch = std::get_if<server_action::StateMismatch>(&action)) keep(session_.repair(mismatch->host, now_));
+            if (const auto* mismatch = std::get_if<server_action::StateMismatch>(&action))
+                keep(session_.repair(mismatch->host, now_));
             if (const auto* sent = std::get_if<server_action::Send>(&action)) (void)encodeMessage(*sent->message);
         }
         must(wanted_.size() < 1000, "snapshots are asked for once per peer");
@@ -159,7 +161,13 @@ private:
 class Client {
 public:
     explicit Client(FuzzInput& in)
-        : in_(in), session_({.name = "left", .schema = 1, .maxBlobBytes = 1 << 16, .chunkBytes = 16, .maxQueuedMessages = 16, .maxQueuedBytes = 1 << 16}) {}
+        : in_(in),
+          session_({.name = "left",
+                    .schema = 1,
+                    .maxBlobBytes = 1 << 16,
+                    .chunkBytes = 16,
+                    .maxQueuedMessages = 16,
+                    .maxQueuedBytes = 1 << 16}) {}
 
     void run() {
         keep(session_.channelOpened(ChannelKind::kControl, now_));
@@ -210,13 +218,16 @@ private:
     void keep(const ClientActions& actions) {
         for (const ClientAction& action : actions) {
             if (std::holds_alternative<client_action::OpenBulk>(action)) bulkWanted_ = true;
-            if (std::holds_alternative<client_action::Disconnect>(action) || std::holds_alternative<client_action::Finish>(action))
+            if (std::holds_alternative<client_action::Disconnect>(action) ||
+                std::holds_alternative<client_action::Finish>(action))
                 ended_ = true;
             if (const auto* sent = std::get_if<client_action::Send>(&action)) (void)encodeMessage(sent->message);
             if (const auto* stored = std::get_if<client_action::StoreBlob>(&action))
                 must(stored->blob.sizeBytes() <= 1 << 16, "no blob is larger than allowed");
-            if (std::holds_alternative<client_action::ApplySnapshot>(action) || std::holds_alternative<client_action::ApplyChanges>(action) ||
-                std::holds_alternative<client_action::Draw>(action) || std::holds_alternative<client_action::Show>(action) ||
+            if (std::holds_alternative<client_action::ApplySnapshot>(action) ||
+                std::holds_alternative<client_action::ApplyChanges>(action) ||
+                std::holds_alternative<client_action::Draw>(action) ||
+                std::holds_alternative<client_action::Show>(action) ||
                 std::holds_alternative<client_action::DescribeState>(action)) {
                 must(orders_.empty(), "work is handed out one at a time");
                 orders_.push_back(action);

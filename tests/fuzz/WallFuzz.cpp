@@ -19,7 +19,8 @@ void run(FuzzInput in) {
     view.users = wall->users;
     for (const Tile& tile : layoutTiles(*wall)) {
         const ScreenCamera camera = tileCamera(*wall, tile, view);
-        must(camera.clip_T_eye.allFinite() && camera.eye_T_world.matrix().allFinite(), "each tile of a wall has a camera");
+        must(camera.clip_T_eye.allFinite() && camera.eye_T_world.matrix().allFinite(),
+             "each tile of a wall has a camera");
     }
 }
 

@@ -112,7 +112,8 @@ TEST(Cells, HaveBordersThatNobodySees) {
     for (const int samples : {1, 4}) {
         Stage stage(samples);
         double anywhere = 0, beside = 0, all = 0, besideAll = 0;
-        for (const Vec3d& eye : {Vec3d(0, 0, 2.4), Vec3d(0.3, 0.1, 2.2), Vec3d(-0.4, -0.2, 2.8), Vec3d(0.1, 0.35, 2), Vec3d(-0.2, 0.2, 3.1)}) {
+        for (const Vec3d& eye : {Vec3d(0, 0, 2.4), Vec3d(0.3, 0.1, 2.2), Vec3d(-0.4, -0.2, 2.8), Vec3d(0.1, 0.35, 2),
+                                 Vec3d(-0.2, 0.2, 3.1)}) {
             const ScreenCamera within = cameraOf(kCellWidthPx, kCellHeightPx, eye);
             const Picture expected = drawPart(stage, scene.aspect, scene.scene, CullerKind::kNone, within, one);
             const ScreenCamera across = cameraOf(2 * kCellWidthPx, 2 * kCellHeightPx, eye, 6.4);
@@ -121,16 +122,19 @@ TEST(Cells, HaveBordersThatNobodySees) {
             for (int y = 0; y < one.height; ++y)
                 for (int x = 0; x < one.width; ++x) {
                     const bool near = std::abs(2 * x + 1 - one.width) <= 3 || std::abs(2 * y + 1 - one.height) <= 3;
-                    const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(one.width) + static_cast<std::size_t>(x));
+                    const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(one.width) +
+                                                static_cast<std::size_t>(x));
                     bool differs = false;
-                    for (std::size_t c = 0; c < 3; ++c) differs = differs || std::abs(picture.rgb[at + c] - expected.rgb[at + c]) > 2;
+                    for (std::size_t c = 0; c < 3; ++c)
+                        differs = differs || std::abs(picture.rgb[at + c] - expected.rgb[at + c]) > 2;
                     anywhere += differs;
                     beside += differs && near;
                     all += 1;
                     besideAll += near;
                 }
         }
-        std::printf("%d samples: %.4f %% of all pixels differ, %.4f %% beside the borders\n", samples, 100 * anywhere / all, 100 * beside / besideAll);
+        std::printf("%d samples: %.4f %% of all pixels differ, %.4f %% beside the borders\n", samples,
+                    100 * anywhere / all, 100 * beside / besideAll);
         EXPECT_LT(anywhere, 5e-4 * all);
         EXPECT_LT(beside, 1e-3 * besideAll);
     }

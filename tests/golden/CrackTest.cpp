@@ -1,6 +1,6 @@
-/// Where screens meet there is no crack: rooms of several screens, drawn for heads anywhere, pixel by pixel beside the exact function of
-/// each pixel's ray. What is drawn is a room whose colour depends on the direction alone; the rays are worked out here, from the
-/// corners of the wall file and the eye, and not by what is judged.
+/// Where screens meet there is no crack: rooms of several screens, drawn for heads anywhere, pixel by pixel beside the
+/// exact function of each pixel's ray. What is drawn is a room whose colour depends on the direction alone; the rays
+/// are worked out here, from the corners of the wall file and the eye, and not by what is judged.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,10 +16,10 @@
 namespace tessera::test {
 namespace {
 
-constexpr int kFields = 48;         // of the room's side, each way
-constexpr double kRoom = 30;        // half a side, world units
-constexpr float kBright = 0.5f;     // of a channel that is on, linear
-constexpr int kBrightByte = 188;    // that, by IEC 61966-2-1
+constexpr int kFields = 48;       // of the room's side, each way
+constexpr double kRoom = 30;      // half a side, world units
+constexpr float kBright = 0.5f;   // of a channel that is on, linear
+constexpr int kBrightByte = 188;  // that, by IEC 61966-2-1
 
 /// One of seven colours, a bit per channel; 0 is what is behind the room: nothing.
 int colorOfField(int face, int i, int j) {
@@ -43,8 +43,10 @@ Aspect makeRoom() {
                 for (const auto& [a, b] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}}) {
                     std::array<float, 3> point{};
                     point[static_cast<std::size_t>(axis)] = static_cast<float>(sign * kRoom);
-                    point[static_cast<std::size_t>((axis + 1) % 3)] = static_cast<float>(kRoom * (2.0 * a / kFields - 1));
-                    point[static_cast<std::size_t>((axis + 2) % 3)] = static_cast<float>(kRoom * (2.0 * b / kFields - 1));
+                    point[static_cast<std::size_t>((axis + 1) % 3)] =
+                        static_cast<float>(kRoom * (2.0 * a / kFields - 1));
+                    point[static_cast<std::size_t>((axis + 2) % 3)] =
+                        static_cast<float>(kRoom * (2.0 * b / kFields - 1));
                     mesh.positions.insert(mesh.positions.end(), point.begin(), point.end());
                 }
                 mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
@@ -104,7 +106,9 @@ struct Rays {
 };
 
 int drawnColor(const Picture& picture, int x, int yFromBelow) {
-    const std::size_t at = 3 * (static_cast<std::size_t>(picture.heightPx - 1 - yFromBelow) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x));
+    const std::size_t at =
+        3 * (static_cast<std::size_t>(picture.heightPx - 1 - yFromBelow) * static_cast<std::size_t>(picture.widthPx) +
+             static_cast<std::size_t>(x));
     int color = 0;
     for (std::size_t c = 0; c < 3; ++c) {
         const int value = picture.rgb[at + c];
@@ -144,7 +148,8 @@ TEST_P(Cracks, AreNowhereForHeadsAnywhereAndBothEyes) {
         User user = wall->users.front();
         const auto inFront = [&](const User& head) {
             for (const Screen& screen : wall->screens) {
-                const Vec3d normal = (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
+                const Vec3d normal =
+                    (screen.lowerRight - screen.lowerLeft).cross(screen.upperLeft - screen.lowerLeft).normalized();
                 for (const Eye eye : {Eye::kLeft, Eye::kRight})
                     if (normal.dot(head.eye(eye) - screen.lowerLeft) < 0.08) return false;
             }
@@ -158,9 +163,11 @@ TEST_P(Cracks, AreNowhereForHeadsAnywhereAndBothEyes) {
         for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
             for (const Screen& screen : wall->screens) {
                 const ScreenCamera camera = screenCamera(screen, user, eye, view);
-                const Rays rays{screen, user.eye(eye), view}, other{screen, user.eye(eye == Eye::kLeft ? Eye::kRight : Eye::kLeft), view};
+                const Rays rays{screen, user.eye(eye), view},
+                    other{screen, user.eye(eye == Eye::kLeft ? Eye::kRight : Eye::kLeft), view};
                 const int width = camera.pixels.width, height = camera.pixels.height;
-                const Picture drawn = drawPart(stage, room, scene, CullerKind::kNone, camera, {.x = 0, .y = 0, .width = width, .height = height});
+                const Picture drawn = drawPart(stage, room, scene, CullerKind::kNone, camera,
+                                               {.x = 0, .y = 0, .width = width, .height = height});
                 std::size_t wrong = 0;
                 std::string example;
                 for (int y = 0; y < height; ++y) {
@@ -173,10 +180,12 @@ TEST_P(Cracks, AreNowhereForHeadsAnywhereAndBothEyes) {
                         ambiguous += right.size() > 1;
                         telling += !other.colorsOf(x, y).contains(color);
                         if (right.contains(color)) continue;
-                        if (wrong++ == 0) example = fmt::format("({}, {}) is {} and not {}", x, y, color, *right.begin());
+                        if (wrong++ == 0)
+                            example = fmt::format("({}, {}) is {} and not {}", x, y, color, *right.begin());
                     }
                 }
-                EXPECT_EQ(wrong, 0u) << "screen " << screen.name << ", " << (eye == Eye::kLeft ? "left" : "right") << " eye: " << example;
+                EXPECT_EQ(wrong, 0u) << "screen " << screen.name << ", " << (eye == Eye::kLeft ? "left" : "right")
+                                     << " eye: " << example;
             }
         }
     }
@@ -197,7 +206,8 @@ TEST(CrackWalls, HaveTheEdgesThatTheyShouldShare) {
         const Wall wall = loadWall(std::string(TESSERA_SOURCE_DIR "/deploy/walls/") + name + ".wall").value();
         int count = 0;
         const auto corners = [](const Screen& s) {
-            return std::array<Vec3d, 4>{s.lowerLeft, s.lowerRight, Vec3d(s.lowerRight + s.upperLeft - s.lowerLeft), s.upperLeft};
+            return std::array<Vec3d, 4>{s.lowerLeft, s.lowerRight, Vec3d(s.lowerRight + s.upperLeft - s.lowerLeft),
+                                        s.upperLeft};
         };
         for (std::size_t a = 0; a < wall.screens.size(); ++a)
             for (std::size_t b = a + 1; b < wall.screens.size(); ++b) {

@@ -49,16 +49,19 @@ TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
             ASSERT_TRUE(expected && ids);
             for (const CullerKind kind : kAllCullers) {
                 CullCounts counts;
-                const auto list = actions.at({kind, tile}).run(all, camera, rect, &renderer->visibility(*hall), &counts);
+                const auto list =
+                    actions.at({kind, tile}).run(all, camera, rect, &renderer->visibility(*hall), &counts);
                 ASSERT_TRUE(list) << list.error().message;
                 const auto picture = renderer->draw(*hall, *list, camera, rect);
                 ASSERT_TRUE(picture);
-                EXPECT_TRUE(picture->rgb == expected->rgb) << nameOf(kind) << ", tile " << tile << " turned by " << turn;
+                EXPECT_TRUE(picture->rgb == expected->rgb)
+                    << nameOf(kind) << ", tile " << tile << " turned by " << turn;
                 std::set<std::uint64_t> kept{0};
                 for (const DrawItem& item : list->opaque) kept.insert(item.node.value);
                 for (const DrawItem& item : list->transparent) kept.insert(item.node.value);
                 for (const std::uint64_t id : *ids)
-                    ASSERT_TRUE(kept.contains(id)) << nameOf(kind) << ": " << pathOf(*hall, ObjectId{id}) << " is hidden";
+                    ASSERT_TRUE(kept.contains(id))
+                        << nameOf(kind) << ": " << pathOf(*hall, ObjectId{id}) << " is hidden";
                 if (kind != CullerKind::kMasked) continue;
                 inFrustum += counts.inFrustum;
                 drawn += counts.drawn;

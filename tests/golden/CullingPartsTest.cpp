@@ -13,8 +13,8 @@
 namespace tessera::test {
 namespace {
 
-/// Blobs whose triangles are from many pixels to far below one high, dented so that some lie flat on the screen, and walls
-/// and lattices before them that hide parts.
+/// Blobs whose triangles are from many pixels to far below one high, dented so that some lie flat on the screen, and
+/// walls and lattices before them that hide parts.
 Aspect makeBlobs(std::mt19937& random) {
     std::uniform_real_distribution<double> u(-1, 1);
     TestScene scene;
@@ -122,7 +122,8 @@ Aspect makeShells(std::mt19937& random) {
                     (1 + std::abs(u(random))) * Vec3d(1, 1, i % 3 == 0 ? -1 : 1));
     for (int i = 0; i < 300; ++i)
         scene.place(small[random() % small.size()], {6 * u(random), 3 * u(random), -3 - 12 * std::abs(u(random))},
-                    Quatd(u(random), u(random), u(random), u(random)).normalized(), Vec3d::Constant(0.05 + 0.1 * std::abs(u(random))));
+                    Quatd(u(random), u(random), u(random), u(random)).normalized(),
+                    Vec3d::Constant(0.05 + 0.1 * std::abs(u(random))));
     scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 2);
     return scene.take();
 }

@@ -63,12 +63,16 @@ Aspect makeTown(unsigned seed) {
     MeshData scan = *pointsOnSurface(makeSphere(0.4, 14), 0.15);
     scan.pointRadius = 0.1;
     details.push_back(scene.add(scan, colored(1, false)));
-    // Clouds: of colours, some of them clear; of balls large enough to hide things, and too small to be seen; glass; with holes.
+    // Clouds: of colours, some of them clear; of balls large enough to hide things, and too small to be seen; glass;
+    // with holes.
     for (int i = 0; i < 7; ++i) {
-        MeshData cloud{.primitive = Primitive::kPoints, .pointRadius = std::array{0.02, 0.25, 1e-5, 0.4, 0.08, 0.0, 0.6}[static_cast<std::size_t>(i)]};
+        MeshData cloud{.primitive = Primitive::kPoints,
+                       .pointRadius = std::array{0.02, 0.25, 1e-5, 0.4, 0.08, 0.0, 0.6}[static_cast<std::size_t>(i)]};
         for (int k = 0, count = i % 3 ? 25 : 2; k < count; ++k) {
             for (int axis = 0; axis < 3; ++axis) cloud.positions.push_back(static_cast<float>(uniform(-0.5, 0.5)));
-            if (i % 2) cloud.colors.insert(cloud.colors.end(), {static_cast<std::uint8_t>(random()), 200, 90, static_cast<std::uint8_t>(i == 5 && k % 3 ? 90 : 255)});
+            if (i % 2)
+                cloud.colors.insert(cloud.colors.end(), {static_cast<std::uint8_t>(random()), 200, 90,
+                                                         static_cast<std::uint8_t>(i == 5 && k % 3 ? 90 : 255)});
             if (i == 4) cloud.normals.insert(cloud.normals.end(), {0, 0.6f, 0.8f});
         }
         details.push_back(scene.add(cloud, i == 2 ? open : colored(i == 1 || i == 5 ? 0.5f : 1.0f, i == 3)));
@@ -100,7 +104,9 @@ Aspect makeTown(unsigned seed) {
     // Lines: hairs and beams, along edges of blocks, past the eyes, and short ones that are wider than long.
     for (int i = 0; i < 150; ++i) {
         const Vec3d from(uniform(-12, 12), uniform(-1, 2), uniform(-26, 1));
-        const Vec3d way = Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) * (i % 4 == 0 ? 8 : i % 4 == 1 ? 0.02 : 1);
+        const Vec3d way = Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)) * (i % 4 == 0   ? 8
+                                                                                   : i % 4 == 1 ? 0.02
+                                                                                                : 1);
         const std::array<Vec3d, 2> ends{from, Vec3d(from + way)};
         const float width = i % 3 == 0 ? 1.0f : static_cast<float>(uniform(0.5, 50));
         scene.place(scene.add(makeLines(ends, width), colored(i % 5 == 0 ? 0.5f : 1.0f, false)), Vec3d::Zero());
@@ -109,11 +115,13 @@ Aspect makeTown(unsigned seed) {
     for (int i = 0; i < 12; ++i) {
         MeshData near{.primitive = Primitive::kPoints, .pointRadius = uniform(0.01, 1.5)};
         for (int k = 0; k < 9; ++k) near.positions.push_back(static_cast<float>(uniform(-2, 2)));
-        scene.place(scene.add(near, colored(i % 4 ? 1 : 0.5f, i % 3 == 0)), {uniform(-2, 2), uniform(-0.5, 0.8), uniform(-4, 2)});
+        scene.place(scene.add(near, colored(i % 4 ? 1 : 0.5f, i % 3 == 0)),
+                    {uniform(-2, 2), uniform(-0.5, 0.8), uniform(-4, 2)});
     }
     MeshData dust{.primitive = Primitive::kPoints, .pointRadius = 0.01};
     for (int i = 0; i < (seed % 2 ? 9000 : 500); ++i)
-        for (const double reach : {10.0, 1.0, 12.0}) dust.positions.push_back(static_cast<float>(uniform(-reach, reach)));
+        for (const double reach : {10.0, 1.0, 12.0})
+            dust.positions.push_back(static_cast<float>(uniform(-reach, reach)));
     scene.place(scene.add(dust, colored(1, false)), {0, 0.5, -13});
     // Meshes so large that they are drawn in parts, about the heads and behind them.
     MeshData ring = makeTorus(3, 0.3, 150, 40);
@@ -184,8 +192,8 @@ TEST_P(CulledPicture, EqualsTheUnculledOneOnEveryTileFromEveryHead) {
                     ASSERT_TRUE(list) << list.error().message;
                     const auto picture = stage.renderer->draw(town, *list, camera, rect);
                     ASSERT_TRUE(picture) << picture.error().message;
-                    EXPECT_TRUE(picture->rgb == expected->rgb)
-                        << nameOf(kind) << " changes the picture of tile " << rect.x << "," << rect.y << ", time " << time;
+                    EXPECT_TRUE(picture->rgb == expected->rgb) << nameOf(kind) << " changes the picture of tile "
+                                                               << rect.x << "," << rect.y << ", time " << time;
                     std::set<std::uint64_t> drawn;
                     for (const DrawItem& item : list->opaque) drawn.insert(item.node.value);
                     for (const DrawItem& item : list->transparent) drawn.insert(item.node.value);
@@ -198,19 +206,22 @@ TEST_P(CulledPicture, EqualsTheUnculledOneOnEveryTileFromEveryHead) {
             }
         }
     }
-    for (const CullerKind kind : {CullerKind::kQueriesWait, CullerKind::kQueries, CullerKind::kMasked, CullerKind::kTwoPhase})
+    for (const CullerKind kind :
+         {CullerKind::kQueriesWait, CullerKind::kQueries, CullerKind::kMasked, CullerKind::kTwoPhase})
         EXPECT_GT(left[kind].away, left[kind].inFrustum / 3) << nameOf(kind);
 }
 
-// A tile that four cells share in, both eyes of a head that walks on, blocks and details that jump; with one sample and with
-// four. A failing seed: TESSERA_SEED=N golden --gtest_filter='*CellsWhileThingsMove*'.
+// A tile that four cells share in, both eyes of a head that walks on, blocks and details that jump; with one sample and
+// with four. A failing seed: TESSERA_SEED=N golden --gtest_filter='*CellsWhileThingsMove*'.
 TEST(CulledPictureOfSeveral, CellsWhileThingsMoveEqualsTheUnculledOneForBothEyes) {
     const char* one = std::getenv("TESSERA_SEED");
     const unsigned first = one ? static_cast<unsigned>(std::atoi(one)) : 20;
     for (unsigned seed = first; seed < first + (one ? 1 : 2); ++seed) {
         SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/golden --gtest_filter='*CellsWhileThingsMove*'", seed));
         std::mt19937 random(seed);
-        const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto uniform = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         Aspect town = makeTown(seed);
         std::vector<ObjectId> transforms;
         for (std::uint64_t id = 2; id < 10'000; ++id)
@@ -249,7 +260,8 @@ TEST(CulledPictureOfSeveral, CellsWhileThingsMoveEqualsTheUnculledOneForBothEyes
                     ASSERT_TRUE(culled) << culled.error().message;
                     const auto picture = stage.renderer->draw(town, *culled, camera, rect);
                     ASSERT_TRUE(picture) << picture.error().message;
-                    ASSERT_TRUE(picture->rgb == expected->rgb) << nameOf(kind) << " in step " << step << (left ? " left" : " right");
+                    ASSERT_TRUE(picture->rgb == expected->rgb)
+                        << nameOf(kind) << " in step " << step << (left ? " left" : " right");
                     queries += counts.queries;
                 }
             }

@@ -19,7 +19,8 @@ namespace {
 /// A pebble, a creased block, a ball with a hole, glass in front, on a ground with the shadows of a sun and a spot.
 Aspect makeSoftScene(double screenError) {
     TestScene scene;
-    Material red{.baseColor = Vec4f(0.8F, 0.25F, 0.2F, 1)}, blue{.baseColor = Vec4f(0.2F, 0.35F, 0.8F, 1)}, clear{.baseColor = Vec4f(0.6F, 0.9F, 0.7F, 0.4F)}, grey{.baseColor = Vec4f(0.7F, 0.7F, 0.7F, 1)};
+    Material red{.baseColor = Vec4f(0.8F, 0.25F, 0.2F, 1)}, blue{.baseColor = Vec4f(0.2F, 0.35F, 0.8F, 1)},
+        clear{.baseColor = Vec4f(0.6F, 0.9F, 0.7F, 0.4F)}, grey{.baseColor = Vec4f(0.7F, 0.7F, 0.7F, 1)};
     blue.doubleSided = true;
     SubdivisionSurface pebble = controlGrid(1);
     pebble.level = 1;
@@ -45,7 +46,8 @@ Aspect makeSoftScene(double screenError) {
     drop.screenError = screenError;
     drop.material = scene.add(clear);
     scene.place(scene.add(drop), {0, -0.3, 0.1}, Quatd::Identity(), Vec3d::Constant(0.35));
-    scene.place(scene.add(makeSheet(9, 9), scene.add(Material{})), {0, -1, -2}, Quatd(Eigen::AngleAxisd(-1.5707963, Vec3d::UnitX())));
+    scene.place(scene.add(makeSheet(9, 9), scene.add(Material{})), {0, -1, -2},
+                Quatd(Eigen::AngleAxisd(-1.5707963, Vec3d::UnitX())));
     scene.setEnvironment(Vec3f::Constant(0.35F), Vec3f::Constant(0.2F), Vec3f(0.1F, 0.15F, 0.25F));
     scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 0.6F, true);
     scene.addSpotLight({-1, 2.5, 1}, {0.3, -1, -0.6}, Vec3f(1, 0.9F, 0.7F), 4, 0.4F, 0.7F, 0, true);
@@ -57,7 +59,9 @@ struct SoftView {
     Vec3d eye;
     Vec3d place;  ///< of the wall
 };
-const SoftView kSoftViews[] = {{"far", {0.2, 0.1, 2.2}, {0, 0, 6}}, {"near", {0.3, 0.15, 1.1}, {-0.3, 0, 0.8}}, {"within", {0, 0, 0.6}, {-0.7, 0, -0.9}}};
+const SoftView kSoftViews[] = {{"far", {0.2, 0.1, 2.2}, {0, 0, 6}},
+                               {"near", {0.3, 0.15, 1.1}, {-0.3, 0, 0.8}},
+                               {"within", {0, 0, 0.6}, {-0.7, 0, -0.9}}};
 
 Screen softScreen(const Screen::Grid& grid) {
     Screen screen;
@@ -77,13 +81,16 @@ ScreenCamera softCamera(const Screen& screen, const SoftView& look, Eye eye) {
     view.position = look.place;
     return screenCamera(screen, user, eye, view);
 }
-PixelRect wholeOf(const ScreenCamera& camera) { return {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height}; }
+PixelRect wholeOf(const ScreenCamera& camera) {
+    return {.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
+}
 
 void keepPicture(const Picture& picture, const std::string& name) {
     const char* folder = std::getenv("TESSERA_KEEP_PICTURES");
     if (!folder) return;
     const Bytes png = encodePng(picture, std::nullopt);
-    std::ofstream(std::string(folder) + "/" + name + ".png", std::ios::binary).write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+    std::ofstream(std::string(folder) + "/" + name + ".png", std::ios::binary)
+        .write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
 }
 
 TEST(FinenessByScreen, HasNoSeams) {
@@ -97,7 +104,9 @@ TEST(FinenessByScreen, HasNoSeams) {
             // One host that has seen much, and one each that has just come.
             RenderScene old;
             old.update(aspect, nullptr);
-            for (const SoftView& other : kSoftViews) (void)RenderAction(CullerKind::kFrustum).run(old, softCamera(screen, other, Eye::kCenter), wholeOf(camera), nullptr);
+            for (const SoftView& other : kSoftViews)
+                (void)RenderAction(CullerKind::kFrustum)
+                    .run(old, softCamera(screen, other, Eye::kCenter), wholeOf(camera), nullptr);
             Stage stage(4);
             const Picture whole = drawPart(stage, aspect, old, CullerKind::kNone, camera, wholeOf(camera));
             EXPECT_GT(lookOf(whole).spread, 15) << "a picture without content proves nothing";
@@ -109,13 +118,16 @@ TEST(FinenessByScreen, HasNoSeams) {
                     fresh.update(aspect, nullptr);
                     Stage own(4);
                     const CullerKind kind = kAllCullers[k++ % kAllCullers.size()];
-                    EXPECT_EQ(differingPixels(drawPart(own, aspect, fresh, kind, camera, tile), cropOf(whole, tile)), 0u) << column << ", " << row;
+                    EXPECT_EQ(differingPixels(drawPart(own, aspect, fresh, kind, camera, tile), cropOf(whole, tile)),
+                              0u)
+                        << column << ", " << row;
                 }
         }
     }
 }
 
-/// Each step of detail that a wall leaves away is one picture however it is cut, culled, and whatever step a host drew before.
+/// Each step of detail that a wall leaves away is one picture however it is cut, culled, and whatever step a host drew
+/// before.
 TEST(StepsOfDetail, HaveNoSeamsAndEachIsItsOwnPicture) {
     const Aspect aspect = makeSoftScene(0.5);
     const Screen screen = softScreen({.columns = 2, .rows = 1, .tileWidthPx = 322, .tileHeightPx = 361});
@@ -142,11 +154,13 @@ TEST(StepsOfDetail, HaveNoSeamsAndEachIsItsOwnPicture) {
         for (const int column : {0, 1}) {
             const PixelRect tile{column * 322, 0, 322, 361};
             const CullerKind kind = kAllCullers[k++ % kAllCullers.size()];
-            EXPECT_EQ(differingPixels(drawPart(old, aspect, shared, kind, camera, tile), cropOf(whole, tile)), 0u) << column;
+            EXPECT_EQ(differingPixels(drawPart(old, aspect, shared, kind, camera, tile), cropOf(whole, tile)), 0u)
+                << column;
         }
     }
     // Between the others there may be nothing to be coarser with: each step makes four triangles of one.
-    for (const std::size_t step : {1u, 3u, 5u}) EXPECT_GT(differingPixels(pictures[step - 1], pictures[step]), 100u) << step;
+    for (const std::size_t step : {1u, 3u, 5u})
+        EXPECT_GT(differingPixels(pictures[step - 1], pictures[step]), 100u) << step;
     // Whoever may have one sample alone has it at each step.
     Stage one(1);
     ScreenCamera camera = softCamera(screen, kSoftViews[1], Eye::kCenter);
@@ -179,19 +193,26 @@ TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
             own.update(aspect, nullptr);
             Stage alone(1);
             const Picture whole = drawPart(alone, aspect, own, CullerKind::kNone, camera, wholeOf(camera));
-            EXPECT_EQ(differingPixels(drawPart(stage, aspect, shared, CullerKind::kMasked, camera, tile), cropOf(whole, tile)), 0u) << s << ", " << column;
-            for (const DrawItem& item : RenderAction(CullerKind::kNone).run(own, camera, wholeOf(camera), nullptr).opaque) finenesses[s][item.node] = item.fineness;
+            EXPECT_EQ(differingPixels(drawPart(stage, aspect, shared, CullerKind::kMasked, camera, tile),
+                                      cropOf(whole, tile)),
+                      0u)
+                << s << ", " << column;
+            for (const DrawItem& item :
+                 RenderAction(CullerKind::kNone).run(own, camera, wholeOf(camera), nullptr).opaque)
+                finenesses[s][item.node] = item.fineness;
         }
     }
     EXPECT_NE(finenesses[0], finenesses[1]) << "screens that look elsewhere choose otherwise";
 }
 
-/// Beside a picture of the finest triangles: what the wanted half pixel leaves of a difference, and what no step at all would.
+/// Beside a picture of the finest triangles: what the wanted half pixel leaves of a difference, and what no step at all
+/// would.
 TEST(FinenessByScreen, IsThePictureOfTheSurfaceAndNotOfItsTriangles) {
     const Aspect chosen = makeSoftScene(0.5), finest = makeSoftScene(0.02), coarse = makeSoftScene(0);
     for (const SoftView& look : kSoftViews) {
         SCOPED_TRACE(look.name);
-        const ScreenCamera camera = softCamera(softScreen({.columns = 1, .rows = 1, .tileWidthPx = 800, .tileHeightPx = 450}), look, Eye::kCenter);
+        const ScreenCamera camera = softCamera(
+            softScreen({.columns = 1, .rows = 1, .tileWidthPx = 800, .tileHeightPx = 450}), look, Eye::kCenter);
         const auto draw = [&](const Aspect& aspect, const char* name) {
             RenderScene scene;
             scene.update(aspect, nullptr);
@@ -203,7 +224,8 @@ TEST(FinenessByScreen, IsThePictureOfTheSurfaceAndNotOfItsTriangles) {
         const Picture truth = draw(finest, "finest"), now = draw(chosen, "chosen"), before = draw(coarse, "coarse");
         const auto offBy = [&](const Picture& picture) {
             double sum = 0;
-            for (std::size_t i = 0; i < truth.rgb.size(); ++i) sum += std::abs(static_cast<double>(picture.rgb[i]) - truth.rgb[i]);
+            for (std::size_t i = 0; i < truth.rgb.size(); ++i)
+                sum += std::abs(static_cast<double>(picture.rgb[i]) - truth.rgb[i]);
             return sum / static_cast<double>(truth.rgb.size());
         };
         RecordProperty(look.name, std::to_string(offBy(now)) + " beside " + std::to_string(offBy(before)));
@@ -219,7 +241,8 @@ SubdivisionSurface wavesToTheHorizon(std::int64_t level, double screenError) {
     std::vector<std::uint32_t> sizes, vertices;
     for (std::uint32_t j = 0; j <= kLong; ++j)
         for (std::uint32_t i = 0; i <= kWide; ++i) {
-            const std::array<float, 3> at{static_cast<float>(i) - 4, (i + j) % 2 ? 0.3F : -0.3F, 2 - static_cast<float>(j)};
+            const std::array<float, 3> at{static_cast<float>(i) - 4, (i + j) % 2 ? 0.3F : -0.3F,
+                                          2 - static_cast<float>(j)};
             points.insert(points.end(), at.begin(), at.end());
         }
     for (std::uint32_t j = 0; j < kLong; ++j)
@@ -258,7 +281,8 @@ TEST(FinenessByScreen, OfALongSurfaceIsFineWhereItIsNear) {
         scene.update(aspect, nullptr);
         Stage stage(4);
         Drawn out{.picture = drawPart(stage, aspect, scene, CullerKind::kNone, camera, wholeOf(camera))};
-        for (const SceneItem& item : scene.seenFrom(camera).items) out.triangles += item.node ? item.mesh->triangles : 0;
+        for (const SceneItem& item : scene.seenFrom(camera).items)
+            out.triangles += item.node ? item.mesh->triangles : 0;
         return out;
     };
     const Aspect chosen = sceneOf(1, 0.5);
@@ -266,10 +290,14 @@ TEST(FinenessByScreen, OfALongSurfaceIsFineWhereItIsNear) {
     keepPicture(now.picture, "waves");
     const auto offBy = [&](const Picture& picture) {
         double sum = 0;
-        for (std::size_t i = 0; i < picture.rgb.size(); ++i) sum += std::abs(static_cast<double>(picture.rgb[i]) - finest.picture.rgb[i]);
+        for (std::size_t i = 0; i < picture.rgb.size(); ++i)
+            sum += std::abs(static_cast<double>(picture.rgb[i]) - finest.picture.rgb[i]);
         return sum / static_cast<double>(picture.rgb.size());
     };
-    RecordProperty("triangles", std::to_string(now.triangles) + " of " + std::to_string(finest.triangles) + ", off by " + std::to_string(offBy(now.picture)) + " of 255; " + std::to_string(coarse.triangles) + " off by " + std::to_string(offBy(coarse.picture)));
+    RecordProperty("triangles", std::to_string(now.triangles) + " of " + std::to_string(finest.triangles) +
+                                    ", off by " + std::to_string(offBy(now.picture)) + " of 255; " +
+                                    std::to_string(coarse.triangles) + " off by " +
+                                    std::to_string(offBy(coarse.picture)));
     EXPECT_GT(lookOf(now.picture).spread, 15) << "a picture without content proves nothing";
     EXPECT_LT(now.triangles, finest.triangles / 8);
     EXPECT_LT(offBy(now.picture), 0.3);
@@ -281,7 +309,13 @@ TEST(FinenessByScreen, OfALongSurfaceIsFineWhereItIsNear) {
             RenderScene fresh;
             fresh.update(chosen, nullptr);
             Stage own(4);
-            EXPECT_EQ(differingPixels(drawPart(own, chosen, fresh, kAllCullers[static_cast<std::size_t>(2 * row + column) % kAllCullers.size()], camera, tile), cropOf(now.picture, tile)), 0u) << column << ", " << row;
+            EXPECT_EQ(
+                differingPixels(drawPart(own, chosen, fresh,
+                                         kAllCullers[static_cast<std::size_t>(2 * row + column) % kAllCullers.size()],
+                                         camera, tile),
+                                cropOf(now.picture, tile)),
+                0u)
+                << column << ", " << row;
         }
 }
 

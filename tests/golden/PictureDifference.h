@@ -49,8 +49,9 @@ inline void expectNear(const Picture& picture, const std::string& stored, const 
     if (!isAlike(difference)) {
         const std::string now = testing::TempDir() + "/" + name + ".png";
         ASSERT_TRUE(writeFile(now, encodePng(picture, std::nullopt)));
-        ADD_FAILURE() << name << " looks another way: bytes differ by " << difference.mean << " in the mean, " << 100 * difference.share
-                      << " % of the pixels are of another colour. Now " << now << ", stored " << stored;
+        ADD_FAILURE() << name << " looks another way: bytes differ by " << difference.mean << " in the mean, "
+                      << 100 * difference.share << " % of the pixels are of another colour. Now " << now << ", stored "
+                      << stored;
     }
     // A tolerance that takes anything would show nothing: one thing less, or all a little darker, is seen.
     Picture darker = picture;

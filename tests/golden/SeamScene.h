@@ -17,7 +17,8 @@
 
 namespace tessera::test {
 
-/// Things whose materials say all by images: normals, metal and roughness, light, holes; lacquer, and glass that colours.
+/// Things whose materials say all by images: normals, metal and roughness, light, holes; lacquer, and glass that
+/// colours.
 inline void addMappedThings(TestScene& scene) {
     const auto image = [&](auto&& of) {
         std::vector<std::uint8_t> pixels;
@@ -61,8 +62,10 @@ inline void addMappedThings(TestScene& scene) {
     coloured.normalImage = mapped.normalImage;
     for (int i = 0; i < 14; ++i) {
         const double a = 0.45 * i;
-        const std::array<Vec3d, 2> ends{Vec3d(3 * std::cos(a), 2 * std::sin(a), -3), Vec3d(-3 * std::sin(2 * a), std::cos(a), 1.5 - i)};
-        scene.place(scene.add(makeLines(ends, i % 2 ? 1.0f : 3.0f + static_cast<float>(i)), scene.add(holes)), Vec3d::Zero());
+        const std::array<Vec3d, 2> ends{Vec3d(3 * std::cos(a), 2 * std::sin(a), -3),
+                                        Vec3d(-3 * std::sin(2 * a), std::cos(a), 1.5 - i)};
+        scene.place(scene.add(makeLines(ends, i % 2 ? 1.0f : 3.0f + static_cast<float>(i)), scene.add(holes)),
+                    Vec3d::Zero());
         Material plain;
         plain.baseColor = Vec4f(0.9f, 0.2f + 0.05f * static_cast<float>(i), 0.1f, i % 3 ? 1 : 0.5f);
         scene.place(scene.add(makeLines(ends, i % 2 ? 1.0f : 2.5f), scene.add(plain)), {0.1, 0.1, -0.5});
@@ -72,8 +75,9 @@ inline void addMappedThings(TestScene& scene) {
         MeshData shape = i % 3 == 2 ? makeBox({0.5, 0.5, 0.5}) : makeSphere(0.3, 24);
         shape.texcoords.clear();
         for (std::size_t k = 0; k < shape.positions.size(); k += 3)
-            shape.texcoords.insert(shape.texcoords.end(), {1.5f * shape.positions[k] + 0.3f * shape.positions[k + 2],
-                                                           1.7f * shape.positions[k + 1] - 0.4f * shape.positions[k + 2]});
+            shape.texcoords.insert(shape.texcoords.end(),
+                                   {1.5f * shape.positions[k] + 0.3f * shape.positions[k + 2],
+                                    1.7f * shape.positions[k + 1] - 0.4f * shape.positions[k + 2]});
         const Quatd way(Eigen::AngleAxisd(0.5 * i, Vec3d(2, 1, 3).normalized()));
         scene.place(scene.add(shape, looks[i % 4]), {-1.4 + 0.26 * i, 0.9 * std::cos(1.3 * i), -0.9 - 0.1 * i}, way,
                     Vec3d(i % 5 ? 1 : -1, 1, 1));
@@ -85,10 +89,14 @@ inline void addManyLights(TestScene& scene) {
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 128; ++x)
-            pixels.insert(pixels.end(), {static_cast<std::uint8_t>(60 + 2 * y), static_cast<std::uint8_t>(70 + x), static_cast<std::uint8_t>(200 - 2 * y),
+            pixels.insert(pixels.end(), {static_cast<std::uint8_t>(60 + 2 * y), static_cast<std::uint8_t>(70 + x),
+                                         static_cast<std::uint8_t>(200 - 2 * y),
                                          static_cast<std::uint8_t>((x / 9 + y / 7) % 11 == 0 ? 131 : 127)});
     Environment environment;
-    environment.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 128, .heightPx = 64, .encoding = Image::kRgbe});
+    environment.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)),
+                                        .widthPx = 128,
+                                        .heightPx = 64,
+                                        .encoding = Image::kRgbe});
     environment.strength = 0.5f;
     environment.turn = 0.7f;
     environment.showImage = true;
@@ -97,7 +105,8 @@ inline void addManyLights(TestScene& scene) {
     scene.addSpotLight({1.5, 3, 0}, {-0.3, -0.8, -0.5}, {0.6f, 0.8f, 1}, 9, 0.3f, 0.6f, 0, true);
     scene.addSpotLight({-2, 2.5, -1}, {0.4, -0.8, -0.6}, {1, 0.6f, 0.5f}, 8, 0.2f, 0.7f, 12, true);
     for (int i = 0; i < 90; ++i)
-        scene.addPointLight({3.5 * std::sin(2.4 * i), -0.8 + 0.03 * i, -0.5 - 0.16 * i}, {1, 0.3f + 0.007f * static_cast<float>(i), 0.4f}, 0.3f,
+        scene.addPointLight({3.5 * std::sin(2.4 * i), -0.8 + 0.03 * i, -0.5 - 0.16 * i},
+                            {1, 0.3f + 0.007f * static_cast<float>(i), 0.4f}, 0.3f,
                             0.5f + 0.1f * static_cast<float>(i % 9));
 }
 
@@ -166,16 +175,21 @@ inline void addManyLights(TestScene& scene) {
     scene.place(scene.add(scan, gold), {-1.1, 0.7, -2.6});
     // Others: of colours, some of them clear, over the wall; of glass; large ones, and through the near plane.
     for (int i = 0; i < 5; ++i) {
-        MeshData cloud{.primitive = Primitive::kPoints, .pointRadius = std::array{0.006, 0.02, 0.15, 0.5, 0.0}[static_cast<std::size_t>(i)]};
+        MeshData cloud{.primitive = Primitive::kPoints,
+                       .pointRadius = std::array{0.006, 0.02, 0.15, 0.5, 0.0}[static_cast<std::size_t>(i)]};
         for (int k = 0, count = i == 0 ? 9000 : i == 4 ? 300 : 40; k < count; ++k) {
             const double a = 2.399963 * k, r = (i == 3 ? 3.0 : 1.5) * std::sqrt((k + 0.5) / count);
-            for (const double value : {r * std::cos(a), r * std::sin(a), 0.4 * std::sin(0.37 * k)}) cloud.positions.push_back(static_cast<float>(value));
+            for (const double value : {r * std::cos(a), r * std::sin(a), 0.4 * std::sin(0.37 * k)})
+                cloud.positions.push_back(static_cast<float>(value));
             const auto shade = static_cast<std::uint8_t>(7 * k);
-            if (i % 2 == 0) cloud.colors.insert(cloud.colors.end(), {shade, 120, 220, static_cast<std::uint8_t>(i == 2 && k % 2 ? 100 : 255)});
+            if (i % 2 == 0)
+                cloud.colors.insert(cloud.colors.end(),
+                                    {shade, 120, 220, static_cast<std::uint8_t>(i == 2 && k % 2 ? 100 : 255)});
         }
         Material paint = material(0.9f, 0.8f, 0.6f, 0, 0.6f, i == 1 ? 0.5f : 1);
         if (i == 2) paint.alphaMode = Material::kBlend;
-        scene.place(scene.add(cloud, scene.add(paint)), {0.5 - 0.4 * i, 0.2 * i, i == 3 ? 1.2 : -2.0 - i}, Quatd(Eigen::AngleAxisd(0.4 * i, Vec3d::UnitX())));
+        scene.place(scene.add(cloud, scene.add(paint)), {0.5 - 0.4 * i, 0.2 * i, i == 3 ? 1.2 : -2.0 - i},
+                    Quatd(Eigen::AngleAxisd(0.4 * i, Vec3d::UnitX())));
     }
 
     // Surfaces of control points: every tile derives them for itself. Smooth, creased, faceted; one crosses all seams.
@@ -186,7 +200,8 @@ inline void addManyLights(TestScene& scene) {
         const std::uint32_t edges[] = {0, 1, 1, 2, 2, 3, 3, 0};
         if (i == 1) surface.creases = Blob::of(std::span<const std::uint32_t>(edges));
         surface.material = i % 2 ? steel : red;
-        scene.place(scene.add(surface), {-0.9 + 0.7 * i, 0.1 * i, i == 2 ? -0.4 : -1.6 - 0.3 * i}, Quatd(Eigen::AngleAxisd(0.6 + 0.4 * i, Vec3d(1, 1, 0.3).normalized())),
+        scene.place(scene.add(surface), {-0.9 + 0.7 * i, 0.1 * i, i == 2 ? -0.4 : -1.6 - 0.3 * i},
+                    Quatd(Eigen::AngleAxisd(0.6 + 0.4 * i, Vec3d(1, 1, 0.3).normalized())),
                     Vec3d::Constant(i == 2 ? 0.12 : 0.35));
     }
 

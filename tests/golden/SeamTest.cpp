@@ -51,7 +51,7 @@ struct Cut {
     int samples;
     Eye eye = Eye::kCenter;
     bool mapped = false;
-    bool lit = false;     ///< with surroundings, shadows, many lights
+    bool lit = false;  ///< with surroundings, shadows, many lights
 };
 std::ostream& operator<<(std::ostream& out, const Cut& cut) {
     return out << cut.name;
@@ -235,7 +235,9 @@ TEST_P(ShippedWall, IsLoadedAndDrawn) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ShippedWall, testing::Values("1x1", "2x2", "3x1", "3x1-bezels", "cave4", "cave4-stereo", "5-sided", "curved-9x2", "powerwall-4k-2x3", "two-users"),
+INSTANTIATE_TEST_SUITE_P(All, ShippedWall,
+                         testing::Values("1x1", "2x2", "3x1", "3x1-bezels", "cave4", "cave4-stereo", "5-sided",
+                                         "curved-9x2", "powerwall-4k-2x3", "two-users"),
                          [](const auto& name) {
                              std::string text = name.param;
                              std::erase(text, '-');

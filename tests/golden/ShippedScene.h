@@ -36,8 +36,10 @@ inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
     // No server has tried persons' programs: here they are drawn all the same, and what GL refuses as what is wrong.
     ChangeListBuilder tried;
     for (const ObjectId id : aspect.ids())
-        if (aspect.get<SurfaceProgram>(id)) tried.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, SurfaceProgram::kGood);
-    if (auto applied = tried.empty() ? Expected<void>() : aspect.apply(tried.take()); !applied) return tl::unexpected(applied.error());
+        if (aspect.get<SurfaceProgram>(id))
+            tried.set(id, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::verdict>, SurfaceProgram::kGood);
+    if (auto applied = tried.empty() ? Expected<void>() : aspect.apply(tried.take()); !applied)
+        return tl::unexpected(applied.error());
     return aspect;
 }
 
@@ -75,7 +77,8 @@ inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
         const auto tour = findNode(scene, "/tour");
         if (!frames || !tour || frames->target != scene.get<Node>(*tour)->core) continue;
         const std::span<const double> places = frames->values.as<double>();
-        if (6 * room + 2 < places.size()) view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
+        if (6 * room + 2 < places.size())
+            view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
     }
     return view;
 }

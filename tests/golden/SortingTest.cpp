@@ -19,14 +19,17 @@ Aspect makeBlocks(unsigned seed) {
     std::vector<ObjectId> cores;
     for (int i = 0; i < 7; ++i) {
         Material material;
-        material.baseColor = Vec4f(static_cast<float>(any(0, 1)), static_cast<float>(any(0, 1)), static_cast<float>(any(0, 1)), i == 6 ? 0.4f : 1);
+        material.baseColor = Vec4f(static_cast<float>(any(0, 1)), static_cast<float>(any(0, 1)),
+                                   static_cast<float>(any(0, 1)), i == 6 ? 0.4f : 1);
         material.doubleSided = i % 3 == 0;
         const ObjectId look = scene.add(material);
         cores.push_back(scene.add(makeBox({1, 1, 1}), look));
         if (i % 2) cores.push_back(scene.add(makeSphere(0.6, 16), look));
     }
     for (int i = 0; i < 350; ++i) {
-        const auto on = [&](int from, int to) { return 0.5 * static_cast<double>(from + static_cast<int>(random() % static_cast<unsigned>(to - from))); };
+        const auto on = [&](int from, int to) {
+            return 0.5 * static_cast<double>(from + static_cast<int>(random() % static_cast<unsigned>(to - from)));
+        };
         const double size = i % 4 == 0 ? 0.5 : 1;
         const Vec3d at(on(-12, 12), on(-4, 5), on(-30, -3));
         for (int copies = i % 3 ? 1 : 3; copies > 0; --copies)
@@ -65,14 +68,18 @@ TEST_P(Sorted, SeamsAndCullersAreExact) {
         const Picture whole = draw(CullerKind::kNone, GetParam(), all);
         EXPECT_GT(lookOf(whole).spread, 25);
         others += differingPixels(whole, draw(CullerKind::kNone, DrawSorting::kDepth, all));
-        for (const PixelRect& rect : {PixelRect{0, 0, 237, 131}, PixelRect{237, 0, 263, 131}, PixelRect{0, 131, 237, 169}, PixelRect{237, 131, 263, 169}})
+        for (const PixelRect& rect : {PixelRect{0, 0, 237, 131}, PixelRect{237, 0, 263, 131},
+                                      PixelRect{0, 131, 237, 169}, PixelRect{237, 131, 263, 169}})
             for (const CullerKind kind : kAllCullers)
-                EXPECT_EQ(differingPixels(draw(kind, GetParam(), rect), cropOf(whole, rect)), 0u) << nameOf(kind) << ' ' << rect.x << ' ' << rect.y;
+                EXPECT_EQ(differingPixels(draw(kind, GetParam(), rect), cropOf(whole, rect)), 0u)
+                    << nameOf(kind) << ' ' << rect.x << ' ' << rect.y;
     }
-    EXPECT_EQ(others > 100, GetParam() != DrawSorting::kDepth) << "ties are won by others, or these scenes show nothing";
+    EXPECT_EQ(others > 100, GetParam() != DrawSorting::kDepth)
+        << "ties are won by others, or these scenes show nothing";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Sorted, testing::ValuesIn(kAllDrawSortings), [](const auto& of) { return std::string(nameOf(of.param)); });
+INSTANTIATE_TEST_SUITE_P(All, Sorted, testing::ValuesIn(kAllDrawSortings),
+                         [](const auto& of) { return std::string(nameOf(of.param)); });
 
 }  // namespace
 }  // namespace tessera::test

@@ -19,7 +19,7 @@ struct Stage {
 };
 
 inline Picture drawPart(Stage& stage, const Aspect& aspect, const RenderScene& scene, CullerKind culler,
-                 const ScreenCamera& camera, const PixelRect& rect) {
+                        const ScreenCamera& camera, const PixelRect& rect) {
     RenderAction action(culler);
     const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(aspect), nullptr);
     EXPECT_TRUE(list) << list.error().message;

@@ -110,15 +110,16 @@ public:
     void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0,
                        const Vec3f& attenuation = Vec3f(0, 0, 1)) {
         const ObjectId id = create<PointLight>();
-        if (attenuation != PointLight().attenuation) set<PointLight>(id, fieldId<&PointLight::attenuation>, attenuation);
+        if (attenuation != PointLight().attenuation)
+            set<PointLight>(id, fieldId<&PointLight::attenuation>, attenuation);
         set<PointLight>(id, fieldId<&PointLight::color>, color);
         set<PointLight>(id, fieldId<&PointLight::intensity>, intensity);
         set<PointLight>(id, fieldId<&PointLight::range>, range);
         addNode(id, addTransform(position));
     }
     /// Angles in radians from the axis, which is `direction`.
-    void addSpotLight(const Vec3d& position, const Vec3d& direction, const Vec3f& color, float intensity, float innerAngle,
-                      float outerAngle, float range = 0, bool shadows = false) {
+    void addSpotLight(const Vec3d& position, const Vec3d& direction, const Vec3f& color, float intensity,
+                      float innerAngle, float outerAngle, float range = 0, bool shadows = false) {
         const ObjectId id = create<SpotLight>();
         if (shadows) set<SpotLight>(id, fieldId<&SpotLight::shadows>, true);
         set<SpotLight>(id, fieldId<&SpotLight::color>, color);

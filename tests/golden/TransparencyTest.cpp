@@ -48,7 +48,8 @@ Aspect makeGlass(unsigned seed, int times) {
     std::uniform_real_distribution<double> u(-1, 1);
     TestScene scene;
     scene.setEnvironment(Vec3f::Constant(0.7f), Vec3f::Constant(0.5f), Vec3f(0.1f, 0.1f, 0.15f));
-    const MeshData shapes[] = {makeSphere(0.5, 16), makeTorus(0.5, 0.2, 16, 10), makeBox({0.7, 0.7, 0.7}), makeSphere(0.3, 12)};
+    const MeshData shapes[] = {makeSphere(0.5, 16), makeTorus(0.5, 0.2, 16, 10), makeBox({0.7, 0.7, 0.7}),
+                               makeSphere(0.3, 12)};
     for (int i = 0; i < 7; ++i) {
         Material glass;
         glass.baseColor = {static_cast<float>(0.5 + 0.5 * u(random)), static_cast<float>(0.5 + 0.5 * u(random)),
@@ -66,7 +67,8 @@ Aspect makeGlass(unsigned seed, int times) {
 /// Mean difference of the channels, in steps of 255.
 double apart(const Picture& a, const Picture& b) {
     double sum = 0;
-    for (std::size_t i = 0; i < a.rgb.size(); ++i) sum += std::abs(static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]));
+    for (std::size_t i = 0; i < a.rgb.size(); ++i)
+        sum += std::abs(static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]));
     return sum / static_cast<double>(a.rgb.size());
 }
 
@@ -137,7 +139,8 @@ public:
             while (!left.empty()) {
                 std::vector<Corners> now, later;
                 for (const Corners& t : left)
-                    (std::any_of(now.begin(), now.end(), [&](const Corners& o) { return o.near(t); }) ? later : now).push_back(t);
+                    (std::any_of(now.begin(), now.end(), [&](const Corners& o) { return o.near(t); }) ? later : now)
+                        .push_back(t);
                 part.sortedTriangles.clear();
                 for (const Corners& t : now) part.sortedTriangles.push_back(t.number);
                 item.sortedFrom = 0;
@@ -158,7 +161,8 @@ public:
             const Vec3d behind(background.rgb[3 * i], background.rgb[3 * i + 1], background.rgb[3 * i + 2]);
             const Vec3d c = at_[i].empty() ? behind : mix(at_[i], behind);
             for (int k = 0; k < 3; ++k)
-                result.rgb[3 * i + static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(std::lround(std::clamp(c[k], 0.0, 255.0)));
+                result.rgb[3 * i + static_cast<std::size_t>(k)] =
+                    static_cast<std::uint8_t>(std::lround(std::clamp(c[k], 0.0, 255.0)));
         }
         return result;
     }
@@ -182,12 +186,14 @@ private:
         const auto indices = mesh.indices.as<std::uint32_t>();
         std::vector<Corners> all;
         for (std::size_t t = 0; t < indices.size(); t += 3) {
-            Corners c{.number = static_cast<std::uint32_t>(t / 3), .left = width_, .right = 0, .bottom = height_, .top = 0};
+            Corners c{
+                .number = static_cast<std::uint32_t>(t / 3), .left = width_, .right = 0, .bottom = height_, .top = 0};
             for (std::size_t i = 0; i < 3; ++i) {
                 const std::size_t at = 3 * std::size_t{indices[t + i]};
                 c.eye[i] = camera.eye_T_world * (item.world_T_item * Vec3d(p[at], p[at + 1], p[at + 2]));
                 const Vec4d clip = camera.clip_T_eye * c.eye[i].homogeneous();
-                const double x = (clip.x() / clip.w() + 1) * 0.5 * width_, y = (clip.y() / clip.w() + 1) * 0.5 * height_;
+                const double x = (clip.x() / clip.w() + 1) * 0.5 * width_,
+                             y = (clip.y() / clip.w() + 1) * 0.5 * height_;
                 c.left = std::min(c.left, static_cast<int>(std::floor(x - 0.01)));
                 c.right = std::max(c.right, static_cast<int>(std::ceil(x + 0.01)));
                 c.bottom = std::min(c.bottom, static_cast<int>(std::floor(y - 0.01)));
@@ -202,7 +208,9 @@ private:
         for (int y = std::max(t.bottom, 0); y < std::min(t.top, height_); ++y)
             for (int x = std::max(t.left, 0); x < std::min(t.right, width_); ++x) {
                 const auto pixel = static_cast<std::size_t>((height_ - 1 - y) * width_ + x);
-                const auto sum = [&](const Picture& p) { return double(p.rgb[3 * pixel]) + p.rgb[3 * pixel + 1] + p.rgb[3 * pixel + 2]; };
+                const auto sum = [&](const Picture& p) {
+                    return double(p.rgb[3 * pixel]) + p.rgb[3 * pixel + 1] + p.rgb[3 * pixel + 2];
+                };
                 Layer layer;
                 layer.alpha = 1 - (sum(drawn[1]) - sum(drawn[0])) / (sum(nothing[1]) - sum(nothing[0]));
                 if (layer.alpha < 0.02) continue;
@@ -219,9 +227,9 @@ private:
     std::vector<std::vector<Layer>> at_;
 };
 
-/// Weighted, blended order-independent transparency (McGuire and Bavoil 2013, "Weighted blended order-independent transparency",
-/// equations 7 to 9; Journal of Computer Graphics Techniques 2/2), the other way to be the same on every tile: computed from the
-/// renderer's own layers, with each of the paper's weights at three scales of depth.
+/// Weighted, blended order-independent transparency (McGuire and Bavoil 2013, "Weighted blended order-independent
+/// transparency", equations 7 to 9; Journal of Computer Graphics Techniques 2/2), the other way to be the same on every
+/// tile: computed from the renderer's own layers, with each of the paper's weights at three scales of depth.
 TEST_P(Glass, SortedByTrianglesIsNearerTheTruthThanWeighted) {
     const Aspect coarse = makeGlass(GetParam(), 0), fine = makeGlass(GetParam(), 3);
     const DrawList sorted = listOf(coarse);
@@ -230,10 +238,13 @@ TEST_P(Glass, SortedByTrianglesIsNearerTheTruthThanWeighted) {
     const Picture background = draw(coarse, empty), truth = draw(fine, listOf(fine));
     Layers layers(coarse, sorted, camera_, [&](const DrawList& list) { return draw(coarse, list); });
     const double byTriangles = apart(draw(coarse, sorted), truth);
-    const double inOrder = apart(layers.picture(background, [](const std::vector<Layer>& here, Vec3d c) {
-        for (auto l = here.rbegin(); l != here.rend(); ++l) c = l->color + (1 - l->alpha) * c;
-        return c;
-    }), truth);
+    const double inOrder = apart(layers.picture(background,
+                                                [](const std::vector<Layer>& here, Vec3d c) {
+                                                    for (auto l = here.rbegin(); l != here.rend(); ++l)
+                                                        c = l->color + (1 - l->alpha) * c;
+                                                    return c;
+                                                }),
+                                 truth);
     EXPECT_LT(inOrder, 0.5) << "the layers are not those of the picture";
     double weighted = 255;
     for (const double scale : {1.0, 10.0, 100.0})
@@ -245,20 +256,24 @@ TEST_P(Glass, SortedByTrianglesIsNearerTheTruthThanWeighted) {
                                                     : 0.03 / (1e-5 + std::pow(z / 200, 4));
                 return std::clamp(near, 1e-2, 3e3);
             };
-            weighted = std::min(weighted, apart(layers.picture(background, [&](const std::vector<Layer>& here, const Vec3d& behind) {
-                Vec3d sum = Vec3d::Zero();
-                double alphas = 0, through = 1;
-                for (const Layer& l : here) {
-                    const double w = l.alpha * weight(l.depth);
-                    sum += w * l.color;
-                    alphas += w * l.alpha;
-                    through *= 1 - l.alpha;
-                }
-                return Vec3d((1 - through) * sum / alphas + through * behind);
-            }), truth));
+            weighted = std::min(weighted,
+                                apart(layers.picture(background,
+                                                     [&](const std::vector<Layer>& here, const Vec3d& behind) {
+                                                         Vec3d sum = Vec3d::Zero();
+                                                         double alphas = 0, through = 1;
+                                                         for (const Layer& l : here) {
+                                                             const double w = l.alpha * weight(l.depth);
+                                                             sum += w * l.color;
+                                                             alphas += w * l.alpha;
+                                                             through *= 1 - l.alpha;
+                                                         }
+                                                         return Vec3d((1 - through) * sum / alphas + through * behind);
+                                                     }),
+                                      truth));
         }
     EXPECT_LT(2 * byTriangles, weighted);
-    std::printf("seed %u: by triangles %.3f, its layers in order %.3f, weighted %.3f of 255\n", GetParam(), byTriangles, inOrder, weighted);
+    std::printf("seed %u: by triangles %.3f, its layers in order %.3f, weighted %.3f of 255\n", GetParam(), byTriangles,
+                inOrder, weighted);
 }
 
 TEST_P(Glass, IsDrawnInOneOrderOnAllTilesAndByAllCullers) {

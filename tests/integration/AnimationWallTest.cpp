@@ -10,7 +10,8 @@ const std::string kMoving = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/mo
 
 class AnimationWall : public AskedWall {
 public:
-    explicit AnimationWall(const std::string& wall, const std::string& scene = kMoving) : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
+    explicit AnimationWall(const std::string& wall, const std::string& scene = kMoving)
+        : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
     void standAt(const char* seconds) const {
         for (const char* node : {"/crawl", "/change", "/glow", "/swing"}) {
             tell({"pause", node});

@@ -1,4 +1,5 @@
-/// A large array whose ranges an application edits: hosts make the edits themselves, one that comes later fetches what came of them.
+/// A large array whose ranges an application edits: hosts make the edits themselves, one that comes later fetches what
+/// came of them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +19,8 @@ TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
     LiveWall wall({.wall = "1x1"});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     wall.startClient("all");
-    const auto application = Application::connect({.address = wall.address(), .name = "editor", .followScene = false, .timeout = 120s});
+    const auto application =
+        Application::connect({.address = wall.address(), .name = "editor", .followScene = false, .timeout = 120s});
     ASSERT_TRUE(application) << application.error().message;
     ASSERT_TRUE((*application)->waitForFrame(60s));
 
@@ -29,10 +31,13 @@ TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
     for (std::uint32_t y = 0; y < kSide; ++y)
         for (std::uint32_t x = 0; x < kSide; ++x) {
             const float step = 2.0F / kSide;
-            for (const float number : {step * static_cast<float>(x) - 1, step * static_cast<float>(y), -3.0F}) places.push_back(number);
+            for (const float number : {step * static_cast<float>(x) - 1, step * static_cast<float>(y), -3.0F})
+                places.push_back(number);
             const std::uint32_t here = y * kSide + x;
             if (x + 1 < kSide && y + 1 < kSide)
-                for (const std::uint32_t corner : {here, here + 1, here + kSide, here + 1, here + kSide + 1, here + kSide}) faces.push_back(corner);
+                for (const std::uint32_t corner :
+                     {here, here + 1, here + kSide, here + 1, here + kSide + 1, here + kSide})
+                    faces.push_back(corner);
         }
     ChangeListBuilder edits;
     const ObjectId mesh{kFirstPlaceholder}, node{kFirstPlaceholder + 1};
@@ -52,7 +57,8 @@ TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
     std::mt19937_64 random(1);
     const auto edit = [&] {
         const std::size_t first = random() % (places.size() / 3 - 80) * 3;
-        for (std::size_t i = first + 2; i < first + 240; i += 3) places[i] = -3.0F - 1e-3F * static_cast<float>(random() % 500);
+        for (std::size_t i = first + 2; i < first + 240; i += 3)
+            places[i] = -3.0F - 1e-3F * static_cast<float>(random() % 500);
         ChangeListBuilder list;
         list.setRange(id->second, typeOf<Geometry>(), fieldId<&Geometry::positions>, first * sizeof(float),
                       Blob::of(std::span<const float>(places).subspan(first, 240)));

@@ -19,10 +19,7 @@ Vec3d vector3(const json& numbers) {
 
 AskedWall::AskedWall(const AskedWallOptions& options)
     : hosts_(options.wall == "1x1" ? std::vector<std::string>{"all"} : kFourHosts),
-      wall_({.wall = options.wall,
-             .scene = options.scene,
-             .size = options.size,
-             .server = options.server}) {}
+      wall_({.wall = options.wall, .scene = options.scene, .size = options.size, .server = options.server}) {}
 
 bool AskedWall::start() {
     if (wall_.address().empty()) return false;

@@ -18,7 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-
 class BadInput : public testing::Test {
 protected:
     void expect(const std::string& name, std::vector<std::string> options, int exitCode,
@@ -84,7 +83,8 @@ TEST_F(BadInput, AFileThatReachesOutOfItsFolderIsRefused) {
                 R"({"asset":{"version":"2.0"},"buffers":[{"uri":"../../../../../../etc/passwd","byteLength":40}],
                     "bufferViews":[{"buffer":0,"byteLength":36}],
                     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
-                    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}]})",
+                    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],
+                    "scenes":[{"nodes":[0]}]})",
                 {});
 }
 
@@ -123,14 +123,21 @@ TEST_F(BadInput, WhereTheKernelHasNoLandlockAWallRunsAndNoFileIsRead) {
         const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
         seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SYS_landlock_create_ruleset, 0);
         if (seccomp_load(filter) != 0) ::_exit(9);
-        Process server(folder_.path(), "server", {program("tessera-server"), "--wall", "1x1", "--size", "160x90", "--allow", folder_.path()});
+        Process server(folder_.path(), "server",
+                       {program("tessera-server"), "--wall", "1x1", "--size", "160x90", "--allow", folder_.path()});
         const std::string address = server.waitForText("listening on ", 20s).value_or("");
-        Process client(folder_.path(), "all", {program("tessera-client"), "--server", address, "--host", "all", "--surface", "none"});
+        Process client(folder_.path(), "all",
+                       {program("tessera-client"), "--server", address, "--host", "all", "--surface", "none"});
         const Outcome told = run(folder_.path(), {program("tessera-ctl"), "--server", address, "load", model}, 60s);
         const Outcome status = run(folder_.path(), {program("tessera-ctl"), "--server", address, "status"}, 60s);
-        const bool warned = server.output().find("this kernel has no Landlock, or has it switched off: no file is read") != std::string::npos;
-        const bool refused = told.exitCode != 0 && told.output.find("this system cannot confine the importer, so the file was not read") != std::string::npos;
-        if (!warned || !refused || status.exitCode != 0) std::fprintf(stderr, "%s%s%s", server.output().c_str(), told.output.c_str(), status.output.c_str());
+        const bool warned =
+            server.output().find("this kernel has no Landlock, or has it switched off: no file is read") !=
+            std::string::npos;
+        const bool refused =
+            told.exitCode != 0 &&
+            told.output.find("this system cannot confine the importer, so the file was not read") != std::string::npos;
+        if (!warned || !refused || status.exitCode != 0)
+            std::fprintf(stderr, "%s%s%s", server.output().c_str(), told.output.c_str(), status.output.c_str());
         server.signal(SIGTERM);
         const bool ended = server.waitForExit(20s) == 0;
         (void)client.waitForExit(20s);

@@ -1,4 +1,5 @@
-/// Scenes that make no sense: tessera-check and tessera-server refuse the same ones, with the same words, at the same place.
+/// Scenes that make no sense: tessera-check and tessera-server refuse the same ones, with the same words, at the same
+/// place.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -23,60 +24,81 @@ struct BadScene {
     const char* says;  ///< what is wrong with it
 };
 
-const char* const kTree = "node { name: \"bare\" }\nnode { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n"
-                          "node { name: \"crane\" transform {} box { size { x: 1 y: 1 z: 1 } } }\n";
-const char* const kSaved = "saved { root: 1 object { number: 1 child: 2 node {} }\n object { number: 2 node { core: 3 } } object { number: 3 group {} }\n";
+const char* const kTree =
+    "node { name: \"bare\" }\nnode { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n"
+    "node { name: \"crane\" transform {} box { size { x: 1 y: 1 z: 1 } } }\n";
+const char* const kSaved =
+    "saved { root: 1 object { number: 1 child: 2 node {} }\n object { number: 2 node { core: 3 } } object { number: 3 "
+    "group {} }\n";
 
 /// A text after kTree stands in line 4, one after kSaved in line 3.
 const BadScene kBadScenes[] = {
-    {"manipulator of nobody", "node { manipulator { target: \"/nobody\" } }", "4:1", "no node '/nobody' for this manipulator"},
+    {"manipulator of nobody", "node { manipulator { target: \"/nobody\" } }", "4:1",
+     "no node '/nobody' for this manipulator"},
     {"manipulator of nothing", "node { manipulator {} }", "4:1", "no transform at or above it"},
     {"manipulator of a bare node", "node { manipulator { target: \"/bare\" } }", "4:1", "its target has no core"},
-    {"manipulator of a surface", "node { manipulator { target: \"/box\" } }", "4:1", "its target has the core Geometry"},
-    {"a centre ball without a centre",
-    "node { manipulator { target: \"/crane\" kind: CENTERBALL } }", "4:1", "a ComponentTransform, which has a centre"},
-    {"a lamp's handle at a crane", "node { manipulator { target: \"/crane\" kind: POINT_LIGHT } }", "4:1", "a PointLight"},
+    {"manipulator of a surface", "node { manipulator { target: \"/box\" } }", "4:1",
+     "its target has the core Geometry"},
+    {"a centre ball without a centre", "node { manipulator { target: \"/crane\" kind: CENTERBALL } }", "4:1",
+     "a ComponentTransform, which has a centre"},
+    {"a lamp's handle at a crane", "node { manipulator { target: \"/crane\" kind: POINT_LIGHT } }", "4:1",
+     "a PointLight"},
     {"a motion without keys", "node { transform {} motion {} }", "4:1", "a motion has no keys"},
-    {"a motion of nobody", "node { motion { target: \"/nobody\" key { time: 0 } key { time: 1 } } }", "4:8", "no node '/nobody' for this motion"},
-    {"a motion that goes back in time", "node { transform {} motion { key { time: 1 } key { time: 0 } } }", "4:1", "do not ascend"},
+    {"a motion of nobody", "node { motion { target: \"/nobody\" key { time: 0 } key { time: 1 } } }", "4:8",
+     "no node '/nobody' for this motion"},
+    {"a motion that goes back in time", "node { transform {} motion { key { time: 1 } key { time: 0 } } }", "4:1",
+     "do not ascend"},
     {"an animation of nobody",
-    "node { animation { channel { target: \"/nobody\" field: \"scale\" time: 0 value: 1 } } }", "4:8", "no node '/nobody'"},
+     "node { animation { channel { target: \"/nobody\" field: \"scale\" time: 0 value: 1 } } }", "4:8",
+     "no node '/nobody'"},
     {"an animation of no field",
-    "node { animation { channel { target: \"/crane\" field: \"weight\" time: 0 value: 1 } } }", "4:8", "no field 'weight'"},
+     "node { animation { channel { target: \"/crane\" field: \"weight\" time: 0 value: 1 } } }", "4:8",
+     "no field 'weight'"},
     {"keys that go back in time",
-    "node { animation { channel { target: \"/crane\" field: \"translation\" time: [1, 0] value: [0,0,0,0,0,0] } } }", "4:8", "translation"},
+     "node { animation { channel { target: \"/crane\" field: \"translation\" time: [1, 0] value: [0,0,0,0,0,0] } } }",
+     "4:8", "translation"},
     {"keys of too few numbers",
-    "node { animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0,0,0] } } }", "4:8", "translation"},
+     "node { animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0,0,0] } } }", "4:8",
+     "translation"},
     {"ranges that fall", "node { distance_lod { range: [5, 1] } }", "4:1", "range"},
-    {"an interest in nobody", "node { interest { object: \"/nobody\" } }", "4:8", "no node '/nobody' for this interest"},
+    {"an interest in nobody", "node { interest { object: \"/nobody\" } }", "4:8",
+     "no node '/nobody' for this interest"},
     {"a light at nobody's place", "node { point_light { beacon: \"/nobody\" } }", "4:1", "for this light to stand at"},
     {"an instance of nothing", "node { instance: \"crane\" }", "4:1", "no definition 'crane'"},
     {"a scene in itself", "node { import { uri: \"scene.tsct\" } }", "4:8", "imports itself"},
-    {"a material of no name", "node { box { size { x: 1 y: 1 z: 1 } } material: \"wood\" }", "4:40", "no material 'wood'"},
+    {"a material of no name", "node { box { size { x: 1 y: 1 z: 1 } } material: \"wood\" }", "4:40",
+     "no material 'wood'"},
     {"five passes",
-    "material { name: \"a\" }\nmaterial { name: \"b\" pass: [\"a\", \"a\", \"a\", \"a\", \"a\"] }\nnode { box { size { x: 1 y: 1 z: 1 } } material: \"b\" }",
-    "6:1", "5 passes, and 4 may be"},
+     "material { name: \"a\" }\nmaterial { name: \"b\" pass: [\"a\", \"a\", \"a\", \"a\", \"a\"] }\nnode { box { size "
+     "{ x: 1 y: 1 z: 1 } } material: \"b\" }",
+     "6:1", "5 passes, and 4 may be"},
     {"two films on one screen",
-    "image { name: \"i\" }\nnode { movie { image: \"i\" file: \"a.avi\" } }\nnode { movie { image: \"i\" file: \"b.avi\" } }",
-    "6:1", "two movies play into the image 'i'"},
+     "image { name: \"i\" }\nnode { movie { image: \"i\" file: \"a.avi\" } }\nnode { movie { image: \"i\" file: "
+     "\"b.avi\" } }",
+     "6:1", "two movies play into the image 'i'"},
     {"no number", "node { transform { translation { x: nan } } box { size { x: 1 y: 1 z: 1 } } }", "4:1", "finite"},
     {"a camera of no place",
-    "node { transform { translation { x: 9e14 } } node { transform { translation { x: 9e14 } } node { camera {} } } }", "4:91", "farther than"},
+     "node { transform { translation { x: 9e14 } } node { transform { translation { x: 9e14 } } node { camera {} } } }",
+     "4:91", "farther than"},
     {"a camera of an ant", "node { camera { world_units_per_metre: 1e10 } }", "4:1", "world units per metre"},
-    {"saved: manipulator of a group",
-    "object { number: 4 manipulator { target: 2 } } }", "3:1", "object 4 (Manipulator): its target has the core Group"},
+    {"saved: manipulator of a group", "object { number: 4 manipulator { target: 2 } } }", "3:1",
+     "object 4 (Manipulator): its target has the core Group"},
     {"saved: keys of no field",
-    "object { number: 4 key_frames { target: 2 field: \"weight\" times: 1 values: 1 } } } blob: \"12345678\"", "3:1", "object 4 (KeyFrames): "},
+     "object { number: 4 key_frames { target: 2 field: \"weight\" times: 1 values: 1 } } } blob: \"12345678\"", "3:1",
+     "object 4 (KeyFrames): "},
     {"saved: an image without bytes",
-    "object { number: 4 image { pixels: 1 width_px: 3 height_px: 3 } } } blob: \"abcd\"", "3:1", "object 4 (Image): "},
+     "object { number: 4 image { pixels: 1 width_px: 3 height_px: 3 } } } blob: \"abcd\"", "3:1", "object 4 (Image): "},
     {"saved: five passes",
-     "object { number: 4 material { passes: [5, 6, 7, 8, 9] } }\nobject { number: 5 material {} } object { number: 6 material {} } "
+     "object { number: 4 material { passes: [5, 6, 7, 8, 9] } }\nobject { number: 5 material {} } object { number: 6 "
+     "material {} } "
      "object { number: 7 material {} } object { number: 8 material {} } object { number: 9 material {} } }",
      "3:1", "object 4 (Material): 5 passes, and 4 may be"},
     {"saved: two films on one screen",
-    "object { number: 4 movie { image: 5 } }\nobject { number: 5 image {} }\nobject { number: 6 movie { image: 5 } } }", "5:1",
-     "object 6 (Movie): its image: another Movie writes it too"},
-    {"saved: a camera of an ant", "object { number: 4 camera { world_units_per_metre: 1e10 } } }", "3:1", "object 4 (Camera): "},
+     "object { number: 4 movie { image: 5 } }\nobject { number: 5 image {} }\nobject { number: 6 movie { image: 5 } } "
+     "}",
+     "5:1", "object 6 (Movie): its image: another Movie writes it too"},
+    {"saved: a camera of an ant", "object { number: 4 camera { world_units_per_metre: 1e10 } } }", "3:1",
+     "object 4 (Camera): "},
 };
 
 TEST(BadScenes, CheckAndServerRefuseTheSameInTheSameWordsAtTheSamePlace) {
@@ -89,10 +111,13 @@ TEST(BadScenes, CheckAndServerRefuseTheSameInTheSameWordsAtTheSamePlace) {
         EXPECT_EQ(check.exitCode, 3) << check.output;
         EXPECT_TRUE(check.output.starts_with(path + ":" + bad.at + ": ")) << check.output;
         EXPECT_NE(check.output.find(bad.says), std::string::npos) << check.output;
-        const Outcome served =
-            run(folder.path(), {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--frames", "1", "--scene", path}, 60s);
+        const Outcome served = run(
+            folder.path(),
+            {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--frames", "1", "--scene", path},
+            60s);
         EXPECT_EQ(served.exitCode, 3) << served.output;
-        EXPECT_NE(served.output.find(check.output), std::string::npos) << "check: " << check.output << "server: " << served.output;
+        EXPECT_NE(served.output.find(check.output), std::string::npos)
+            << "check: " << check.output << "server: " << served.output;
     }
 }
 
@@ -100,13 +125,17 @@ TEST(BadScenes, AHandleAtWhatMovesByItselfIsSaidByBothAndStarts) {
     const TemporaryFolder folder;
     for (const auto& [mover, by] :
          {std::pair("motion { target: \"/crane\" key { time: 0 } key { time: 1 } }", "a motion"),
-          {"animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0, 0, 0, 1, 0, 0] } }", "an animation"}}) {
-        const std::string path = folder.write("driven.tsct", std::string(kTree) + "node { manipulator { target: \"/crane\" } }\nnode { " + mover + " }\n");
+          {"animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0, 0, 0, 1, 0, 0] } }",
+           "an animation"}}) {
+        const std::string path =
+            folder.write("driven.tsct",
+                         std::string(kTree) + "node { manipulator { target: \"/crane\" } }\nnode { " + mover + " }\n");
         const std::string note = path + ":4:1: what this manipulator moves is driven by " + by;
         const Outcome check = run(folder.path(), {program("tessera-check"), path}, 60s);
         EXPECT_EQ(check.exitCode, 0) << check.output;
         EXPECT_NE(check.output.find(note), std::string::npos) << check.output;
-        Process server(folder.path(), "server", {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path});
+        Process server(folder.path(), "server",
+                       {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path});
         EXPECT_TRUE(server.waitForText(note, 60s)) << server.output();
         EXPECT_TRUE(server.waitForText("scene: ", 60s)) << server.output();
     }
@@ -117,7 +146,8 @@ std::vector<std::pair<std::size_t, std::size_t>> piecesOf(const std::string& tex
     std::vector<std::pair<std::size_t, std::size_t>> pieces;
     for (std::size_t at = 0; at < text.size();) {
         std::size_t end = at;
-        while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || std::string_view("_.-").find(text[end]) != std::string_view::npos))
+        while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 ||
+                                     std::string_view("_.-").find(text[end]) != std::string_view::npos))
             ++end;
         if (end > at) pieces.emplace_back(at, end - at);
         at = end + 1;
@@ -133,7 +163,8 @@ std::string changedSomewhere(std::string text, std::mt19937& random) {
         const auto [other, otherLength] = pieces[random() % pieces.size()];
         const char* const numbers[] = {"0", "-1", "7", "1e30", "nan", "1e10"};
         const bool isNumber = std::isdigit(static_cast<unsigned char>(text[at + length - 1])) != 0;
-        text.replace(at, length, isNumber ? std::string(numbers[random() % std::size(numbers)]) : text.substr(other, otherLength));
+        text.replace(at, length,
+                     isNumber ? std::string(numbers[random() % std::size(numbers)]) : text.substr(other, otherLength));
     }
     return text;
 }
@@ -159,20 +190,23 @@ TEST(BadScenes, OfShippedScenesThatAreChangedAtRandomBothRefuseTheSame) {
         std::ofstream(path) << changedSomewhere(readText(file), random);
         const std::vector<std::string> assets = {"--assets", "/usr/share/assimp/models"};
         std::vector<std::string> check = {program("tessera-check"), path};
-        std::vector<std::string> serve = {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
+        std::vector<std::string> serve = {
+            program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
         check.insert(check.end(), assets.begin(), assets.end());
         serve.insert(serve.end(), assets.begin(), assets.end());
         const Outcome checked = run(folder.path(), check, 60s);
         Process server(folder.path(), "server", serve);
         const bool shown = server.waitForText("scene: ", 60s).has_value();
         // A picture that is not there is wrong, as is a material's number out of its bounds, and the rest is shown.
-        const bool lost = checked.output.find(" cannot be had: ") != std::string::npos || checked.output.find(" is taken\n") != std::string::npos;
+        const bool lost = checked.output.find(" cannot be had: ") != std::string::npos ||
+                          checked.output.find(" is taken\n") != std::string::npos;
         EXPECT_EQ(shown, checked.exitCode == 0 || lost) << "check: " << checked.output << "server: " << server.output();
         if (shown) continue;
         ++refused;
         std::string last = checked.output.substr(0, checked.output.size() - 1);
         last = last.substr(last.rfind('\n') + 1);
-        EXPECT_NE(server.output().find(last), std::string::npos) << "check: " << checked.output << "server: " << server.output();
+        EXPECT_NE(server.output().find(last), std::string::npos)
+            << "check: " << checked.output << "server: " << server.output();
         EXPECT_EQ(server.waitForExit(60s), checked.exitCode);
         fs::remove(path);
     }

@@ -1,4 +1,5 @@
-/// A budget of milliseconds on walls of real processes: detail goes while they are late, on all tiles alike, and comes back.
+/// A budget of milliseconds on walls of real processes: detail goes while they are late, on all tiles alike, and comes
+/// back.
 #include <gtest/gtest.h>
 
 #include "tests/integration/AskedWall.h"
@@ -12,7 +13,8 @@ const std::string kRestless = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/
 
 /// Asks until the wall is at the step, or a minute has gone.
 bool reaches(AskedWall& wall, unsigned step) {
-    for (const auto until = std::chrono::steady_clock::now() + 60s; std::chrono::steady_clock::now() < until; std::this_thread::sleep_for(20ms))
+    for (const auto until = std::chrono::steady_clock::now() + 60s; std::chrono::steady_clock::now() < until;
+         std::this_thread::sleep_for(20ms))
         if (wall.ask({"budget"})["detail"] == step) return true;
     return false;
 }

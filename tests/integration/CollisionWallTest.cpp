@@ -11,7 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-
 // From deploy/scenes/engine-hall.tsct, along x: the trolley's buffers reach 0.95 + 0.04 ahead of it; the braces of the
 // crates in its way begin at 3.1 - 0.528 - 0.02.
 constexpr double kTrolleyAtTheCrates = (3.1 - 0.528 - 0.02) - (0.95 + 0.04);
@@ -61,7 +60,8 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
         ASSERT_FALSE(contacts.empty());
         for (const json& contact : contacts) {
             EXPECT_TRUE(between(contact, "/hall/trolley/cart/buffer", "/hall/crates/stack/crate")) << contact.dump(2);
-            EXPECT_NEAR(contact["point"][0].get<double>(), 3.1 - 0.528 - 0.02, 2 * kTrolleyTolerance) << contact.dump(2);
+            EXPECT_NEAR(contact["point"][0].get<double>(), 3.1 - 0.528 - 0.02, 2 * kTrolleyTolerance)
+                << contact.dump(2);
         }
         touching = hall.picture("touching");
         EXPECT_GT(pixelsThatDiffer(before, touching), 320u * 180u / 50) << "the trolley is elsewhere";

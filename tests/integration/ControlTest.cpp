@@ -231,7 +231,8 @@ TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
     const Outcome alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
     EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
     EXPECT_EQ(alone.exitCode, 4) << alone.output;
-    for (const std::string& host : kFourHosts) EXPECT_NE(alone.output.find(host + ": absent"), std::string::npos) << alone.output;
+    for (const std::string& host : kFourHosts)
+        EXPECT_NE(alone.output.find(host + ": absent"), std::string::npos) << alone.output;
     EXPECT_NE(alone.output.find("tessera-client --server " + wall.address()), std::string::npos) << alone.output;
     EXPECT_NE(alone.output.find("is done with the first frame"), std::string::npos) << alone.output;
     for (const std::string& host : kFourHosts) wall.startClient(host);

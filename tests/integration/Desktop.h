@@ -13,14 +13,15 @@
 
 namespace tessera::test {
 
-/// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte first, a name,
-/// colours, rows).
+/// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte
+/// first, a name, colours, rows).
 class Desktop {
 public:
     Desktop(const std::string& folder, int widthPx, int heightPx)
         : file_(folder + "/Xvfb_screen0"),
           server_(folder, "xvfb",
-                  {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir", folder, "-nolisten", "tcp"}) {
+                  {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx),
+                   "-fbdir", folder, "-nolisten", "tcp"}) {
         for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
             display_ = displayIn(server_.output());
@@ -48,7 +49,8 @@ public:
         Picture picture = Picture::filled(static_cast<int>(number(4)), static_cast<int>(number(5)), 0, 0, 0);
         for (std::size_t y = 0, to = 0; y < number(5); ++y)
             for (std::size_t x = 0; x < number(4); ++x)
-                for (std::size_t c = 3; c-- > 0;) picture.rgb[to++] = static_cast<std::uint8_t>(bytes.at(from + y * pitch + 4 * x + c));
+                for (std::size_t c = 3; c-- > 0;)
+                    picture.rgb[to++] = static_cast<std::uint8_t>(bytes.at(from + y * pitch + 4 * x + c));
         return picture;
     }
     /// Until it looks like `wanted`.

@@ -1,5 +1,5 @@
-/// The least distance drawn on a wall of real processes: the line joins what is nearest in every state, and goes when nobody
-/// asks. What was done meanwhile, edits of control points among it, is made again from its recording.
+/// The least distance drawn on a wall of real processes: the line joins what is nearest in every state, and goes when
+/// nobody asks. What was done meanwhile, edits of control points among it, is made again from its recording.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,7 +44,8 @@ public:
         const Vec3d from = placeIn(told[0]["points"][0]), to = placeIn(told[0]["points"][1]);
         const double distance = told[0]["distance"].get<double>();
         EXPECT_NEAR((to - from).norm(), distance, kSamePlace);
-        const std::vector<json> lines = marksIn(ask({"tree", "/contacts/lines"})), ends = marksIn(ask({"tree", "/contacts/points"}));
+        const std::vector<json> lines = marksIn(ask({"tree", "/contacts/lines"})),
+                                ends = marksIn(ask({"tree", "/contacts/points"}));
         if (distance == 0) {
             EXPECT_TRUE(lines.empty());
             EXPECT_EQ(ends.size(), 1u);
@@ -55,7 +56,8 @@ public:
         if (lines.size() != 1 || ends.size() != 2) return distance;
         const json& turn = lines[0]["rotation"];
         const Vec3d begin = placeIn(lines[0]["translation"]),
-                    end = begin + Quatd(turn[0].get<double>(), turn[1].get<double>(), turn[2].get<double>(), turn[3].get<double>()) *
+                    end = begin + Quatd(turn[0].get<double>(), turn[1].get<double>(), turn[2].get<double>(),
+                                        turn[3].get<double>()) *
                                       Vec3d(0, 0, lines[0]["scale"][2].get<double>());
         EXPECT_LT((begin - from).norm(), kSamePlace);
         EXPECT_LT((end - to).norm(), kSamePlace);
@@ -103,7 +105,8 @@ TEST(DistanceWall, TheLineJoinsWhatIsNearestAndGoesWhenNobodyAsks) {
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     }
     for (const char* threads : {"1", "4"}) {
-        const Outcome replay = run(folder.path(), {program("tessera-replay"), recording, "--json", "--threads", threads}, 120s);
+        const Outcome replay =
+            run(folder.path(), {program("tessera-replay"), recording, "--json", "--threads", threads}, 120s);
         EXPECT_EQ(replay.exitCode, 0) << replay.output;
         const json summary = json::parse(replay.output, nullptr, false);
         EXPECT_EQ(summary["result"], "same") << replay.output;

@@ -68,9 +68,9 @@ TEST_F(Faults, AGpuThatGoesAwayEndsItsHostInWordsAndTheOthersGoOn) {
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     const auto onEgl = [&](const std::string& host, const std::string& says) {
         return Process(wall.folder(), host + "-" + says,
-                       {"/usr/bin/env", std::string("LD_LIBRARY_PATH=") + TESSERA_LOST_GPU_DIR, "TESSERA_GPU_LOST_WHEN=" + gone,
-                        "TESSERA_GPU_LOST_SAYS=" + says, program("tessera-client"), "--server", wall.address(), "--host", host,
-                        "--output", wall.output(), "--surface", "egl"});
+                       {"/usr/bin/env", std::string("LD_LIBRARY_PATH=") + TESSERA_LOST_GPU_DIR,
+                        "TESSERA_GPU_LOST_WHEN=" + gone, "TESSERA_GPU_LOST_SAYS=" + says, program("tessera-client"),
+                        "--server", wall.address(), "--host", host, "--output", wall.output(), "--surface", "egl"});
     };
     Process first = onEgl("upper-left", "error"), second = onEgl("upper-right", "status");
     for (const char* host : {"lower-left", "lower-right"}) wall.startClient(host);
@@ -164,7 +164,8 @@ TEST_F(Faults, AHostThatOnlyClaimsToBeAliveHoldsTheWallUpOnceAndIsOut) {
     LiveWall wall({.wall = "2x2"});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "show-hang@20"} : std::vector<std::string>{});
+        wall.startClient(host, host == "lower-left" ? std::vector<std::string>{"--inject", "show-hang@20"}
+                                                    : std::vector<std::string>{});
     ASSERT_TRUE(wall.server().waitForText("lower-left: not-shown", 40s)) << wall.logs();
     expectOnlyFrozen(wall, "lower-left");
     EXPECT_EQ(wall.shownFrame(tileOf("lower-left")), 19);
@@ -239,12 +240,16 @@ TEST_F(Faults, AHostThatLiesInEachFrameIsSentAwayInWordsAndTheOthersGoOn) {
     LiveWall wall({});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "upper-right" ? std::vector<std::string>{"--inject", "lie@15"} : std::vector<std::string>{});
+        wall.startClient(
+            host, host == "upper-right" ? std::vector<std::string>{"--inject", "lie@15"} : std::vector<std::string>{});
     const auto exit = wall.client("upper-right").waitForExit(40s);
     ASSERT_TRUE(exit) << wall.logs();
     EXPECT_EQ(*exit, 1) << wall.client("upper-right").output();
-    EXPECT_NE(wall.client("upper-right").output().find("as 3 times within 60 s; it is sent away"), std::string::npos) << wall.client("upper-right").output();
-    EXPECT_TRUE(wall.server().waitForText("upper-right: no object differs; only the hash that it said of them all is wrong", 5s)) << wall.logs();
+    EXPECT_NE(wall.client("upper-right").output().find("as 3 times within 60 s; it is sent away"), std::string::npos)
+        << wall.client("upper-right").output();
+    EXPECT_TRUE(wall.server().waitForText(
+        "upper-right: no object differs; only the hash that it said of them all is wrong", 5s))
+        << wall.logs();
     expectOnlyFrozen(wall, "upper-right");
     const json report = wall.finish();
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 3) << report.dump(2);

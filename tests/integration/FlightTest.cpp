@@ -1,4 +1,5 @@
-/// A person flies: real keys at a real window move a real wall's view, and nothing that goes wrong on the way leaves it flying.
+/// A person flies: real keys at a real window move a real wall's view, and nothing that goes wrong on the way leaves it
+/// flying.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -66,7 +67,8 @@ public:
         Process& client = wall.startClient("all", {"--window"});
         ::unsetenv("DISPLAY");
         // The carriage drives for a second; then only the view moves what is in the middle of the picture.
-        ready = wall.waitForFrame("front-0-0", 90, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
+        ready =
+            wall.waitForFrame("front-0-0", 90, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
         // Where a window may be, but it takes its time to be there.
         desktop.pointer(400, 300);
     }
@@ -99,7 +101,8 @@ TEST(Flight, AKeyMovesTheViewAndHomeLeadsBack) {
     EXPECT_NE(middleOf(flight.wall), begun);
     flight.desktop.key(DesktopKey::kHome, true);
     flight.desktop.key(DesktopKey::kHome, false);
-    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; })) << "to the very bits: " << begun << ", not " << middleOf(flight.wall);
+    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; }))
+        << "to the very bits: " << begun << ", not " << middleOf(flight.wall);
     // A drag looks about.
     flight.desktop.button(1, true);
     for (int i = 0; i < 20; ++i) {
@@ -144,8 +147,8 @@ TEST(Flight, AWallForThePublicTakesNoInput) {
     EXPECT_NE(wall.ctl({"fly"}).exitCode, 0);
 }
 
-/// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a walker who
-/// asks the scene in every frame.
+/// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a
+/// walker who asks the scene in every frame.
 TEST(Flight, ARecordingOfAFlightIsMadeAgain) {
     TemporaryFolder folder;
     const std::string recording = folder.path() + "/flight.tsr";

@@ -15,13 +15,15 @@ class Groups : public testing::Test {
 protected:
     void draw(const std::string& name, const std::string& wall, const std::string& scene, const std::string& size) {
         const Outcome outcome = run(folder_.path(),
-                                    {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--size", size, "--output", folder_.path() + "/" + name},
+                                    {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8",
+                                     "--size", size, "--output", folder_.path() + "/" + name},
                                     120s);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
     }
     Picture picture(const std::string& name, const std::string& file) {
         const Expected<Bytes> bytes = readFile(folder_.path() + "/" + name + "/" + file, 100 << 20);
-        const Expected<DecodedPng> png = bytes ? decodePng(*bytes) : Expected<DecodedPng>(tl::unexpected(bytes.error()));
+        const Expected<DecodedPng> png =
+            bytes ? decodePng(*bytes) : Expected<DecodedPng>(tl::unexpected(bytes.error()));
         EXPECT_TRUE(png) << name << "/" << file;
         return png ? png->picture : Picture();
     }
@@ -48,9 +50,9 @@ std::size_t pixelsOfChannel(const Picture& p, int channel) {
     return count;
 }
 
-// Two heads before one screen, drawn once for each. The ball is 3.06 m from the one and 3.65 m from the other, with a range between. The plate,
-// a metre wide and a metre behind the screen, faces both: its picture is 66.7 pixels wide for who stands before it, and for who stands aside
-// 80.8, where it would be 66.7 if it stood as it is.
+// Two heads before one screen, drawn once for each. The ball is 3.06 m from the one and 3.65 m from the other, with a
+// range between. The plate, a metre wide and a metre behind the screen, faces both: its picture is 66.7 pixels wide for
+// who stands before it, and for who stands aside 80.8, where it would be 66.7 if it stood as it is.
 TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
     const std::string scene = folder_.write("scene.tsct", R"(
         material { name: "red" base_color { r: 1 g: 0 b: 0 } unlit: true }
@@ -64,17 +66,23 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
         node { transform { translation { z: -1 } } billboard { }
           node { material: "blue" box { size { x: 1 y: 0.5 z: 0.002 } } } })");
     const std::string wall = folder_.write("users.wall", R"(
-        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
-        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
         users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
         users { name: "second" position { x: 2 y: 0 z: 2 } eye_separation_m: 0.06 }
         hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
                             tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
-    const Outcome outcome = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--output", folder_.path() + "/users"}, 120s);
+    const Outcome outcome = run(folder_.path(),
+                                {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--output",
+                                 folder_.path() + "/users"},
+                                120s);
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
-    const Picture first = picture("users", "tiles/middle-0-0/000007.png"), second = picture("users", "tiles/aside-0-0/000007.png");
+    const Picture first = picture("users", "tiles/middle-0-0/000007.png"),
+                  second = picture("users", "tiles/aside-0-0/000007.png");
     EXPECT_GT(pixelsOfChannel(first, 0), 100u);
     EXPECT_EQ(pixelsOfChannel(first, 1), 0u);
     EXPECT_EQ(pixelsOfChannel(second, 0), 0u);
@@ -97,15 +105,20 @@ TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
         node { name: "thing" transform { translation { z: -2 } } }
         node { manipulator { target: "/thing" kind: JACK pixels: 60 } })");
     const std::string wall = folder_.write("depths.wall", R"(
-        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
-        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 } upper_left { x: -1.5 y: 1 z: 0 }
+        screens { name: "aside" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
+          upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
         users { name: "first" position { x: 0 y: 0 z: 2 } eye_separation_m: 0.06 }
         users { name: "second" position { x: 0 y: 0 z: 4 } eye_separation_m: 0.06 }
         hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
                             tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
-    const Outcome outcome = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "4", "--keep-frames", "--output", folder_.path() + "/depths"}, 120s);
+    const Outcome outcome = run(folder_.path(),
+                                {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "4",
+                                 "--keep-frames", "--output", folder_.path() + "/depths"},
+                                120s);
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
     // The wall's first frame shows them so already: nobody sees them grow.
     for (const char* frame : {"000000", "000003"})
@@ -114,12 +127,15 @@ TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
             int first = seen.widthPx, last = -1;
             for (int y = 0; y < seen.heightPx; ++y)
                 for (int x = 0; x < seen.widthPx; ++x) {
-                    const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(seen.widthPx) + static_cast<std::size_t>(x));
+                    const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(seen.widthPx) +
+                                                static_cast<std::size_t>(x));
                     if (seen.rgb[at] + seen.rgb[at + 1] + seen.rgb[at + 2] < 60) continue;
                     first = std::min(first, x);
                     last = std::max(last, x);
                 }
-            EXPECT_NEAR(last - first + 1, 63, 2) << screen << ", frame " << frame << ": the cubes of a jack reach 3 % beyond its size, and nearer to the eye";
+            EXPECT_NEAR(last - first + 1, 63, 2)
+                << screen << ", frame " << frame
+                << ": the cubes of a jack reach 3 % beyond its size, and nearer to the eye";
         }
 }
 

@@ -1,4 +1,5 @@
-/// Hands on the handles of a real wall: a mouse at a window, a wand, applications; and what becomes of a grip when its hand is cut off.
+/// Hands on the handles of a real wall: a mouse at a window, a wand, applications; and what becomes of a grip when its
+/// hand is cut off.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -68,12 +69,14 @@ bool soon(const Holds& holds) {
     return false;
 }
 
-/// The topmost pixel of a column where a handle can be taken hold of, and some below it: of the middle one the arrow that points up. -1: none.
+/// The topmost pixel of a column where a handle can be taken hold of, and some below it: of the middle one the arrow
+/// that points up. -1: none.
 int handleRow(const LiveWall& wall, int column = kWidthPx / 2) {
     auto finger = Application::connect({.address = wall.address(), .name = "finger", .followScene = false});
     if (!finger) return -1;
     for (int row = 0; row < kHeightPx; row += 2) {
-        const Expected<answer::Picked> held = (*finger)->grab({.xPx = static_cast<double>(column), .yPx = static_cast<double>(row), .wand = {}});
+        const Expected<answer::Picked> held =
+            (*finger)->grab({.xPx = static_cast<double>(column), .yPx = static_cast<double>(row), .wand = {}});
         if (held && held->hit) return row + 2;
     }
     return -1;
@@ -158,7 +161,8 @@ TEST(HandleWall, AHostThatIsKilledWhileItsWindowHoldsAHandleHoldsNothing) {
     const Aim arrow{.xPx = kWidthPx / 2.0, .yPx = static_cast<double>(here.row), .wand = {}};
     const Expected<answer::Picked> refused = (*other)->grab(arrow);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("somebody else holds /handles"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("somebody else holds /handles"), std::string::npos)
+        << refused.error().message;
     here.wall.client("all").signal(SIGKILL);
     EXPECT_TRUE(soon([&] { return (*other)->grab(arrow).has_value(); })) << "once its host is lost";
 }
@@ -177,7 +181,8 @@ TEST(HandleWall, AnApplicationThatIsCutOffHoldsNothing) {
         ASSERT_TRUE(soon([&] { return isHeld(wall); }));
     }
     EXPECT_TRUE(soon([&] { return !isHeld(wall); })) << "it has gone without a word";
-    const Outcome dragged = wall.ctl({"drag", "--rays", "0", "0.8", "4", "0", "0", "-1", "0", "1", "4", "0", "0", "-1"});
+    const Outcome dragged =
+        wall.ctl({"drag", "--rays", "0", "0.8", "4", "0", "0", "-1", "0", "1", "4", "0", "0", "-1"});
     EXPECT_EQ(dragged.exitCode, 0) << dragged.output;
     EXPECT_NEAR(heightOfCart(wall), 0.2, 1e-9);
     EXPECT_EQ(wall.finish()["faults"].size(), 0u);
@@ -186,7 +191,8 @@ TEST(HandleWall, AnApplicationThatIsCutOffHoldsNothing) {
 TEST(HandleWall, NobodyHoldsAnythingAfterTheServerWasKilled) {
     const TemporaryFolder folder;
     const std::vector<std::string> journal{"--journal", folder.path() + "/journal"};
-    const Ray arrow{.origin = Vec3d(0, 0.8, 4), .direction = -Vec3d::UnitZ()}, higher{.origin = Vec3d(0, 1.1, 4), .direction = -Vec3d::UnitZ()};
+    const Ray arrow{.origin = Vec3d(0, 0.8, 4), .direction = -Vec3d::UnitZ()},
+        higher{.origin = Vec3d(0, 1.1, 4), .direction = -Vec3d::UnitZ()};
     {
         LiveWall wall(studio(journal));
         wall.startClient("all", {"--surface", "none"});
@@ -205,7 +211,8 @@ TEST(HandleWall, NobodyHoldsAnythingAfterTheServerWasKilled) {
     wall.startClient("all", {"--surface", "none"});
     EXPECT_TRUE(soon([&] { return !isHeld(wall); })) << "the journal says that somebody held it";
     EXPECT_NEAR(heightOfCart(wall), 0.3, 1e-9) << "and what was granted is there";
-    const Outcome dragged = wall.ctl({"drag", "--rays", "0", "1.1", "4", "0", "0", "-1", "0", "1.2", "4", "0", "0", "-1"});
+    const Outcome dragged =
+        wall.ctl({"drag", "--rays", "0", "1.1", "4", "0", "0", "-1", "0", "1.2", "4", "0", "0", "-1"});
     EXPECT_EQ(dragged.exitCode, 0) << dragged.output;
     EXPECT_EQ(wall.ctl({"undo"}).exitCode, 0);
     EXPECT_EQ(wall.ctl({"undo"}).exitCode, 0);

@@ -1,4 +1,5 @@
-/// Inlines and ProxyGroups on walls of real processes: there with the first frame, near, by hand; the same on all tiles; undone, saved, failed in words.
+/// Inlines and ProxyGroups on walls of real processes: there with the first frame, near, by hand; the same on all
+/// tiles; undone, saved, failed in words.
 #include <gtest/gtest.h>
 
 #include "tests/integration/AskedWall.h"
@@ -10,7 +11,8 @@ const std::string kVillage = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/v
 
 class InlineWall : public AskedWall {
 public:
-    explicit InlineWall(const std::string& wall, const std::string& scene = kVillage, std::vector<std::string> server = {})
+    explicit InlineWall(const std::string& wall, const std::string& scene = kVillage,
+                        std::vector<std::string> server = {})
         : AskedWall({.wall = wall, .scene = scene, .server = std::move(server)}), ready(start()) {}
     [[nodiscard]] nlohmann::json named(const std::string& node) const {
         const nlohmann::json told = ask({"inlines"});
@@ -23,7 +25,9 @@ public:
         for (int look = 0; look < 400 && named(node)["state"] != state; ++look) settle();
         return named(node)["state"];
     }
-    [[nodiscard]] std::size_t found(const std::string& expression) const { return ask({"find", expression})["nodes"].size(); }
+    [[nodiscard]] std::size_t found(const std::string& expression) const {
+        return ask({"find", expression})["nodes"].size();
+    }
     const bool ready;
 };
 

@@ -32,7 +32,8 @@ std::string u16(int value) {
 
 InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
     : server_(folder, "xvfb-input",
-              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-nolisten", "tcp"}) {
+              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx),
+               "-nolisten", "tcp"}) {
     for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
         std::this_thread::sleep_for(50ms);
         display_ = Desktop::displayIn(server_.output());
@@ -40,7 +41,8 @@ InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
     if (!display_.empty() && !connect()) display_.clear();
 }
 
-/// The handshake of X11, and which number XTEST has here (X Window System Protocol, chapters 8 and 9; XTEST's, chapter 2).
+/// The handshake of X11, and which number XTEST has here (X Window System Protocol, chapters 8 and 9; XTEST's, chapter
+/// 2).
 bool InputDesktop::connect() {
     link_ = FileHandle(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
     sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
@@ -50,9 +52,11 @@ bool InputDesktop::connect() {
     if (!sendAll(link_.get(), "l" + std::string(1, '\0') + u16(11) + u16(0) + u16(0) + u16(0) + u16(0))) return false;
     const std::string begun = receive(link_.get(), 8);
     if (begun.empty() || begun[0] != 1) return false;
-    const std::size_t more = 4 * (static_cast<unsigned char>(begun[6]) + 256 * static_cast<std::size_t>(static_cast<unsigned char>(begun[7])));
+    const std::size_t more = 4 * (static_cast<unsigned char>(begun[6]) +
+                                  256 * static_cast<std::size_t>(static_cast<unsigned char>(begun[7])));
     if (receive(link_.get(), more).size() != more) return false;
-    if (!sendAll(link_.get(), std::string{98, 0} + u16(4) + u16(5) + u16(0) + "XTEST" + std::string(3, '\0'))) return false;
+    if (!sendAll(link_.get(), std::string{98, 0} + u16(4) + u16(5) + u16(0) + "XTEST" + std::string(3, '\0')))
+        return false;
     const std::string found = receive(link_.get(), 32);
     if (found.empty() || found[0] != 1 || found[8] == 0) return false;
     opcode_ = static_cast<unsigned char>(found[9]);

@@ -1,4 +1,5 @@
-/// A server that is killed, and started again with the same command: nothing that it has granted is lost, and everybody comes back.
+/// A server that is killed, and started again with the same command: nothing that it has granted is lost, and everybody
+/// comes back.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -29,8 +30,8 @@ const std::string kKeptYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/sce
 /// A wall of one host that nobody waits for long.
 std::string smallWall(const TemporaryFolder& folder) {
     const std::string text = readText(std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/1x1.wall");
-    return folder.write("1x1.wall", text.substr(0, text.find("sync {")) +
-                                        "sync { lost_after_ms: 4000 start_deadline_ms: 1 }\n");
+    return folder.write("1x1.wall",
+                        text.substr(0, text.find("sync {")) + "sync { lost_after_ms: 4000 start_deadline_ms: 1 }\n");
 }
 
 /// One command, as often as it is started. The address is the first server's.
@@ -45,10 +46,23 @@ public:
     }
     /// Without waiting for what it says.
     void launch() {
-        std::vector<std::string> command = {program("tessera-server"), "--wall", wall_,
-                                            "--listen",                address,  "--size",   "64x36",     "--samples", "1",
-                                            "--rate",                  rate,    "--report", report(),    "--journal", journal(),
-                                            "--allow",  folder.path()};
+        std::vector<std::string> command = {program("tessera-server"),
+                                            "--wall",
+                                            wall_,
+                                            "--listen",
+                                            address,
+                                            "--size",
+                                            "64x36",
+                                            "--samples",
+                                            "1",
+                                            "--rate",
+                                            rate,
+                                            "--report",
+                                            report(),
+                                            "--journal",
+                                            journal(),
+                                            "--allow",
+                                            folder.path()};
         if (!scene.empty()) command.insert(command.end(), {"--scene", scene});
         command.insert(command.end(), more.begin(), more.end());
         server = std::make_unique<Process>(folder.path(), "server" + std::to_string(++servers_), command);
@@ -92,7 +106,8 @@ ChangeList newNode(const std::string& name, double x) {
         const std::vector<std::uint32_t> indices{0, 1, 2};
         list.create(shape, typeOf<Geometry>());
         list.set(shape, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(corners)));
-        list.set(shape, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(indices)));
+        list.set(shape, typeOf<Geometry>(), fieldId<&Geometry::indices>,
+                 Blob::of(std::span<const std::uint32_t>(indices)));
         list.create(below, typeOf<Node>());
         list.set(below, typeOf<Node>(), fieldId<&Node::core>, shape);
         list.place(below, node);
@@ -131,8 +146,8 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
         if (!host)
             host = std::make_unique<Process>(
                 wall.folder.path(), "host",
-                std::vector<std::string>{program("tessera-client"), "--server", wall.address, "--host", "all", "--output",
-                                         wall.folder.path() + "/out"});
+                std::vector<std::string>{program("tessera-client"), "--server", wall.address, "--host", "all",
+                                         "--output", wall.folder.path() + "/out"});
         const std::unique_ptr<Application> mover = wall.connect("mover");
         ASSERT_TRUE(mover);
         // All is there, and the state is that of its list.
@@ -172,9 +187,8 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
             EXPECT_TRUE(wall.server->waitForText("goes on with frame", 5s)) << wall.server->output();
         }
         granted.states.clear();
-        mover->onChanges([&](const ChangeList&, Sequence sequence) {
-            granted.states[sequence.value] = mover->scene().stateHash();
-        });
+        mover->onChanges(
+            [&](const ChangeList&, Sequence sequence) { granted.states[sequence.value] = mover->scene().stateHash(); });
 
         // It edits until the server dies.
         std::thread killer([&, after = std::chrono::milliseconds(20 + below(random, 500))] {
@@ -249,9 +263,9 @@ TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
     ASSERT_TRUE(wall.start());
     wall.kill();
     // All files of this server end at 64 KiB. (A shell counts in blocks of 512 or 1024 bytes.)
-    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " + smallWall(wall.folder) +
-                                " --listen 127.0.0.1:0 --rate 200 " +
-                                "--journal " + wall.journal();
+    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " +
+                                smallWall(wall.folder) + " --listen 127.0.0.1:0 --rate 200 " + "--journal " +
+                                wall.journal();
     Process little(wall.folder.path(), "little", {"/bin/sh", "-c", command});
     wall.address = little.waitForText("listening on ", 20s).value_or("");
     ASSERT_FALSE(wall.address.empty()) << little.output();
@@ -262,10 +276,12 @@ TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
     int made = 0;
     for (; committed && made < 5'000; ++made) committed = mover->propose(newNode("edit" + std::to_string(made), made));
     ASSERT_FALSE(committed) << made;
-    EXPECT_NE(committed.error().message.find("cannot be written: File too large"), std::string::npos) << committed.error().message;
+    EXPECT_NE(committed.error().message.find("cannot be written: File too large"), std::string::npos)
+        << committed.error().message;
     const auto refused = mover->propose(newNode("late", 1));
     ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().message.find("it is done"), std::string::npos) << "it is not: " << refused.error().message;
+    EXPECT_EQ(refused.error().message.find("it is done"), std::string::npos)
+        << "it is not: " << refused.error().message;
     const auto loaded = mover->load(kKeptYard);
     ASSERT_FALSE(loaded);
     EXPECT_NE(loaded.error().message.find("cannot be written"), std::string::npos) << loaded.error().message;
@@ -278,7 +294,8 @@ TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
     EXPECT_FALSE(findNode(mover->scene(), "/late"));
 }
 
-/// Lists are sent before they are written: the disk is full, so that others see one that is never written, and the server is killed.
+/// Lists are sent before they are written: the disk is full, so that others see one that is never written, and the
+/// server is killed.
 TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten) {
     KeptWall wall;
     std::map<ObjectId, std::string> seen;  // of nodes
@@ -287,13 +304,16 @@ TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten
         application.onChanges([&](const ChangeList& list, Sequence sequence) {
             last = std::max(last, sequence);
             for (const Creation& creation : list.creations)
-                if (const Node* node = application.scene().get<Node>(creation.id); node && !node->name.empty()) seen[creation.id] = node->name;
+                if (const Node* node = application.scene().get<Node>(creation.id); node && !node->name.empty())
+                    seen[creation.id] = node->name;
         });
     };
-    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " + smallWall(wall.folder) + " --scene " + wall.scene +
+    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " +
+                                smallWall(wall.folder) + " --scene " + wall.scene +
                                 " --listen 127.0.0.1:0 --rate 200 --journal " + wall.journal();
     for (int server = 0; server < 3; ++server) {
-        wall.server = std::make_unique<Process>(wall.folder.path(), "little" + std::to_string(server), std::vector<std::string>{"/bin/sh", "-c", command});
+        wall.server = std::make_unique<Process>(wall.folder.path(), "little" + std::to_string(server),
+                                                std::vector<std::string>{"/bin/sh", "-c", command});
         wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
         ASSERT_FALSE(wall.address.empty()) << wall.server->output();
         const auto mover = wall.connect("mover");
@@ -319,7 +339,8 @@ TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten
         std::size_t fresh = 0;
         for (const auto& [id, name] : seen) {
             const auto known = before.find(id);
-            EXPECT_TRUE(known == before.end() || known->second == name) << "#" << id.value << " was " << (known == before.end() ? "" : known->second);
+            EXPECT_TRUE(known == before.end() || known->second == name)
+                << "#" << id.value << " was " << (known == before.end() ? "" : known->second);
             fresh += known == before.end() ? 1 : 0;
         }
         EXPECT_GT(fresh, 1u);
@@ -327,13 +348,15 @@ TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten
     }
 }
 
-/// Killed before anything was in it: there is no scene to go on from, and the numbers that were taken count all the same.
+/// Killed before anything was in it: there is no scene to go on from, and the numbers that were taken count all the
+/// same.
 TEST(Journal, AWallThatWasKilledWhileItWasEmptyIsJoinedAgain) {
     KeptWall wall;
     for (int server = 0; server < 2; ++server) {
         wall.server = std::make_unique<Process>(
             wall.folder.path(), "empty" + std::to_string(server),
-            std::vector<std::string>{program("tessera-server"), "--wall", smallWall(wall.folder), "--listen", "127.0.0.1:0", "--rate", "200", "--journal", wall.journal()});
+            std::vector<std::string>{program("tessera-server"), "--wall", smallWall(wall.folder), "--listen",
+                                     "127.0.0.1:0", "--rate", "200", "--journal", wall.journal()});
         wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
         ASSERT_FALSE(wall.address.empty()) << wall.server->output();
         const auto mover = wall.connect("mover");
@@ -352,14 +375,18 @@ TEST(Journal, AWallThatWasKilledWhileItWasEmptyIsJoinedAgain) {
 TEST(Journal, AFirstStartThatEndsBeforeItsSceneIsThereSpoilsNoLaterOne) {
     KeptWall wall;
     (void)wall.folder.write("part.tsct", "node { name: \"part\" transform {} }\n");
-    wall.scene = wall.folder.write("whole.tsct", "node { name: \"first\" transform {} }\nnode { name: \"inline\" inline { file: \"part.tsct\" load: AT_ONCE } }\n");
+    wall.scene = wall.folder.write("whole.tsct",
+                                   "node { name: \"first\" transform {} }\nnode { name: \"inline\" inline { file: "
+                                   "\"part.tsct\" load: AT_ONCE } }\n");
     wall.launch();
-    for (int i = 0; i < 2000 && !std::filesystem::exists(wall.journal() + "/last"); ++i) std::this_thread::sleep_for(1ms);
+    for (int i = 0; i < 2000 && !std::filesystem::exists(wall.journal() + "/last"); ++i)
+        std::this_thread::sleep_for(1ms);
     wall.kill();
     ASSERT_TRUE(wall.start()) << wall.server->output();
     const auto mover = wall.connect("mover");
     ASSERT_TRUE(mover) << wall.server->output();
-    for (int i = 0; i < 1000 && !findNode(mover->scene(), "/inline/part"); ++i) ASSERT_TRUE(mover->poll(10ms)) << wall.server->output();
+    for (int i = 0; i < 1000 && !findNode(mover->scene(), "/inline/part"); ++i)
+        ASSERT_TRUE(mover->poll(10ms)) << wall.server->output();
     EXPECT_TRUE(findNode(mover->scene(), "/inline/part")) << wall.server->output();
 }
 
@@ -473,7 +500,8 @@ TEST(Journal, AFilmGoesOnWhereItWasAndOneThatStoodShowsItsPicture) {
 /// Nobody may read that folder, but for the files that the scene names.
 TEST(Journal, WhatItsSceneNamesIsReadThoughTheNextCommandSaysNothingOfTheScene) {
     const TemporaryFolder elsewhere;
-    const std::string house = elsewhere.write("house.tsct", R"(node { name: "walls" box { size { x: 1 y: 1 z: 1 } } })");
+    const std::string house =
+        elsewhere.write("house.tsct", R"(node { name: "walls" box { size { x: 1 y: 1 z: 1 } } })");
     KeptWall wall({"--up", "z"});
     wall.scene = elsewhere.write("scene.tsct", R"(node { name: "house" inline { file: "house.tsct" load: BY_HAND } })");
     ASSERT_TRUE(wall.start()) << wall.server->output();
@@ -494,7 +522,8 @@ TEST(Journal, WhatItsSceneNamesIsReadThoughTheNextCommandSaysNothingOfTheScene) 
     ASSERT_TRUE(somebody->propose(want.take()));
     const auto deadline = std::chrono::steady_clock::now() + 20s;
     const auto state = [&] { return scene.get<Inline>(core)->state; };
-    while (state() != LoadWords::kThere && state() != LoadWords::kFailed && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(somebody->poll(1s));
+    while (state() != LoadWords::kThere && state() != LoadWords::kFailed && std::chrono::steady_clock::now() < deadline)
+        ASSERT_TRUE(somebody->poll(1s));
     EXPECT_EQ(state(), LoadWords::kThere) << scene.get<Inline>(core)->problem;
 }
 
@@ -503,12 +532,13 @@ TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {
     ASSERT_TRUE(wall.start());
     ASSERT_TRUE(wall.connect("anybody"));
     const auto other = [&](const std::string& scene) {
-        return run(wall.folder.path(), {program("tessera-server"), "--scene", scene, "--journal", wall.journal(), "--frames", "1"},
-                   20s);
+        return run(wall.folder.path(),
+                   {program("tessera-server"), "--scene", scene, "--journal", wall.journal(), "--frames", "1"}, 20s);
     };
     const Outcome second = other(kKeptYard);
     EXPECT_EQ(second.exitCode, 1) << second.output;
-    EXPECT_NE(second.output.find("in use by tessera-server, pid " + std::to_string(wall.server->pid())), std::string::npos)
+    EXPECT_NE(second.output.find("in use by tessera-server, pid " + std::to_string(wall.server->pid())),
+              std::string::npos)
         << second.output;
     wall.kill();
     const Outcome another = other(std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/collisions.tsct");

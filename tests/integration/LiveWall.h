@@ -1,9 +1,9 @@
 /// A server and its render hosts as real processes on loopback.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
-#include <filesystem>
 #include <string>
 #include <vector>
 

@@ -1,5 +1,5 @@
-/// A scene that comes in parts while a wall goes on: seen by nobody until it is whole, taken back and brought again as one step,
-/// and replayed from a recording.
+/// A scene that comes in parts while a wall goes on: seen by nobody until it is whole, taken back and brought again as
+/// one step, and replayed from a recording.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -43,9 +43,8 @@ TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
 
     // What arrives can be counted by whoever follows, and is nowhere in the scene.
     std::size_t hidden = 0;
-    ASSERT_TRUE(application.onFrame([&](const notice::Frame&) {
-        hidden += application.scene().objectCount() > before && !seen() ? 1 : 0;
-    }));
+    ASSERT_TRUE(application.onFrame(
+        [&](const notice::Frame&) { hidden += application.scene().objectCount() > before && !seen() ? 1 : 0; }));
     const auto loaded = application.load(file);
     ASSERT_TRUE(loaded) << loaded.error().message << wall.logs();
     EXPECT_GT(loaded->objects, 20'000u);
@@ -56,7 +55,8 @@ TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
     EXPECT_EQ(application.status()->undoDepth, 1u);
 
     ASSERT_TRUE(application.undo());
-    ASSERT_TRUE(waitUntil(application, [&] { return !seen() && application.scene().objectCount() == before; })) << wall.logs();
+    ASSERT_TRUE(waitUntil(application, [&] { return !seen() && application.scene().objectCount() == before; }))
+        << wall.logs();
     const auto redone = application.redo();
     ASSERT_TRUE(redone) << redone.error().message;
     ASSERT_TRUE(waitUntil(application, seen));

@@ -1,4 +1,5 @@
-/// Handles on walls of real processes: dragged by tessera-ctl, the same on all tiles, one step of undo, stopped by what is in the way.
+/// Handles on walls of real processes: dragged by tessera-ctl, the same on all tiles, one step of undo, stopped by what
+/// is in the way.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -25,7 +26,8 @@ public:
     /// Along -Z through a place: to take hold of the handle there, and to lead it to another place.
     [[nodiscard]] nlohmann::json dragFrom(double x, double y, double toX, double toY) const {
         const auto number = [](double value) { return std::to_string(value); };
-        return ask({"drag", "--rays", number(x), number(y), "4", "0", "0", "-1", number(toX), number(toY), "4", "0", "0", "-1", "--steps", "5"});
+        return ask({"drag", "--rays", number(x), number(y), "4", "0", "0", "-1", number(toX), number(toY), "4", "0",
+                    "0", "-1", "--steps", "5"});
     }
     const bool ready;
 
@@ -64,7 +66,8 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
         EXPECT_GT(stopped, 0.5);
         EXPECT_LE(stopped, 1.0);
         // Where there is no handle, and of what is driven, nothing is held.
-        const Outcome missed = wall.wall().ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
+        const Outcome missed =
+            wall.wall().ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
         EXPECT_NE(missed.exitCode, 0);
         EXPECT_NE(missed.output.find("no handle"), std::string::npos) << missed.output;
         // Saved, there are no handles in the file, and they are there again.
@@ -91,13 +94,15 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
 int topOfTheArrow(const Picture& picture) {
     for (int y = 0; y < picture.heightPx; ++y)
         for (int x = 0; x < picture.widthPx; ++x) {
-            const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) + static_cast<std::size_t>(x));
+            const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.widthPx) +
+                                        static_cast<std::size_t>(x));
             if (picture.rgb[at + 1] > 60 + std::max(picture.rgb[at], picture.rgb[at + 2])) return y;
         }
     return picture.heightPx;
 }
 
-/// Handles of a size on the screen are as large from near and from far, and a pixel's drag takes hold of what is seen there.
+/// Handles of a size on the screen are as large from near and from far, and a pixel's drag takes hold of what is seen
+/// there.
 TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
     const TemporaryFolder kept;
     Workshop wall("2x2", {"--record", kept.path() + "/sizes.tsr"});
@@ -106,7 +111,8 @@ TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
     wall.tell({"set", "/handles", "pixels", "120"});
     double before = 0;
     for (const char* away : {"4", "16"}) {
-        wall.tell({"view", "--position", "0", "-3.4", away, "--look-at", "0", "-3.4", "0", "--scale", "2"});  // the eye, 1.7 m up, is as high as the cart
+        wall.tell({"view", "--position", "0", "-3.4", away, "--look-at", "0", "-3.4", "0", "--scale",
+                   "2"});  // the eye, 1.7 m up, is as high as the cart
         const Picture first = wall.picture(std::string("from-") + away);
         EXPECT_NEAR(topOfTheArrow(first), 11, 2) << "60 pixels above the row of the eye, which is the 70th";
         // 30 pixels above the row of the eye, 70 from above, is the arrow, whoever has gone how far away.
@@ -124,11 +130,13 @@ TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
     EXPECT_NE(wrong.output.find("set its pixels"), std::string::npos) << wrong.output;
     EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     // Where heads were is not in a recording; how large handles were is.
-    const Outcome replayed = run(kept.path(), {program("tessera-replay"), kept.path() + "/sizes.tsr"}, std::chrono::seconds(60));
+    const Outcome replayed =
+        run(kept.path(), {program("tessera-replay"), kept.path() + "/sizes.tsr"}, std::chrono::seconds(60));
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 
-/// Whatever was held, and whatever its pieces coincide with: the picture after a drag and its undo is the one before, byte for byte.
+/// Whatever was held, and whatever its pieces coincide with: the picture after a drag and its undo is the one before,
+/// byte for byte.
 TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
     Workshop wall("2x2");
     ASSERT_TRUE(wall.ready) << wall.logs();
@@ -137,9 +145,15 @@ TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
         const char* kind;
         double x, y;
     };
-    for (const Case& held : {Case{"move", 0, 0.8}, {"rotate", 0.707, 0.707}, {"scale", 0.8, 0}, {"trackball", 0.707, 0.707}, {"jack", 0, 0.8},
-                             {"tab-box", 0.3, 0.3}, {"transformer", 0.3, 0.3},
-                             {"handle-box", 0.3, 0.3}, {"transform-box", 0.3, 0}}) {
+    for (const Case& held : {Case{"move", 0, 0.8},
+                             {"rotate", 0.707, 0.707},
+                             {"scale", 0.8, 0},
+                             {"trackball", 0.707, 0.707},
+                             {"jack", 0, 0.8},
+                             {"tab-box", 0.3, 0.3},
+                             {"transformer", 0.3, 0.3},
+                             {"handle-box", 0.3, 0.3},
+                             {"transform-box", 0.3, 0}}) {
         wall.tell({"set", "/handles", "kind", held.kind});
         const std::string name = held.kind;
         const Picture before = wall.picture(name + "-before");

@@ -33,8 +33,11 @@ protected:
     }
     /// A shell that calls `tessera-ctl move NODE X Y Z --by` kTimes.
     Process shell(const std::string& node, const std::string& by) const {
-        const std::string command = fmt::format("{} --server {} move '{}' {} --by", program("tessera-ctl"), wall_.address(), node, by);
-        return {wall_.folder(), "shell", {"/bin/sh", "-c", fmt::format("for i in $(seq {}); do {} || exit 1; done", kTimes, command)}};
+        const std::string command =
+            fmt::format("{} --server {} move '{}' {} --by", program("tessera-ctl"), wall_.address(), node, by);
+        return {wall_.folder(),
+                "shell",
+                {"/bin/sh", "-c", fmt::format("for i in $(seq {}); do {} || exit 1; done", kTimes, command)}};
     }
     std::unique_ptr<Application> connect() const {
         auto application = Application::connect({.address = wall_.address(), .name = "test", .followScene = false});

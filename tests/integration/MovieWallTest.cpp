@@ -12,7 +12,8 @@ const std::string kFilm = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gall
 
 class MovieWall : public AskedWall {
 public:
-    explicit MovieWall(const std::string& wall, const std::string& scene = kFilm) : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
+    explicit MovieWall(const std::string& wall, const std::string& scene = kFilm)
+        : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
     [[nodiscard]] nlohmann::json film() const {
         const nlohmann::json told = ask({"animations"});
         for (const nlohmann::json& entry : told["animations"])

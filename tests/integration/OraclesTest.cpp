@@ -17,7 +17,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-
 class Oracles : public testing::Test {
 protected:
     /// Draws a wall to `name` in the test's folder; returns its report.
@@ -91,7 +90,10 @@ TEST_F(Oracles, EglOnMesasSoftwareDrawsTheBytesThatOsmesaDraws) {
     EXPECT_TRUE(report["faults"].empty()) << report["faults"];
     draw("alone", "1x1", {"--size", "642x362", "--surface", "egl"});
     EXPECT_TRUE(drawn == picture("alone"));
-    const Outcome client = run(folder_.path(), {program("tessera-client"), "--server", "127.0.0.1:1", "--host", "x", "--surface", "egl", "--device", "63"}, 20s);
+    const Outcome client =
+        run(folder_.path(),
+            {program("tessera-client"), "--server", "127.0.0.1:1", "--host", "x", "--surface", "egl", "--device", "63"},
+            20s);
     EXPECT_EQ(client.exitCode, 1) << client.output;
     if (client.output.find("0: Mesa's software") != std::string::npos) {
         EXPECT_TRUE(drawn == picture("osmesa"));
@@ -136,7 +138,8 @@ class ShippedWall : public Oracles, public testing::WithParamInterface<std::stri
 
 TEST_P(ShippedWall, IsDrawnWithoutFaults) {
     const std::string name = GetParam();
-    const std::vector<std::string> size = name == "3x1-bezels" ? std::vector<std::string>{} : std::vector<std::string>{"--size", "480x270"};
+    const std::vector<std::string> size =
+        name == "3x1-bezels" ? std::vector<std::string>{} : std::vector<std::string>{"--size", "480x270"};
     const nlohmann::json report = draw(name, name, size);
     ASSERT_FALSE(report.is_null());
     EXPECT_EQ(report["frames"], 12);
@@ -154,7 +157,8 @@ TEST_P(ShippedWall, IsDrawnWithoutFaults) {
 
 INSTANTIATE_TEST_SUITE_P(Every, ShippedWall, testing::ValuesIn(shippedWalls()), [](const auto& info) {
     std::string name = info.param;
-    std::ranges::replace_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
+    std::ranges::replace_if(
+        name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
     return name;
 });
 

@@ -12,8 +12,10 @@ using namespace std::chrono_literals;
 
 const std::string kOutputYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
 
-const std::string kScreenOf = R"(screens { name: "front" lower_left { x: -1.6 y: 0.6 z: 0 } lower_right { x: 1.6 y: 0.6 z: 0 }
-  upper_left { x: -1.6 y: 2.4 z: 0 } grid { columns: COLUMNS rows: 1 tile_width_px: 200 tile_height_px: 150 overlap_x_px: OVERLAP } }
+const std::string kScreenOf =
+    R"(screens { name: "front" lower_left { x: -1.6 y: 0.6 z: 0 } lower_right { x: 1.6 y: 0.6 z: 0 }
+  upper_left { x: -1.6 y: 2.4 z: 0 } grid { columns: COLUMNS rows: 1 tile_width_px: 200 tile_height_px: 150
+    overlap_x_px: OVERLAP } }
 users { name: "u" position { x: 0 y: 1.7 z: 2.4 } eye_separation_m: 0.3 }
 )";
 
@@ -29,7 +31,8 @@ std::string bentMeshText() {
     for (int row = 0; row < 9; ++row) {
         for (int column = 0; column < 9; ++column) {
             const double u = column / 8.0, v = row / 8.0, x = 2 * u - 1, y = 2 * v - 1;
-            text += fmt::format("{} {} {} {} {}\n", x * (1 - 0.1 * y * y) * 200 / 150, y * (1 - 0.1 * (1 - x * x)), u, v, 1 - 0.2 * u);
+            text += fmt::format("{} {} {} {} {}\n", x * (1 - 0.1 * y * y) * 200 / 150, y * (1 - 0.1 * (1 - x * x)), u,
+                                v, 1 - 0.2 * u);
         }
     }
     return text;
@@ -47,11 +50,17 @@ protected:
     }
     /// Draws the wall without windows, and leaves the pictures of its outputs.
     void drawPlain(const std::string& wall) {
-        const Outcome drawn = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", kOutputYard, "--frames", "60", "--outputs", "--output", folder_.path() + "/plain"}, 120s);
+        const Outcome drawn = run(folder_.path(),
+                                  {program("tessera-wall"), "--wall", wall, "--scene", kOutputYard, "--frames", "60",
+                                   "--outputs", "--output", folder_.path() + "/plain"},
+                                  120s);
         ASSERT_EQ(drawn.exitCode, 0) << drawn.output;
     }
     Process windowsOf(const std::string& wall, const std::string& display) {
-        return {folder_.path(), "wall", {"/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall", wall, "--scene", kOutputYard, "--output", folder_.path() + "/out", "--window"}};
+        return {folder_.path(),
+                "wall",
+                {"/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall", wall, "--scene", kOutputYard,
+                 "--output", folder_.path() + "/out", "--window"}};
     }
     TemporaryFolder folder_;
 };
@@ -59,7 +68,8 @@ protected:
 TEST_F(OutputWindows, OfTwoEyesShowThemAsOnePicture) {
     for (const std::string stereo : {"ANAGLYPH", "SIDE_BY_SIDE_FULL", "ROWS"}) {
         const std::string wall = folder_.write("stereo-" + stereo + ".wall", screenOf(1, 0) + R"(hosts { name: "both"
-  tiles { screen: "front" column: 0 row: 0 eye: LEFT user: "u" output { stereo: )" + stereo + R"( } }
+  tiles { screen: "front" column: 0 row: 0 eye: LEFT user: "u" output { stereo: )" +
+                                                                                 stereo + R"( } }
   tiles { screen: "front" column: 0 row: 0 eye: RIGHT user: "u" } })");
         drawPlain(wall);
         const Picture packed = output("front-0-0-left");
@@ -78,8 +88,10 @@ TEST_F(OutputWindows, OfTwoEyesShowThemAsOnePicture) {
 TEST_F(OutputWindows, ThatAreWarpedAndBlendedStandSideBySide) {
     folder_.write("bent.warp", bentMeshText());
     const std::string wall = folder_.write("blended.wall", screenOf(2, 40) + R"(
-hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u" output { warp: "bent.warp" blend: true black: 0.002 } } }
-hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output { blend: true black: 0.002 gain { b: 0.8 } gamma { r: 2.4 } } } })");
+hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u"
+  output { warp: "bent.warp" blend: true black: 0.002 } } }
+hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u"
+  output { blend: true black: 0.002 gain { b: 0.8 } gamma { r: 2.4 } } } })");
     drawPlain(wall);
     const Picture left = output("front-0-0"), right = output("front-1-0");
     EXPECT_NE(left.rgb, right.rgb);
@@ -98,7 +110,8 @@ hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output 
 TEST_F(OutputWindows, GoOnWhereOneOfThemIsBad) {
     const std::string wall = folder_.write("half.wall", screenOf(2, 40) + R"(
 hosts { name: "left" tiles { screen: "front" column: 0 row: 0 user: "u" output { blend: true } } }
-hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u" output { blend: true monitor: "HDMI-9" } } })");
+hosts { name: "right" tiles { screen: "front" column: 1 row: 0 user: "u"
+  output { blend: true monitor: "HDMI-9" } } })");
     drawPlain(wall);
     Desktop desktop(folder_.path(), 640, 480);
     ASSERT_FALSE(desktop.display().empty());

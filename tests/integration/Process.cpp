@@ -91,7 +91,8 @@ std::size_t Process::residentBytes() const {
     std::error_code error;
     for (const auto& file : std::filesystem::directory_iterator(process + "/fd", error)) {
         struct stat status {};
-        if (std::filesystem::read_symlink(file.path(), error).string().starts_with("/memfd:tessera-pages") && ::stat(file.path().c_str(), &status) == 0)
+        if (std::filesystem::read_symlink(file.path(), error).string().starts_with("/memfd:tessera-pages") &&
+            ::stat(file.path().c_str(), &status) == 0)
             paged += static_cast<std::size_t>(status.st_blocks) * 512;
     }
     return (resident - shared) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + paged;

@@ -11,7 +11,8 @@ namespace tessera::test {
 namespace {
 
 constexpr const char* kPaintShop = R"(
-node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } directional_light { intensity: 2 shadows: true } }
+node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } }
+  directional_light { intensity: 2 shadows: true } }
 material { name: "wrong" program { surface: "void surface(inout Surface s) {\n  s.base = colour;\n}" } }
 node { name: "car" transform {} node { name: "body" material: "wrong" box { size { x: 1.2 y: 0.7 z: 0.6 } } } }
 node { name: "floor" transform { translation { y: -0.6 } } node { name: "slab" box { size { x: 6 y: 0.1 z: 6 } } } }
@@ -22,8 +23,10 @@ constexpr const char* kRight = "void surface(inout Surface s) { s.base = vec4(0.
 
 class PaintShop : public AskedWall {
 public:
-    explicit PaintShop(const std::string& wall, std::vector<std::string> server = {}, const std::string& scene = kPaintShop)
-        : AskedWall({.wall = wall, .scene = written(scene), .size = "640x360", .server = std::move(server)}), ready(start()) {}
+    explicit PaintShop(const std::string& wall, std::vector<std::string> server = {},
+                       const std::string& scene = kPaintShop)
+        : AskedWall({.wall = wall, .scene = written(scene), .size = "640x360", .server = std::move(server)}),
+          ready(start()) {}
     /// What the wall says; empty: nothing.
     [[nodiscard]] std::string notice() {
         const Outcome told = wall().ctl({"get", kWords, "text"});
@@ -134,7 +137,8 @@ TEST(ProgramWall, WhatIsWrongIsTheSameOnEveryWallAndMayBeLeftOut) {
 std::size_t pixelsOfLetters(const Picture& picture) {
     std::size_t count = 0;
     for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
-        count += picture.rgb[i] > 240 && picture.rgb[i + 1] > 220 && picture.rgb[i + 1] < 255 && picture.rgb[i + 2] > 150 && picture.rgb[i + 2] < 230;
+        count += picture.rgb[i] > 240 && picture.rgb[i + 1] > 220 && picture.rgb[i + 1] < 255 &&
+                 picture.rgb[i + 2] > 150 && picture.rgb[i + 2] < 230;
     return count;
 }
 
@@ -155,14 +159,16 @@ TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
         EXPECT_GT(pixelsOfLetters(pictures.back()), 500u) << "wherever one looks";
         EXPECT_EQ(shop.finish()["replication"]["state_hash_mismatches"], 0);
     }
-    for (std::size_t i : {0u, 1u}) EXPECT_EQ(pixelsThatDiffer(pictures[i], pictures[i + 2]), 0u) << "the seams go through the letters";
+    for (std::size_t i : {0u, 1u})
+        EXPECT_EQ(pixelsThatDiffer(pictures[i], pictures[i + 2]), 0u) << "the seams go through the letters";
 }
 
 /// Nothing but arithmetic, nothing of it at 0 and 1 and seconds for a tile at 2: harmless in the trial.
 std::string dearShop() {
     std::string body;
     for (int i = 0; i < 10; ++i)
-        body += "    \"n = fract(sin(n * 12.9 + " + std::to_string(i) + ".5) * 43758.5 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + atan(n, 2.0));\\n\"\n";
+        body += "    \"n = fract(sin(n * 12.9 + " + std::to_string(i) +
+                ".5) * 43758.5 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + atan(n, 2.0));\\n\"\n";
     return R"(
 node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } directional_light { intensity: 2 } }
 material { name: "paint" base_color { r: 0.1 g: 0.6 b: 0.2 }
@@ -179,7 +185,8 @@ node { name: "camera" transform { translation { y: 0.2 z: 4 } } camera { world_u
 TEST(ProgramWall, WhatHoldsHostsUpIsDrawnPlainAndSaidAndTheWallGoesOn) {
     PaintShop shop("2x2", {}, dearShop());
     ASSERT_TRUE(shop.ready) << shop.logs();
-    const std::string material = shop.reference("/car/body", "material"), program = shop.reference(material, "program"), uniform = shop.reference(material, "uniforms");
+    const std::string material = shop.reference("/car/body", "material"), program = shop.reference(material, "program"),
+                      uniform = shop.reference(material, "uniforms");
     const auto verdict = [&] { return shop.wall().ctl({"get", program, "verdict"}).output; };
     for (int i = 0; i < 100 && verdict() == "untried\n"; ++i) shop.settle();
     ASSERT_EQ(verdict(), "good\n");
@@ -225,10 +232,12 @@ image { name: "flat" uri: "faces.ppm" }
 material { name: "wrong" base_color { r: 0.1 g: 0.6 b: 0.2 }
   program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
   uniform { name: "map" image: "sky" } }
-material { name: "right" program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
+material { name: "right"
+  program { surface: "uniform sampler2D map; void surface(inout Surface s) { s.base.rgb = texture(map, uv).rgb; }" }
   uniform { name: "map" image: "flat" } }
 node { name: "car" transform {} node { name: "body" material: "wrong" box { size { x: 1.2 y: 0.7 z: 0.6 } } } }
-node { name: "floor" transform { translation { y: -0.6 } } node { name: "slab" material: "right" box { size { x: 6 y: 0.1 z: 6 } } } }
+node { name: "floor" transform { translation { y: -0.6 } }
+  node { name: "slab" material: "right" box { size { x: 6 y: 0.1 z: 6 } } } }
 node { name: "camera" transform { translation { y: 0.2 z: 4 } } camera { world_units_per_metre: 1 } }
 )";
 
@@ -241,7 +250,8 @@ TEST(ProgramWall, ACubeInASamplerOfFlatImagesIsSaidAndHasNoSeams) {
         EXPECT_NE(shop.notice().find("/car/body: Material #"), std::string::npos) << shop.notice();
         pictures.push_back(shop.picture("cube"));
         const std::string uniform = shop.reference(shop.reference("/car/body", "material"), "uniforms");
-        shop.tell({"set", uniform, "image", shop.reference(shop.reference(shop.reference("/floor/slab", "material"), "uniforms"), "image")});
+        shop.tell({"set", uniform, "image",
+                   shop.reference(shop.reference(shop.reference("/floor/slab", "material"), "uniforms"), "image")});
         EXPECT_TRUE(shop.says("")) << shop.notice();
         EXPECT_GT(pixelsThatDiffer(shop.picture("flat"), pictures.back()), 1000u);
         (void)shop.finish();

@@ -16,7 +16,9 @@ using namespace std::chrono_literals;
 /// 2^times spheres, in two kilobytes.
 std::string doubled(int times, const std::string& more = {}) {
     std::string text = "definition { name: \"d0\" node { sphere { radius: 1 } } }\n";
-    for (int i = 1; i <= times; ++i) text += fmt::format("definition {{ name: \"d{0}\" node {{ instance: \"d{1}\" }} node {{ instance: \"d{1}\" }} }}\n", i, i - 1);
+    for (int i = 1; i <= times; ++i)
+        text += fmt::format(
+            "definition {{ name: \"d{0}\" node {{ instance: \"d{1}\" }} node {{ instance: \"d{1}\" }} }}\n", i, i - 1);
     return text + fmt::format("node {{ instance: \"d{}\" }}\n", times) + more;
 }
 
@@ -26,7 +28,9 @@ protected:
     std::vector<std::string> six(const std::string& file) {
         std::vector<std::unique_ptr<Process>> asking;
         for (int i = 0; i < 6; ++i)
-            asking.push_back(std::make_unique<Process>(folder_.path(), fmt::format("ctl{}", i), std::vector<std::string>{program("tessera-ctl"), "--server", wall_.address(), "load", file}));
+            asking.push_back(std::make_unique<Process>(
+                folder_.path(), fmt::format("ctl{}", i),
+                std::vector<std::string>{program("tessera-ctl"), "--server", wall_.address(), "load", file}));
         std::vector<std::string> told;
         for (const auto& one : asking) {
             EXPECT_EQ(one->waitForExit(90s), 3) << one->output();
@@ -51,14 +55,16 @@ protected:
 
 TEST_F(RefusedLoads, OfDefinitionsThatMultiplyAreRefusedBeforeANodeIsMade) {
     ASSERT_FALSE(wall_.address().empty());
-    for (const std::string& told : six(folder_.write("doubled.tsct", doubled(24)))) EXPECT_NE(told.find("more than 4000000 nodes"), std::string::npos) << told;
+    for (const std::string& told : six(folder_.write("doubled.tsct", doubled(24))))
+        EXPECT_NE(told.find("more than 4000000 nodes"), std::string::npos) << told;
     EXPECT_LT(leftBytes(), kMost);
 }
 
 TEST_F(RefusedLoads, WhoseFaultIsFoundLastGiveBackWhatTheyTook) {
     ASSERT_FALSE(wall_.address().empty());
     const std::string late = doubled(18, "node { motion { target: \"nobody\" key { time: 0 } key { time: 1 } } }\n");
-    for (const std::string& told : six(folder_.write("late.tsct", late))) EXPECT_NE(told.find("nobody"), std::string::npos) << told;
+    for (const std::string& told : six(folder_.write("late.tsct", late)))
+        EXPECT_NE(told.find("nobody"), std::string::npos) << told;
     EXPECT_LT(leftBytes(), kMost);
 }
 

@@ -119,8 +119,10 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
         return node ? hands.scene().get<Node>(*node)->core : ObjectId{};
     };
     ChangeListBuilder both;
-    both.set(transformOf("/rollback/cart"), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(3, 0.45, -2)));
-    both.set(transformOf("/rollback/post"), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(-1, 0.75, -2)));
+    both.set(transformOf("/rollback/cart"), typeOf<Transform>(), fieldId<&Transform::translation>,
+             toValue(Vec3d(3, 0.45, -2)));
+    both.set(transformOf("/rollback/post"), typeOf<Transform>(), fieldId<&Transform::translation>,
+             toValue(Vec3d(-1, 0.75, -2)));
     const auto committed = hands.propose(both.take());
     ASSERT_TRUE(committed) << committed.error().message;
     EXPECT_EQ(committed->stopped.size(), 2u);
@@ -156,7 +158,8 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
     EXPECT_EQ(follower.waitForExit(20s).value_or(-1), 0) << follower.output();
     const std::vector<json> frames = framesIn(follower);
     using Phases = std::vector<std::string>;
-    EXPECT_EQ(phasesOf(frames, "events", "/stop/cart", "/stop/post"), (Phases{"began", "ended", "began", "ended", "through"}));
+    EXPECT_EQ(phasesOf(frames, "events", "/stop/cart", "/stop/post"),
+              (Phases{"began", "ended", "began", "ended", "through"}));
     const std::vector<double> times = firstTimesOf(frames, "/stop/cart", "/stop/post");
     ASSERT_EQ(times.size(), 3u);
     EXPECT_NEAR(times[0], (stop + 3) / 10, kStopTolerance / 10) << "what stopped it";

@@ -1,5 +1,5 @@
-/// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle; arrays that they have
-/// in common.
+/// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle; arrays
+/// that they have in common.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -70,9 +70,11 @@ TEST_F(Sharing, EachFrameOfEachTileIsTheOneThatItsHostDrawsAlone) {
 TEST_F(Sharing, EyesCornersAndSeveralTilesOfAHostComeOutAsDrawnAlone) {
     const TemporaryFolder folder;
     const std::string wall = folder.write("corner.wall", R"(
-screens { name: "front" lower_left { x: -1.2 y: 0 z: 0 } lower_right { x: 1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 0 }
+screens { name: "front" lower_left { x: -1.2 y: 0 z: 0 } lower_right { x: 1.2 y: 0 z: 0 }
+  upper_left { x: -1.2 y: 2.4 z: 0 }
   grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
-screens { name: "left" lower_left { x: -1.2 y: 0 z: 2.4 } lower_right { x: -1.2 y: 0 z: 0 } upper_left { x: -1.2 y: 2.4 z: 2.4 }
+screens { name: "left" lower_left { x: -1.2 y: 0 z: 2.4 } lower_right { x: -1.2 y: 0 z: 0 }
+  upper_left { x: -1.2 y: 2.4 z: 2.4 }
   grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 300 } }
 users { name: "viewer" position { x: 0 y: 1.7 z: 1.4 } }
 hosts { name: "both" tiles { screen: "front" column: 0 row: 0 eye: LEFT user: "viewer" }
@@ -83,11 +85,11 @@ hosts { name: "other" tiles { screen: "left" column: 0 row: 0 eye: RIGHT user: "
     std::map<std::string, json> reports;
     for (const char* share : {"off", "always"}) {
         const std::string out = folder.path() + "/" + share;
-        const Outcome outcome =
-            run(folder.path(),
-                {program("tessera-wall"), "--wall", wall, "--scene", std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct",
-                 "--frames", "15", "--keep-frames", "--share", share, "--output", out},
-                120s);
+        const Outcome outcome = run(folder.path(),
+                                    {program("tessera-wall"), "--wall", wall, "--scene",
+                                     std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--frames", "15",
+                                     "--keep-frames", "--share", share, "--output", out},
+                                    120s);
         ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
         reports[share] = json::parse(readText(out + "/report.json"));
     }
@@ -104,7 +106,8 @@ hosts { name: "other" tiles { screen: "left" column: 0 row: 0 eye: RIGHT user: "
 }
 
 TEST_F(Sharing, HostsThatAreStoppedAndKilledInTheMiddleSpoilNoPictureOfTheOthers) {
-    const unsigned seed = std::getenv("TESSERA_SEED") ? static_cast<unsigned>(std::stoul(std::getenv("TESSERA_SEED"))) : 1;
+    const unsigned seed =
+        std::getenv("TESSERA_SEED") ? static_cast<unsigned>(std::stoul(std::getenv("TESSERA_SEED"))) : 1;
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/integration --gtest_filter=Sharing.Hosts*");
     constexpr int kFrames = 150;
     const auto alone = drawnAlone(kFrames);
@@ -128,7 +131,8 @@ TEST_F(Sharing, HostsThatAreStoppedAndKilledInTheMiddleSpoilNoPictureOfTheOthers
             wall.startClient(host, words);
         }
         const std::int64_t now = wall.shownFrame(tileOf(steady));
-        ASSERT_TRUE(wall.waitForFrame(tileOf(steady), std::min<std::int64_t>(now + 6, kFrames - 1), 30s)) << wall.logs();
+        ASSERT_TRUE(wall.waitForFrame(tileOf(steady), std::min<std::int64_t>(now + 6, kFrames - 1), 30s))
+            << wall.logs();
     }
     const json report = wall.waitForEnd(120s);
     ASSERT_EQ(report["frames"], kFrames) << wall.logs();
@@ -162,18 +166,24 @@ TEST_F(Sharing, WhereAddressesOrOpenFilesAreFewAHostDrawsAlone) {
     if (kSanitized) GTEST_SKIP() << "sanitizers want many addresses";
     for (const std::string limit : {"-v 600000", "-n 24"}) {
         LiveWall wall({.wall = "1x1", .server = {"--frames", "3"}});
-        Process client(wall.folder(), "limited", {"/bin/bash", "-c", "ulimit " + limit + "; exec \"$0\" \"$@\"", program("tessera-client"), "--server", wall.address(), "--host", "all", "--share", "auto"});
+        Process client(wall.folder(), "limited",
+                       {"/bin/bash", "-c", "ulimit " + limit + "; exec \"$0\" \"$@\"", program("tessera-client"),
+                        "--server", wall.address(), "--host", "all", "--share", "auto"});
         EXPECT_EQ(client.waitForExit(60s), 0) << limit << ": " << client.output();
-        EXPECT_NE(client.output().find("nothing is shared with hosts of this machine"), std::string::npos) << client.output();
+        EXPECT_NE(client.output().find("nothing is shared with hosts of this machine"), std::string::npos)
+            << client.output();
     }
 }
 
 TEST_F(Sharing, WhereFilesMayNotBeLargeHostsDrawAlone) {
     const TemporaryFolder folder;
     // In blocks of 1,024 bytes: less than a board takes, more than a tile's pictures.
-    const Outcome drawn = run(folder.path(), {"/bin/bash", "-c", "ulimit -f 20000; exec \"$0\" \"$@\"", program("tessera-wall"), "--wall", "2x2", "--scene",
-                                              std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--frames", "5", "--size",
-                                              "320x180", "--output", folder.path() + "/out"}, 120s);
+    const Outcome drawn =
+        run(folder.path(),
+            {"/bin/bash", "-c", "ulimit -f 20000; exec \"$0\" \"$@\"", program("tessera-wall"), "--wall", "2x2",
+             "--scene", std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct", "--frames", "5", "--size",
+             "320x180", "--output", folder.path() + "/out"},
+            120s);
     EXPECT_EQ(drawn.exitCode, 0) << drawn.output;
     EXPECT_NE(drawn.output.find(", 0 faults"), std::string::npos) << drawn.output;
     EXPECT_NE(drawn.output.find("warning"), std::string::npos) << "what is gone without is said\n" << drawn.output;
@@ -184,9 +194,10 @@ TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
     const TemporaryFolder folder;
     std::string scene = "node { transform { translation { z: -9 } }\n";
     for (int i = 0; i < 12; ++i)
-        scene += "  node { transform { translation { x: " + std::to_string(i - 6) + " } } sphere { radius: 0.4 segments: " +
-                 std::to_string(256 + i) + " } }\n";
-    LiveWallOptions options{.scene = folder.write("balls.tsct", scene + "}\n"), .size = "320x200", .server = {"--rate", "20"}};
+        scene += "  node { transform { translation { x: " + std::to_string(i - 6) +
+                 " } } sphere { radius: 0.4 segments: " + std::to_string(256 + i) + " } }\n";
+    LiveWallOptions options{
+        .scene = folder.write("balls.tsct", scene + "}\n"), .size = "320x200", .server = {"--rate", "20"}};
     for (const bool shared : {true, false}) {
         LiveWall wall(options);
         for (const std::string& host : kFourHosts)
@@ -202,12 +213,14 @@ TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
         // One who joins finds them all, the others' ends or not.
         if (shared) {
             EXPECT_GE(arrays, 24u);
-            // Of hosts that have fetched the same at the same instant each may keep its own: four that start together do so with few.
+            // Of hosts that have fetched the same at the same instant each may keep its own: four that start together
+            // do so with few.
             EXPECT_LE(4 * all.size(), 5 * arrays) << "most are there once";
             wall.client(kFourHosts[0]).signal(SIGKILL);
             ASSERT_TRUE(wall.client(kFourHosts[0]).waitForExit(10s));
             wall.startClient(kFourHosts[0]);
-            ASSERT_TRUE(wall.waitForFrame(tileOf(kFourHosts[0]), wall.shownFrame(tileOf(kFourHosts[1])) + 2, 60s)) << wall.logs();
+            ASSERT_TRUE(wall.waitForFrame(tileOf(kFourHosts[0]), wall.shownFrame(tileOf(kFourHosts[1])) + 2, 60s))
+                << wall.logs();
             std::set<std::uint64_t> found = placesOf(wall.client(kFourHosts[0]).pid());
             EXPECT_GE(found.size(), arrays - 1);
             std::erase_if(found, [&](std::uint64_t place) { return all.contains(place); });

@@ -31,9 +31,11 @@ SshdProgram findSshd() {
     std::error_code ignored;
     std::string build = std::string(TESSERA_BIN_DIR) + "/..";
     if (!fs::exists(build + "/sshd")) build = TESSERA_SOURCE_DIR "/build";  // of a build with another compiler
-    if (fs::exists(build + "/sshd/usr/sbin/sshd")) found.program = fs::canonical(build + "/sshd/usr/sbin/sshd").string();
+    if (fs::exists(build + "/sshd/usr/sbin/sshd"))
+        found.program = fs::canonical(build + "/sshd/usr/sbin/sshd").string();
     for (const auto& entry : fs::recursive_directory_iterator(build + "/sshd-libraries", ignored))
-        if (entry.path().filename() == "libwrap.so.0") found.libraries = fs::canonical(entry.path().parent_path()).string();
+        if (entry.path().filename() == "libwrap.so.0")
+            found.libraries = fs::canonical(entry.path().parent_path()).string();
     return found;
 }
 
@@ -76,9 +78,11 @@ int closedPort() {
 }
 
 std::string SshServer::whyNot() {
-    if (callOk("command -v ssh") != 0 || callOk("command -v ssh-keygen") != 0) return "ssh is not installed (openssh-client)";
+    if (callOk("command -v ssh") != 0 || callOk("command -v ssh-keygen") != 0)
+        return "ssh is not installed (openssh-client)";
     if (findSshd().program.empty()) return "there is no sshd (deploy/set-up unpacks one into the build folder)";
-    if (::geteuid() == 0 && callOk("unshare -m true") != 0) return "sshd wants an account of its own as root, and there is no way to give it one here (unshare -m)";
+    if (::geteuid() == 0 && callOk("unshare -m true") != 0)
+        return "sshd wants an account of its own as root, and there is no way to give it one here (unshare -m)";
     return "";
 }
 
@@ -110,10 +114,16 @@ SshServer::SshServer(const std::string& folder, SshPlace place) : place_(std::mo
                       "prohibit-password\nMaxStartups 100\n"
                       "PermitUserEnvironment no\nLogLevel VERBOSE\n{2}",
                       // As pam_systemd gives sessions theirs: programs of one user find each other.
-                      port_, folder_, run != nullptr ? fmt::format("SetEnv XDG_RUNTIME_DIR={}\n", run) : "", place_.address));
+                      port_, folder_, run != nullptr ? fmt::format("SetEnv XDG_RUNTIME_DIR={}\n", run) : "",
+                      place_.address));
     const auto client = [&](const std::string& name, const std::string& key, const std::string& known) {
-        return write(name, fmt::format("#!/bin/sh\nexec ssh -F /dev/null -i '{0}/{1}' -o IdentitiesOnly=yes -o UserKnownHostsFile='{0}/{2}' "
-                                       "-o GlobalKnownHostsFile=/dev/null -o StrictHostKeyChecking=yes \"$@\"\n", folder_, key, known), true);
+        return write(
+            name,
+            fmt::format(
+                "#!/bin/sh\nexec ssh -F /dev/null -i '{0}/{1}' -o IdentitiesOnly=yes -o UserKnownHostsFile='{0}/{2}' "
+                "-o GlobalKnownHostsFile=/dev/null -o StrictHostKeyChecking=yes \"$@\"\n",
+                folder_, key, known),
+            true);
     };
     client_ = client("ssh-mine", "mine", "known_hosts");
     stranger_ = client("ssh-stranger", "other", "known_hosts");

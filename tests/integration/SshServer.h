@@ -15,8 +15,8 @@ struct SshPlace {
     const drill::NetworkNamespace* network = nullptr;  ///< whose address that is; null: the test's own
 };
 
-/// Whoever runs the test is let in, by a key. As root it needs an account "sshd" and /run/sshd: it gets both in a view of the file
-/// system that is its own (unshare), so that nothing outside changes.
+/// Whoever runs the test is let in, by a key. As root it needs an account "sshd" and /run/sshd: it gets both in a view
+/// of the file system that is its own (unshare), so that nothing outside changes.
 class SshServer {
 public:
     /// Why there can be none here; empty: there can.

@@ -24,7 +24,9 @@ protected:
         sshd_.emplace(folder_.path());
         ASSERT_TRUE(sshd_->good()) << sshd_->log();
     }
-    [[nodiscard]] std::string machine(const std::string& more = "", int port = 0) const { return machineAt(*sshd_, more, port); }
+    [[nodiscard]] std::string machine(const std::string& more = "", int port = 0) const {
+        return machineAt(*sshd_, more, port);
+    }
     std::vector<std::string> command(const std::string& wall, std::vector<std::string> more = {}) {
         return StartedWall::command(*sshd_, wall, std::move(more));
     }
@@ -45,10 +47,14 @@ TEST_F(StartedBySsh, IsTheWallThatRunsHereAndLeavesNobodyBehind) {
     ASSERT_NE(said, std::string::npos) << there.output;
     const int frame = std::stoi(there.output.substr(said + 15));
     EXPECT_GE(frame, 2);
-    const Outcome here = run(folder_.path(), {program("tessera-wall"), "--wall", wall, "--scene", kYard, "--frames", std::to_string(frame + 1), "--output", folder_.path() + "/here"}, 120s);
+    const Outcome here = run(folder_.path(),
+                             {program("tessera-wall"), "--wall", wall, "--scene", kYard, "--frames",
+                              std::to_string(frame + 1), "--output", folder_.path() + "/here"},
+                             120s);
     ASSERT_EQ(here.exitCode, 0) << here.output;
     EXPECT_TRUE(picture(folder_.path() + "/here/wall.png") == picture(folder_.path() + "/out/wall.png"));
-    EXPECT_FALSE(fs::exists(folder_.path() + "/out/tiles/front-0-0/shown.frame")) << "clients elsewhere have no folder here";
+    EXPECT_FALSE(fs::exists(folder_.path() + "/out/tiles/front-0-0/shown.frame"))
+        << "clients elsewhere have no folder here";
     EXPECT_TRUE(allGone(0ms)) << "who has ended has ended its clients";
 }
 
@@ -79,7 +85,8 @@ TEST_F(StartedBySsh, SaysWhoIsLostWhenConnectionsAreCutAndStartsThemAgain) {
     const auto until = std::chrono::steady_clock::now() + 30s;
     const auto renewed = [&] {
         const std::vector<pid_t> now = clientsWith("--while-input");
-        return now.size() == 2 && std::ranges::none_of(now, [&](pid_t pid) { return std::ranges::find(before, pid) != before.end(); });
+        return now.size() == 2 &&
+               std::ranges::none_of(now, [&](pid_t pid) { return std::ranges::find(before, pid) != before.end(); });
     };
     while (!renewed() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(20ms);
     EXPECT_TRUE(renewed()) << wall.output();
@@ -111,20 +118,26 @@ TEST_F(StartedBySsh, SaysWhatEachMachineLacksBeforeAnythingIsStarted) {
         fs::permissions(path, fs::perms::owner_all);
         return client(path);
     };
-    const std::string other = lacks(machine(script("older", "echo 'tessera-client 0.0.9 (protocol 1)'")), machine(script("garbage", "head -c 3000 /dev/urandom; exit 3")), good);
+    const std::string other = lacks(machine(script("older", "echo 'tessera-client 0.0.9 (protocol 1)'")),
+                                    machine(script("garbage", "head -c 3000 /dev/urandom; exit 3")), good);
     EXPECT_HAS(other, "is \"tessera-client 0.0.9 (protocol 1)\" and not " + versionText("tessera-client"));
     EXPECT_HAS(other, "host east");
-    const std::string flood = lacks(machine(script("flood", "yes 'I am not a client'")), machine(script("unrunnable", "x") ), good);
+    const std::string flood =
+        lacks(machine(script("flood", "yes 'I am not a client'")), machine(script("unrunnable", "x")), good);
     EXPECT_HAS(flood, "talks without end");
-    const std::string windows = lacks(machine(client() + " display: \":977\" args: \"--window\" environment { name: \"SDL_VIDEODRIVER\" value: \"x11\" }"),
-                                      machine(client() + " args: \"--surface\" args: \"egl\" args: \"--device\" args: \"63\""), good);
+    const std::string windows =
+        lacks(machine(client() +
+                      " display: \":977\" args: \"--window\" environment { name: \"SDL_VIDEODRIVER\" value: \"x11\" }"),
+              machine(client() + " args: \"--surface\" args: \"egl\" args: \"--device\" args: \"63\""), good);
     EXPECT_HAS(windows, "host west");
     EXPECT_HAS(windows, "display");
     EXPECT_HAS(windows, "device");
 }
 
 TEST_F(StartedBySsh, GoesOnWithoutAMachineIfThatIsWanted) {
-    const Outcome outcome = run(folder_.path(), command(wallOf(machine(client()), machine(client(), closedPort())), {"--frames", "2", "--start-anyway"}), 120s);
+    const Outcome outcome = run(
+        folder_.path(),
+        command(wallOf(machine(client()), machine(client(), closedPort())), {"--frames", "2", "--start-anyway"}), 120s);
     EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
     EXPECT_HAS(outcome.output, "no ssh server answers there");
     EXPECT_HAS(outcome.output, "nobody draws front-1-0");
@@ -132,21 +145,34 @@ TEST_F(StartedBySsh, GoesOnWithoutAMachineIfThatIsWanted) {
 }
 
 TEST_F(StartedBySsh, QuotesWhatTheWallFileSays) {
-    // Everything that a shell could take for itself, in a variable and an argument: the program there must get it letter by letter.
+    // Everything that a shell could take for itself, in a variable and an argument: the program there must get it
+    // letter by letter.
     const std::string odd = R"(a b  'c' "d" $HOME `id` \\ ; & | > /tmp/x * ? ~ # ! {e,f} (g) %s ü)";
-    const std::string path = folder_.write("echo", fmt::format("#!/bin/bash\nprintf '%s\\n' \"$ODD\" >'{0}/variable'\nfor a; do printf '%s\\n' \"$a\"; done >'{0}/arguments'\nexec {1} \"${{@:1:1}}\"\n",
-                                                               folder_.path(), program("tessera-client")));
+    const std::string path =
+        folder_.write("echo", fmt::format("#!/bin/bash\nprintf '%s\\n' \"$ODD\" >'{0}/variable'\nfor a; do printf "
+                                          "'%s\\n' \"$a\"; done >'{0}/arguments'\nexec {1} \"${{@:1:1}}\"\n",
+                                          folder_.path(), program("tessera-client")));
     fs::permissions(path, fs::perms::owner_all);
     std::string escaped;
     for (const char c : odd) escaped += (c == '"' || c == '\\') ? std::string("\\") + c : std::string(1, c);
-    (void)run(folder_.path(), command(wallOf(machine(client(path) + fmt::format(" environment {{ name: \"ODD\" value: \"{0}\" }} args: \"{0}\"", escaped)), ""), {"--frames", "1"}), 100s);
+    (void)run(
+        folder_.path(),
+        command(wallOf(machine(client(path) +
+                               fmt::format(" environment {{ name: \"ODD\" value: \"{0}\" }} args: \"{0}\"", escaped)),
+                       ""),
+                {"--frames", "1"}),
+        100s);
     EXPECT_EQ(readText(folder_.path() + "/variable"), odd + "\n");
     EXPECT_HAS(readText(folder_.path() + "/arguments"), odd + "\n");
 }
 
 TEST_F(StartedBySsh, CutsAFloodOfWordsAndNamesWhoSaysThem) {
-    const std::string path = folder_.write("talker", fmt::format("#!/bin/bash\ncase \" $* \" in *--check*|*--version*) exec {0} \"$@\";; esac\n"
-                                                                 "(for i in $(seq 20000); do echo \"word $i\"; done; printf 'bad \\033[2J word\\n') >&2\nexec {0} \"$@\"\n", program("tessera-client")));
+    const std::string path = folder_.write(
+        "talker",
+        fmt::format(
+            "#!/bin/bash\ncase \" $* \" in *--check*|*--version*) exec {0} \"$@\";; esac\n"
+            "(for i in $(seq 20000); do echo \"word $i\"; done; printf 'bad \\033[2J word\\n') >&2\nexec {0} \"$@\"\n",
+            program("tessera-client")));
     fs::permissions(path, fs::perms::owner_all);
     const Outcome outcome = run(folder_.path(), command(wallOf("", machine(client(path))), {"--frames", "2"}), 120s);
     EXPECT_EQ(outcome.exitCode, 0) << outcome.output.substr(0, 4000);
@@ -160,8 +186,13 @@ TEST_F(StartedBySsh, CutsAFloodOfWordsAndNamesWhoSaysThem) {
 TEST(ClientOnALifeLine, EndsWhenItsInputEndsOrFallsSilent) {
     TemporaryFolder folder;
     const auto ends = [&](const std::string& input, const std::string& why) {
-        const Outcome outcome = run(folder.path(), {"/bin/bash", "-c", fmt::format("{} | {} --server 127.0.0.1:{} --host a --surface none --while-input 1; exit ${{PIPESTATUS[1]}}",
-                                                                                   input, program("tessera-client"), closedPort())}, 30s);
+        const Outcome outcome =
+            run(folder.path(),
+                {"/bin/bash", "-c",
+                 fmt::format(
+                     "{} | {} --server 127.0.0.1:{} --host a --surface none --while-input 1; exit ${{PIPESTATUS[1]}}",
+                     input, program("tessera-client"), closedPort())},
+                30s);
         EXPECT_EQ(outcome.exitCode, 4) << outcome.output;
         EXPECT_HAS(outcome.output, why);
     };

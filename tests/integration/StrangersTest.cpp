@@ -45,7 +45,8 @@ public:
     [[nodiscard]] std::size_t saySome(ByteSpan bytes) const {
         const timeval wait{.tv_sec = 0, .tv_usec = 50'000};
         setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &wait, sizeof wait);
-        return static_cast<std::size_t>(std::max<ssize_t>(0, ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL)));
+        return static_cast<std::size_t>(
+            std::max<ssize_t>(0, ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL)));
     }
     /// Of the first message that comes: the server's epoch. Zero where none comes.
     [[nodiscard]] Epoch hearEpoch() const {

@@ -1,4 +1,5 @@
-/// A surface of control points on a wall of real processes: who pulls at its points moves picture and collision, and undoes both.
+/// A surface of control points on a wall of real processes: who pulls at its points moves picture and collision, and
+/// undoes both.
 #include <gtest/gtest.h>
 
 #include "tests/integration/AskedWall.h"
@@ -13,9 +14,11 @@ constexpr double kNear = 2e-4;
 
 class SurfaceWall : public AskedWall {
 public:
-    explicit SurfaceWall(const std::string& wall) : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/surface.tsct"}), ready(start()) {}
-    /// Lets the block down from on high, says where it stops, and lifts it: what grows into a block holds it. Two steps of
-    /// undo, and a third where it comes from elsewhere: who is there already takes none.
+    explicit SurfaceWall(const std::string& wall)
+        : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/surface.tsct"}),
+          ready(start()) {}
+    /// Lets the block down from on high, says where it stops, and lifts it: what grows into a block holds it. Two steps
+    /// of undo, and a third where it comes from elsewhere: who is there already takes none.
     [[nodiscard]] double drop(const std::string& x) const {
         tell({"move", "/block", x, "6", "0"});
         const Moved moved = move("/block", {"0", "-5", "0", "--by"});
@@ -120,12 +123,15 @@ TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
     };
     EXPECT_NE(refused({"set", "/cube/skin", "scheme", "loop"}).find("face 0 is no triangle"), std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "points@0", "1e36", "0", "0"}).find("control point 0"), std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "points@8", "0", "0", "0"}).find("has 8 elements, numbered from 0; a range of 1 from 8 on"), std::string::npos);
+    EXPECT_NE(refused({"set", "/cube/skin", "points@8", "0", "0", "0"})
+                  .find("has 8 elements, numbered from 0; a range of 1 from 8 on"),
+              std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "creases@0", "0", "1"}).find("no array of numbers"), std::string::npos);
     EXPECT_NE(refused({"set", "/cube/skin", "level", "7"}).find("level"), std::string::npos);
     EXPECT_NE(refused({"set", "/jelly/body", "pointsX", "3"}).find("controlPoints has 96 bytes"), std::string::npos);
     EXPECT_NE(refused({"set", "/jelly/body", "degreeX", "2"}).find("points, from 3"), std::string::npos);
-    EXPECT_NE(refused({"set", "/jelly/body", "controlPoints@1", "0", "-2e30", "0"}).find("control point 1"), std::string::npos);
+    EXPECT_NE(refused({"set", "/jelly/body", "controlPoints@1", "0", "-2e30", "0"}).find("control point 1"),
+              std::string::npos);
     EXPECT_NEAR(wall.drop("0"), 1, kNear) << "nothing has changed";
     (void)wall.finish();
 }

@@ -40,11 +40,15 @@ TEST(TestPictures, AreShownByEveryShippedWallTileByTile) {
         const Wall plain = loadWall(TESSERA_SOURCE_DIR "/deploy/walls/" + name + ".wall").value();
         const auto screens = static_cast<int>(plain.screens.size());
         const Wall wall = withSize(plain, 120 * screens, 90).value();
-        const Outcome outcome = run(folder.path(), {program("tessera-wall"), "--wall", name, "--test-picture", "--frames", "2", "--size",
-                                                    fmt::format("{}x90", 120 * screens), "--samples", "1", "--output", folder.path() + "/out"}, 120s);
+        const Outcome outcome =
+            run(folder.path(),
+                {program("tessera-wall"), "--wall", name, "--test-picture", "--frames", "2", "--size",
+                 fmt::format("{}x90", 120 * screens), "--samples", "1", "--output", folder.path() + "/out"},
+                120s);
         ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
         for (const Tile& tile : layoutTiles(wall))
-            EXPECT_TRUE(pictureIn(folder.path() + "/out/tiles/" + tile.name + "/000001.png") == testPicture(wall, tile)) << tile.name;
+            EXPECT_TRUE(pictureIn(folder.path() + "/out/tiles/" + tile.name + "/000001.png") == testPicture(wall, tile))
+                << tile.name;
         EXPECT_TRUE(fs::exists(folder.path() + "/out/wall.png"));
     }
 }
@@ -92,8 +96,12 @@ TEST(TestPictures, ComeAndGoOnAllTilesInOneFrame) {
 
     // What is shown of the scene in between and afterwards is what a wall shows that has never shown anything else.
     TemporaryFolder folder;
-    const Outcome plain = run(folder.path(), {program("tessera-wall"), "--wall", "2x2", "--scene", TESSERA_SOURCE_DIR "/tests/data/scenes/yard.tsct", "--size", "160x90", "--samples", "1",
-                                              "--frames", std::to_string(shown.rbegin()->first + 1), "--keep-frames", "--output", folder.path()}, 120s);
+    const Outcome plain =
+        run(folder.path(),
+            {program("tessera-wall"), "--wall", "2x2", "--scene", TESSERA_SOURCE_DIR "/tests/data/scenes/yard.tsct",
+             "--size", "160x90", "--samples", "1", "--frames", std::to_string(shown.rbegin()->first + 1),
+             "--keep-frames", "--output", folder.path()},
+            120s);
     ASSERT_EQ(plain.exitCode, 0) << plain.output;
     int scenes = 0;
     for (const auto& [frame, tiles] : shown)
@@ -114,7 +122,8 @@ TEST(TestPictures, AreRefusedInWords) {
         EXPECT_NE(outcome.output.find(what), std::string::npos) << outcome.output;
     };
     says({program("tessera-ctl"), "--server", "127.0.0.1:1", "show", "film"}, "film");
-    says({program("tessera-ctl"), "--server", "127.0.0.1:1", "show", "scene", "--count"}, "--count is for the test picture");
+    says({program("tessera-ctl"), "--server", "127.0.0.1:1", "show", "scene", "--count"},
+         "--count is for the test picture");
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ public:
 
 class TextWall : public AskedWall {
 public:
-    explicit TextWall(const std::string& wall) : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/sign.tsct"}) {
+    explicit TextWall(const std::string& wall)
+        : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/sign.tsct"}) {
         const WithoutFonts hosts;
         ready = start();
     }

@@ -185,7 +185,8 @@ TEST_F(TrackedWall, AWandsStickFliesWhereItPoints) {
     start("", {"--rate", "60"});
     const TrackerSocket tracker;
     const auto stick = [&](const char* axes) {
-        tracker.send(port_, fmt::format("fr 1\r\n6df2 1 1 [0 1.000 4 2][0.0 1500.0 0.0][1 0 0 0 1 0 0 0 1][0 {}]\r\n", axes));
+        tracker.send(port_,
+                     fmt::format("fr 1\r\n6df2 1 1 [0 1.000 4 2][0.0 1500.0 0.0][1 0 0 0 1 0 0 0 1][0 {}]\r\n", axes));
     };
     ASSERT_TRUE(until([&](const notice::Poses& poses) {
         stick("0 0");
@@ -209,9 +210,12 @@ TEST_F(TrackedWall, AWandsStickFliesWhereItPoints) {
 /// Straight down at an arrow that points to the right; the first button takes hold of it.
 TEST_F(TrackedWall, AWandsFirstButtonDragsAHandle) {
     start("", {"--rate", "60"});
-    ASSERT_EQ(wall_->ctl({"view", "--position", "0", "50", "0", "--orientation", "1", "0", "0", "0", "--scale", "1"}).exitCode, 0);
+    ASSERT_EQ(wall_->ctl({"view", "--position", "0", "50", "0", "--orientation", "1", "0", "0", "0", "--scale", "1"})
+                  .exitCode,
+              0);
     ChangeListBuilder list;
-    const ObjectId place{kFirstPlaceholder}, cart{kFirstPlaceholder + 1}, handles{kFirstPlaceholder + 2}, bearer{kFirstPlaceholder + 3};
+    const ObjectId place{kFirstPlaceholder}, cart{kFirstPlaceholder + 1}, handles{kFirstPlaceholder + 2},
+        bearer{kFirstPlaceholder + 3};
     list.create(place, typeOf<Transform>());
     list.create(cart, typeOf<Node>());
     list.create(handles, typeOf<Manipulator>());
@@ -228,7 +232,8 @@ TEST_F(TrackedWall, AWandsFirstButtonDragsAHandle) {
     ASSERT_TRUE(application_->propose(list.take()));
     const TrackerSocket tracker;
     const auto wandAt = [&](double xMm, unsigned buttons) {
-        tracker.send(port_, fmt::format("fr 1\r\n6df2 1 1 [0 1.000 4 2][{} 1500.0 0.0][1 0 0 0 0 -1 0 1 0][{} 0 0]\r\n", xMm, buttons));
+        tracker.send(port_, fmt::format("fr 1\r\n6df2 1 1 [0 1.000 4 2][{} 1500.0 0.0][1 0 0 0 0 -1 0 1 0][{} 0 0]\r\n",
+                                        xMm, buttons));
     };
     const auto field = [&](const char* node, const char* name) { return wall_->ctl({"get", node, name}).output; };
     ASSERT_TRUE(until([&](const notice::Poses& poses) {
@@ -247,7 +252,8 @@ TEST_F(TrackedWall, AWandsFirstButtonDragsAHandle) {
     double x = 0, y = 0, z = 1;
     EXPECT_TRUE(until([&](const notice::Poses&) {
         wandAt(250, 1);
-        return std::sscanf(field("/cart", "translation").c_str(), "%lf %lf %lf", &x, &y, &z) == 3 && std::abs(x - -0.15) < 0.01;
+        return std::sscanf(field("/cart", "translation").c_str(), "%lf %lf %lf", &x, &y, &z) == 3 &&
+               std::abs(x - -0.15) < 0.01;
     })) << field("/cart", "translation");
     EXPECT_EQ(y, 50);
     EXPECT_EQ(z, 0);
@@ -271,7 +277,8 @@ TEST_F(TrackedWall, AStickWhoseTrackerFallsSilentIsLetGo) {
     })) << wall_->logs();
     // It stays tracked for three seconds, and its stick does not.
     ASSERT_TRUE(until([&](const notice::Poses& poses) {
-        return poses.wands[0].tracked && poses.wands[0].buttons == 0 && poses.wands[0].axes == std::vector<double>{0, 0};
+        return poses.wands[0].tracked && poses.wands[0].buttons == 0 &&
+               poses.wands[0].axes == std::vector<double>{0, 0};
     })) << wall_->logs();
     const std::uint64_t rest = poses_->frame.value + 150;  // 2.5 s: e^(-2.5 / 0.15) of a speed is none
     ASSERT_TRUE(until([&](const notice::Poses& poses) { return poses.frame.value > rest; }));

@@ -1,4 +1,5 @@
-/// An array that is larger than one message could ever be: sent by an application, fetched by a host, shown by the wall.
+/// An array that is larger than one message could ever be: sent by an application, fetched by a host, shown by the
+/// wall.
 #include <gtest/gtest.h>
 
 #include "common/application/Application.h"
@@ -15,7 +16,8 @@ TEST(UploadWall, AnArrayOfThreeHundredMiBIsCommittedAndFramesGoOn) {
     LiveWall wall({.wall = "1x1"});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     wall.startClient("all");
-    const auto application = Application::connect({.address = wall.address(), .name = "sender", .followScene = false, .timeout = 120s});
+    const auto application =
+        Application::connect({.address = wall.address(), .name = "sender", .followScene = false, .timeout = 120s});
     ASSERT_TRUE(application) << application.error().message;
     ASSERT_TRUE((*application)->waitForFrame(60s));
 

@@ -1,4 +1,5 @@
-/// More and wider lines than a screen bears, on a wall of real processes: no host is late, each says once what it does, and tiles are of one picture.
+/// More and wider lines than a screen bears, on a wall of real processes: no host is late, each says once what it does,
+/// and tiles are of one picture.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -14,11 +15,14 @@ TEST(WideLines, AreNarrowedOnAllTilesAlikeAndEachHostSaysSoOnce) {
     const TemporaryFolder folder;
     std::filesystem::create_directories(folder.path());
     const std::string scene = folder.path() + "/edges.tsct";
-    std::ofstream(scene) << "material { name: \"edges\" base_color { r: 0.2 g: 0.75 b: 0.35 } fill: EDGES line_width: 60 }\n"
-                            "material { name: \"rope\" base_color { r: 0.8 g: 0.2 b: 0.1 } fill: EDGES line_width: 20 }\n"
-                            "node { name: \"ring\" transform { translation { y: 1.5 z: -1.5 } rotation { axis { x: 1 y: 0 z: 0 } angle_deg: 50 } } material: \"edges\"\n"
-                            "  torus { ring_radius: 0.8 pipe_radius: 0.3 ring_segments: 256 pipe_segments: 160 } }\n"
-                            "node { transform { translation { x: -1 y: 1.5 z: -1 } } material: \"rope\" box { size { x: 0.5 y: 0.5 z: 0.5 } } }\n";
+    std::ofstream(scene)
+        << "material { name: \"edges\" base_color { r: 0.2 g: 0.75 b: 0.35 } fill: EDGES line_width: 60 }\n"
+           "material { name: \"rope\" base_color { r: 0.8 g: 0.2 b: 0.1 } fill: EDGES line_width: 20 }\n"
+           "node { name: \"ring\" transform { translation { y: 1.5 z: -1.5 } rotation { axis { x: 1 y: 0 z: 0 } "
+           "angle_deg: 50 } } material: \"edges\"\n"
+           "  torus { ring_radius: 0.8 pipe_radius: 0.3 ring_segments: 256 pipe_segments: 160 } }\n"
+           "node { transform { translation { x: -1 y: 1.5 z: -1 } } material: \"rope\" box { size { x: 0.5 y: 0.5 z: "
+           "0.5 } } }\n";
     std::optional<Picture> one;
     for (const char* shipped : {"1x1", "2x2"}) {
         AskedWall wall({.wall = shipped, .scene = scene, .size = "640x360"});

@@ -1,4 +1,5 @@
-/// Tiles in windows, on a desktop without a screen (Xvfb): what stands there, pixel by pixel, and what happens when it goes away.
+/// Tiles in windows, on a desktop without a screen (Xvfb): what stands there, pixel by pixel, and what happens when it
+/// goes away.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -24,7 +25,10 @@ protected:
     }
     /// The whole wall, drawn without windows, in the middle of a black desktop.
     Picture expected(int widthPx, int heightPx, const std::string& size) {
-        const Outcome drawn = run(folder_.path(), {program("tessera-wall"), "--wall", "2x2", "--scene", kYardScene, "--frames", "60", "--size", size, "--output", folder_.path() + "/plain"}, 120s);
+        const Outcome drawn = run(folder_.path(),
+                                  {program("tessera-wall"), "--wall", "2x2", "--scene", kYardScene, "--frames", "60",
+                                   "--size", size, "--output", folder_.path() + "/plain"},
+                                  120s);
         EXPECT_EQ(drawn.exitCode, 0) << drawn.output;
         const Picture wall = picture("plain/wall.png");
         Picture desktop = Picture::filled(widthPx, heightPx, 0, 0, 0);
@@ -32,7 +36,9 @@ protected:
         return desktop;
     }
     std::vector<std::string> wallOn(const std::string& display, std::vector<std::string> more) const {
-        std::vector<std::string> command = {"/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall", "2x2", "--scene", kYardScene, "--output", folder_.path() + "/out", "--window"};
+        std::vector<std::string> command = {
+            "/usr/bin/env", "DISPLAY=" + display, program("tessera-wall"), "--wall",  "2x2", "--scene",
+            kYardScene,     "--output",           folder_.path() + "/out", "--window"};
         command.insert(command.end(), more.begin(), more.end());
         return command;
     }
@@ -76,7 +82,9 @@ TEST_F(Windows, GoWithTheirHostsWhenThoseAreKilled) {
 
 TEST_F(Windows, SayWhatTheyLack) {
     const auto window = [&](const std::string& display, std::vector<std::string> words) {
-        std::vector<std::string> command = {"/usr/bin/env", "-u", "WAYLAND_DISPLAY", "-u", "SDL_VIDEODRIVER", "DISPLAY=" + display, program("tessera-window")};
+        std::vector<std::string> command = {
+            "/usr/bin/env",           "-u", "WAYLAND_DISPLAY", "-u", "SDL_VIDEODRIVER", "DISPLAY=" + display,
+            program("tessera-window")};
         command.insert(command.end(), words.begin(), words.end());
         return run(folder_.path(), command, 30s);
     };
@@ -95,7 +103,9 @@ TEST_F(Windows, SayWhatTheyLack) {
     EXPECT_EQ(list.exitCode, 0) << list.output;
     EXPECT_NE(list.output.find("640x480"), std::string::npos) << list.output;
     std::ofstream(folder_.path() + "/text.frame") << std::string(100'000, 'x');
-    Process other(folder_.path(), "other", {"/usr/bin/env", "DISPLAY=" + desktop.display(), program("tessera-window"), folder_.path() + "/text.frame"});
+    Process other(
+        folder_.path(), "other",
+        {"/usr/bin/env", "DISPLAY=" + desktop.display(), program("tessera-window"), folder_.path() + "/text.frame"});
     EXPECT_TRUE(other.waitForText("not the shown image of a Tessera host", 20s)) << other.output();
 }
 

@@ -27,12 +27,14 @@ std::set<ObjectId> nodesBelow(const Aspect& aspect, ObjectId top) {
     for (bool grows = true; grows;) {
         grows = false;
         for (const ObjectId id : aspect.ids())
-            if (const Node* node = aspect.get<Node>(id); node && nodes.contains(node->parent)) grows = nodes.insert(id).second || grows;
+            if (const Node* node = aspect.get<Node>(id); node && nodes.contains(node->parent))
+                grows = nodes.insert(id).second || grows;
     }
     return nodes;
 }
 
-/// What a deep copy makes anew: nodes, cores that they hold, and what is neither and is referred to from there by a field that says of what type.
+/// What a deep copy makes anew: nodes, cores that they hold, and what is neither and is referred to from there by a
+/// field that says of what type.
 std::set<ObjectId> copiedBy(const Aspect& aspect, ObjectId top, const CloneOptions& options) {
     std::set<ObjectId> copied = nodesBelow(aspect, top);
     if (!options.deep) return copied;
@@ -53,10 +55,12 @@ std::set<ObjectId> copiedBy(const Aspect& aspect, ObjectId top, const CloneOptio
             for (const FieldEntry& field : object.info().fields) {
                 if (!field.holdsRefs() || field.anyObject) continue;
                 const FieldValue value = field.load(object);
-                const RefList refs = field.kind == FieldKind::kRefs ? std::get<RefList>(value) : RefList{std::get<ObjectId>(value)};
+                const RefList refs =
+                    field.kind == FieldKind::kRefs ? std::get<RefList>(value) : RefList{std::get<ObjectId>(value)};
                 for (const ObjectId to : refs) {
                     const Object target = aspect.find(to);
-                    if (target && !target.is<Node>() && !target.info().isCore && !isShared(to)) grows = copied.insert(to).second || grows;
+                    if (target && !target.is<Node>() && !target.info().isCore && !isShared(to))
+                        grows = copied.insert(to).second || grows;
                 }
             }
         }
@@ -146,7 +150,9 @@ TEST(CloneLaws, ACopyIsTheOriginalAgainAndSharesWhatItIsToldTo) {
                 continue;
             }
             ASSERT_TRUE(clone) << clone.error().message;
-            const auto given = [&](ObjectId id) { return isPlaceholder(id) ? ObjectId(id.value - kFirstPlaceholder + firstNew) : id; };
+            const auto given = [&](ObjectId id) {
+                return isPlaceholder(id) ? ObjectId(id.value - kFirstPlaceholder + firstNew) : id;
+            };
             replaceIds(clone->list, given);
             const Expected<ChangeList> back = aspect.applyWithInverse(clone->list);
             ASSERT_TRUE(back) << back.error().message;
@@ -187,7 +193,8 @@ TEST(CloneLaws, NoListIsLargerThanItMayBe) {
             if (!whole) continue;
             const std::size_t changes = whole->list.changeCount();
             EXPECT_TRUE(cloneList(aspect, top, {.deep = true, .maxChanges = changes}));
-            const Expected<Clone> refused = cloneList(aspect, top, {.deep = true, .maxChanges = below(random, changes)});
+            const Expected<Clone> refused =
+                cloneList(aspect, top, {.deep = true, .maxChanges = below(random, changes)});
             ASSERT_FALSE(refused);
             EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
         }

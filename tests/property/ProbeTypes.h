@@ -16,13 +16,10 @@ struct Probe {
 };
 template <>
 inline constexpr auto kSaid<Probe> = []<typename T>(Describing<T>) {
-    return describe("Probe",
-             field<&T::nodes>(1, "nodes").to(Node::kType),
-             field<&T::cores>(2, "cores"),
-             field<&T::matrix>(3, "matrix"),
-             field<&T::flag>(4, "flag"),
-             field<&T::word>(5, "word").oneOf({{3, "three"}, {5, "five"}, {-7, "minus-seven"}}),
-             field<&T::array>(6, "array"));
+    return describe("Probe", field<&T::nodes>(1, "nodes").to(Node::kType), field<&T::cores>(2, "cores"),
+                    field<&T::matrix>(3, "matrix"), field<&T::flag>(4, "flag"),
+                    field<&T::word>(5, "word").oneOf({{3, "three"}, {5, "five"}, {-7, "minus-seven"}}),
+                    field<&T::array>(6, "array"));
 };
 
 using ExtraTypes = TypeList<Probe>;

@@ -110,7 +110,8 @@ TEST(SceneFileLaw, TheSchemaNamesEveryFieldOfEveryType) {
     for (const TypeInfo& type : allTypes()) {
         EXPECT_NE(text.find(fmt::format("message {} {{", type.name)), std::string::npos) << type.name;
         for (const FieldEntry& field : type.fields)
-            EXPECT_NE(text.find(fmt::format(" = {};", field.id.value)), std::string::npos) << type.name << " " << field.name;
+            EXPECT_NE(text.find(fmt::format(" = {};", field.id.value)), std::string::npos)
+                << type.name << " " << field.name;
     }
     EXPECT_NE(text.find("WORD_MINUS_SEVEN = -7;"), std::string::npos);
 }

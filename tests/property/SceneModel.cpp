@@ -195,7 +195,8 @@ void SceneModel::setSomething(ChangeListBuilder& list, Random& random, const std
     const TypeInfo& type = *findType(it->second.type);
     if (type.fields.empty()) return;
     const FieldInfo& field = type.fields[below(random, type.fields.size())];
-    if (type.type == typeOf<Node>() && field.id == fieldId<&Node::ofServer>) return;  // files and copies leave such a node out
+    if (type.type == typeOf<Node>() && field.id == fieldId<&Node::ofServer>)
+        return;  // files and copies leave such a node out
     // What goes itself may take hold of what goes with it.
     const FieldValue value = someValue(field, random, doomed.contains(it->first) ? std::set<ObjectId>() : doomed);
     it->second.fields[field.id] = value;

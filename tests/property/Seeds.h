@@ -20,8 +20,8 @@ void forSeeds(std::uint64_t count, Property&& property) {
     const std::uint64_t end = only ? first + 1 : first + count;
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     for (std::uint64_t seed = first; seed < end; ++seed) {
-        SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) +
-                     " bin/" + program_invocation_short_name + " --gtest_filter=" + test->test_suite_name() + "." + test->name());
+        SCOPED_TRACE("run it again: TESSERA_SEED=" + std::to_string(seed) + " bin/" + program_invocation_short_name +
+                     " --gtest_filter=" + test->test_suite_name() + "." + test->name());
         Random random(seed);
         property(random);
         if (testing::Test::HasFailure()) return;

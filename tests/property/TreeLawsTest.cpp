@@ -33,9 +33,8 @@ struct PlainTree {
                 if (++depth > parent.size()) return false;  // a circle
             if (depth > limits.maxDepth) return false;
         }
-        return std::ranges::all_of(children, [&](const auto& entry) {
-            return entry.first == 0 || entry.second.size() <= limits.maxChildren;
-        });
+        return std::ranges::all_of(
+            children, [&](const auto& entry) { return entry.first == 0 || entry.second.size() <= limits.maxChildren; });
     }
 };
 
@@ -61,8 +60,9 @@ struct Trees {
         const std::uint64_t count = 1 + below(random, 12);
         for (std::uint64_t i = 0; i < count; ++i) {
             const std::uint64_t parent = below(random, kNodes + 1);
-            list.placements.push_back({ObjectId(2 + below(random, kNodes - 1)), ObjectId(parent),
-                                       below(random, 3) > 0 ? Placement::kLast : static_cast<std::uint32_t>(below(random, 3))});
+            list.placements.push_back(
+                {ObjectId(2 + below(random, kNodes - 1)), ObjectId(parent),
+                 below(random, 3) > 0 ? Placement::kLast : static_cast<std::uint32_t>(below(random, 3))});
         }
         return list;
     }
@@ -75,8 +75,9 @@ TEST(TreeLaws, AListIsTakenWhenTheTreeThatItLeavesIsWithinTheLimits) {
         for (int i = 0; i < 60; ++i) {
             const ChangeList list = Trees::next(random);
             PlainTree after = trees.plain;
-            const bool expected = std::ranges::all_of(list.placements, [&](const Placement& p) { return after.place(p); }) &&
-                                  after.within(kTight);
+            const bool expected =
+                std::ranges::all_of(list.placements, [&](const Placement& p) { return after.place(p); }) &&
+                after.within(kTight);
             const StateHash before = trees.aspect.stateHash();
             const Expected<ChangeList> back = trees.aspect.applyWithInverse(list);
             ASSERT_EQ(back.has_value(), expected) << (back ? "taken" : back.error().message);

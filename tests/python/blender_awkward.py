@@ -131,7 +131,8 @@ class Awkward(OnAWall):
 
     def test_numbers_that_no_scene_should_have(self):
         """Whatever is refused is said, and all the rest stands."""
-        for at, (name, value) in enumerate((("location", 3e38), ("location", float("-inf")), ("scale", float("nan")), ("scale", 1e-38), ("scale", 3e38),
+        for at, (name, value) in enumerate((("location", 3e38), ("location", float("-inf")), ("scale", float("nan")),
+                                            ("scale", 1e-38), ("scale", 3e38),
                                             ("rotation_euler", float("nan")), ("rotation_euler", 1e30))):
             thing = add(self.stage, f"{at}", box(f"{at}"))
             setattr(thing, name, (value, 1, 1))
@@ -306,14 +307,16 @@ class Whole(OnAWall):
         bpy.context.scene.collection.children.link(new)
         add(new, "another", box("b"))
         pumps()
-        self.assertEqual((link.collection, len(link.notes), [node.name for node in self.marks()]), (None, 1, [f"blender:{next(iter(link.objects))}"]))
+        self.assertEqual((link.collection, len(link.notes), [node.name for node in self.marks()]),
+                         (None, 1, [f"blender:{next(iter(link.objects))}"]))
         self.assertIn("the collection Stage was removed here", next(iter(link.notes.values())))
         self.node("box").translation = (0, 6, 0)  # nobody follows
         bpy.ops.ed.undo_push(message="removed")
         bpy.ops.ed.undo()
         until("it is linked again", lambda: link.collection is not None and link.courier.state == "linked")
         settle()
-        self.assertEqual((link.notes, len(self.marks()), [each.name for each in link.collection.objects]), ({}, 1, ["box"]))
+        self.assertEqual((link.notes, len(self.marks()), [each.name for each in link.collection.objects]),
+                         ({}, 1, ["box"]))
         self.assertEqual(bpy.data.objects["box"].location.y, 6)
 
     def test_a_copy_is_another_one(self):
@@ -341,7 +344,8 @@ class Whole(OnAWall):
         pump.stop()
         other.objects.link(self.thing)
         link = start(other, self.live.address)
-        self.assertEqual((link.notes, len(self.thing.users_collection), len(self.wall.find("/Other/**/blender:*"))), ({}, 2, 2))
+        self.assertEqual((link.notes, len(self.thing.users_collection), len(self.wall.find("/Other/**/blender:*"))),
+                         ({}, 2, 2))
         self.wall["/Other"].remove()
 
     def test_a_file_is_opened_again(self):
@@ -415,7 +419,8 @@ class Whole(OnAWall):
         until("it moves", lambda: theirs.location.x == 8)
         settle()
         self.assertEqual((theirs.name, self.thing.location.x), ("box", 0))
-        self.assertEqual(list(link.notes.values()), ["box is of library.blend: what is changed at the wall is not saved here"])
+        self.assertEqual(list(link.notes.values()),
+                         ["box is of library.blend: what is changed at the wall is not saved here"])
         boxes[7].remove()
         until("that is said", lambda: len(link.notes) == 2)
         add(self.stage, "more")

@@ -106,7 +106,8 @@ class AtOnce(OnAWall):
             self.node("box").set(translation=(there, 0, 0), name=name)
             while link.counts["taken"] == taken:  # it is not told of
                 link._take_news(float("inf"))
-            self.thing.location.x, self.thing.name = link.objects[link.by_name["box", None].key].core.here["translation"][0], "box"
+            self.thing.location.x, self.thing.name = link.objects[link.by_name["box", None].key].core.here[
+                "translation"][0], "box"
             settle()
             pumps()
             (node,) = self.wall.find("/Stage/*", type="Transform")
@@ -238,7 +239,8 @@ class Crash(unittest.TestCase):
             until("linked again", lambda: link.courier.state == "linked")
             settle()
             with live.connect() as wall:
-                self.assertEqual((wall["/Stage/box"].translation, wall["/Stage/box"].scale, thing.location.x), ((1, 2, 3), (2, 2, 2), 1))
+                self.assertEqual((wall["/Stage/box"].translation, wall["/Stage/box"].scale, thing.location.x),
+                                 ((1, 2, 3), (2, 2, 2), 1))
 
     def test_the_removal_of_what_is_there_twice_was_under_way(self):
         with run_folder(), Live(surface="none", journal=True) as live:

@@ -1,4 +1,5 @@
-"""Within Blender: what the add-on claims. Counts and values alone are judged here; times are measured by tests/bench/blender.py."""
+"""Within Blender: what the add-on claims. Counts and values alone are judged here; times are measured by
+tests/bench/blender.py."""
 import math
 import os
 import time
@@ -29,7 +30,8 @@ def turned(node):
     matrix = np.eye(4)
     matrix[:3, :3] = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                               [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]) * np.array(node.scale)
+                               [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]) * np.array(
+                                   node.scale)
     matrix[:3, 3] = node.translation
     return matrix
 
@@ -81,7 +83,8 @@ class Shown(OnAWall):
         evaluated = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
         mesh = evaluated.to_mesh()
         mesh.calc_loop_triangles()
-        there = np.array([evaluated.matrix_world @ mesh.vertices[at].co for triangle in mesh.loop_triangles for at in triangle.vertices])
+        there = np.array([evaluated.matrix_world @ mesh.vertices[at].co for triangle in mesh.loop_triangles
+                          for at in triangle.vertices])
         there = np.stack([there[:, 0], there[:, 2], -there[:, 1]], axis=1)
         found = self.world_corners(*path)
         self.assertEqual(found.shape, there.shape)
@@ -137,7 +140,8 @@ class Shown(OnAWall):
         self.assertSameTriangles(bpy.data.objects["box 3"], "box 3")
 
     def test_materials_are_parts(self):
-        red = principled("red", (1, 0.1, 0.05, 1), Metallic=0.25, Roughness=0.75, Emission=(0.5, 0.25, 0, 1), Emission_Strength=4)
+        red = principled("red", (1, 0.1, 0.05, 1), Metallic=0.25, Roughness=0.75, Emission=(0.5, 0.25, 0, 1),
+                         Emission_Strength=4)
         glass = principled("glass", Alpha=0.5)
         glass.blend_method = "BLEND"
         glass.use_backface_culling = True
@@ -145,7 +149,8 @@ class Shown(OnAWall):
         self.link()
         found = [self.node(f"box/{name}").material for name in ("box", "box 2")]
         np.testing.assert_allclose(found[0].baseColor, (1, 0.1, 0.05, 1), 1e-6)
-        np.testing.assert_allclose([found[0].metallic, found[0].roughness, *found[0].emissive], (0.25, 0.75, 2, 1, 0), 1e-6)
+        np.testing.assert_allclose([found[0].metallic, found[0].roughness, *found[0].emissive], (0.25, 0.75, 2, 1, 0),
+                                   1e-6)
         self.assertEqual((found[0].doubleSided, found[0].alphaMode), (True, "opaque"))
         self.assertEqual((found[1].doubleSided, found[1].alphaMode, found[1].baseColor[3]), (False, "blend", 0.5))
         self.assertEqual([len(self.node(f"box/{name}").indices) for name in ("box", "box 2")], [30, 6])
@@ -163,7 +168,8 @@ class Shown(OnAWall):
         material = principled("pictured")
         node = material.node_tree.nodes.new("ShaderNodeTexImage")
         node.image = image
-        material.node_tree.links.new(node.outputs["Color"], material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+        material.node_tree.links.new(node.outputs["Color"],
+                                     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
         mesh = box("a", materials=(material,))
         mesh.uv_layers.new().data.foreach_set("uv", np.tile([0.25, 0.125], 24).astype(np.float32))
         add(self.stage, "box", mesh)
@@ -193,13 +199,15 @@ class Shown(OnAWall):
         np.testing.assert_allclose(np.sort(np.abs(normals), axis=1), np.tile([0, 0, 1], (24, 1)), atol=1e-6)
 
     def test_lights(self):
-        lamp, spot, sun = (bpy.data.lights.new(name, kind) for name, kind in (("lamp", "POINT"), ("spot", "SPOT"), ("sun", "SUN")))
+        lamp, spot, sun = (bpy.data.lights.new(name, kind)
+                           for name, kind in (("lamp", "POINT"), ("spot", "SPOT"), ("sun", "SUN")))
         lamp.energy, spot.energy, sun.energy, lamp.color = 4 * math.pi ** 2, 100, math.pi, (1, 0.5, 0.25)
         spot.spot_size, spot.spot_blend = 1.2, 0.25
         for light in (lamp, spot, sun, bpy.data.lights.new("panel", "AREA")):
             add(self.stage, light.name, light)
         link = self.link()
-        add(self.stage, "box", box("a", materials=(principled("red", (0.3, 0.1, 0.7, 1)),)), (0.1, 0.2, 0.3)).rotation_euler = (1, 2, 3)
+        add(self.stage, "box", box("a", materials=(principled("red", (0.3, 0.1, 0.7, 1)),)),
+            (0.1, 0.2, 0.3)).rotation_euler = (1, 2, 3)
         settle()
         self.assertAlmostEqual(self.node("lamp/lamp").intensity, 1, 6)
         self.assertEqual(self.node("lamp/lamp").color, (1, 0.5, 0.25))
@@ -222,7 +230,8 @@ class Shown(OnAWall):
         for name in names:
             add(self.stage, name, box(name))
         self.link()
-        self.assertEqual({node.name for node in self.wall["/Stage"].children if node.core.type == "Transform"}, set(names))
+        self.assertEqual({node.name for node in self.wall["/Stage"].children if node.core.type == "Transform"},
+                         set(names))
 
     def test_what_is_left_out_is_said(self):
         add(self.stage, "bones", bpy.data.armatures.new("bones"))
@@ -231,7 +240,8 @@ class Shown(OnAWall):
         sheared.matrix_parent_inverse = Matrix(((1, 0.5, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)))
         update()
         link = self.link()
-        self.assertEqual(sorted(link.notes.values()), ["bones (armature): only its place is shown", "sheared is sheared: it is shown without that"])
+        self.assertEqual(sorted(link.notes.values()),
+                         ["bones (armature): only its place is shown", "sheared is sheared: it is shown without that"])
 
     def test_the_view_follows_the_camera(self):
         camera = add(self.stage, "camera", bpy.data.cameras.new("camera"), (3, -8, 2))
@@ -239,7 +249,8 @@ class Shown(OnAWall):
         bpy.context.scene.camera = camera
         thing = add(self.stage, "box", box("a"))
         update()
-        thing.location = camera.matrix_world @ Matrix.Translation((0, 0, -6)).translation  # in the middle of what it sees
+        # In the middle of what it sees
+        thing.location = camera.matrix_world @ Matrix.Translation((0, 0, -6)).translation
         link = self.link()
         link.camera_leads = True
         until("the box is in the middle", lambda: self.in_the_middle("box"))
@@ -388,7 +399,8 @@ class BothWays(OnAWall):
         for at in range(19):
             bpy.data.objects.remove(bpy.data.objects[f"gone {at}"])
         settle()
-        self.assertEqual({node.name for node in self.wall["/Stage"].children if node.core.type == "Transform"}, {"kept", "child"})
+        self.assertEqual({node.name for node in self.wall["/Stage"].children if node.core.type == "Transform"},
+                         {"kept", "child"})
         self.assertEqual(len(kept.users_collection) + len(child.users_collection), 2)
 
     def test_removed_there(self):
@@ -398,7 +410,8 @@ class BothWays(OnAWall):
         self.node("box").remove()
         until("it is in no collection", lambda: not bpy.data.objects["box"].users_collection)
         settle()
-        self.assertEqual(list(link.notes.values()), ["box was removed at the wall: it is in no collection now, and the file keeps it"])
+        self.assertEqual(list(link.notes.values()),
+                         ["box was removed at the wall: it is in no collection now, and the file keeps it"])
         self.wall.undo()
         until("it is back", lambda: "box" in self.stage.objects)
         settle()
@@ -417,7 +430,8 @@ class BothWays(OnAWall):
         material = principled("pictured")
         node = material.node_tree.nodes.new("ShaderNodeTexImage")
         node.image = image
-        material.node_tree.links.new(node.outputs["Color"], material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+        material.node_tree.links.new(node.outputs["Color"],
+                                     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
         add(self.stage, "box", box("a", materials=(material,)))
         link = self.link()
         bpy.data.objects.remove(bpy.data.objects["box"])
@@ -580,7 +594,8 @@ class Large(OnAWall):
         x, y = np.meshgrid(np.linspace(-1, 1, side, dtype=np.float32), np.linspace(-1, 1, side, dtype=np.float32))
         mesh = bpy.data.meshes.new("field")
         corners = np.arange(side * side).reshape(side, side)
-        quads = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]], axis=-1).reshape(-1, 4)
+        quads = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]],
+                         axis=-1).reshape(-1, 4)
         mesh.vertices.add(side * side)
         mesh.vertices.foreach_set("co", np.stack([x, y, np.sin(4 * x)], axis=-1).reshape(-1))
         mesh.loops.add(quads.size)

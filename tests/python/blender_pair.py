@@ -1,4 +1,5 @@
-"""Within Blender: one of two that have the same file open, and are linked to the same wall. What they wait for are files in a folder."""
+"""Within Blender: one of two that have the same file open, and are linked to the same wall. What they wait for are
+files in a folder."""
 import json
 import os
 import sys
@@ -36,7 +37,8 @@ def come(folder, path, address, name):
             pump.pump()
 
     def told():
-        return {"objects": len(stage.objects), "notes": list(pump.link.notes.values()), "sent": pump.link.counts["sent"],
+        return {"objects": len(stage.objects), "notes": list(pump.link.notes.values()),
+                "sent": pump.link.counts["sent"],
                 "at": {each.name: tuple(each.location) for each in stage.objects}}
 
     bpy.ops.wm.open_mainfile(filepath=path)

@@ -15,10 +15,13 @@ WHY_NOT = "" if shutil.which("blender") else "blender is not installed (./deploy
 def blender(folder, *words, script="blender_side.py"):
     """Debian's, with settings of its own; its output goes to a file that is shown when it fails."""
     # It takes its libraries of Python from beside the first python3 in PATH: the system's has numpy.
-    environment = {**os.environ, "PATH": "/usr/bin:/bin", "BLENDER_USER_CONFIG": folder, "BLENDER_USER_SCRIPTS": folder, "HOME": folder}
+    environment = {**os.environ, "PATH": "/usr/bin:/bin", "BLENDER_USER_CONFIG": folder, "BLENDER_USER_SCRIPTS": folder,
+                   "HOME": folder}
     environment.pop("DISPLAY", None)
-    command = ["blender", "--background", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python", str(HERE / script), "--", *words]
-    return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    command = ["blender", "--background", "--factory-startup", "-noaudio", "--python-exit-code", "1", "--python",
+               str(HERE / script), "--", *words]
+    return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT, text=True)
 
 
 @unittest.skipIf(WHY_NOT, WHY_NOT)

@@ -1,5 +1,6 @@
-"""Within Blender: the add-on as a person installs it, a wall of real processes, and a pump that is called as Blender's timer would.
-`blender --background --factory-startup --python blender_side.py -- MODULE [WORD…]` runs the tests of a module, or of one class in it."""
+"""Within Blender: the add-on as a person installs it, a wall of real processes, and a pump that is called as Blender's
+timer would. `blender --background --factory-startup --python blender_side.py -- MODULE [WORD…]` runs the tests of a
+module, or of one class in it."""
 import os
 import pathlib
 import sys
@@ -41,7 +42,8 @@ def until(what, condition, most=PUMPS):
         if condition():
             return pumps
         time.sleep(PERIOD)
-    said = "" if link is None else f": {link.courier.state} {link.courier.message}; {link.counts}; {list(link.notes.values())[:5]}"
+    said = ("" if link is None
+            else f": {link.courier.state} {link.courier.message}; {link.counts}; {list(link.notes.values())[:5]}")
     raise AssertionError(f"not within {most} pumps: {what}{said}")
 
 
@@ -101,7 +103,8 @@ def main():
     install()
     module = __import__(words[0])
     names = words[1:]
-    suite = unittest.TestSuite(unittest.defaultTestLoader.loadTestsFromName(name, module) for name in names) if names else \
+    suite = unittest.TestSuite(unittest.defaultTestLoader.loadTestsFromName(name, module)
+                               for name in names) if names else \
         unittest.defaultTestLoader.loadTestsFromModule(module)
     result = unittest.TextTestRunner(stream=sys.stderr, verbosity=1).run(suite)
     sys.exit(0 if result.wasSuccessful() and result.testsRun else 1)

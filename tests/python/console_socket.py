@@ -12,7 +12,8 @@ class WebSocket:
         self._connection = (http.client.HTTPSConnection(door, timeout=timeout, context=context) if context else
                             http.client.HTTPConnection(door, timeout=timeout))
         self._connection.request("GET", path, headers={
-            "Authorization": f"Bearer {token}", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+            "Authorization": f"Bearer {token}", "Upgrade": "websocket", "Connection": "Upgrade",
+            "Sec-WebSocket-Version": "13",
             "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="})
         self.socket = self._connection.sock
         self._stream = self.socket.makefile("rb")
@@ -49,7 +50,8 @@ class WebSocket:
         self.socket.sendall(self.question(number, request, **fields))
 
     def read(self):
-        """The next frame: a text as what it says, a binary frame as bytes. ConnectionError: it was closed, with the reason."""
+        """The next frame: a text as what it says, a binary frame as bytes. ConnectionError: it was closed, with the
+        reason."""
         while True:
             head = self._exactly(2)
             size = head[1] & 0x7F

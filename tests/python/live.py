@@ -1,4 +1,5 @@
-"""A wall of real processes on loopback for a test: a server, and clients that draw in memory or nothing. Ended by their ids, always."""
+"""A wall of real processes on loopback for a test: a server, and clients that draw in memory or nothing. Ended by their
+ids, always."""
 import contextlib
 import os
 import pathlib
@@ -20,8 +21,10 @@ YARD = ROOT / "tests/data/scenes/yard.tsct"
 
 @contextlib.contextmanager
 def run_folder():
-    """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers without."""
-    with tempfile.TemporaryDirectory(prefix="tessera-run-") as folder, mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder}):
+    """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers
+    without."""
+    with (tempfile.TemporaryDirectory(prefix="tessera-run-") as folder,
+          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder})):
         for name in ("TESSERA_SERVER", "TESSERA_TOKEN", "TESSERA_TOKEN_FILE"):
             os.environ.pop(name, None)
         yield pathlib.Path(folder)
@@ -107,12 +110,14 @@ class Live:
         return str(path)
 
     def start_server(self):
-        command = ["tessera-server", "--wall", self._wall, "--scene", str(self._scene), "--listen", f"127.0.0.1:{self._port}", *self._size, *self._options]
+        command = ["tessera-server", "--wall", self._wall, "--scene", str(self._scene), "--listen",
+                   f"127.0.0.1:{self._port}", *self._size, *self._options]
         self.server = self._start(command, "server")
         deadline = time.monotonic() + PATIENCE
         while True:
             found = re.search(r"listening on (127\.0\.0\.1:(\d+))", self.log("server"))
-            if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")):  # the scene comes after the port
+            # The scene comes after the port
+            if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")):
                 break
             if self.server.poll() is not None or time.monotonic() > deadline:
                 raise RuntimeError(f"the server did not start: {self.log('server')}")
@@ -120,7 +125,8 @@ class Live:
         self.address, self._port = found.group(1), int(found.group(2))
 
     def start_host(self, host):
-        return self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface, "--threads", "0"], host)
+        return self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface,
+                            "--threads", "0"], host)
 
     def kill_server(self):
         self.server.kill()
@@ -135,7 +141,8 @@ class Live:
 
     def _start(self, command, name):
         with open(self.folder / f"{name}.log", "w") as log:
-            process = subprocess.Popen([str(BIN / command[0]), *command[1:]], stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+            process = subprocess.Popen([str(BIN / command[0]), *command[1:]], stdout=log, stderr=log,
+                                       stdin=subprocess.DEVNULL)
         self._processes.append(process)
         return process
 

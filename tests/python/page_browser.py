@@ -20,7 +20,8 @@ SIZES = ((360, 740), (1280, 800))
 FAINT = """
 const numbers = (colour) => colour.match(/[\\d.]+/g).map(Number);
 const light = (colour) => {
-  const [r, g, b] = colour.slice(0, 3).map((part) => part / 255).map((part) => part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+  const [r, g, b] = colour.slice(0, 3).map((part) => part / 255).map((part) =>
+    part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
 };
 const behind = (node) => {
@@ -64,7 +65,8 @@ def until(what, condition):
 
 def _below(process):
     """Processes that it has started, and those that they have."""
-    children = [int(child) for task in pathlib.Path(f"/proc/{process}/task").iterdir() for child in (task / "children").read_text().split()]
+    children = [int(child) for task in pathlib.Path(f"/proc/{process}/task").iterdir()
+                for child in (task / "children").read_text().split()]
     return children + [below for child in children for below in _below(child)]
 
 
@@ -77,7 +79,8 @@ class Browser:
 
         options = webdriver.ChromeOptions()
         options.binary_location = shutil.which("chromium")
-        arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", f"--window-size={width},{height}"]
+        arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
+                     f"--window-size={width},{height}"]
         if os.geteuid() == 0:
             arguments.append("--no-sandbox")  # there is none for root
         for argument in arguments:
@@ -95,7 +98,8 @@ class Browser:
     def size(self, width, height):
         """As a window, or below 600 pixels as a phone that is touched."""
         self.width = width
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                    {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
 
     def reduce_motion(self, is_wanted):
         feature = {"name": "prefers-reduced-motion", "value": "reduce" if is_wanted else "no-preference"}
@@ -122,7 +126,8 @@ class Browser:
 
     def all(self, selector):
         """Those that are seen, at one moment."""
-        return self.run("return [...document.querySelectorAll(arguments[0])].filter((node) => node.checkVisibility() && node.getClientRects().length > 0)", selector)
+        return self.run("return [...document.querySelectorAll(arguments[0])].filter((node) => node.checkVisibility() "
+                        "&& node.getClientRects().length > 0)", selector)
 
     def text(self, selector):
         return self.run("return document.querySelector(arguments[0])?.textContent ?? ''", selector)
@@ -143,7 +148,8 @@ class Browser:
 
     def focused(self):
         """What it is called: its label or its text."""
-        return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || at.id")
+        return self.run("const at = document.activeElement; return at.getAttribute('aria-label') || at.textContent || "
+                        "at.id")
 
     def until(self, what, condition):
         from selenium.common.exceptions import StaleElementReferenceException
@@ -182,4 +188,5 @@ class Browser:
             self._save(SHOTS, name)
 
     def logged(self):
-        return [f"{entry['source']}: {entry['message']}" for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE" or entry["source"] == "security"]
+        return [f"{entry['source']}: {entry['message']}" for entry in self.driver.get_log("browser")
+                if entry["level"] == "SEVERE" or entry["source"] == "security"]

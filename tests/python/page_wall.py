@@ -38,7 +38,8 @@ class OnAScene(OnAPage):
     def shown(self, selector, text=""):
         """The first that is shown and says that; among very many it is asked for at once, and not one by one."""
         return self.browser.until(f"{selector} with {text}", lambda: self.browser.run(
-            "return [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && one.textContent.includes(arguments[1]))", selector, text))
+            "return [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && "
+            "one.textContent.includes(arguments[1]))", selector, text))
 
     def press(self, selector, text):
         self.shown(selector, text).click()
@@ -60,4 +61,5 @@ class OnAScene(OnAPage):
         field.send_keys(text, Keys.ENTER)
 
     def texts(self, selector):
-        return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => one.checkVisibility()).map((one) => one.textContent)", selector)
+        return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => "
+                                "one.checkVisibility()).map((one) => one.textContent)", selector)

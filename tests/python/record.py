@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Writes tests/data/wire/session.txt anew: a short session with a real server, all bytes of both ways. `tests/python/record.py`, where the
-protocol has changed, after `./deploy/build build programs tessera_python`."""
+"""Writes tests/data/wire/session.txt anew: a short session with a real server, all bytes of both ways.
+`tests/python/record.py`, where the protocol has changed, after `./deploy/build build programs tessera_python`."""
 import os
 import pathlib
 import shutil
@@ -25,7 +25,8 @@ FILE = ROOT / "tests/data/wire/session.txt"
 SCENE = 'node { name: "thing" transform { translation { x: 1 y: 2 z: 3 } } }\n'
 TOKEN = "the-token-of-a-recorded-session"
 HEAD = """# A session of an application with a server, as it was on the wire: each line one message, header and payload.
-# `1>` is what the application says on its control connection, `1<` what the server says there; `2` the connection for arrays.
+# `1>` is what the application says on its control connection, `1<` what the server says there; `2` the \
+connection for arrays.
 # Most heartbeats are left out. proto/WIRE.md explains each step. Written by tests/python/record.py.
 """
 

@@ -22,7 +22,8 @@ class Access(unittest.TestCase):
         with Live() as live:
             with run_folder():
                 begin = time.monotonic()
-                with self.assertRaisesRegex(tessera.Refused, r"takes programs of its own user \(.+\) alone.*--token-file") as refused:
+                with self.assertRaisesRegex(tessera.Refused,
+                                            r"takes programs of its own user \(.+\) alone.*--token-file") as refused:
                     tessera.connect(live.address, timeout=PATIENCE, redial=FAR)
                 self.assertLess(time.monotonic() - begin, FAR / 2)
                 self.assertNotIsInstance(refused.exception, tessera.NetworkError)
@@ -38,11 +39,13 @@ class Access(unittest.TestCase):
             for file in (word, place):  # a word alone, and what the server has left for its own user
                 with run_folder(), live.connect(token_file=str(file)) as wall:
                     self.assertEqual(wall.whoami().role, "operator")
-                with run_folder(), mock.patch.dict(os.environ, {"TESSERA_TOKEN_FILE": str(file)}), live.connect() as wall:
+                with (run_folder(), mock.patch.dict(os.environ, {"TESSERA_TOKEN_FILE": str(file)}),
+                      live.connect() as wall):
                     self.assertEqual(wall.whoami().role, "operator")
 
             async def program():
-                async with await tessera.aio.connect(live.address, token_file=str(word), timeout=PATIENCE, name="awaited") as wall:
+                async with await tessera.aio.connect(live.address, token_file=str(word), timeout=PATIENCE,
+                                                     name="awaited") as wall:
                     return await wall.whoami()
             with run_folder():
                 self.assertEqual(asyncio.run(program()).as_dict(), {"name": "awaited", "role": "operator"})
@@ -68,7 +71,8 @@ class Access(unittest.TestCase):
             before = row.translation
             with wall.frames(timeout=PATIENCE) as frames:
                 self.assertGreater(next(frames).frame, 0)
-            for deed in (lambda: setattr(row, "translation", (9, 9, 9)), lambda: row.move((9, 9, 9)), row.remove, wall.undo, lambda: wall.create("/mine")):
+            for deed in (lambda: setattr(row, "translation", (9, 9, 9)), lambda: row.move((9, 9, 9)), row.remove,
+                         wall.undo, lambda: wall.create("/mine")):
                 with self.assertRaisesRegex(tessera.Refused, "is for an editor; this link is of a viewer"):
                     deed()
             self.assertEqual(row.translation, before)
@@ -88,7 +92,8 @@ class Access(unittest.TestCase):
             self.assertEqual(wall.whoami().role, "operator")
 
     def test_who_is_refused_after_a_break_is_told_and_does_not_dial_again(self):
-        with Live(journal=True) as live, live.connect(token_file=live.token_file(), redial=FAR) as wall, wall.frames(timeout=FAR) as frames:
+        with (Live(journal=True) as live, live.connect(token_file=live.token_file(), redial=FAR) as wall,
+              wall.frames(timeout=FAR) as frames):
             live.kill_server()
             next(self.folder.glob("tessera/*.wall")).unlink()
             live.start_server()
@@ -109,7 +114,8 @@ class Access(unittest.TestCase):
             self.assertEqual(_door.access_to("127.0.0.1", port, near=True), live.token())
             self.assertEqual(_door.access_to("::ffff:127.0.0.1", port, near=True), live.token())
             self.assertEqual(_door.access_to("127.0.0.9", port, near=True), "")  # somebody else may listen there
-            self.assertEqual(_door.access_to("203.0.113.9", port, near=False), "")  # another machine's port of that number
+            # Another machine's port of that number
+            self.assertEqual(_door.access_to("203.0.113.9", port, near=False), "")
             with self.assertRaises(tessera.Refused):
                 tessera.connect(stranger.address, timeout=PATIENCE)
             self.assertEqual(heard, [""])
@@ -117,7 +123,8 @@ class Access(unittest.TestCase):
     def test_a_group_may_read_what_a_server_tells_and_others_may_not(self):
         with Live() as live:
             place, = self.folder.glob("tessera/*.wall")
-            for folder, file, counts in ((0o700, 0o600, True), (0o710, 0o640, True), (0o711, 0o640, True), (0o710, 0o644, False), (0o710, 0o660, False),
+            for folder, file, counts in ((0o700, 0o600, True), (0o710, 0o640, True), (0o711, 0o640, True),
+                                         (0o710, 0o644, False), (0o710, 0o660, False),
                                          (0o755, 0o640, False), (0o770, 0o640, False)):
                 place.parent.chmod(folder)
                 place.chmod(file)

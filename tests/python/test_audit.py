@@ -22,7 +22,8 @@ class AuditedWall(Live):
     def __enter__(self):
         if self._keys:
             self.make_keys("anna:editor", "vera:viewer")
-            (self.folder / "word").write_text(self.keys_say("token", "ci", "--role", "operator", "--hours", "1").split()[-1] + "\n")
+            (self.folder / "word").write_text(
+                self.keys_say("token", "ci", "--role", "operator", "--hours", "1").split()[-1] + "\n")
         return super().__enter__()
 
     def lines(self):
@@ -52,8 +53,10 @@ class Audit(unittest.TestCase):
             lines = live.lines()
         told = {(line["who"], line["by"], line["program"], line["did"]) for line in lines}
         mine, = (line["who"] for line in lines if line["program"] == "mine")
-        self.assertEqual(told, {("anna", "a key", "program", "ProposeChanges"), ("ci", "a token", "program", "ProposeChanges"),
-                                (mine, "the server's token", "mine", "ProposeChanges"), ("anna", "a key", "console", "MoveNode")})
+        self.assertEqual(told, {("anna", "a key", "program", "ProposeChanges"),
+                                ("ci", "a token", "program", "ProposeChanges"),
+                                (mine, "the server's token", "mine", "ProposeChanges"),
+                                ("anna", "a key", "console", "MoveNode")})
         for line in lines:
             self.assertEqual(line["objects"], ["/carriage"])
             self.assertTrue(line["from"].startswith("127.0.0.1"), line)

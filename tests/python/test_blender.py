@@ -1,5 +1,5 @@
-"""The add-on for Blender (deploy/blender), within Debian's Blender without a window, before walls of real processes. What is claimed
-stands in blender_cases.py; here Blender is started, and killed."""
+"""The add-on for Blender (deploy/blender), within Debian's Blender without a window, before walls of real processes.
+What is claimed stands in blender_cases.py; here Blender is started, and killed."""
 import json
 import os
 import pathlib
@@ -29,7 +29,8 @@ class Blender(InBlender):
         self.within("blender_cases", "Server")
 
     def test_blender_is_killed(self):
-        """It is opened again as it was saved; with the first file's keys, and with a file that was never saved with its link."""
+        """It is opened again as it was saved; with the first file's keys, and with a file that was never saved with its
+        link."""
         for saved in ("saved", "unsaved"):
             with self.subTest(saved), run_folder(), Live(surface="none") as live:
                 path = os.path.join(self.folder, f"{saved}.blend")
@@ -60,8 +61,10 @@ class Blender(InBlender):
         path = os.path.join(self.folder, "pair.blend")
         self.finished(blender(self.folder, "blender_pair", "make", path))
         with run_folder(), Live(surface="none") as live:
-            folders = [self.enterContext(tempfile.TemporaryDirectory(prefix="tessera-blender-")) for _ in "ab"]  # settings of their own
-            both = [blender(folder, "blender_pair", "come", self.folder, path, live.address, name) for folder, name in zip(folders, "ab")]
+            # Settings of their own
+            folders = [self.enterContext(tempfile.TemporaryDirectory(prefix="tessera-blender-")) for _ in "ab"]
+            both = [blender(folder, "blender_pair", "come", self.folder, path, live.address, name)
+                    for folder, name in zip(folders, "ab")]
             try:
                 self.say("begin")
                 self.said("a.dragged"), self.said("b.dragged")
@@ -82,7 +85,8 @@ class Blender(InBlender):
                     self.settled(wall)
                     self.say("end")
                     ended = [self.said(f"{name}.ended") for name in "ab"]
-                    self.assertEqual([(each["objects"], each["notes"], each["at"]) for each in ended], [(3, [], looked[0]["at"])] * 2)
+                    self.assertEqual([(each["objects"], each["notes"], each["at"]) for each in ended],
+                                     [(3, [], looked[0]["at"])] * 2)
                     self.assertEqual(len(wall.find("/*/blender-link:*")), 1)
                     self.assertEqual(len(wall.find("/**/blender:*")), 3)
             finally:

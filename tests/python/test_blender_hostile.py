@@ -1,4 +1,5 @@
-"""The add-on for Blender at the wrong moment, and where both sides change the same; what is claimed stands in the files named here."""
+"""The add-on for Blender at the wrong moment, and where both sides change the same; what is claimed stands in the files
+named here."""
 import unittest
 
 from blender_process import InBlender

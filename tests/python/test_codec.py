@@ -1,4 +1,5 @@
-"""Bytes of messages, requests and answers: those that unit_codec keeps are read, and written again, by their descriptions alone."""
+"""Bytes of messages, requests and answers: those that unit_codec keeps are read, and written again, by their
+descriptions alone."""
 import pathlib
 import unittest
 
@@ -60,13 +61,15 @@ class KeptBytes(unittest.TestCase):
                 self.assertEqual(schema().message_names[int(number)], name)
                 members = _described.decode_message(schema().messages[name], data)
                 if name in ("Hello", "Request", "Heartbeat", "Upload", "BlobRequest", "Synced"):
-                    self.assertEqual(_described.encode_message(schema().messages[name], members).joined().hex(), bytes(data).hex())
+                    self.assertEqual(_described.encode_message(schema().messages[name], members).joined().hex(),
+                                     bytes(data).hex())
 
     def test_a_list_is_cut_off_anywhere(self):
         for kind, name, data in kept_bytes():
             if kind not in ("answer", "notice"):
                 continue
-            known = {each.number: each for each in (schema().answers if kind == "answer" else schema().notices).values()}
+            known = {each.number: each
+                     for each in (schema().answers if kind == "answer" else schema().notices).values()}
             for size in range(0, len(data) - 1, 7):
                 with self.assertRaises(tessera.TesseraError):
                     _described.decode(known, data[:size])
@@ -74,7 +77,8 @@ class KeptBytes(unittest.TestCase):
 
     def test_whatever_bytes_come_they_are_read_or_refused(self):
         dice = np.random.default_rng(1)
-        kept = [(kind, np.frombuffer(data, np.uint8)) for kind, _, data in kept_bytes() if kind in ("answer", "notice", "list")]
+        kept = [(kind, np.frombuffer(data, np.uint8)) for kind, _, data in kept_bytes()
+                if kind in ("answer", "notice", "list")]
         read = refused = 0
         for turn in range(4000):
             kind, data = kept[turn % len(kept)]
@@ -138,9 +142,11 @@ class Refusals(unittest.TestCase):
             self.encode("GetStatu")
 
     def test_values_of_another_type(self):
-        for values, what in (({"node": "five"}, "MoveNode.node: 'five' is no whole number"), ({"node": -1}, "-1 is not from 0"),
+        for values, what in (({"node": "five"}, "MoveNode.node: 'five' is no whole number"),
+                             ({"node": -1}, "-1 is not from 0"),
                              ({"node": 1, "translation": (1, 2)}, "MoveNode.translation: 2 numbers instead of 3"),
-                             ({"node": 1, "translation": "abc"}, "MoveNode.translation"), ({"node": 1, "translation": (1, "2", 3)}, "'2' is no number")):
+                             ({"node": 1, "translation": "abc"}, "MoveNode.translation"),
+                             ({"node": 1, "translation": (1, "2", 3)}, "'2' is no number")):
             with self.subTest(values=values), self.assertRaisesRegex(BadInput, what):
                 self.encode("MoveNode", **values)
         with self.assertRaisesRegex(BadInput, "none of scene, test_picture"):
@@ -149,8 +155,9 @@ class Refusals(unittest.TestCase):
             self.encode("MeasureDistance", node=1)
 
     def test_each_subscription_brings_one_notice(self):
-        self.assertEqual(schema().subscriptions, {"contacts": "Contacts", "picks": "Picked", "frames": "Frame", "events": "PairEvents",
-                                                  "distances": "Distances", "questions": "Questions", "poses": "Poses", "states": "States"})
+        self.assertEqual(schema().subscriptions,
+                         {"contacts": "Contacts", "picks": "Picked", "frames": "Frame", "events": "PairEvents",
+                          "distances": "Distances", "questions": "Questions", "poses": "Poses", "states": "States"})
         self.assertEqual(len(schema().notices), len(schema().subscriptions))
 
 
@@ -169,9 +176,11 @@ class Lists(unittest.TestCase):
         field = transform.field("translation")
         ids = np.array([5, 6], np.uint64)
         values = np.arange(6.0).reshape(2, 3)
-        chain = _changes.encode([(9, 1)], [(9, 1, _changes.LAST)], [(transform, field, ids, _wire.view_of(values))], np.zeros(0, _changes.RANGE), b"", [7])
+        chain = _changes.encode([(9, 1)], [(9, 1, _changes.LAST)], [(transform, field, ids, _wire.view_of(values))],
+                                np.zeros(0, _changes.RANGE), b"", [7])
         changes = _changes.decode(schema(), memoryview(chain.joined()), 3)
-        self.assertEqual((changes.sequence, changes.created.tolist(), changes.placed.tolist(), changes.destroyed.tolist()),
+        self.assertEqual((changes.sequence, changes.created.tolist(), changes.placed.tolist(),
+                          changes.destroyed.tolist()),
                          (3, [(9, 1)], [(9, 1, 0xFFFFFFFF)], [7]))
         self.assertEqual(changes.columns[0].field.where, "Transform.translation")
         self.assertTrue(np.array_equal(changes.columns[0].values, values))

@@ -24,7 +24,8 @@ def ask(link, path, token=True):
 
 
 class Console(unittest.TestCase):
-    @unittest.skipUnless(importlib.util.find_spec("prometheus_client"), "python3-prometheus-client is not installed (./deploy/set-up installs it)")
+    @unittest.skipUnless(importlib.util.find_spec("prometheus_client"),
+                         "python3-prometheus-client is not installed (./deploy/set-up installs it)")
     def test_figures_are_openmetrics(self):
         from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
@@ -47,7 +48,8 @@ class Console(unittest.TestCase):
                 self.assertEqual(refused.exception.code, 401)
                 refused.exception.close()
             self.assertEqual(ask(link, "/style.css", token=False).status, 200)
-            self.assertEqual(ask(link, "/page/style.css", token=False).headers["Content-Type"], "text/css; charset=utf-8")
+            self.assertEqual(ask(link, "/page/style.css", token=False).headers["Content-Type"],
+                             "text/css; charset=utf-8")
             policy = ask(link, "/").headers["Content-Security-Policy"]
             for said in ("default-src 'none'", "script-src 'self'", "connect-src 'self'", "img-src 'self' blob: data:"):
                 self.assertIn(said, policy)
@@ -71,7 +73,8 @@ class Console(unittest.TestCase):
                     other.read()
                 self.assertEqual(figure(live.server, "Threads"), threads, "forty sockets more")
                 offsets = [at * piece % (raw.nbytes - piece) for at in range(pieces)]
-                one.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece) for at, offset in enumerate(offsets)))
+                one.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece)
+                                            for at, offset in enumerate(offsets)))
                 time.sleep(0.5)  # it does not read yet: 100 MB would have to wait for it
                 self.assertLess(figure(live.server, "VmRSS") - memory, 60_000, "kB held for one that does not read")
                 others[0].ask(1, "GetStatus")
@@ -120,9 +123,12 @@ class Console(unittest.TestCase):
             slow, still, silent = (WebSocket(door, token) for _ in range(3))
             for each in (slow, still):
                 each.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
-                each.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array_name(np.frombuffer(data, np.uint8)), length=piece) for at in range(pieces)))
+                each.socket.sendall(b"".join(WebSocket.question(at, "GetArray",
+                                                                blob=array_name(np.frombuffer(data, np.uint8)),
+                                                                length=piece) for at in range(pieces)))
             began = time.monotonic()
-            for _ in range(pieces):  # each takes a second and a quarter: the ping that waits behind them is not answered in time
+            # Each takes a second and a quarter: the ping that waits behind them is not answered in time
+            for _ in range(pieces):
                 self.assertIn("answer", slow.read())
                 self.assertEqual(slow.read(), data)
                 time.sleep(1.25)

@@ -41,13 +41,15 @@ class Bounds(unittest.TestCase):
                 other.ask(1, "GetObjects", names=names, content=True)
                 answer = other.read()
                 self.assertEqual((answer["id"], len(answer["fields"]["objects"])), (1, len(skins)))
-                told = [each for column in answer["fields"]["content"]["set"] if column["field"] == "joints" for each in column["values"]]
+                told = [each for column in answer["fields"]["content"]["set"] if column["field"] == "joints"
+                        for each in column["values"]]
                 self.assertEqual(len(told), len(skins))
                 self.assertTrue(all(each == joints for each in told))
             many = []
             for _ in range(7):
                 with wall.edit():
-                    many += [wall.create(f"/more{len(many) + at}", "Skin", joints=np.array(joints, np.uint64)) for at in range(10)]
+                    many += [wall.create(f"/more{len(many) + at}", "Skin", joints=np.array(joints, np.uint64))
+                             for at in range(10)]
             self.nobody_holds_much_over_http(door, token, [f"#{skin.id}" for skin in many])
 
     def nobody_holds_much_over_http(self, door, token, names):
@@ -57,7 +59,8 @@ class Bounds(unittest.TestCase):
             connection.request("POST", "/api/GetObjects", body, {"Authorization": f"Bearer {token}"})
             return connection
         with contextlib.ExitStack() as kept:
-            still = [kept.enter_context(contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE))) for _ in range(16)]
+            still = [kept.enter_context(contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE)))
+                     for _ in range(16)]
             for each in still:
                 each.connect()
                 each.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
@@ -87,7 +90,8 @@ class Bounds(unittest.TestCase):
                 still = [kept.enter_context(WebSocket(door, token)) for _ in range(8)]
                 for each in still:
                     each.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
-                    each.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array, length=piece) for at in range(pieces)))
+                    each.socket.sendall(b"".join(
+                        WebSocket.question(at, "GetArray", blob=array, length=piece) for at in range(pieces)))
                 began, asked = time.monotonic(), 0
                 while time.monotonic() < began + 5:
                     reader.ask(asked, "GetArray", blob=array, length=piece)
@@ -127,9 +131,11 @@ class Bounds(unittest.TestCase):
                 for _ in range(20):
                     with contextlib.closing(http.client.HTTPConnection(door, timeout=PATIENCE)) as page:
                         page.request("GET", "/page/main.js")
-                        self.assertEqual(page.getresponse().status, 200, "a stranger elsewhere keeps nobody from the page")
+                        self.assertEqual(page.getresponse().status, 200,
+                                         "a stranger elsewhere keeps nobody from the page")
             with WebSocket(door, token) as one, self.assertRaisesRegex(ConnectionError, "no text has announced"):
-                one.socket.sendall(b"\x02\xff" + (60 << 20).to_bytes(8, "big") + b"\0\0\0\0" + bytes(1 << 16))  # and not the rest
+                # And not the rest
+                one.socket.sendall(b"\x02\xff" + (60 << 20).to_bytes(8, "big") + b"\0\0\0\0" + bytes(1 << 16))
                 one.read()
 
 

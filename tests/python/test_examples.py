@@ -1,4 +1,5 @@
-"""The programs in deploy/examples/python, each on a wall of its own, ended by their --frames; and the six lines of the README."""
+"""The programs in deploy/examples/python, each on a wall of its own, ended by their --frames; and the six lines of the
+README."""
 import importlib.util
 import json
 import os
@@ -18,8 +19,10 @@ class Examples(unittest.TestCase):
         with Live(surface="none") as live, live.connect() as watcher:
             watcher["/drive"].pause()
             before = watcher.status().nodes
-            program = subprocess.Popen([sys.executable, str(EXAMPLES / f"{name}.py"), live.address, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       text=True, env={**os.environ, "PYTHONPATH": str(BUILD / "python"), "PYTHONDONTWRITEBYTECODE": "1"})
+            program = subprocess.Popen([sys.executable, str(EXAMPLES / f"{name}.py"), live.address, *options],
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                       text=True, env={**os.environ, "PYTHONPATH": str(BUILD / "python"),
+                                                       "PYTHONDONTWRITEBYTECODE": "1"})
             try:
                 deadline = time.monotonic() + PATIENCE
                 while program.poll() is None and time.monotonic() < deadline:
@@ -44,7 +47,8 @@ class Examples(unittest.TestCase):
         def push(wall):
             wall["/carriage"].translation = (-2, 0.5, 0)
             wall["/carriage"].move((4, 0.5, 0))
-        said = self.run_on_a_wall("monitor", "--frames", "120", says=r"heard [1-9]\d* events in 120 frames", meanwhile=push)
+        said = self.run_on_a_wall("monitor", "--frames", "120", says=r"heard [1-9]\d* events in 120 frames",
+                                  meanwhile=push)
         self.assertRegex(said, r"frame \d+: /\S+ begins to touch /\S+")
 
     def test_a_swarm(self):
@@ -56,17 +60,21 @@ class Examples(unittest.TestCase):
 
     def test_the_cells_of_the_notebook_run_in_their_order(self):
         with Live(surface="none") as live:
-            done = subprocess.run([sys.executable, "-c", "\n".join(self.cells())], capture_output=True, text=True, timeout=PATIENCE,
-                                  env={**os.environ, "PYTHONPATH": str(BUILD / "python"), "TESSERA_SERVER": live.address, "FRAMES": "5"})
+            done = subprocess.run([sys.executable, "-c", "\n".join(self.cells())], capture_output=True, text=True,
+                                  timeout=PATIENCE,
+                                  env={**os.environ, "PYTHONPATH": str(BUILD / "python"),
+                                       "TESSERA_SERVER": live.address, "FRAMES": "5"})
             self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     @unittest.skipUnless(importlib.util.find_spec("nbconvert") and importlib.util.find_spec("ipykernel"),
                          "jupyter is not installed (apt-get install jupyter-nbconvert python3-ipykernel)")
     def test_the_notebook_is_executed(self):
         with Live(surface="osmesa", size="96x54") as live:
-            command = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir", str(live.folder), str(EXAMPLES / "plot.ipynb")]
+            command = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir",
+                       str(live.folder), str(EXAMPLES / "plot.ipynb")]
             done = subprocess.run(command, capture_output=True, text=True, timeout=3 * PATIENCE,
-                                  env={**os.environ, "PYTHONPATH": str(BUILD / "python"), "TESSERA_SERVER": live.address, "FRAMES": "5"})
+                                  env={**os.environ, "PYTHONPATH": str(BUILD / "python"),
+                                       "TESSERA_SERVER": live.address, "FRAMES": "5"})
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("image/png", (live.folder / "plot.ipynb").read_text())
 
@@ -75,7 +83,8 @@ class Examples(unittest.TestCase):
         program = re.search(r"```python\n(import tessera\n.*?)```", text, re.S).group(1)
         self.assertLessEqual(len(program.strip().splitlines()), 6)
         with Live(surface="none") as live, live.connect() as watcher:
-            done = subprocess.run([sys.executable, "-c", program.replace("127.0.0.1:7000", live.address)], capture_output=True, text=True, timeout=PATIENCE,
+            done = subprocess.run([sys.executable, "-c", program.replace("127.0.0.1:7000", live.address)],
+                                  capture_output=True, text=True, timeout=PATIENCE,
                                   env={**os.environ, "PYTHONPATH": str(BUILD / "python")})
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertNotEqual(watcher["/hello"].translation, (0.0, 1.0, -1.0))

@@ -1,4 +1,5 @@
-"""A client in plain JavaScript that has nothing but proto/WIRE.md and what tessera-ctl prints: it reads the recorded session and asks a wall."""
+"""A client in plain JavaScript that has nothing but proto/WIRE.md and what tessera-ctl prints: it reads the recorded
+session and asks a wall."""
 import json
 import random
 import shutil
@@ -16,7 +17,8 @@ FOLDER = ROOT / "tests/python/javascript"
 @unittest.skipUnless(shutil.which("node"), "node is not installed (apt-get install nodejs)")
 class JavaScript(unittest.TestCase):
     def node(self, *arguments):
-        done = subprocess.run(["node", *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE, cwd=FOLDER)
+        done = subprocess.run(["node", *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE,
+                              cwd=FOLDER)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return done.stdout
 
@@ -25,7 +27,8 @@ class JavaScript(unittest.TestCase):
             scene.write(record.SCENE)
             scene.flush()
             with Live(scene=scene.name, surface="none") as live, live.connect() as wall:
-                said = self.node("check.mjs", BUILD / "python/tessera/requests.json", record.FILE, live.address, live.token())
+                said = self.node("check.mjs", BUILD / "python/tessera/requests.json", record.FILE, live.address,
+                                 live.token())
                 self.assertRegex(said, r"read \d+ messages\nmoved #\d+ of 1x1; frame \d+ was shown by all\n")
                 self.assertEqual(wall["/thing"].translation, (4.0, 5.0, 6.0))
 
@@ -45,8 +48,10 @@ class JavaScript(unittest.TestCase):
         seeds = [dice.getrandbits(64) for _ in texts]
         program = ("import {xxh3} from './xxh3.mjs'; for (const [hex, seed] of JSON.parse(process.argv[1])) "
                    "console.log(xxh3(Buffer.from(hex, 'hex'), BigInt(seed)).toString())")
-        said = self.node("--input-type=module", "-e", program, json.dumps([[text.hex(), str(seed)] for text, seed in zip(texts, seeds)]))
-        self.assertEqual([int(line) for line in said.split()], [_hash.hash64(text, seed) for text, seed in zip(texts, seeds)])
+        said = self.node("--input-type=module", "-e", program,
+                         json.dumps([[text.hex(), str(seed)] for text, seed in zip(texts, seeds)]))
+        self.assertEqual([int(line) for line in said.split()],
+                         [_hash.hash64(text, seed) for text, seed in zip(texts, seeds)])
 
 
 if __name__ == "__main__":

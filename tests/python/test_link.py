@@ -96,8 +96,10 @@ class Strangers(unittest.TestCase):
 
     def test_another_protocol(self):
         web = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"
-        self.refused(lambda connection: connection.sendall(web), tessera.NetworkError, "not a Tessera server: it began a message with .*HTTP")
-        for version, size, what in ((9, 0, "version 9"), (1, 0xFFFFFFFF, "announced a message of type 11 with 4294967295 bytes")):
+        self.refused(lambda connection: connection.sendall(web), tessera.NetworkError,
+                     "not a Tessera server: it began a message with .*HTTP")
+        for version, size, what in ((9, 0, "version 9"),
+                                    (1, 0xFFFFFFFF, "announced a message of type 11 with 4294967295 bytes")):
             header = struct.pack("<4sHHIIQQ", b"TSRA", version, 11, size, 0, 0, 0)
             self.refused(lambda connection: connection.sendall(header), tessera.NetworkError, what)
         self.refused(lambda connection: connection.close(), tessera.NetworkError, "closed the connection|reset")
@@ -146,7 +148,8 @@ class Strangers(unittest.TestCase):
                 wall.status()
 
     def test_no_address(self):
-        with tempfile.TemporaryDirectory() as empty, mock.patch.dict(os.environ, {"TESSERA_SERVER": "", "XDG_RUNTIME_DIR": empty}):
+        with (tempfile.TemporaryDirectory() as empty,
+              mock.patch.dict(os.environ, {"TESSERA_SERVER": "", "XDG_RUNTIME_DIR": empty})):
             with self.assertRaisesRegex(tessera.NotFound, "TESSERA_SERVER"):
                 tessera.connect()
 
@@ -154,7 +157,8 @@ class Strangers(unittest.TestCase):
 class Return(unittest.TestCase):
     def test_what_was_granted_is_there_after_kill_9_and_so_are_subscriptions(self):
         with Live(surface="none", journal=True) as live:
-            with live.connect(redial=PATIENCE) as wall, wall.frames(timeout=PATIENCE) as frames, wall.follow("changes", timeout=PATIENCE) as changes:
+            with (live.connect(redial=PATIENCE) as wall, wall.frames(timeout=PATIENCE) as frames,
+                  wall.follow("changes", timeout=PATIENCE) as changes):
                 node = wall.create("/kept")
                 node.translation = (1, 2, 3)
                 next(changes)
@@ -191,7 +195,8 @@ class Return(unittest.TestCase):
             wall["/row"].translation = (1, 2, 3)
 
     def test_what_was_looked_at_just_before_the_connection_broke_is_looked_at_again(self):
-        """The number means something else at a server that began anew: it is never sent there, whoever looked at it before."""
+        """The number means something else at a server that began anew: it is never sent there, whoever looked at it
+        before."""
         with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
             row, several = wall["/row"], wall.nodes(["/row"])
             edit = wall.edit()
@@ -203,8 +208,10 @@ class Return(unittest.TestCase):
             wall.status()
             before = wall["/row"].translation
             with mock.patch.object(wall._link, "settled", return_value=0):  # as the handle saw it, a moment ago
-                for deed in (lambda: row.set(translation=(9, 9, 9)), lambda: several.set(translation=[(9, 9, 9)]), edit.commit, row.remove,
-                             lambda: row.move((9, 9, 9)), row.clone, lambda: row.translation, lambda: row.children, lambda: wall.find("*", below=row)):
+                for deed in (lambda: row.set(translation=(9, 9, 9)), lambda: several.set(translation=[(9, 9, 9)]),
+                             edit.commit, row.remove,
+                             lambda: row.move((9, 9, 9)), row.clone, lambda: row.translation, lambda: row.children,
+                             lambda: wall.find("*", below=row)):
                     with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
                         deed()
             with mock.patch.object(tessera.Object, "_number", lambda handle: handle._id):

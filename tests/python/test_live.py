@@ -65,7 +65,8 @@ class Edits(OnAWall):
             self.wall["/row"].translation = (7, 7, 7)
             self.wall["/row"].translation = (8, 8, 8)  # the last one counts
             self.assertNotIn("/batch", self.live.run("tessera-ctl", "--server", self.live.address, "tree").stdout)
-        self.assertEqual((self.wall["/row"].translation, node.path, len(edit.committed.ids)), ((8.0, 8.0, 8.0), "/batch", 4))
+        self.assertEqual((self.wall["/row"].translation, node.path, len(edit.committed.ids)),
+                         ((8.0, 8.0, 8.0), "/batch", 4))
         self.assertEqual(self.wall["/batch/ball"].positions.shape, (3, 3))
         self.wall.undo()
         self.assertNotIn("/batch", self.wall)
@@ -106,12 +107,14 @@ class Edits(OnAWall):
         self.assertEqual((paint.alphaMode, paint.doubleSided), ("opaque", True))
         self.assertEqual(body.material, paint)
         self.assertEqual(self.wall["/drive"].mode, "once")
-        with self.assertRaisesRegex(tessera.BadInput, 'Material.alphaMode: "opak" is none of auto, opaque, mask, blend; is it opaque'):
+        with self.assertRaisesRegex(tessera.BadInput,
+                                    'Material.alphaMode: "opak" is none of auto, opaque, mask, blend; is it opaque'):
             paint.alphaMode = "opak"
         body.material = None
         self.assertIsNone(body.material)
         body.material = paint
-        turned = self.wall.create("/matrix", "ComponentTransform") if "matrix" in self.wall.schema.types["ComponentTransform"].fields else None
+        turned = (self.wall.create("/matrix", "ComponentTransform")
+                  if "matrix" in self.wall.schema.types["ComponentTransform"].fields else None)
         if turned is not None:
             matrix = np.eye(4)
             matrix[:3, 3] = (1, 2, 3)
@@ -169,14 +172,16 @@ class Arrays(OnAWall):
                 self.assertEqual((back.dtype, back.shape), (np.float32, (count, 3)))
                 self.assertTrue(np.array_equal(back, points))
         node.positions = np.zeros((0, 3), np.float32)
-        self.assertEqual((node.fields()["positions"], node.positions.shape, node.colors.dtype), (0, (0, 3), np.dtype("uint8")))
+        self.assertEqual((node.fields()["positions"], node.positions.shape, node.colors.dtype),
+                         (0, (0, 3), np.dtype("uint8")))
 
     def test_several_arrays_go_with_one_edit(self):
         points = np.random.default_rng(1).random((30_000, 3), np.float32)
         shades = np.random.default_rng(2).integers(0, 255, (30_000, 4), np.uint8)
         with self.wall.edit():
             for at in range(5):
-                self.wall.create(f"/several{at}", "Geometry", primitive="points", positions=points + at, colors=shades ^ np.uint8(at))
+                self.wall.create(f"/several{at}", "Geometry", primitive="points", positions=points + at,
+                                 colors=shades ^ np.uint8(at))
         for at in range(5):
             self.assertTrue(np.array_equal(self.wall[f"/several{at}"].positions, points + at))
             self.assertTrue(np.array_equal(self.wall[f"/several{at}"].colors.reshape(-1, 4), shades ^ np.uint8(at)))
@@ -184,7 +189,8 @@ class Arrays(OnAWall):
     def test_what_the_server_has_is_not_sent_again(self):
         sent = []
         really = self.wall._link.request
-        self.wall._link.request = lambda body, uploads=(), *more, **said: (sent.append(body.size + sum(map(len, uploads))), really(body, uploads, *more, **said))[1]
+        self.wall._link.request = lambda body, uploads=(), *more, **said: (
+            sent.append(body.size + sum(map(len, uploads))), really(body, uploads, *more, **said))[1]
         try:
             points = np.random.default_rng(5).random((200_000, 3), np.float32)
             node = self.wall.create("/again", "Geometry", primitive="points", positions=points)
@@ -209,7 +215,8 @@ class Arrays(OnAWall):
         node.core.write("indices", 1, [0, 1])
         self.assertEqual(node.indices.tolist(), [2, 0, 1])
         for first in (1.5, 0.3, -1, True, None, "a", 2 ** 64):
-            with self.subTest(first=first), self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: first is the number"):
+            with (self.subTest(first=first),
+                  self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: first is the number")):
                 node.core.write("indices", first, [0])
         # Bytes are elements as they lie on the wire; a view of numbers is numbers.
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.indices: 5 bytes are no elements of 1 uint32"):
@@ -225,18 +232,29 @@ class Arrays(OnAWall):
         numbers = np.random.default_rng(7)
         cube = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
         some, turned = numbers.random((5, 3), np.float32), np.tile(np.eye(3, 4, dtype=np.float32).reshape(-1), (2, 1))
-        triangle = {"positions": np.eye(3, dtype=np.float32), "normals": np.eye(3, dtype=np.float32), "colors": numbers.integers(0, 255, (3, 4), np.uint8),
-                    "texcoords": numbers.random((3, 2), np.float32), "texcoords1": numbers.random((3, 2), np.float32), "indices": np.array([2, 0, 1], np.uint32)}
+        triangle = {"positions": np.eye(3, dtype=np.float32), "normals": np.eye(3, dtype=np.float32),
+                    "colors": numbers.integers(0, 255, (3, 4), np.uint8),
+                    "texcoords": numbers.random((3, 2), np.float32), "texcoords1": numbers.random((3, 2), np.float32),
+                    "indices": np.array([2, 0, 1], np.uint32)}
         cores = {
             "Geometry": triangle,
-            "SubdivisionSurface": {"points": cube, "faceSizes": np.full(6, 4, np.uint32), "faceVertices": np.array([0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3], np.uint32),
-                                   "creases": np.array([[0, 1], [1, 3]], np.uint32), "creaseSharpness": np.array([2, 3], np.float32),
-                                   "corners": np.array([7], np.uint32), "cornerSharpness": np.ones(1, np.float32), "holes": np.array([5], np.uint32)},
-            "NurbsSurface": {"degreeU": 1, "degreeV": 1, "knotsU": np.array([0., 0, 1, 1]), "knotsV": np.array([0., 0, 1, 1]),
-                             "points": np.array([(0., 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1 / 3)]), "weights": np.array([1, 1, 1, 2 / 3])},
-            "Skin": {**triangle, "jointIndices": np.array([[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]], np.uint16), "jointWeights": np.tile(np.array([0.5, 0.5, 0, 0], np.float32), (3, 1)),
+            "SubdivisionSurface": {"points": cube, "faceSizes": np.full(6, 4, np.uint32),
+                                   "faceVertices": np.array(
+                                       [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3],
+                                       np.uint32),
+                                   "creases": np.array([[0, 1], [1, 3]], np.uint32),
+                                   "creaseSharpness": np.array([2, 3], np.float32),
+                                   "corners": np.array([7], np.uint32), "cornerSharpness": np.ones(1, np.float32),
+                                   "holes": np.array([5], np.uint32)},
+            "NurbsSurface": {"degreeU": 1, "degreeV": 1, "knotsU": np.array([0., 0, 1, 1]),
+                             "knotsV": np.array([0., 0, 1, 1]),
+                             "points": np.array([(0., 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1 / 3)]),
+                             "weights": np.array([1, 1, 1, 2 / 3])},
+            "Skin": {**triangle, "jointIndices": np.array([[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]], np.uint16),
+                     "jointWeights": np.tile(np.array([0.5, 0.5, 0, 0], np.float32), (3, 1)),
                      "inverseBinds": turned, "joints": ["/bones/left", "/bones/right"]},
-            "Particles": {"positions": some, "tails": some + 1, "colors": numbers.integers(0, 255, (5, 4), np.uint8), "sizes": some[:, 0].copy(), "ages": some[:, 1].copy(), "turns": some[:, 2].copy()},
+            "Particles": {"positions": some, "tails": some + 1, "colors": numbers.integers(0, 255, (5, 4), np.uint8),
+                          "sizes": some[:, 0].copy(), "ages": some[:, 1].copy(), "turns": some[:, 2].copy()},
             "DistanceLOD": {"ranges": np.array([1., 2, 3])},
             "Volume": {"slices": np.array([[0., 0, 1, 0.5]]), "clipPlanes": np.array([[1., 0, 0, 0.25]])},
             "ApplicationData": {"data": np.frombuffer(b"anything", np.uint8)},
@@ -277,7 +295,9 @@ class Arrays(OnAWall):
             node.positions = np.full((1, 3), np.inf)
         with self.assertRaisesRegex(tessera.BadInput, "Geometry.positions: not all numbers are finite"):
             node.positions = np.full((10, 3), np.nan)
-        with self.assertRaisesRegex(tessera.BadInput, r"Geometry.positions: \[\[1e\+300, 1e\+300, 1e\+300\]\] is more than a float32 holds"):
+        with self.assertRaisesRegex(tessera.BadInput,
+                                    r"Geometry.positions: \[\[1e\+300, 1e\+300, 1e\+300\]\] is more than a float32 "
+                                    r"holds"):
             node.positions = np.full((1, 3), 1e300)
         data.data = np.arange(3, dtype=np.uint8)
         data.data = []
@@ -290,12 +310,15 @@ class Refusals(OnAWall):
     def test_each_failure_has_its_exception_and_names_what_is_wrong(self):
         row = self.wall["/row"]
         for values, kind, what in (
-                ({"translation": (1, 2)}, tessera.BadInput, "Transform.translation: an array of 2 numbers instead of 3"),
-                ({"translation": (1, 2, float("nan"))}, tessera.BadInput, r"Transform.translation: \[1, 2, nan\] is not finite"),
+                ({"translation": (1, 2)}, tessera.BadInput,
+                 "Transform.translation: an array of 2 numbers instead of 3"),
+                ({"translation": (1, 2, float("nan"))}, tessera.BadInput,
+                 r"Transform.translation: \[1, 2, nan\] is not finite"),
                 ({"translation": "here"}, tessera.BadInput, "Transform.translation: 'here' is no number"),
                 ({"translation": None}, tessera.BadInput, "Transform.translation: None is no number"),
                 ({"translation": (1, "2", 3)}, tessera.BadInput, "Transform.translation"),
-                ({"translaton": (1, 2, 3)}, tessera.UnknownField, '/row.* is a Transform, which has no field "translaton"; is it translation'),
+                ({"translaton": (1, 2, 3)}, tessera.UnknownField,
+                 '/row.* is a Transform, which has no field "translaton"; is it translation'),
                 ({"name": 5}, tessera.BadInput, "Node.name: 5 is no text"),
                 ({"core": "x" * 5000}, tessera.TesseraError, "")):
             with self.subTest(values=str(values)[:60]), self.assertRaisesRegex(kind, what):
@@ -334,32 +357,56 @@ class Refusals(OnAWall):
         switch = wall.create("/odd", "Switch")
         ball = wall.create("/odd/ball", "Geometry", positions=np.eye(3), indices=np.arange(3, dtype=np.uint32))
         odd = [
-            lambda: setattr(switch, "choice", huge), lambda: setattr(switch, "choice", 2 ** 70), lambda: setattr(switch, "choice", np.uint64(huge)),
-            lambda: setattr(ball, "material", -5), lambda: setattr(ball, "material", 1 << 63), lambda: setattr(ball, "material", 1.5),
-            lambda: setattr(ball, "name", "half \ud800"), lambda: setattr(ball, "name", b"bytes"), lambda: setattr(switch, "layers", 2 ** 64),
-            lambda: wall["/half \ud800"], lambda: "/half \ud800" in wall, lambda: wall.find("/\udfff*"), lambda: wall.load("/half \ud800"), lambda: wall.load(None),
-            lambda: wall.create(None), lambda: wall.create("/odd/half \ud800"), lambda: wall.create("/odd/b", 5), lambda: wall.create("/odd/b", ["Group"]),
-            lambda: wall.ask(None), lambda: wall.ask("GetObjects"[:3]), lambda: wall.ask("GetObjects", names=5), lambda: wall.ask("GetObjects", names="/odd"),
-            lambda: wall.ask("GetObjects", names=[None]), lambda: wall.ask("GetTree", node=2 ** 64), lambda: wall.ask("GetTree", node=1.5),
-            lambda: wall.ask("GetTree", node=None, levels=np.array([1, 2])), lambda: wall.ask("PickAt", x_px=10 ** 400, y_px=0), lambda: wall.ask("PickAt", x_px=np.bool_(True), y_px=0),
-            lambda: wall.ask("SetView", position=5), lambda: wall.ask("GetTree", node=1, after=5), lambda: wall.ask("GetTree", node=1, after=[5]),
-            lambda: wall.nodes(None), lambda: wall.nodes([1, 2]), lambda: wall.nodes([switch, 3.5]), lambda: wall.nodes([ball.core]),
-            lambda: wall.follow(None), lambda: wall.follow(["frames"]), lambda: wall.object(None), lambda: wall.object("Material", nothing=1),
-            lambda: wall.follow("frames", most=0), lambda: wall.follow("changes", most=-1), lambda: wall.follow("frames", most="x"), lambda: wall.follow("frames", timeout="x"),
-            lambda: setattr(ball, "core", "/odd"), lambda: setattr(ball, "core", 5), lambda: wall.edit().write("/odd", "positions", 0, b""), lambda: wall.edit().write(ball, [], 0, b""),
-            lambda: wall.respond("x", "stop"), lambda: wall.respond(float("nan"), "stop"), lambda: wall.respond(None, "stop"), lambda: wall.find("/odd", below=5),
-            lambda: wall.load("asset://x", under=5), lambda: ball.clone(under=5), lambda: wall.show(np.eye(3), 5), lambda: wall.edit(undo="\ud800"), lambda: ball.move((0, 0, 0), undo=5),
-            lambda: wall.ask("GetStatus", timeout="x"), lambda: wall.ask("GetStatus", timeout=10 ** 400), lambda: tessera.connect(5), lambda: tessera.connect(self.live.address, name=5),
-            lambda: tessera.connect(self.live.address, token_file=5), lambda: tessera.connect(self.live.address, timeout="x"), lambda: wall.nodes(memoryview(np.eye(3))),
-            lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root), lambda: wall.edit().place(switch, None),
+            lambda: setattr(switch, "choice", huge), lambda: setattr(switch, "choice", 2 ** 70),
+            lambda: setattr(switch, "choice", np.uint64(huge)),
+            lambda: setattr(ball, "material", -5), lambda: setattr(ball, "material", 1 << 63),
+            lambda: setattr(ball, "material", 1.5),
+            lambda: setattr(ball, "name", "half \ud800"), lambda: setattr(ball, "name", b"bytes"),
+            lambda: setattr(switch, "layers", 2 ** 64),
+            lambda: wall["/half \ud800"], lambda: "/half \ud800" in wall, lambda: wall.find("/\udfff*"),
+            lambda: wall.load("/half \ud800"), lambda: wall.load(None),
+            lambda: wall.create(None), lambda: wall.create("/odd/half \ud800"), lambda: wall.create("/odd/b", 5),
+            lambda: wall.create("/odd/b", ["Group"]),
+            lambda: wall.ask(None), lambda: wall.ask("GetObjects"[:3]), lambda: wall.ask("GetObjects", names=5),
+            lambda: wall.ask("GetObjects", names="/odd"),
+            lambda: wall.ask("GetObjects", names=[None]), lambda: wall.ask("GetTree", node=2 ** 64),
+            lambda: wall.ask("GetTree", node=1.5),
+            lambda: wall.ask("GetTree", node=None, levels=np.array([1, 2])),
+            lambda: wall.ask("PickAt", x_px=10 ** 400, y_px=0), lambda: wall.ask("PickAt", x_px=np.bool_(True), y_px=0),
+            lambda: wall.ask("SetView", position=5), lambda: wall.ask("GetTree", node=1, after=5),
+            lambda: wall.ask("GetTree", node=1, after=[5]),
+            lambda: wall.nodes(None), lambda: wall.nodes([1, 2]), lambda: wall.nodes([switch, 3.5]),
+            lambda: wall.nodes([ball.core]),
+            lambda: wall.follow(None), lambda: wall.follow(["frames"]), lambda: wall.object(None),
+            lambda: wall.object("Material", nothing=1),
+            lambda: wall.follow("frames", most=0), lambda: wall.follow("changes", most=-1),
+            lambda: wall.follow("frames", most="x"), lambda: wall.follow("frames", timeout="x"),
+            lambda: setattr(ball, "core", "/odd"), lambda: setattr(ball, "core", 5),
+            lambda: wall.edit().write("/odd", "positions", 0, b""), lambda: wall.edit().write(ball, [], 0, b""),
+            lambda: wall.respond("x", "stop"), lambda: wall.respond(float("nan"), "stop"),
+            lambda: wall.respond(None, "stop"), lambda: wall.find("/odd", below=5),
+            lambda: wall.load("asset://x", under=5), lambda: ball.clone(under=5), lambda: wall.show(np.eye(3), 5),
+            lambda: wall.edit(undo="\ud800"), lambda: ball.move((0, 0, 0), undo=5),
+            lambda: wall.ask("GetStatus", timeout="x"), lambda: wall.ask("GetStatus", timeout=10 ** 400),
+            lambda: tessera.connect(5), lambda: tessera.connect(self.live.address, name=5),
+            lambda: tessera.connect(self.live.address, token_file=5),
+            lambda: tessera.connect(self.live.address, timeout="x"), lambda: wall.nodes(memoryview(np.eye(3))),
+            lambda: wall.edit().set("/odd", choice=1), lambda: wall.edit().place("/odd", wall.root),
+            lambda: wall.edit().place(switch, None),
             lambda: wall.ask("UndoStep", timeout=1j),
-            lambda: wall.follow(np.arange(3)), lambda: wall.edit(undo=np.arange(3)), lambda: wall.respond(1, np.arange(3)), lambda: wall.find("/odd", np.arange(3)),
-            lambda: wall.find("/odd", below=np.arange(3)), lambda: wall.create("/odd/b", np.arange(3)), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=np.arange(3)),
-            lambda: wall.show(np.eye(3), color=5), lambda: wall.show(np.eye(3), scalars="abc"), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=[]),
-            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=5), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, "x")), lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, 2, 3)),
+            lambda: wall.follow(np.arange(3)), lambda: wall.edit(undo=np.arange(3)),
+            lambda: wall.respond(1, np.arange(3)), lambda: wall.find("/odd", np.arange(3)),
+            lambda: wall.find("/odd", below=np.arange(3)), lambda: wall.create("/odd/b", np.arange(3)),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=np.arange(3)),
+            lambda: wall.show(np.eye(3), color=5), lambda: wall.show(np.eye(3), scalars="abc"),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], cmap=[]),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=5),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, "x")),
+            lambda: wall.show(np.eye(3), scalars=[1, 2, 3], clim=(1, 2, 3)),
         ]
         for index in (-1, 2 ** 32, 1.5, None, True, "0"):
-            odd += [lambda index=index: wall.edit().create("/odd/b", index=index), lambda index=index: wall.edit().place(ball, wall.root, index)]
+            odd += [lambda index=index: wall.edit().create("/odd/b", index=index),
+                    lambda index=index: wall.edit().place(ball, wall.root, index)]
         before = [child.path for child in switch.children]
         for at, each in enumerate(odd):
             with self.assertRaises(tessera.TesseraError, msg=f"number {at}") as refused:
@@ -378,10 +425,14 @@ class Refusals(OnAWall):
         wall = self.wall
         with wall.edit() as edit:
             node = wall.create("/whole")
-            for wrong in (lambda: wall.create("/whole/a", "Geometry", positions=[[1, 2]]), lambda: wall.create("/whole/b", "Geometry", colour=1),
-                          lambda: wall.create("/whole/c", "Transform", translation=(0, 0, 0), scale="big"), lambda: wall.object("Material", roughness="rough"),
-                          lambda: wall["/row"].set(translation=(9, 9, 9), scale="big"), lambda: node.set(translation=(1, 2, 3), rotation=5),
-                          lambda: wall.nodes(["/row"]).set(translations=np.ones((1, 3)), scales=np.ones(5)), lambda: wall.create("/whole/d", index=-1),
+            for wrong in (lambda: wall.create("/whole/a", "Geometry", positions=[[1, 2]]),
+                          lambda: wall.create("/whole/b", "Geometry", colour=1),
+                          lambda: wall.create("/whole/c", "Transform", translation=(0, 0, 0), scale="big"),
+                          lambda: wall.object("Material", roughness="rough"),
+                          lambda: wall["/row"].set(translation=(9, 9, 9), scale="big"),
+                          lambda: node.set(translation=(1, 2, 3), rotation=5),
+                          lambda: wall.nodes(["/row"]).set(translations=np.ones((1, 3)), scales=np.ones(5)),
+                          lambda: wall.create("/whole/d", index=-1),
                           lambda: wall.show(np.eye(3), "/whole/shown", radius="x"),
                           lambda: wall.create("/whole/e", "Geometry", positions=np.ones((50_000, 3)), indices="none")):
                 with self.assertRaises(tessera.BadInput):
@@ -401,7 +452,8 @@ class Refusals(OnAWall):
     def test_every_request_that_is_described_is_answered_as_described(self):
         answered = 0
         for said in self.wall.schema.requests.values():
-            needed = {field["name"]: (0, 0, 0) for field in said.fields if field["type"] == "Vector" and not field.get("optional")}
+            needed = {field["name"]: (0, 0, 0) for field in said.fields if field["type"] == "Vector"
+                      and not field.get("optional")}
             with self.subTest(request=said.name):
                 try:
                     told = self.wall.ask(said.name, **needed)
@@ -502,8 +554,10 @@ class Told(OnAWall):
         handle = self.wall.handle(top.id, "Node", top.core.id, "Transform")
         self.assertEqual((handle, handle.translation), (top, (1, 2, 3)))
         self.assertEqual(self.wall.handle(shared.id, "Geometry").positions.shape, (3, 3))
-        for wrong in (lambda: self.wall.handle(-1), lambda: self.wall.handle(1 << 63), lambda: self.wall.handle(1, "Nothing"),
-                      lambda: next(self.wall.tree("/")), lambda: self.wall.edit().add("/", "x"), lambda: self.wall.edit().add(self.wall.root, 7),
+        for wrong in (lambda: self.wall.handle(-1), lambda: self.wall.handle(1 << 63),
+                      lambda: self.wall.handle(1, "Nothing"),
+                      lambda: next(self.wall.tree("/")), lambda: self.wall.edit().add("/", "x"),
+                      lambda: self.wall.edit().add(self.wall.root, 7),
                       lambda: self.wall.edit().add(self.wall.root, "x", self.wall.handle(7, "Material"))):
             with self.assertRaises(tessera.BadInput):
                 wrong()
@@ -512,7 +566,8 @@ class Told(OnAWall):
         handle.remove()
 
     def test_nothing_in_time(self):
-        with self.wall.follow("questions", timeout=0.05) as questions, self.assertRaisesRegex(tessera.Timeout, '"questions" came within 0.05 s'):
+        with (self.wall.follow("questions", timeout=0.05) as questions,
+              self.assertRaisesRegex(tessera.Timeout, '"questions" came within 0.05 s')):
             next(questions)
 
     def test_changes_end_with_the_wall_that_they_are_asked_of(self):
@@ -538,10 +593,13 @@ class TwoWalls(OnAWall):
         with Live(surface="none") as other, other.connect() as there:
             theirs, ours = there.create("/theirs"), self.wall.create("/ours")
             material = there.object("Material")
-            wrong = [lambda: self.wall.edit().set(theirs, translation=(9, 9, 9)), lambda: self.wall.edit().place(theirs, ours),
-                     lambda: self.wall.edit().place(ours, theirs), lambda: self.wall.edit().set(there.nodes([theirs]), "translation", [[7, 7, 7]]),
+            wrong = [lambda: self.wall.edit().set(theirs, translation=(9, 9, 9)),
+                     lambda: self.wall.edit().place(theirs, ours),
+                     lambda: self.wall.edit().place(ours, theirs),
+                     lambda: self.wall.edit().set(there.nodes([theirs]), "translation", [[7, 7, 7]]),
                      lambda: self.wall.find("/*", below=theirs), lambda: self.wall.nodes([ours, theirs]),
-                     lambda: self.wall.create("/box", "Geometry", material=material), lambda: self.wall.load("asset://x.tsct", under=theirs),
+                     lambda: self.wall.create("/box", "Geometry", material=material),
+                     lambda: self.wall.load("asset://x.tsct", under=theirs),
                      lambda: self.wall.edit().write(theirs, "name", 0, [1])]
             for each in wrong:
                 with self.assertRaisesRegex(tessera.BadInput, "another wall"):

@@ -1,5 +1,5 @@
-"""Sockets that say nothing, at both ports of a server, in a network namespace of the test's own: 10,000; and more than the server has
-descriptors for."""
+"""Sockets that say nothing, at both ports of a server, in a network namespace of the test's own: 10,000; and more than
+the server has descriptors for."""
 import http.client
 import json
 import os
@@ -39,7 +39,9 @@ class ManySockets(unittest.TestCase):
         apart = namespace()
         if apart is None:
             self.skipTest("nobody may make a network namespace here (unshare -n)")
-        done = subprocess.run([*apart, sys.executable, __file__, f"ManySockets.{name}"], env={**os.environ, INSIDE: "1", "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True, timeout=300, check=False)
+        done = subprocess.run([*apart, sys.executable, __file__, f"ManySockets.{name}"],
+                              env={**os.environ, INSIDE: "1", "PYTHONPATH": os.pathsep.join(sys.path)},
+                              capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def few(self):
@@ -56,7 +58,8 @@ class ManySockets(unittest.TestCase):
                 for _ in range(5):
                     began = time.monotonic()
                     self.assertEqual(figures(door, token), 200)
-                    subprocess.run([BIN / "tessera-ctl", "--server", live.address, "whoami"], capture_output=True, check=True)
+                    subprocess.run([BIN / "tessera-ctl", "--server", live.address, "whoami"], capture_output=True,
+                                   check=True)
                     self.assertLess(time.monotonic() - began, 5, f"600 at each of {len(ports)} ports")
                 for one in silent:
                     one.close()
@@ -79,7 +82,8 @@ class ManySockets(unittest.TestCase):
             asked = 0
             while time.monotonic() < began + 5:
                 self.assertEqual(figures(door, token), 200)
-                subprocess.run([BIN / "tessera-ctl", "--server", live.address, "status"], capture_output=True, check=True)
+                subprocess.run([BIN / "tessera-ctl", "--server", live.address, "status"], capture_output=True,
+                               check=True)
                 asked += 1
             self.assertGreater(asked, 0)
             self.assertGreater(frame(live), before + 100, "the wall goes on")
@@ -101,7 +105,8 @@ class ManySockets(unittest.TestCase):
                 time.sleep(0.1)
             self.assertLessEqual(len(open_), 300)
             self.assertGreater(words, SOCKETS / 2)
-            memory = int(pathlib.Path(f"/proc/{live.server.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+            memory = int(pathlib.Path(f"/proc/{live.server.pid}/statm").read_text().split()[1]) * os.sysconf(
+                "SC_PAGESIZE")
             self.assertLess(memory, 1 << 30)
             for one in silent:
                 one.close()
@@ -132,7 +137,8 @@ def figures(door, token):
 
 def frame(live):
     from live import BIN  # noqa: PLC0415
-    status = subprocess.run([BIN / "tessera-ctl", "--server", live.address, "--json", "status"], capture_output=True, text=True, check=True).stdout
+    status = subprocess.run([BIN / "tessera-ctl", "--server", live.address, "--json", "status"], capture_output=True,
+                            text=True, check=True).stdout
     return json.loads(status)["frame"]
 
 

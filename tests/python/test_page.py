@@ -1,4 +1,5 @@
-"""The console's page in a real browser, before a real wall: by keys alone, as a viewer, over a restart, at two sizes in two themes."""
+"""The console's page in a real browser, before a real wall: by keys alone, as a viewer, over a restart, at two sizes in
+two themes."""
 import re
 import unittest
 
@@ -24,22 +25,27 @@ class Page(page_wall.OnAPage):
                 edit.create(f"/many/{i}", None)
 
     def row(self, name):
-        return self.browser.until(f"a row {name}", lambda: next((row for row in self.browser.all("[role=treeitem]") if name in row.text), None))
+        return self.browser.until(f"a row {name}",
+                                  lambda: next((row for row in self.browser.all("[role=treeitem]") if name in row.text),
+                                               None))
 
     def select(self, name):
         self.row(name).click()
         self.browser.until(f"the fields of {name}", lambda: name in self.browser.text(".object h2"))
 
     def field(self, label):
-        return self.browser.until(f"a field {label}", lambda: next(iter(self.browser.all(f".object [aria-label='{label}']")), None))
+        return self.browser.until(f"a field {label}",
+                                  lambda: next(iter(self.browser.all(f".object [aria-label='{label}']")), None))
 
     def test_the_token_lets_in_and_does_not_stay_in_the_address(self):
         self.come_in()
         self.assertNotIn("token", self.browser.driver.current_url)
-        self.browser.until("its role, beside the test's own link", lambda: self.browser.text("#identity") == "You: operator · 2 here")
+        self.browser.until("its role, beside the test's own link",
+                           lambda: self.browser.text("#identity") == "You: operator · 2 here")
         self.browser.until("a state", lambda: "running" in self.browser.text("#wall-state"))
         self.browser.logged()
-        self.browser.open(self.browser.driver.current_url.partition("#")[0])  # without it the server asks, and the page still has it
+        # Without it the server asks, and the page still has it
+        self.browser.open(self.browser.driver.current_url.partition("#")[0])
         self.browser.until("the wall again", lambda: self.browser.text("#wall-name") == "1x1")
         self.assertTrue(all("401" in line for line in self.browser.logged()))
 
@@ -55,7 +61,8 @@ class Page(page_wall.OnAPage):
     def test_the_wall_is_shown_with_a_row_for_each_tile(self):
         self.come_in()
         canvas = "document.querySelector('#panel-wall canvas')"
-        pixels = f"const c = {canvas}; return c && c.width > 40 && new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size"
+        pixels = (f"const c = {canvas}; return c && c.width > 40 && new Set(c.getContext('2d').getImageData(0, 0, "
+                  f"c.width, c.height).data).size")
         self.browser.until("a picture with more than one colour", lambda: (self.browser.run(pixels) or 0) > 10)
         rows = self.browser.until("its tile", lambda: self.browser.all(".tile-list button"))
         rows[0].click()
@@ -67,15 +74,18 @@ class Page(page_wall.OnAPage):
 
     def test_a_room_is_cut_open_and_folded_flat_with_one_eye(self):
         corners = {"front": ([-1, 0, 0], [1, 0, 0], [-1, 2, 0]), "left": ([-1, 0, 2], [-1, 0, 0], [-1, 2, 2]),
-                   "right": ([1, 0, 0], [1, 0, 2], [1, 2, 0]), "floor": ([-1, 0, 2], [1, 0, 2], [-1, 0, 0]), "far": ([9, 0, 0], [10, 0, 0], [9, 1, 0.5])}
+                   "right": ([1, 0, 0], [1, 0, 2], [1, 2, 0]), "floor": ([-1, 0, 2], [1, 0, 2], [-1, 0, 0]),
+                   "far": ([9, 0, 0], [10, 0, 0], [9, 1, 0.5])}
         places = {name: dict(zip(("lower_left", "lower_right", "upper_left"), each)) for name, each in corners.items()}
         plan = {"screens": [{"name": name, **place} for name, place in places.items()],
-                "tiles": [{"name": f"{name}-{eye}", "screen": name, "eye": eye, "x": 0, "y": 0, "width": 8, "height": 8, **place}
+                "tiles": [{"name": f"{name}-{eye}", "screen": name, "eye": eye, "x": 0, "y": 0, "width": 8, "height": 8,
+                           **place}
                           for name, place in places.items() for eye in ("right", "left")]}
         self.come_in()
         room, far = self.browser.driver.execute_async_script("""
             const [plan, done] = arguments;
-            import('/page/unfold.js').then(({ unfold }) => done(unfold(plan)), (error) => done(String(error)));""", plan)
+            import('/page/unfold.js').then(({ unfold }) => done(unfold(plan)), (error) =>
+              done(String(error)));""", plan)
         at = {tile["name"]: (round(tile["x"], 9), round(tile["y"], 9)) for tile in room["tiles"]}
         self.assertEqual(at, {"front-left": (2, 0), "left-left": (0, 0), "right-left": (4, 0), "floor-left": (2, 2)})
         self.assertEqual((room["width"], room["height"], far["name"]), (6, 4, "far"))
@@ -139,7 +149,8 @@ class Page(page_wall.OnAPage):
         self.select("lamp")
         self.field("on").click()
         self.browser.until("it is off", lambda: self.wall["/lamp"].on is False)
-        self.browser.run("""const picker = arguments[0]; picker.value = '#ff0000'; picker.dispatchEvent(new Event('change'))""", self.field("color, picker"))
+        self.browser.run("""const picker = arguments[0];
+          picker.value = '#ff0000'; picker.dispatchEvent(new Event('change'))""", self.field("color, picker"))
         self.browser.until("it is red", lambda: tuple(self.wall["/lamp"].color) == (1.0, 0.0, 0.0))
         self.select(STRANGE)
         self.assertEqual(self.field("choice").get_property("value"), "all", "its default, in words")
@@ -186,9 +197,11 @@ class Page(page_wall.OnAPage):
         self.come_in(tab="scene")
         self.select("lamp")
         self.wall.ask("MoveNode", node=self.wall["/post"].id, translation=(0, 0, -3))
-        self.browser.until("the next step", lambda: self.browser.text("#next-steps") == "↶ sets Transform.translation of /post")
+        self.browser.until("the next step",
+                           lambda: self.browser.text("#next-steps") == "↶ sets Transform.translation of /post")
         self.browser.all(".tools button")[0].click()
-        self.browser.until("the way back", lambda: "↷ sets Transform.translation of /post" in self.browser.text("#next-steps"))
+        self.browser.until("the way back",
+                           lambda: "↷ sets Transform.translation of /post" in self.browser.text("#next-steps"))
         self.assert_nothing_logged()
 
     def test_a_host_that_is_lost_is_named_on_the_page(self):
@@ -214,7 +227,8 @@ class Page(page_wall.OnAPage):
         self.come_in()
         self.browser.run("window.isSamePage = true")
         self.live.kill_server()
-        self.browser.until("a banner", lambda: "Connection lost" in self.browser.text("#banner") and self.browser.all("#banner"))
+        self.browser.until("a banner",
+                           lambda: "Connection lost" in self.browser.text("#banner") and self.browser.all("#banner"))
         self.live.start_server()
         self.browser.until("no banner", lambda: not self.browser.all("#banner"))
         self.browser.until("the wall runs", lambda: "running" in self.browser.text("#wall-state"))
@@ -224,7 +238,8 @@ class Page(page_wall.OnAPage):
 
     def test_a_token_that_counts_no_more_is_asked_for_on_the_page(self):
         self.come_in()
-        token = self.browser.run("const kept = sessionStorage.getItem('tessera-token'); sessionStorage.setItem('tessera-token', 'old'); return kept")
+        token = self.browser.run("const kept = sessionStorage.getItem('tessera-token'); "
+                                 "sessionStorage.setItem('tessera-token', 'old'); return kept")
         self.live.kill_server()
         self.live.start_server()
         form = self.browser.until("the form", lambda: self.browser.all("#banner input"))

@@ -1,4 +1,5 @@
-"""The console's tab Files in a real browser: files dropped and chosen, loaded once somebody has said so, stopped, refused; what goes out."""
+"""The console's tab Files in a real browser: files dropped and chosen, loaded once somebody has said so, stopped,
+refused; what goes out."""
 import json
 import pathlib
 import tempfile
@@ -15,11 +16,13 @@ STRANGE = "<img src=x onerror=alert(1)>"
 DROP = """
 const data = new DataTransfer();
 for (const [name, bytes] of arguments[0]) data.items.add(new File([new Uint8Array(bytes)], name));
-for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
+for (const type of ['dragover', 'drop']) document.body.dispatchEvent(new DragEvent(type, { bubbles: true,
+  cancelable: true, dataTransfer: data }));
 """
 BUTTON = """
 const [within, text] = arguments;
-return [...document.querySelectorAll(`${within} button`)].find((one) => one.checkVisibility() && one.textContent.includes(text));
+return [...document.querySelectorAll(`${within} button`)].find((one) => one.checkVisibility() &&
+  one.textContent.includes(text));
 """
 
 
@@ -34,14 +37,17 @@ class PageFiles(page_wall.OnAPage):
             (cls.folder / f"models/letter-{i}.txt").write_text("no model")
         (cls.folder / "models/inner/crane.tsct").write_bytes((ROOT / "tests/data/outside/crane.tsct").read_bytes())
         (cls.folder / "models" / STRANGE).write_text("no model")
-        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48", options=["--allow", str(cls.folder / "models"), "--uploads-mib", "1"]))
+        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48",
+                                              options=["--allow", str(cls.folder / "models"), "--uploads-mib", "1"]))
         cls.browser = cls.enterClassContext(page_browser.Browser())
         cls.wall = cls.enterClassContext(cls.live.connect())
-        cls.browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(cls.folder)})
+        cls.browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior",
+                                           {"behavior": "allow", "downloadPath": str(cls.folder)})
 
     def come_in(self, role="operator", tab="wall"):
         super().come_in(role, tab)
-        self.browser.until("what this role has", lambda: "Picture of the whole wall" in self.browser.text("#panel-files"))
+        self.browser.until("what this role has",
+                           lambda: "Picture of the whole wall" in self.browser.text("#panel-files"))
 
     def button(self, text, within=""):
         return self.browser.until(f"a button {text}", lambda: self.browser.run(BUTTON, within, text))
@@ -50,7 +56,8 @@ class PageFiles(page_wall.OnAPage):
         self.browser.until(f"“{text}” on the page", lambda: text in self.browser.text("#panel-files"))
 
     def drop(self, **files):
-        self.browser.run(DROP, [(name, list(body if isinstance(body, bytes) else body.encode())) for name, body in files.items()])
+        self.browser.run(DROP, [(name, list(body if isinstance(body, bytes) else body.encode()))
+                                for name, body in files.items()])
 
     def nodes(self):
         return {node.path for node in self.wall.find("/*")}
@@ -59,7 +66,8 @@ class PageFiles(page_wall.OnAPage):
         self.come_in()  # the tab Wall
         before = self.nodes()
         self.drop(**{"gate.gltf": test_uploads.model("gate.bin"), "gate.bin": test_uploads.TRIANGLE})
-        self.browser.until("a question", lambda: "Load gate.gltf into the scene?" in self.browser.text("dialog[open] h2"))
+        self.browser.until("a question",
+                           lambda: "Load gate.gltf into the scene?" in self.browser.text("dialog[open] h2"))
         self.assertEqual(self.nodes(), before)
         field = self.browser.all("dialog[open] .number")[0]
         field.send_keys("2")
@@ -73,7 +81,8 @@ class PageFiles(page_wall.OnAPage):
         self.come_in(tab="files")
         for name in ("first", "second"):
             self.drop(**{f"{name}.gltf": test_uploads.model("gate.bin"), "gate.bin": test_uploads.TRIANGLE})
-            self.browser.until("a question", lambda name=name: f"Load {name}.gltf" in self.browser.text("dialog[open] h2"))
+            self.browser.until("a question",
+                               lambda name=name: f"Load {name}.gltf" in self.browser.text("dialog[open] h2"))
         self.button("Load", "dialog[open]").click()
         self.said("✓ second.gltf: ")
         self.assertFalse(any("first" in path for path in self.nodes()))
@@ -92,7 +101,8 @@ class PageFiles(page_wall.OnAPage):
         before = self.nodes()
         crane = self.folder / "models/inner/crane.tsct"
         self.browser.driver.find_element("css selector", "input[type=file]").send_keys(str(crane))
-        self.browser.until("a question", lambda: "Load crane.tsct into the scene?" in self.browser.text("dialog[open] h2"))
+        self.browser.until("a question",
+                           lambda: "Load crane.tsct into the scene?" in self.browser.text("dialog[open] h2"))
         self.browser.press(Keys.ESCAPE)
         self.browser.until("no question", lambda: not self.browser.all("dialog[open]"))
         self.assertEqual(self.nodes(), before)
@@ -159,7 +169,8 @@ class PageFiles(page_wall.OnAPage):
 
     def test_the_scene_and_the_wall_come_out(self):
         self.come_in(tab="files")
-        for title, name, begin in (("Picture", "wall.png", b"\x89PNG"), ("as text", "scene.tsct", b""), ("as it is", "scene.tsc", b"")):
+        for title, name, begin in (("Picture", "wall.png", b"\x89PNG"), ("as text", "scene.tsct", b""),
+                                   ("as it is", "scene.tsc", b"")):
             self.button(title, ".take").click()
             file = self.folder / name
             self.browser.until(name, lambda file=file: file.exists() and file.stat().st_size > 0)

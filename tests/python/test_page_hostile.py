@@ -1,4 +1,5 @@
-"""The console's page among others: names that nobody sees or that never end, a flood of changes, two who drag one thing, tabs, other versions."""
+"""The console's page among others: names that nobody sees or that never end, a flood of changes, two who drag one
+thing, tabs, other versions."""
 import unittest
 
 import page_browser
@@ -11,12 +12,15 @@ TURNED = "\u202eevil\u202c مرحبا <b>bold</b>"
 
 # Whether the last letter of what is said of a person by that name stands to the right of all others.
 ENDS = """
-const text = [...document.querySelectorAll('.people .muted')].find((one) => one.textContent.includes(arguments[0])).firstChild;
-const lefts = [...text.data].map((_, at) => { const range = document.createRange(); range.setStart(text, at); range.setEnd(text, at + 1); return range.getBoundingClientRect().left; });
+const text = [...document.querySelectorAll('.people .muted')].find((one) =>
+  one.textContent.includes(arguments[0])).firstChild;
+const lefts = [...text.data].map((_, at) => { const range = document.createRange(); range.setStart(text, at);
+  range.setEnd(text, at + 1); return range.getBoundingClientRect().left; });
 return lefts.at(-1) === Math.max(...lefts);
 """
 # Controls that nobody reads out: without a text, a label, or a title. As a browser's tree for screen readers has it.
-UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch", "slider", "combobox", "radio", "tab", "treeitem", "spinbutton", "ColorWell"}
+UNNAMED_ROLES = {"button", "link", "textbox", "searchbox", "checkbox", "switch", "slider", "combobox", "radio", "tab",
+                 "treeitem", "spinbutton", "ColorWell"}
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
@@ -45,7 +49,8 @@ class PageHostile(page_wall.OnAScene):
         self.select("U+200B U+200B")
         self.assertEqual(self.browser.text(".object .path"), "/names/U+200B U+200B")
         self.select("U+0020 U+0020 U+0020")
-        self.browser.run("const input = document.querySelector('input[type=search]'); input.value = '/names/*'; input.dispatchEvent(new Event('input'))")
+        self.browser.run("const input = document.querySelector('input[type=search]'); input.value = '/names/*'; "
+                         "input.dispatchEvent(new Event('input'))")
         self.browser.until("all of them", lambda: self.browser.text(".browse [role=status]") == "4 found")
         self.assertEqual(self.browser.text(".results .name"), "/names/U+200B U+200B")
         self.assert_nothing_logged()
@@ -58,9 +63,12 @@ class PageHostile(page_wall.OnAScene):
                 self.select(name)
                 with self.subTest(width=width, name=name[:9]):
                     self.assertEqual(self.browser.faults(), [])
-                    title, field = (self.browser.run(f"return document.querySelector('{one}').getBoundingClientRect().top") for one in (".object h2", ".object .field"))
+                    title, field = (self.browser.run(
+                        f"return document.querySelector('{one}').getBoundingClientRect().top") for one in (
+                            ".object h2", ".object .field"))
                     self.assertLess(field - title, height)
-            self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => one.textContent.includes('Remove')).click()")
+            self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => "
+                             "one.textContent.includes('Remove')).click()")
             self.browser.until("a question", lambda: self.browser.all("dialog[open]"))
             self.assertEqual(self.browser.faults(), [])
         self.assertEqual(self.browser.run("return document.querySelectorAll('main b, main img').length"), 0)
@@ -93,7 +101,8 @@ class PageHostile(page_wall.OnAScene):
             self.wall["/plate"].translation = (i, i, i)
         self.browser.until("the newest x", lambda: x.get_property("value") == "39")
         y.send_keys("25\n")
-        self.browser.until("both have what they have set", lambda: tuple(self.wall["/plate"].translation) == (39, 7.25, 39))
+        self.browser.until("both have what they have set",
+                           lambda: tuple(self.wall["/plate"].translation) == (39, 7.25, 39))
         # Who only looks in sees the newest as soon as they leave.
         self.browser.run("arguments[0].focus()", x)
         self.wall["/plate"].translation = (5, 5, 5)
@@ -106,7 +115,8 @@ class PageHostile(page_wall.OnAScene):
     def test_the_next_step_names_the_node_of_a_core(self):
         self.come_in(tab="scene")
         self.wall["/lamp"].intensity = 3.0
-        self.browser.until("its path", lambda: self.browser.text("#next-steps").startswith("↶ sets PointLight.intensity of /lamp"))
+        self.browser.until("its path",
+                           lambda: self.browser.text("#next-steps").startswith("↶ sets PointLight.intensity of /lamp"))
         self.assert_nothing_logged()
 
     # ---- tabs and addresses
@@ -122,7 +132,8 @@ class PageHostile(page_wall.OnAScene):
         self.browser.until("the plan again", lambda: self.browser.all("#panel-plan"))
         self.browser.driver.back()
         self.browser.driver.forward()
-        self.browser.until("the plan once more", lambda: "running" in self.browser.text("#wall-state") and self.browser.all("#panel-plan"))
+        self.browser.until("the plan once more",
+                           lambda: "running" in self.browser.text("#wall-state") and self.browser.all("#panel-plan"))
 
     def test_another_version_loads_the_page_anew_but_not_from_under_a_hand(self):
         changed = """
@@ -138,11 +149,14 @@ class PageHostile(page_wall.OnAScene):
         self.live.kill_server()
         self.browser.until("a banner", lambda: "lost" in self.browser.text("#banner"))
         self.live.start_server()
-        self.browser.until("an offer", lambda: "another version" in self.browser.text("#banner") and self.browser.all("#banner button"))
+        self.browser.until("an offer",
+                           lambda: "another version" in self.browser.text("#banner")
+                           and self.browser.all("#banner button"))
         self.assertTrue(self.browser.run("return window.isSamePage"))
         self.browser.all("#banner button")[0].click()
         self.browser.until("another page", lambda: not self.browser.run("return window.isSamePage"))
-        self.browser.until("the wall", lambda: "running" in self.browser.text("#wall-state") and not self.browser.all("#banner"))
+        self.browser.until("the wall",
+                           lambda: "running" in self.browser.text("#wall-state") and not self.browser.all("#banner"))
         self.browser.run(changed)
         self.browser.run("document.activeElement.blur()")
         self.live.kill_server()
@@ -155,10 +169,12 @@ class PageHostile(page_wall.OnAScene):
         self.browser.run("""
             const real = fetch, send = WebSocket.prototype.send;
             let refused = 0;
-            window.fetch = (...said) => said[0] === '/api' && ++refused < 3 ? Promise.resolve(new Response('', { status: 503 })) : real(...said);
+            window.fetch = (...said) => said[0] === '/api' && ++refused < 3 ? Promise.resolve(new Response('',
+              { status: 503 })) : real(...said);
             window.looks = 0;
             WebSocket.prototype.send = function (text) {  // which no wall knows
-              return send.call(this, text.includes('"GetStatus"') && ++looks < 3 ? text.replace('GetStatus', 'GetNothing') : text);
+              return send.call(this, text.includes('"GetStatus"') && ++looks < 3 ? text.replace('GetStatus',
+                'GetNothing') : text);
             };""")
         self.live.kill_server()
         self.browser.until("a banner", lambda: "lost" in self.browser.text("#banner"))
@@ -210,7 +226,8 @@ class PageHostile(page_wall.OnAScene):
         self.come_in()
         if self.browser.run("return document.documentElement.dataset.theme") != "dark":
             self.browser.run("document.getElementById('theme').click()")
-        self.browser.run("window.printed = []; for (const kind of ['beforeprint', 'afterprint']) addEventListener(kind, () => printed.push(document.documentElement.dataset.theme))")
+        self.browser.run("window.printed = []; for (const kind of ['beforeprint', 'afterprint']) "
+                         "addEventListener(kind, () => printed.push(document.documentElement.dataset.theme))")
         self.browser.driver.execute_cdp_cmd("Page.printToPDF", {})
         self.assertEqual(self.browser.run("return printed"), ["light", "dark"])
         self.assert_nothing_logged()
@@ -231,7 +248,8 @@ class PageHostile(page_wall.OnAScene):
 
     def unnamed(self):
         tree = self.browser.driver.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
-        return [node["role"]["value"] for node in tree if not node["ignored"] and node["role"]["value"] in UNNAMED_ROLES and not node.get("name", {}).get("value", "").strip()]
+        return [node["role"]["value"] for node in tree if not node["ignored"] and node["role"]["value"] in UNNAMED_ROLES
+                and not node.get("name", {}).get("value", "").strip()]
 
 
 if __name__ == "__main__":

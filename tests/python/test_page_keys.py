@@ -1,4 +1,5 @@
-"""Keys alone on the console's page: what has the focus is still there, or its neighbour has it, whatever comes and goes; and much at once."""
+"""Keys alone on the console's page: what has the focus is still there, or its neighbour has it, whatever comes and
+goes; and much at once."""
 import pathlib
 import tempfile
 import time
@@ -17,7 +18,8 @@ hosts {{ name: "{LONG}" tiles {{ screen: "front" column: 0 row: 0 eye: CENTER us
 hosts {{ name: "right" tiles {{ screen: "front" column: 1 row: 0 eye: CENTER user: "{LONG}" }} }}
 """
 FOCUSED = """const at = document.activeElement;
-return at === document.body ? 'nothing' : at.querySelector('.name')?.textContent || at.getAttribute('aria-label') || at.textContent || at.id"""
+return at === document.body ? 'nothing' : at.querySelector('.name')?.textContent || at.getAttribute('aria-label') ||
+  at.textContent || at.id"""
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
@@ -29,7 +31,8 @@ class PageKeys(page_wall.OnAPage):
         (folder / "models").mkdir()
         for i in range(MANY):
             (folder / "models" / f"{i:04}.obj").write_text("v 0 0 0\n")
-        cls.wall_name, cls.options = str(folder / "long.wall"), {"surface": "none", "options": ["--allow", str(folder / "models")]}
+        cls.wall_name, cls.options = str(folder / "long.wall"), {
+            "surface": "none", "options": ["--allow", str(folder / "models")]}
         super().setUpClass()
         with cls.wall.edit() as edit:
             edit.create("/many")
@@ -44,12 +47,14 @@ class PageKeys(page_wall.OnAPage):
     def press_on(self, selector, text, *keys):
         """As who has come there by keys."""
         self.browser.until(f"{selector} with {text}", lambda: self.browser.run(
-            "const found = [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && one.textContent.includes(arguments[1]));"
+            "const found = [...document.querySelectorAll(arguments[0])].find((one) => one.checkVisibility() && "
+            "one.textContent.includes(arguments[1]));"
             "found?.focus(); return Boolean(found)", selector, text))
         self.browser.press(*keys)
 
     def is_there(self, text):
-        return self.browser.run("return [...document.querySelectorAll('[role=treeitem]')].some((row) => row.textContent.includes(arguments[0]))", text)
+        return self.browser.run("return [...document.querySelectorAll('[role=treeitem]')].some((row) => "
+                                "row.textContent.includes(arguments[0]))", text)
 
     def test_the_focus_stays_on_its_row_or_goes_to_the_next(self):
         from selenium.webdriver.common.keys import Keys
@@ -77,13 +82,16 @@ class PageKeys(page_wall.OnAPage):
         self.browser.until("a step", lambda: f"({steps + 1})" in self.browser.text(".tools button"))
         for left in range(steps, -1, -1):
             self.press_on(".tools button", "Undo", Keys.ENTER)
-            self.browser.until(f"{left} left", lambda: self.browser.text(".tools button") == (f"↶ Undo ({left})" if left else "↶ Undo"))
+            self.browser.until(f"{left} left",
+                               lambda: self.browser.text(".tools button") == (f"↶ Undo ({left})" if left else "↶ Undo"))
         self.focused("Undo")
         self.browser.press(Keys.ENTER, Keys.ENTER)
         self.assertNotIn("/many", self.wall)
         for left in range(steps, -1, -1):
             self.press_on(".tools button", "Redo", Keys.ENTER)
-            self.browser.until(f"{left} to do again", lambda: self.browser.text(".tools button:nth-child(2)") == (f"↷ Redo ({left})" if left else "↷ Redo"))
+            self.browser.until(f"{left} to do again",
+                               lambda: self.browser.text(".tools button:nth-child(2)") == (
+                                   f"↷ Redo ({left})" if left else "↷ Redo"))
         self.focused("Redo")
         self.assertIn("/many", self.wall)
         self.assert_nothing_logged()
@@ -94,7 +102,8 @@ class PageKeys(page_wall.OnAPage):
         self.come_in(tab="scene")
         self.press_on("input[type=search]", "", "child 0")
         self.press_on(".results button", "Search on", Keys.ENTER)
-        self.browser.until("two pages", lambda: self.browser.run("return document.querySelectorAll('.results li').length") > 150)
+        self.browser.until("two pages",
+                           lambda: self.browser.run("return document.querySelectorAll('.results li').length") > 150)
         self.focused(self.browser.run("return document.querySelectorAll('.results .name')[100].textContent"))
         self.browser.run("document.getElementById('tab-scene-animations').click()")
         self.press_on(".tools button", "On ›", Keys.ENTER)
@@ -133,28 +142,36 @@ class PageKeys(page_wall.OnAPage):
         self.come_in(tab="scene")
         self.press_on("[role=treeitem]", "plays 00", Keys.ENTER)
         self.browser.until("its fields", lambda: self.browser.text(".object h2") == "plays 00")
-        openers = [("scene", "#identity", "You"), ("scene", ".node-tools button", "New child"), ("scene", ".node-tools button", "Remove"),
-                   ("scene", ".object .choose", "Choose"), ("wall", ".tile-list button", "front"), ("files", ".folder .results button", "0001.obj")]
+        openers = [("scene", "#identity", "You"), ("scene", ".node-tools button", "New child"),
+                   ("scene", ".node-tools button", "Remove"),
+                   ("scene", ".object .choose", "Choose"), ("wall", ".tile-list button", "front"),
+                   ("files", ".folder .results button", "0001.obj")]
         for tab, selector, text in openers:
             self.browser.run(f"document.getElementById('tab-{tab}').click()")
-            if tab == "files" and not self.browser.run("return document.querySelector('.folder h3').textContent.includes('models')"):
+            if tab == "files" and not self.browser.run(
+                "return document.querySelector('.folder h3').textContent.includes('models')"):
                 self.press_on(".folder button", "models", Keys.ENTER)
             with self.subTest(text):
                 self.press_on(selector, text, Keys.ENTER)
                 self.browser.until("a dialog", lambda: self.browser.all("dialog[open]"))
-                controls = self.browser.run("return [...document.querySelectorAll('dialog[open] :is(button, input, select, textarea)')].filter((one) => one.checkVisibility()).length")
+                controls = self.browser.run("return [...document.querySelectorAll('dialog[open] :is(button, input, "
+                                            "select, textarea)')].filter((one) => one.checkVisibility()).length")
                 seen = set()
                 for keys in [(Keys.TAB,)] * (controls + 2) + [(Keys.SHIFT, Keys.TAB, Keys.NULL)] * 3:
                     self.browser.press(*keys)
                     where, label, around = self.browser.run(
-                        "const at = document.activeElement; return [at === document.body || at.closest('dialog[open]') !== null, at.getAttribute('aria-label') || at.textContent || at.id, getComputedStyle(at.parentElement ?? at).overflow]")
+                        "const at = document.activeElement; return [at === document.body || "
+                        "at.closest('dialog[open]') !== null, at.getAttribute('aria-label') || at.textContent || "
+                        "at.id, getComputedStyle(at.parentElement ?? at).overflow]")
                     self.assertTrue(where, f"outside: {label}")
                     self.assertIn(around, ("visible", "auto"), f"what shows the focus is clipped: {label}")
                     seen.add(label)
                 self.assertGreaterEqual(len(seen), min(controls, 5))
                 self.browser.press(Keys.ESCAPE)
                 self.browser.until("it is closed", lambda: not self.browser.all("dialog[open]"))
-                self.assertTrue(self.browser.run("return document.activeElement.matches(arguments[0]) && document.activeElement.textContent.includes(arguments[1])", selector, text))
+                self.assertTrue(self.browser.run(
+                    "return document.activeElement.matches(arguments[0]) && "
+                    "document.activeElement.textContent.includes(arguments[1])", selector, text))
         self.assert_nothing_logged()
 
     def test_all_that_has_the_focus_by_keys_is_seen_to_have_it(self):
@@ -162,14 +179,16 @@ class PageKeys(page_wall.OnAPage):
 
         self.come_in()
         for tab in ("wall", "plan", "time", "scene", "files"):
-            self.browser.run(f"document.getElementById('tab-{tab}').click(); document.getElementById('tab-{tab}').focus()")
+            self.browser.run(f"document.getElementById('tab-{tab}').click(); "
+                             f"document.getElementById('tab-{tab}').focus()")
             self.browser.until("its panel", lambda: self.browser.all(f"#panel-{tab}"))
             for _ in range(14):
                 self.browser.press(Keys.TAB)
                 at, width, is_whole = self.browser.run("""
                     const at = document.activeElement, style = getComputedStyle(at), box = at.getBoundingClientRect();
                     const under = document.querySelector('.tabs').getBoundingClientRect();
-                    return [at.outerHTML.slice(0, 90), style.outlineStyle === 'none' ? 0 : parseFloat(style.outlineWidth),
+                    return [at.outerHTML.slice(0, 90),
+                      style.outlineStyle === 'none' ? 0 : parseFloat(style.outlineWidth),
                             box.bottom > (at.closest('main') ? under.bottom : 0) && box.top < innerHeight];""")
                 if at.startswith("<body"):
                     break
@@ -185,24 +204,33 @@ class PageKeys(page_wall.OnAPage):
                 self.browser.run(f"document.getElementById('tab-{tab}').click()")
                 with self.subTest(width=width, theme=theme, tab=tab):
                     if tab == "plan":
-                        self.browser.until("heads", lambda: self.browser.run("return document.querySelector('.plan .head') !== null"))
-                        self.assertEqual(self.browser.run("""return [...document.querySelectorAll('.plan text')].filter((label) => {
-                          const box = label.getBoundingClientRect(), whole = label.ownerSVGElement.getBoundingClientRect();
-                          return box.left < whole.left || box.right > whole.right; }).map((label) => label.textContent)"""), [])
+                        self.browser.until("heads",
+                                           lambda: self.browser.run(
+                                               "return document.querySelector('.plan .head') !== null"))
+                        self.assertEqual(self.browser.run("""
+                          return [...document.querySelectorAll('.plan text')].filter((label) => {
+                          const box = label.getBoundingClientRect(),
+                            whole = label.ownerSVGElement.getBoundingClientRect();
+                          return box.left < whole.left || box.right > whole.right;
+                            }).map((label) => label.textContent)"""), [])
                     self.assertEqual(self.browser.faults(), [])
         self.assert_nothing_logged()
 
     def test_hundreds_of_materials_leave_room_for_hands(self):
         self.come_in()
         drawn = self.browser.driver.execute_async_script("""
-            const done = arguments[0], make = () => Object.assign(document.createElement('canvas'), { width: 96, height: 96 });
-            Promise.all([import('/page/material-preview.js'), import('/page/token.js')]).then(async ([{ drawMaterialSoon }, { authorization }]) => {
+            const done = arguments[0], make = () => Object.assign(document.createElement('canvas'), { width: 96,
+              height: 96 });
+            Promise.all([import('/page/material-preview.js'),
+              import('/page/token.js')]).then(async ([{ drawMaterialSoon }, { authorization }]) => {
               const { types } = await (await fetch('/api', { headers: authorization() })).json();
-              const fields = Object.fromEntries(types.find(({ name }) => name === 'Material').fields.map((field) => [field.name, field.default]));
+              const fields = Object.fromEntries(types.find(({ name }) => name === 'Material').fields.map((field) =>
+                [field.name, field.default]));
               const canvases = [...Array(200)].map(make), gone = make();
               document.body.append(...canvases);
               for (const canvas of [...canvases, gone]) drawMaterialSoon(canvas, fields);
-              const isDrawn = (canvas) => canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] > 0;
+              const isDrawn = (canvas) => canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1,
+                1).data[3] > 0;
               const many = () => canvases.filter(isDrawn).length;
               await new Promise((next) => setTimeout(next, 1));
               const first = many();
@@ -232,7 +260,8 @@ window.told = 0;
 window.WebSocket = class extends WebSocket {
   constructor(...said) {
     super(...said);
-    this.addEventListener('message', ({ data }) => { if (typeof data === 'string' && data.includes('"notice":"Frame"')) ++window.told; });
+    this.addEventListener('message', ({ data }) => { if (typeof data === 'string' &&
+      data.includes('"notice":"Frame"')) ++window.told; });
   }
 };
 """
@@ -245,10 +274,13 @@ class FastWall(page_wall.OnAPage):
     def test_a_wall_faster_than_any_screen_does_not_tell_of_each_frame(self):
         self.browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": COUNTED})
         self.come_in(tab="time")
-        self.browser.until("many frames", lambda: self.browser.run("return Number(document.getElementById('frame-rate').textContent) > 150"))
+        self.browser.until("many frames",
+                           lambda: self.browser.run(
+                               "return Number(document.getElementById('frame-rate').textContent) > 150"))
         self.assertGreater(self.browser.run("return window.told"), 0)
         self.browser.until("no more of them", lambda: self.told() == (time.sleep(0.3), self.told())[1])
-        self.browser.until("how long one takes", lambda: float(self.browser.text(".plot strong").replace("–", "99")) < 7)
+        self.browser.until("how long one takes",
+                           lambda: float(self.browser.text(".plot strong").replace("–", "99")) < 7)
         self.assert_nothing_logged()
 
     def told(self):

@@ -1,4 +1,5 @@
-"""The console's page before a scene of very many nodes: its tree, a search, materials behind all of them; no frame waits for any of it."""
+"""The console's page before a scene of very many nodes: its tree, a search, materials behind all of them; no frame
+waits for any of it."""
 import unittest
 
 import page_browser
@@ -23,7 +24,8 @@ class PageLarge(page_wall.OnAScene):
             cls.ball = edit.create("/ball", "Geometry", material=edit.object("Material", baseColor=(1, 0, 0, 1)))
 
     def look_for(self, text, said):
-        self.browser.run("const input = document.querySelector('input[type=search]'); input.value = arguments[0]; input.dispatchEvent(new Event('input'))", text)
+        self.browser.run("const input = document.querySelector('input[type=search]'); input.value = arguments[0]; "
+                         "input.dispatchEvent(new Event('input'))", text)
         self.browser.until(f"{said} of {text}", lambda: self.browser.text(".browse [role=status]") == said)
 
     def test_what_lies_behind_very_many_is_found_by_itself(self):
@@ -38,10 +40,13 @@ class PageLarge(page_wall.OnAScene):
             self.look_for("child", "100 found so far")
             self.look_for("", "")
             self.browser.run("document.getElementById('tab-scene-materials').click()")
-            self.browser.until("the last material", lambda: f"#{self.ball.material.id}" in self.browser.text(".materials"))
-            self.browser.until("all", lambda: self.browser.text("#panel-scene-materials [role=status]") == "4 materials")
+            self.browser.until("the last material",
+                               lambda: f"#{self.ball.material.id}" in self.browser.text(".materials"))
+            self.browser.until("all",
+                               lambda: self.browser.text("#panel-scene-materials [role=status]") == "4 materials")
             self.browser.run("document.getElementById('tab-scene-animations').click()")
-            self.browser.until("the last animation", lambda: self.browser.text("#panel-scene-animations [role=status]") == "1 to 2 of 2")
+            self.browser.until("the last animation",
+                               lambda: self.browser.text("#panel-scene-animations [role=status]") == "1 to 2 of 2")
             end = self.wall.status().frame
             for frame in frames:
                 self.assertEqual(frame.held, [])

@@ -41,15 +41,20 @@ class PageLists(page_wall.OnAScene):
         self.assertIn("stands", row.text)
         self.press("[aria-label='Play /led/swing']", "Play")
         self.browser.until("the wall plays it", lambda: self.animation()["playing"])
-        told = self.browser.run("return new Promise((done) => { const seen = new Set(), at = document.querySelector(\"[aria-label='/led/swing, time']\");"
-                                "const look = () => { seen.add(at.value); seen.size > 8 ? done(seen.size) : requestAnimationFrame(look); }; look(); })")
+        told = self.browser.run("return new Promise((done) => { const seen = new Set(), at = "
+                                "document.querySelector(\"[aria-label='/led/swing, time']\");"
+                                "const look = () => { seen.add(at.value); seen.size > 8 ? done(seen.size) : "
+                                "requestAnimationFrame(look); }; look(); })")
         self.assertGreater(told, 8, "it moves by itself")
         self.press("[aria-label='Pause /led/swing']", "Pause")
         self.browser.until("the wall stops it", lambda: not self.animation()["playing"])
-        shown = self.browser.until("both say the same", lambda: (lambda time: time if f"{time:.2f} of" in row.text else None)(self.animation()["time"]))
+        shown = self.browser.until("both say the same",
+                                   lambda: (lambda time: time if f"{time:.2f} of" in row.text else None)(
+                                       self.animation()["time"]))
         self.assertGreater(shown, 1.0)
         slider = self.browser.all("[aria-label='/led/swing, time']")[0]
-        self.browser.run("arguments[0].value = '4'; for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind))", slider)
+        self.browser.run("arguments[0].value = '4'; for (const kind of ['input', 'change']) "
+                         "arguments[0].dispatchEvent(new Event(kind))", slider)
         self.browser.until("it is in the middle", lambda: self.animation()["time"] == 4)
         self.type(self.browser.all("[aria-label='/led/swing, time in s']")[0], "2.5")
         self.browser.until("it is sought", lambda: self.animation()["time"] == 2.5)
@@ -85,9 +90,12 @@ class PageLists(page_wall.OnAScene):
         self.select("passing")
         self.part("materials")
         count = self.browser.until("materials", lambda: len(self.texts(".materials button")))
-        self.browser.until("all", lambda: self.browser.text("#panel-scene-materials [role=status]") == f"{count} materials")
+        self.browser.until("all",
+                           lambda: self.browser.text("#panel-scene-materials [role=status]") == f"{count} materials")
         self.wall.remove("/passing")
-        self.browser.until("one less", lambda: self.browser.text("#panel-scene-materials [role=status]") == f"{count - 1} materials")
+        self.browser.until("one less",
+                           lambda: self.browser.text(
+                               "#panel-scene-materials [role=status]") == f"{count - 1} materials")
         self.assertEqual(len(self.texts(".materials button")), count - 1)
         self.part("tree")
         self.browser.until("no row", lambda: not any("passing" in one for one in self.texts("[role=treeitem]")))
@@ -106,7 +114,9 @@ class PageLists(page_wall.OnAScene):
         self.browser.until("a page", lambda: len(self.texts(".animation")) == 50)
         first = self.texts(".animation .name")[0]
         self.press("button", "On ›")
-        self.browser.until("the next one", lambda: "51 to 100" in self.browser.text("#panel-scene-animations [role=status]") and self.texts(".animation .name")[0] != first)
+        self.browser.until("the next one",
+                           lambda: "51 to 100" in self.browser.text("#panel-scene-animations [role=status]")
+                           and self.texts(".animation .name")[0] != first)
         self.press("button", "‹ Back")
         self.browser.until("the first again", lambda: self.texts(".animation .name")[0] == first)
         self.wall.remove("/crowd")
@@ -143,7 +153,9 @@ class PageLists(page_wall.OnAScene):
         self.assertTrue(told["wanted"] and told["problem"])
         self.browser.until("and why", lambda: told["problem"] in self.texts(".inline")[0])
         self.press(".inline .link", "/broken")
-        self.browser.until("its node", lambda: self.browser.text(".object h2") == "broken" and self.browser.all("#panel-scene-tree"))
+        self.browser.until("its node",
+                           lambda: self.browser.text(".object h2") == "broken"
+                           and self.browser.all("#panel-scene-tree"))
         self.wall.remove("/broken")
         self.assert_nothing_logged()
 

@@ -1,4 +1,5 @@
-"""A panel's page in a real browser: what its controls change, what it shows that others change, what is not there, and a phone that sleeps."""
+"""A panel's page in a real browser: what its controls change, what it shows that others change, what is not there, and
+a phone that sleeps."""
 import time
 import unittest
 
@@ -13,13 +14,16 @@ controls {{ label: "Sun" node: "/sun/light" field: "intensity" slider {{ greates
 controls {{ label: "Sun is up" node: "/sun/light" field: "on" toggle {{}} }}
 controls {{ label: "Colour of the sun" node: "/sun/light" field: "color" colour {{}} }}
 controls {{ label: "Carriage" node: "/carriage" field: "translation"
-  choice {{ options {{ label: "Near" value: "0 1 1" }} options {{ label: "{TURNED}" value: "0 2 1" }} options {{ label: "No place" value: "0" }} }} }}
+  choice {{ options {{ label: "Near" value: "0 1 1" }} options {{ label: "{TURNED}" value: "0 2 1" }} options {{
+    label: "No place" value: "0" }} }} }}
 controls {{ label: "{STRANGE}" node: "/sign" field: "text" text {{ bytes: 20 }} }}
 controls {{ label: "Scene" node: "/stage" field: "choice"
-  choice {{ {' '.join(f'options {{ label: "Scene {i}" value: "{i}" }}' for i in range(12))} options {{ value: "all" }} }} }}
+  choice {{ {' '.join(f'options {{ label: "Scene {i}" value: "{i}" }}' for i in range(12))}
+    options {{ value: "all" }} }} }}
 controls {{ label: "Engine" node: "/take" field: "time" slider {{ greatest: 8 step: 0.5 }} }}
 controls {{ label: "Runs" node: "/take" field: "playing" toggle {{}} }}
-controls {{ label: "Still" press {{ sets {{ node: "/take" field: "playing" value: "false" }} sets {{ node: "/take" field: "time" value: "2" }} }} }}
+controls {{ label: "Still" press {{ sets {{ node: "/take" field: "playing" value: "false" }} sets {{ node: "/take"
+  field: "time" value: "2" }} }} }}
 controls {{ label: "Evening" press {{ sets {{ node: "/sun/light" field: "intensity" value: "0.25" }}
   sets {{ node: "/sun/light" field: "color" value: "1 0.5 0.25" }} }} }}
 controls {{ press {{ home: true }} }}
@@ -46,7 +50,8 @@ class VisitedWall(Live):
         for name in self._names:
             self._tokens[name] = self.keys_say("token", name, "--panel", str(path)).split()[-1]
         super().__enter__()
-        self.links = {name: f"{self.sealed_link().partition('?')[0]}?token={token}" for name, token in self._tokens.items()}
+        self.links = {name: f"{self.sealed_link().partition('?')[0]}?token={token}"
+                      for name, token in self._tokens.items()}
         return self
 
 
@@ -73,10 +78,12 @@ class PanelPage(unittest.TestCase):
         self.browser.until("the panel", lambda: self.browser.all(".card"))
 
     def part(self, label, selector="[aria-label='{}']"):
-        return self.browser.until(f"a control {label}", lambda: next(iter(self.browser.all(selector.format(label))), None))
+        return self.browser.until(f"a control {label}",
+                                  lambda: next(iter(self.browser.all(selector.format(label))), None))
 
     def card(self, label):
-        return self.browser.until(f"a card {label}", lambda: next((one for one in self.browser.all(".card") if label in one.text), None))
+        return self.browser.until(f"a card {label}",
+                                  lambda: next((one for one in self.browser.all(".card") if label in one.text), None))
 
     def sun(self):
         return self.wall["/sun/light"]
@@ -107,7 +114,8 @@ class PanelPage(unittest.TestCase):
         self.assertEqual(self.browser.run("return document.querySelectorAll('main img, h1 b').length"), 0)
         self.part(STRANGE)
         # What turns a line around turns its own name alone.
-        turned = self.browser.run("return [...document.querySelectorAll('.option span')].map((one) => getComputedStyle(one).unicodeBidi)")
+        turned = self.browser.run("return [...document.querySelectorAll('.option span')].map((one) => "
+                                  "getComputedStyle(one).unicodeBidi)")
         self.assertEqual(set(turned), {"isolate"})
         self.assert_nothing_logged()
 
@@ -121,7 +129,8 @@ class PanelPage(unittest.TestCase):
         self.browser.until("more sun", lambda: abs(self.light("intensity") - before - 0.05) < 0.01)
         self.part("Sun is up").click()
         self.browser.until("no sun", lambda: self.light("on") is False)
-        self.browser.run("const picker = arguments[0]; picker.value = '#00ff00'; picker.dispatchEvent(new Event('change'))", self.part("Colour of the sun"))
+        self.browser.run("const picker = arguments[0]; picker.value = '#00ff00'; picker.dispatchEvent(new "
+                         "Event('change'))", self.part("Colour of the sun"))
         self.browser.until("it is green", lambda: tuple(self.light("color")) == (0.0, 1.0, 0.0))
         self.card("Carriage").find_element("xpath", ".//label[contains(., 'Near')]").click()
         self.browser.until("it is near", lambda: tuple(self.wall["/carriage"].translation) == (0, 1, 1))
@@ -138,7 +147,8 @@ class PanelPage(unittest.TestCase):
         self.card("Still").find_element("css selector", "button").click()
         self.browser.until("it stands", lambda: not self.wall["/take"].playing and self.wall["/take"].time == 2.0)
         self.card("Evening").find_element("css selector", "button").click()
-        self.browser.until("evening", lambda: self.light("intensity") == 0.25 and tuple(self.light("color")) == (1.0, 0.5, 0.25))
+        self.browser.until("evening",
+                           lambda: self.light("intensity") == 0.25 and tuple(self.light("color")) == (1.0, 0.5, 0.25))
         self.browser.until("a word that it is done", lambda: "✓" in self.card("Evening").text)
         self.assert_nothing_logged()
 
@@ -156,7 +166,10 @@ class PanelPage(unittest.TestCase):
         self.wall["/stage"].choice = 77  # none of its options
         self.browser.until("none of them", lambda: self.part("Scene").get_property("value") == "")
         self.wall["/carriage"].translation = (0, 2, 1)
-        self.browser.until("the other place", lambda: self.browser.run("return document.querySelectorAll('.option :checked')[0]?.parentElement.textContent") == TURNED)
+        self.browser.until("the other place",
+                           lambda: self.browser.run(
+                               "return document.querySelectorAll('.option "
+                               ":checked')[0]?.parentElement.textContent") == TURNED)
         self.wall["/sign"].text = STRANGE
         self.browser.until("the sign", lambda: self.part(STRANGE).get_property("value") == STRANGE)
         self.assert_nothing_logged()
@@ -254,12 +267,15 @@ class PanelPage(unittest.TestCase):
                     driver.execute_cdp_cmd("Network.enable", {})
                     self.addCleanup(self.offline, False)
                     self.offline(True)
-                    self.browser.until("a banner", lambda: "Connection lost" in self.browser.text("#banner") and self.browser.all("#banner"))
+                    self.browser.until("a banner",
+                                       lambda: "Connection lost" in self.browser.text("#banner")
+                                       and self.browser.all("#banner"))
                 value = 4.5 if sleeps == "frozen" else 1.5
                 self.sun().intensity = value
                 if sleeps == "frozen":
                     driver.execute_cdp_cmd("Page.setWebLifecycleState", {"state": "active"})
-                    asleep = driver.current_window_handle  # still hidden, as a page that was frozen is; now somebody looks at it again
+                    # Still hidden, as a page that was frozen is; now somebody looks at it again
+                    asleep = driver.current_window_handle
                     driver.switch_to.new_window("tab")
                     driver.close()
                     driver.switch_to.window(asleep)
@@ -281,7 +297,8 @@ class PanelPage(unittest.TestCase):
         self.assertEqual(self.browser.logged(), [])
         token = self.live.links["visitor"].rpartition("=")[2]
         self.browser.all("#banner input")[0].send_keys(token, "\n")
-        self.browser.until("it is live again", lambda: "live" in self.browser.text("#panel-state") and not self.browser.all("#banner"))
+        self.browser.until("it is live again",
+                           lambda: "live" in self.browser.text("#panel-state") and not self.browser.all("#banner"))
 
     def test_a_person_whose_token_is_taken_back_is_asked_once_for_another(self):
         self.live.keys_say("person", "ada", "--role", "editor", "--out", str(self.live.folder / "ada"))
@@ -293,13 +310,15 @@ class PanelPage(unittest.TestCase):
             return self.browser.all("#wall-state")
         self.browser.until("that the server knows her", is_let_in)
         self.browser.until("the console", lambda: "running" in self.browser.text("#wall-state"))
-        self.browser.run("window.dials = 0; window.WebSocket = class extends WebSocket { constructor(...said) { super(...said); ++dials; } }")
+        self.browser.run("window.dials = 0; window.WebSocket = class extends WebSocket { constructor(...said) { "
+                         "super(...said); ++dials; } }")
         self.live.keys_say("revoke", "ada")
         self.browser.until("why", lambda: "taken back" in self.browser.text("#banner") and self.browser.all("#banner"))
         dials, frame = self.browser.run("return dials"), self.wall.status().frame
         self.assertLessEqual(dials, 2)
         for event in ("visibilitychange", "online"):
-            self.browser.run("(arguments[0] === 'online' ? window : document).dispatchEvent(new Event(arguments[0]))", event)
+            self.browser.run("(arguments[0] === 'online' ? window : document).dispatchEvent(new Event(arguments[0]))",
+                             event)
         self.browser.until("a second of frames", lambda: self.wall.status().frame > frame + 60)
         self.assertEqual(self.browser.run("return dials"), dials, "nobody asks again and again")
         self.browser.logged()
@@ -311,8 +330,10 @@ class PanelPage(unittest.TestCase):
         tall = "return arguments[0].scrollHeight <= arguments[0].clientHeight"
         self.assertTrue(self.browser.run(tall, button))
         self.addCleanup(self.browser.driver.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
-        self.browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "forced-colors", "value": "active"}]})
-        edge = self.browser.run("const { borderTopStyle, borderTopColor } = getComputedStyle(arguments[0]); return [borderTopStyle, borderTopColor]", button)
+        self.browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia",
+                                            {"features": [{"name": "forced-colors", "value": "active"}]})
+        edge = self.browser.run("const { borderTopStyle, borderTopColor } = getComputedStyle(arguments[0]); return "
+                                "[borderTopStyle, borderTopColor]", button)
         self.assertEqual(edge[0], "solid")
         self.assertNotEqual(edge[1], "rgba(0, 0, 0, 0)")
         self.assert_nothing_logged()

@@ -37,7 +37,8 @@ def turned(a, rotation):
 def ray_through(corners, eye, u, v, stand):
     """World: from the eye (in the wall's frame) through the part u from the left, v from above, of a screen."""
     lower_left, lower_right, upper_left = corners
-    on_screen = plus(upper_left, plus(times(minus(lower_right, lower_left), u), times(minus(lower_left, upper_left), v)))
+    on_screen = plus(upper_left,
+                     plus(times(minus(lower_right, lower_left), u), times(minus(lower_left, upper_left), v)))
 
     def world(place):
         return plus(stand["position"], times(turned(place, stand["orientation"]), stand["world_units_per_metre"]))
@@ -78,7 +79,9 @@ class OnAPicture(page_wall.OnAPage):
     options = {"surface": "none", "size": "960x540"}
 
     def choose(self, tool):
-        button = self.browser.until(f"a tool {tool}", lambda: next((b for b in self.browser.all(".picture-tools button") if b.text == tool), None))
+        button = self.browser.until(f"a tool {tool}",
+                                    lambda: next(
+                                        (b for b in self.browser.all(".picture-tools button") if b.text == tool), None))
         button.click()
         self.browser.until("its surface", lambda: self.browser.all(".surface"))
 
@@ -86,7 +89,8 @@ class OnAPicture(page_wall.OnAPage):
         """A place of a tile's picture in the window, whole pixels; and which part of the tile that is."""
         self.browser.run("document.querySelectorAll('.tile')[arguments[0]].scrollIntoView({ block: 'center' })", tile)
         left, top, width, height = self.browser.run(
-            "const box = document.querySelectorAll('.tile')[arguments[0]].getBoundingClientRect(); return [box.left, box.top, box.width, box.height]", tile)
+            "const box = document.querySelectorAll('.tile')[arguments[0]].getBoundingClientRect(); return [box.left, "
+            "box.top, box.width, box.height]", tile)
         x, y = round(left + u * width), round(top + v * height)
         return x, y, (x - left) / width, (y - top) / height
 
@@ -97,10 +101,13 @@ class OnAPicture(page_wall.OnAPage):
         return ActionChains(self.browser.driver, duration=0)
 
     def mouse(self, kind, u, v, tile=0):
-        """A hand that holds the button over several calls: the driver's own moves let go of what was held for a while."""
+        """A hand that holds the button over several calls: the driver's own moves let go of what was held for a
+        while."""
         x, y, *part = self.surface_at(u, v, tile)
         held = 0 if kind == "mouseReleased" else 1
-        self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left", "buttons": held, "clickCount": 1})
+        self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent",
+                                            {"type": kind, "x": x, "y": y, "button": "left", "buttons": held,
+                                             "clickCount": 1})
         return part
 
     def press(self, u, v, tile=0):
@@ -119,8 +126,10 @@ class OnAPicture(page_wall.OnAPage):
         """With a box that has a handle, and what is said."""
         yard = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory())) / "yard.tsct"
         yard.write_text(YARD.read_text() + more +
-                        'node { name: "box" transform { translation { x: -4.2 y: 1 z: 0 } } box { size { x: 0.5 y: 0.5 z: 0.5 } } }\n'
-                        'node { name: "gizmo" transform { translation { x: -4.2 y: 1 z: 0 } } manipulator { target: "box" } }\n')
+                        'node { name: "box" transform { translation { x: -4.2 y: 1 z: 0 } } box { size { x: 0.5 y: '
+                        '0.5 z: 0.5 } } }\n'
+                        'node { name: "gizmo" transform { translation { x: -4.2 y: 1 z: 0 } } manipulator { target: '
+                        '"box" } }\n')
         cls.options = {"surface": "none", "size": "960x540", "scene": yard}
 
 
@@ -129,7 +138,8 @@ class Picture(OnAPicture):
     @classmethod
     def setUpClass(cls):
         cls.show_yard(
-            'node { name: "turned" transform { translation { x: -3.5 y: 2.2 z: -1 } rotation { axis { z: 1 } angle_deg: 90 } scale { x: 2 y: 2 z: 2 } }\n'
+            'node { name: "turned" transform { translation { x: -3.5 y: 2.2 z: -1 } rotation { axis { z: 1 } '
+            'angle_deg: 90 } scale { x: 2 y: 2 z: 2 } }\n'
             '  node { name: "inner" transform { translation { x: 0.1 } } box { size { x: 0.4 y: 0.4 z: 0.4 } } } }\n')
         super().setUpClass()
 
@@ -185,13 +195,15 @@ class Picture(OnAPicture):
         self.browser.run("document.querySelector('.surface').focus()")
         u, v = self.place_of((-2, 0.5, 0.5))
         step = 0.02 * 540  # pixels of the wall that a key leads by
-        self.browser.press(*[Keys.ARROW_LEFT] * round((0.5 - u) * 960 / step), *[Keys.ARROW_DOWN] * round((v - 0.5) * 540 / step + 1))
+        self.browser.press(*[Keys.ARROW_LEFT] * round((0.5 - u) * 960 / step),
+                           *[Keys.ARROW_DOWN] * round((v - 0.5) * 540 / step + 1))
         self.browser.press(Keys.ENTER)
         self.browser.until("it is held", lambda: "/carriage" in self.said())
         self.browser.press(*[Keys.ARROW_UP] * 3, Keys.ENTER)
         distance = 7.6 - 0.5  # from the eye to its front, of which 3.6 are before the screen, in the world's units
         way = 3 * 0.02 * 1.8 * 1.5 * distance / 3.6
-        self.browser.until("it has risen", lambda: math.dist(self.wall["/carriage"].translation, (-2, 0.5 + way, 0)) < 1e-9)
+        self.browser.until("it has risen",
+                           lambda: math.dist(self.wall["/carriage"].translation, (-2, 0.5 + way, 0)) < 1e-9)
 
     def drag(self, *places):
         """Presses at the first, goes to the others, lets go; the parts of the picture that these were."""
@@ -216,7 +228,8 @@ class Picture(OnAPicture):
 
         front = 0.5  # it is one unit deep
         wanted = plus(begin, minus(on_depth(self.ray(*parts[-1]), front), on_depth(self.ray(*parts[0]), front)))
-        self.browser.until("it is where the hand is", lambda: math.dist(self.wall["/carriage"].translation, wanted) < 1e-9)
+        self.browser.until("it is where the hand is",
+                           lambda: math.dist(self.wall["/carriage"].translation, wanted) < 1e-9)
         self.assertEqual(self.wall.status().undo_depth, depth + 1)
         next(b for b in self.browser.all(".tool-side button") if "Undo" in b.text).click()
         self.browser.until("all of it is back", lambda: self.wall["/carriage"].translation == begin)
@@ -226,13 +239,15 @@ class Picture(OnAPicture):
     def test_what_lies_in_a_turned_and_scaled_node_follows_the_hand(self):
         self.come_in()
         self.choose("Drag")
-        begin = self.wall["/turned/inner"].translation  # a tenth along the node's x, which is the world's y, twice as long
+        # A tenth along the node's x, which is the world's y, twice as long
+        begin = self.wall["/turned/inner"].translation
         from_, to = self.place_of((-3.5, 2.4, -0.6)), self.place_of((-3.1, 2.6, -0.6))
         first, last = self.drag(from_, to)
 
         x, y, z = minus(on_depth(self.ray(*last), -0.6), on_depth(self.ray(*first), -0.6))
         wanted = plus(begin, (y / 2, -x / 2, z / 2))
-        self.browser.until("it is where the hand is", lambda: math.dist(self.wall["/turned/inner"].translation, wanted) < 1e-9)
+        self.browser.until("it is where the hand is",
+                           lambda: math.dist(self.wall["/turned/inner"].translation, wanted) < 1e-9)
 
     def test_what_stands_in_the_way_stops_it_and_is_named(self):
         self.come_in()
@@ -266,7 +281,9 @@ class Picture(OnAPicture):
         self.wall["/carriage"].translation = (-2.5, 0.8, 0)  # somebody else
         self.mouse("mouseMoved", u + 0.04, v)
         self.mouse("mouseReleased", u + 0.04, v)
-        self.browser.until("the last one has it", lambda: self.wall["/carriage"].translation[1] == 0.5 and self.wall["/carriage"].translation[0] > -2)
+        self.browser.until("the last one has it",
+                           lambda: self.wall["/carriage"].translation[1] == 0.5
+                           and self.wall["/carriage"].translation[0] > -2)
         # A handle is one person's at a time.
         handle = self.wall.ask("GrabHandle", ray=self.handle_ray())
         self.assertTrue(handle.hit)
@@ -391,7 +408,8 @@ class Picture(OnAPicture):
         self.browser.run("document.querySelector('.surface').focus()")
         self.browser.press("9")
         self.browser.until("why not", lambda: "nobody has kept a bookmark 9" in self.said())
-        self.browser.run("const mode = document.querySelector('[aria-label=\"How to move\"]'); mode.value = 'orbit'; mode.dispatchEvent(new Event('change'))")
+        self.browser.run("const mode = document.querySelector('[aria-label=\"How to move\"]'); mode.value = 'orbit'; "
+                         "mode.dispatchEvent(new Event('change'))")
         self.browser.until("it orbits", lambda: self.wall.status().navigation == "orbit")
         self.wall.ask("NavigateView", mode="fly")
 
@@ -577,11 +595,14 @@ class Room(OnAPicture):
         head = (0.1, 1.6, 1.2)
         self.wall.ask("SetView", user="viewer", head=head)
         eye = plus(head, (-0.0325, 0, 0))
-        corners = {"front": ((-1.2, 0, 0), (1.2, 0, 0), (-1.2, 2.4, 0)), "left": ((-1.2, 0, 2.4), (-1.2, 0, 0), (-1.2, 2.4, 2.4)),
-                   "right": ((1.2, 0, 0), (1.2, 0, 2.4), (1.2, 2.4, 0)), "floor": ((-1.2, 0, 2.4), (1.2, 0, 2.4), (-1.2, 0, 0))}
+        corners = {"front": ((-1.2, 0, 0), (1.2, 0, 0), (-1.2, 2.4, 0)),
+                   "left": ((-1.2, 0, 2.4), (-1.2, 0, 0), (-1.2, 2.4, 2.4)),
+                   "right": ((1.2, 0, 0), (1.2, 0, 2.4), (1.2, 2.4, 0)),
+                   "floor": ((-1.2, 0, 2.4), (1.2, 0, 2.4), (-1.2, 0, 0))}
         self.come_in()
         self.choose("Pick")
-        tiles = [tile.get_attribute("aria-label") for tile in self.browser.driver.find_elements("css selector", ".tile")]
+        tiles = [tile.get_attribute("aria-label")
+                 for tile in self.browser.driver.find_elements("css selector", ".tile")]
         hits = 0
         for screen, places in corners.items():
             tile = next(i for i, name in enumerate(tiles) if f"Tile {screen}-0-0-left" in name)
@@ -598,7 +619,8 @@ class Room(OnAPicture):
         node, _, place = self.said().partition(" from the eye · at ")
         if not told.hit or not place:
             return not told.hit and "Nothing stands there." in node
-        return f"#{told.node} ·" in node and math.dist(map(float, place.partition("Show")[0].split(", ")), told.point) < 1e-5
+        return (f"#{told.node} ·" in node
+                and math.dist(map(float, place.partition("Show")[0].split(", ")), told.point) < 1e-5)
 
 
 if __name__ == "__main__":

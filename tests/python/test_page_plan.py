@@ -24,7 +24,8 @@ class OnAPlan(page_wall.OnAPage):
             const points = [...svg.querySelectorAll('.screen')].flatMap((one) => [...one.points]);
             const xs = points.map(({ x }) => x), ys = points.map(({ y }) => y);
             const metre = (Math.max(...xs) - Math.min(...xs)) / 2.4, head = svg.querySelector('[data-user=viewer]');
-            return [(head.cx.baseVal.value - Math.min(...xs)) / metre, (head.cy.baseVal.value - Math.min(...ys)) / metre];""", side)
+            return [(head.cx.baseVal.value - Math.min(...xs)) / metre,
+              (head.cy.baseVal.value - Math.min(...ys)) / metre];""", side)
 
 
 @unittest.skipIf(page_browser.WHY_NOT, page_browser.WHY_NOT)
@@ -53,7 +54,8 @@ class Room(OnAPlan):
         self.browser.run("""
             window.told = {};
             const real = JSON.parse;
-            JSON.parse = (text) => { const said = real(text); if (said.notice) told[said.notice] = (told[said.notice] ?? 0) + 1; return said; };""")
+            JSON.parse = (text) => { const said = real(text);
+              if (said.notice) told[said.notice] = (told[said.notice] ?? 0) + 1; return said; };""")
         self.browser.until("poses", lambda: self.browser.run("return told.Poses ?? 0") > 3)
         self.browser.run("document.getElementById('tab-time').click()")
         self.browser.until("twenty frames without poses", lambda: self.browser.run("""
@@ -63,7 +65,8 @@ class Room(OnAPlan):
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
         self.come_in(tab="plan")
         for width, theme in self.browser.sizes_and_themes():
-            self.browser.until("its drawings", lambda: self.browser.run("return document.querySelectorAll('.plan .head').length") >= 2)
+            self.browser.until("its drawings",
+                               lambda: self.browser.run("return document.querySelectorAll('.plan .head').length") >= 2)
             with self.subTest(width=width, theme=theme):
                 self.assertEqual(self.browser.faults(), [])
             self.browser.shoot(f"plan-{width}-{theme}")
@@ -81,7 +84,8 @@ class TrackedRoom(OnAPlan):
             free.bind(("127.0.0.1", 0))
             cls.port = free.getsockname()[1]
         room = folder / "room.wall"
-        room.write_text(CAVE.read_text().replace("eye_separation_m: 0.065 }", "eye_separation_m: 0.065\n  head { tracker: \"art\" sensor: 0 } }\n"
+        room.write_text(CAVE.read_text().replace("eye_separation_m: 0.065 }",
+                                                 "eye_separation_m: 0.065\n  head { tracker: \"art\" sensor: 0 } }\n"
                         f"trackers {{ name: \"art\" dtrack {{ listen: \"127.0.0.1:{cls.port}\" }} }}\n"
                         "wands { name: \"right\" mount { tracker: \"art\" flystick: 0 } }"))
         cls.wall_name, cls.options = str(room), {"surface": "none"}

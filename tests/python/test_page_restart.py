@@ -1,4 +1,5 @@
-"""The console's page over a restart of its server with another scene: a number that meant one thing means another one."""
+"""The console's page over a restart of its server with another scene: a number that meant one thing means another
+one."""
 import unittest
 
 import page_browser
@@ -17,7 +18,10 @@ class PageRestart(page_wall.OnAScene):
         self.browser.until("a banner", lambda: self.browser.all("#banner"))
         self.live.start_server()
         self.browser.until("no banner", lambda: not self.browser.all("#banner"))
-        self.browser.until("the other scene", lambda: self.browser.run("return [...document.querySelectorAll('[role=treeitem] .name')].map((one) => one.textContent)")[1:] == list(names))
+        self.browser.until("the other scene",
+                           lambda: self.browser.run(
+                               "return [...document.querySelectorAll('[role=treeitem] .name')].map((one) => "
+                               "one.textContent)")[1:] == list(names))
 
     def test_nobody_edits_what_has_the_number_of_something_else(self):
         from selenium.webdriver.common.keys import Keys
@@ -30,9 +34,11 @@ class PageRestart(page_wall.OnAScene):
         self.browser.run("document.getElementById('tab-scene').click()")
         self.restart("first", "second")
         self.assertEqual(self.browser.text(".found .path"), "")
-        self.assertTrue(self.browser.run("return [...document.querySelectorAll('.found button')].find((one) => one.textContent === 'Show in Scene').hidden"))
+        self.assertTrue(self.browser.run("return [...document.querySelectorAll('.found button')].find((one) => "
+                                         "one.textContent === 'Show in Scene').hidden"))
         self.select("second")
-        self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => one.textContent.includes('Remove')).click()")
+        self.browser.run("[...document.querySelectorAll('.node-tools button')].find((one) => "
+                         "one.textContent.includes('Remove')).click()")
         self.browser.until("a question", lambda: "Remove second?" in self.browser.text("dialog[open]"))
         self.restart("first", "third")
         self.browser.until("no question", lambda: not self.browser.all("dialog[open]"))

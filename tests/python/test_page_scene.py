@@ -11,17 +11,21 @@ from live import Live, run_folder
 
 MANY = 620  # children of one node
 
-# Of each field of what is selected: its object's type, its name as the wall says it, what it is edited with, what is said of it.
+# Of each field of what is selected: its object's type, its name as the wall says it, what it is edited with, what is
+# said of it.
 FIELDS = """
 return [...document.querySelectorAll('.object section')].map((section) => [section.querySelector('h3').textContent,
   [...section.querySelectorAll('.field')].map((field) => [field.querySelector('.field-name').firstChild.textContent,
-    field.querySelectorAll('input, select, textarea').length, field.querySelector('.field-name .muted')?.textContent ?? '',
+    field.querySelectorAll('input, select, textarea').length,
+      field.querySelector('.field-name .muted')?.textContent ?? '',
     field.querySelector('.value').textContent,
     field.querySelector('.field-name').scrollWidth <= field.querySelector('.field-name').clientWidth])]);
 """
-# Of the ball of a material: the mean of red, green, blue where it is, and how much its brightest parts are brighter than that.
+# Of the ball of a material: the mean of red, green, blue where it is, and how much its brightest parts are brighter
+# than that.
 BALL = """
-const canvas = document.querySelector('.preview canvas'), data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+const canvas = document.querySelector('.preview canvas'), data = canvas.getContext('2d').getImageData(0, 0,
+  canvas.width, canvas.height).data;
 const sum = [0, 0, 0], lights = [];
 for (let at = 0; at < data.length; at += 4) {
   if (data[at + 3] < 255) continue;
@@ -35,7 +39,8 @@ return { mean, many, corner: data[3], spot: lights[Math.floor(0.998 * many)] / (
 
 
 def spaced(name):
-    return "".join(f" {letter.lower()}" if letter.isupper() and before.islower() or before.isdigit() and letter.isupper() else letter
+    return "".join(f" {letter.lower()}" if letter.isupper() and before.islower() or before.isdigit()
+                   and letter.isupper() else letter
                    for before, letter in zip(" " + name, name))
 
 
@@ -44,11 +49,13 @@ class PageScene(page_wall.OnAScene):
     @classmethod
     def setUpClass(cls):
         cls.enterClassContext(run_folder())
-        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48", options=["--assets", str(pathlib.Path(__file__).parent)]))
+        cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48",
+                                              options=["--assets", str(pathlib.Path(__file__).parent)]))
         cls.browser = cls.enterClassContext(page_browser.Browser())
         cls.wall = cls.enterClassContext(cls.live.connect())
         link = cls.live.link()
-        request = urllib.request.Request(link.partition("/?")[0] + "/api", headers={"Authorization": f"Bearer {cls.live.token()}"})
+        request = urllib.request.Request(link.partition("/?")[0] + "/api",
+                                         headers={"Authorization": f"Bearer {cls.live.token()}"})
         with urllib.request.urlopen(request) as answer:
             cls.types = {one["name"]: one for one in json.load(answer)["types"]}
         with cls.wall.edit() as edit:
@@ -69,7 +76,8 @@ class PageScene(page_wall.OnAScene):
         lonely = [name for name, one in self.types.items() if not one["core"] and name != "Node"]  # at no node
         with self.wall.edit() as edit:
             edit.create("/types", None)
-            edit.create("/shower", "Animation", channels=[edit.object("KeyFrames", target=edit.object(name)) for name in lonely])
+            edit.create("/shower", "Animation",
+                        channels=[edit.object("KeyFrames", target=edit.object(name)) for name in lonely])
             for name, one in self.types.items():
                 if one["core"]:
                     edit.create(f"/types/{name} here", name)
@@ -77,7 +85,10 @@ class PageScene(page_wall.OnAScene):
         seen = set()
 
         def look(expected):
-            shown = self.browser.until(f"the fields of {expected}", lambda: next((one for one in self.browser.run(FIELDS) if one[0].startswith(expected + " #")), None))
+            shown = self.browser.until(f"the fields of {expected}",
+                                       lambda: next(
+                                           (one for one in self.browser.run(FIELDS)
+                                            if one[0].startswith(expected + " #")), None))
             fields = self.types[expected]["fields"]
             self.assertEqual([name for name, *_ in shown[1]], [spaced(field["name"]) for field in fields], expected)
             for field, (name, editors, note, value, fits) in zip(fields, shown[1]):
@@ -106,7 +117,8 @@ class PageScene(page_wall.OnAScene):
                 look(name)
         for at, name in enumerate(lonely):
             self.select("shower")
-            self.browser.until("its tracks", lambda: len(self.texts(".object section:last-child .visit")) == len(lonely))
+            self.browser.until("its tracks",
+                               lambda: len(self.texts(".object section:last-child .visit")) == len(lonely))
             self.browser.run("document.querySelectorAll('.object section:last-child .visit')[arguments[0]].click()", at)
             look("KeyFrames")
             self.press(".object .visit", "Show")
@@ -121,13 +133,15 @@ class PageScene(page_wall.OnAScene):
         self.wall["/turned"].rotation = exact
         self.come_in(tab="scene")
         self.select("turned")
-        self.browser.until("its angles", lambda: self.field("rotation, degrees about y").get_property("value") not in ("", "0"))
+        self.browser.until("its angles",
+                           lambda: self.field("rotation, degrees about y").get_property("value") not in ("", "0"))
         self.type(self.field("translation, x"), "3")
         self.browser.until("it has moved", lambda: tuple(self.wall["/turned"].translation) == (3, 0, 0))
         self.assertEqual(tuple(self.wall["/turned"].rotation), exact)
         for axis, angle in (("x", "0"), ("z", "0"), ("y", "90")):
             self.type(self.field(f"rotation, degrees about {axis}"), angle)
-        self.browser.until("a quarter of a turn", lambda: numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
+        self.browser.until("a quarter of a turn",
+                           lambda: numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
         self.type(self.field("translation, x"), "1e999")
         self.browser.until("a refusal", lambda: "✕ a number was expected, not a text" in self.texts(".field .said"))
         self.type(self.field("translation, x"), "4")
@@ -135,7 +149,8 @@ class PageScene(page_wall.OnAScene):
         self.type(self.field("rotation, degrees about x"), "steep")
         self.browser.until("a refusal", lambda: any("number" in one for one in self.texts(".field .said")))
         self.assertTrue(numpy.allclose(self.wall["/turned"].rotation, (0.5**0.5, 0, 0.5**0.5, 0)))
-        self.browser.until("the old angle", lambda: self.field("rotation, degrees about x").get_property("value") == "0")
+        self.browser.until("the old angle",
+                           lambda: self.field("rotation, degrees about x").get_property("value") == "0")
         self.assert_nothing_logged()
 
     def test_a_text_of_several_lines_stays_one(self):
@@ -164,12 +179,15 @@ class PageScene(page_wall.OnAScene):
         self.browser.until("it is the beacon", lambda: self.wall["/lamp"].beacon == self.wall["/turned"])
         self.type(self.field("beacon"), "/nowhere")
         self.browser.until("a refusal", lambda: any("/nowhere" in one for one in self.texts(".field .said")))
-        self.browser.until("the old one", lambda: self.field("beacon").get_property("value") == f"#{self.wall['/turned'].id}")
+        self.browser.until("the old one",
+                           lambda: self.field("beacon").get_property("value") == f"#{self.wall['/turned'].id}")
         self.press(".field .visit", f"#{self.wall['/turned'].id}")
         self.browser.until("a link to it", lambda: self.browser.text(".object h2") == "turned")
         self.select("ball")
         self.field("material, Choose…").click()
-        found = self.browser.until("materials with a picture", lambda: len(self.texts(".choices canvas")) >= 4 and self.browser.all(".choices button"))
+        found = self.browser.until("materials with a picture",
+                                   lambda: len(self.texts(".choices canvas")) >= 4
+                                   and self.browser.all(".choices button"))
         other = next(one for one in found if f"#{self.wall['/ball'].material.id}" not in one.text)
         number = other.text.partition("#")[2].strip()
         other.click()
@@ -189,14 +207,21 @@ class PageScene(page_wall.OnAScene):
         self.press(".materials button", f"#{material.id}")
 
         def ball(what, is_so):
-            return self.browser.until(what, lambda: (lambda told: told if told and is_so(told) else None)(self.browser.run(f"if (!document.querySelector('.preview')) return null; {BALL}")))
+            return self.browser.until(what,
+                                      lambda: (lambda told: told if told and is_so(told)
+                                               else None)(
+                                                   self.browser.run(
+                                                       f"if (!document.querySelector('.preview')) return null; "
+                                                       f"{BALL}")))
 
-        red = ball("a red ball", lambda told: told["mean"][0] > 2 * told["mean"][1] and told["mean"][0] > 2 * told["mean"][2])
+        red = ball("a red ball", lambda told: told["mean"][0] > 2 * told["mean"][1]
+                   and told["mean"][0] > 2 * told["mean"][2])
         self.assertEqual(red["corner"], 0, "around it is nothing")
         self.assertGreater(red["many"], 20000)
         self.type(self.field("base color, green"), "1")
         self.type(self.field("base color, red"), "0.02")
-        ball("a green one", lambda told: told["mean"][1] > 2 * told["mean"][0] and told["mean"][1] > 2 * told["mean"][2])
+        ball("a green one", lambda told: told["mean"][1] > 2 * told["mean"][0]
+             and told["mean"][1] > 2 * told["mean"][2])
         self.type(self.field("roughness"), "0.15")
         glossy = ball("a small bright spot", lambda told: told["spot"] > 1.5)
         self.type(self.field("roughness"), "1")
@@ -207,7 +232,8 @@ class PageScene(page_wall.OnAScene):
         ball("it shines", lambda told: told["mean"][2] > dark["mean"][2] + 80)
         material.set(emissive=(0, 0, 0), metallic=0, baseColor=(0, 0, 0, 0), alphaMode="blend")
         ball("the pattern behind it", lambda told: 150 < min(told["mean"]) and max(told["mean"]) < 205)
-        self.wall["/ball"].material.set(baseColor=(1, 0.02, 0.02, 1), roughness=0.6, alphaMode="auto", program=self.wall.object("SurfaceProgram"))
+        self.wall["/ball"].material.set(baseColor=(1, 0.02, 0.02, 1), roughness=0.6, alphaMode="auto",
+                                        program=self.wall.object("SurfaceProgram"))
         self.browser.until("what is not drawn", lambda: "without program" in self.browser.text(".preview"))
         self.assert_nothing_logged()
 
@@ -228,7 +254,8 @@ class PageScene(page_wall.OnAScene):
         self.press(".node-tools button", "Remove")
         self.press("dialog[open] button.danger", "Remove")
         self.browser.until("it is gone", lambda: "/goner" not in self.wall)
-        self.browser.until("and not in the tree", lambda: not any("goner" in one for one in self.texts("[role=treeitem]")))
+        self.browser.until("and not in the tree",
+                           lambda: not any("goner" in one for one in self.texts("[role=treeitem]")))
         self.browser.until("what was above it", lambda: self.browser.text(".object h2") == "Node #1")
         self.browser.until("of which there is no other", lambda: self.texts(".node-tools button") == ["+ New child…"])
         self.wall.undo()
@@ -288,7 +315,9 @@ class PageScene(page_wall.OnAScene):
         for name in ("tree", "materials", "animations", "inlines", "budget"):
             self.part(name)
             panel = f"#panel-scene-{name}"
-            self.assertEqual(self.browser.all(f"{panel} .object input, {panel} .listed input, {panel} select, {panel} textarea, {panel} .choose, {panel} .node-tools, {panel} form.budget"), [])
+            self.assertEqual(self.browser.all(
+                f"{panel} .object input, {panel} .listed input, {panel} select, {panel} textarea, {panel} .choose, "
+                f"{panel} .node-tools, {panel} form.budget"), [])
         self.assert_nothing_logged()
 
     def test_nothing_is_cut_off_faint_or_too_small_for_a_finger(self):
@@ -308,7 +337,8 @@ class PageScene(page_wall.OnAScene):
                 elif name == "choice":
                     self.select("ball")
                     self.browser.run("arguments[0].click()", self.field("material, Choose…"))
-                awaited = {"materials": ".materials canvas", "animations": ".animation", "inlines": ".inline .said", "choice": ".choices canvas"}.get(name)
+                awaited = {"materials": ".materials canvas", "animations": ".animation", "inlines": ".inline .said",
+                           "choice": ".choices canvas"}.get(name)
                 if awaited:
                     self.shown(awaited)
                 with self.subTest(width=width, theme=theme, part=name):

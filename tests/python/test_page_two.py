@@ -1,4 +1,5 @@
-"""Two people on the console's page, each in a browser of their own: one thing that both drag, a handle, undo in the middle, who leaves."""
+"""Two people on the console's page, each in a browser of their own: one thing that both drag, a handle, undo in the
+middle, who leaves."""
 import contextlib
 import math
 import unittest
@@ -56,7 +57,8 @@ class PageTwo(picture.OnAPicture):
 
     def led(self, from_, to):
         """To where such a way of a hand leads the carriage from where it stood."""
-        way = picture.minus(picture.on_depth(picture.stand_ray(*to), BODY[2]), picture.on_depth(picture.stand_ray(*from_), BODY[2]))
+        way = picture.minus(picture.on_depth(picture.stand_ray(*to), BODY[2]),
+                            picture.on_depth(picture.stand_ray(*from_), BODY[2]))
         return picture.plus((-2, 0.5, 0), way)
 
     def test_of_two_who_drag_one_thing_the_last_has_it_and_nobody_hangs(self):
@@ -76,9 +78,15 @@ class PageTwo(picture.OnAPicture):
         for one in (self.ada, self.ben):
             with self.at(one):
                 self.browser.run("document.getElementById('tab-scene').click()")
-                self.browser.until("a row", lambda: self.browser.run("const row = [...document.querySelectorAll('[role=treeitem]')].find((one) => one.textContent.includes('carriage')); row?.click(); return row"))
+                self.browser.until("a row",
+                                   lambda: self.browser.run(
+                                       "const row = [...document.querySelectorAll('[role=treeitem]')].find((one) => "
+                                       "one.textContent.includes('carriage')); row?.click(); return row"))
                 x = f"{self.where()[0]:.7g}"
-                self.browser.until("the same place", lambda: self.browser.run("return document.querySelector(\".object [aria-label='translation, x']\")?.value") == x)
+                self.browser.until("the same place",
+                                   lambda: self.browser.run(
+                                       "return document.querySelector(\".object [aria-label='translation, "
+                                       "x']\")?.value") == x)
                 self.assert_nothing_logged()
 
     def test_who_takes_a_step_back_in_the_middle_takes_nothing_out_of_a_hand(self):
@@ -94,7 +102,8 @@ class PageTwo(picture.OnAPicture):
 
     def test_a_handle_is_one_hands_and_free_once_they_leave(self):
         eye = picture.plus(picture.STAND["position"], picture.times(picture.VIEWER, 1.5))
-        rays = ({"origin": eye, "direction": picture.minus((-4.2 + x * 0.08, 1 + y * 0.08, 0), eye)} for x in range(-10, 11) for y in range(-10, 11))
+        rays = ({"origin": eye, "direction": picture.minus((-4.2 + x * 0.08, 1 + y * 0.08, 0), eye)}
+                for x in range(-10, 11) for y in range(-10, 11))
         handle = next(told for told in (self.wall.ask("GrabHandle", ray=ray) for ray in rays) if told.hit)
         self.wall.ask("ReleaseHandle")
         u, v = picture.seen_at(handle.point)

@@ -1,4 +1,5 @@
-"""Small pictures of a running wall, as a page asks for them: what has changed, and nothing else; and where its tiles are."""
+"""Small pictures of a running wall, as a page asks for them: what has changed, and nothing else; and where its tiles
+are."""
 import time
 import unittest
 

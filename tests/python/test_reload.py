@@ -28,7 +28,8 @@ def triangle(height):
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
         "nodes": [{"name": "sail", "mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, height, 0]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0],
+                       "max": [1, height, 0]}],
         "bufferViews": [{"buffer": 0, "byteLength": len(array)}],
         "buffers": [{"uri": "sail.bin", "byteLength": len(array)}],
     }
@@ -106,7 +107,8 @@ class Reload(unittest.TestCase):
             replace(live.file, hall(crane=(5, 0, 0), crate=(4, 0, 0), more='node { name: "lamp" }'))
             wait_until(lambda: place(wall, "/hall/crate") == (4, 0, 0), "the crate moves again")
             self.assertEqual(place(wall, "/hall/crane"), (7, 7, 7), "both have changed it")
-            wait_until(lambda: live.said("the Transform of /hall/crane: translation stays as it is here") == 1, "that is named")
+            wait_until(lambda: live.said("the Transform of /hall/crane: translation stays as it is here") == 1,
+                       "that is named")
             self.assertEqual([child.name for child in wall["/hall"].children], ["crane", "crate", "lamp"])
             for path, number in ids.items():
                 self.assertEqual(wall[path].id, number, f"{path} is the same node")
@@ -153,9 +155,12 @@ class Reload(unittest.TestCase):
             return work
 
         wrong = {
-            "cut": cut, "empty": lambda file: file.write_bytes(b""), "noise": lambda file: file.write_bytes(bytes(range(256)) * 40),
-            "letter": lambda file: file.write_text("this is a letter, not a model"), "many": lambda file: file.write_text("node { " * 5000),
-            "folder": become(lambda file: file.mkdir()), "pipe": become(os.mkfifo), "device": become(lambda file: file.symlink_to("/dev/zero")),
+            "cut": cut, "empty": lambda file: file.write_bytes(b""),
+            "noise": lambda file: file.write_bytes(bytes(range(256)) * 40),
+            "letter": lambda file: file.write_text("this is a letter, not a model"),
+            "many": lambda file: file.write_text("node { " * 5000),
+            "folder": become(lambda file: file.mkdir()), "pipe": become(os.mkfifo),
+            "device": become(lambda file: file.symlink_to("/dev/zero")),
             "loop": become(lambda file: file.symlink_to(file.name)),
         }
         for name, text in (("hall.tsct", hall()), ("sail.gltf", triangle(1.0)[0])):
@@ -163,7 +168,8 @@ class Reload(unittest.TestCase):
             (live.files / "sail.bin").write_bytes(triangle(1.0)[1])
             with self.subTest(name), live, live.connect() as wall:
                 def shape():
-                    return wall.find("/**", type="Geometry")[0].positions[2][1] if name == "sail.gltf" else place(wall, "/hall/crate")[0]
+                    return (wall.find("/**", type="Geometry")[0].positions[2][1] if name == "sail.gltf"
+                            else place(wall, "/hall/crate")[0])
 
                 def good(number):
                     if live.file.is_dir():
@@ -274,7 +280,8 @@ class Reload(unittest.TestCase):
             live.kill_server()
             live.start_server()
             with live.connect() as wall:
-                wait_until(lambda: live.said("objects are in the scene; what it changes from now on is taken in") == 1, "it is found")
+                wait_until(lambda: live.said("objects are in the scene; what it changes from now on is taken in") == 1,
+                           "it is found")
                 self.assertIn("8 of its 8 objects", live.log("server"))
                 replace(live.file, hall(crane=(5, 0, 0), crate=(4, 0, 0)))
                 wait_until(lambda: place(wall, "/hall/crate") == (4, 0, 0), "the crate moves")
@@ -283,7 +290,8 @@ class Reload(unittest.TestCase):
 
     def test_what_is_large_comes_in_parts_and_leads_back(self):
         def plant(nodes, x):
-            below = "".join(f'node {{ name: "n{i}" transform {{ translation {{ x: {x} y: {i} }} }} }}\n' for i in range(nodes))
+            below = "".join(f'node {{ name: "n{i}" transform {{ translation {{ x: {x} y: {i} }} }} }}\n'
+                            for i in range(nodes))
             return hall(more=f'node {{ name: "plant" {below} }}')
         with Changing(plant(0, 0)) as live, live.connect() as wall:
             replace(live.file, plant(9000, 1))

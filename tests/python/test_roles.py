@@ -1,4 +1,5 @@
-"""Every request there is, by everybody who can come in, at every door: what is for a higher role is refused as such, whatever it says.
+"""Every request there is, by everybody who can come in, at every door: what is for a higher role is refused as such,
+whatever it says.
 
 Said with nothing in it: who may say a request is told what is missing, and who may not is told that alone."""
 import http.client
@@ -34,7 +35,8 @@ class EveryRequest(unittest.TestCase):
         cls.plain, cls.known = contexts(cls.live)
 
     def check(self, role, name, needed, refused, what, said=""):
-        self.assertEqual(refused, ROLES.index(role) < ROLES.index(needed), f"{name}, for {needed}, by {what} as {role}: {said}")
+        self.assertEqual(refused, ROLES.index(role) < ROLES.index(needed),
+                         f"{name}, for {needed}, by {what} as {role}: {said}")
 
     def words(self, role):
         """By which one comes in as that: the server's own, and one for some time."""

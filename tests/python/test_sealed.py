@@ -43,12 +43,14 @@ def contexts(live):
 
 @contextlib.contextmanager
 def somebody_sealed(holder, wall="1x1", serve=lambda connection: None):
-    """Something that listens with a key of its own wall: ("server",) or ("person", "eve"). Yields its address, and the SHA-256 of its authority."""
+    """Something that listens with a key of its own wall: ("server",) or ("person", "eve"). Yields its address, and the
+    SHA-256 of its authority."""
     with tempfile.TemporaryDirectory() as folder:
         keys = pathlib.Path(folder) / "keys"
 
         def say(*arguments):
-            subprocess.run([str(BIN / "tessera-keys"), "--keys", str(keys), *arguments], check=True, capture_output=True, timeout=PATIENCE)
+            subprocess.run([str(BIN / "tessera-keys"), "--keys", str(keys), *arguments], check=True,
+                           capture_output=True, timeout=PATIENCE)
         say("init", "--wall", wall)
         if holder[0] == "person":
             say("person", holder[1], "--role", "operator")
@@ -61,7 +63,8 @@ def somebody_sealed(holder, wall="1x1", serve=lambda connection: None):
                     serve(sealed, (keys / "authority.crt").read_bytes())
             except (OSError, ssl.SSLError):
                 pass
-        with Stranger(lambda connection: threading.Thread(target=shake, args=(connection,), daemon=True).start()) as stranger:
+        with Stranger(lambda connection: threading.Thread(target=shake, args=(connection,),
+                                                          daemon=True).start()) as stranger:
             yield stranger.address, tessera._sealed.fingerprint((keys / "authority.crt").read_text())
 
 
@@ -103,7 +106,8 @@ class Keys(unittest.TestCase):
                 self.assertGreater(next(frames).frame, 0)
 
     def test_whose_key_is_revoked_goes_and_is_told(self):
-        with SealedWall(surface="none") as live, self.connect(live, "bob", redial=PATIENCE) as wall, self.connect(live, "anna") as other:
+        with (SealedWall(surface="none") as live, self.connect(live, "bob", redial=PATIENCE) as wall,
+              self.connect(live, "anna") as other):
             live.keys_say("revoke", "bob")
             begin = time.monotonic()
             while wall.connected and time.monotonic() < begin + PATIENCE:
@@ -131,12 +135,14 @@ class Keys(unittest.TestCase):
             with somebody_sealed(("server",), serve=lambda sealed, pem: heard.append(sealed.recv(1))) as (address, _):
                 with self.assertRaisesRegex(tessera.NetworkError, "no way in.*certificate is not believed"):
                     tessera.connect(address, keys=live.key_of("bob"), timeout=PATIENCE)
-            with Stranger(lambda connection: connection.close()) as stranger, self.assertRaisesRegex(tessera.NetworkError, "no Tessera server at"):
+            with (Stranger(lambda connection: connection.close()) as stranger,
+                  self.assertRaisesRegex(tessera.NetworkError, "no Tessera server at")):
                 tessera.connect(stranger.address, keys=live.key_of("bob"), timeout=PATIENCE)
             with Stranger(lambda connection: connection.sendall(b"hello" * 100)) as stranger:
                 with self.assertRaisesRegex(tessera.NetworkError, "does not speak TLS 1.3"):
                     tessera.connect(stranger.address, keys=live.key_of("bob"), timeout=PATIENCE)
-            with Stranger(lambda connection: None) as stranger, self.assertRaisesRegex(tessera.Timeout, "did not answer in time"):
+            with (Stranger(lambda connection: None) as stranger,
+                  self.assertRaisesRegex(tessera.Timeout, "did not answer in time")):
                 tessera.connect(stranger.address, keys=live.key_of("bob"), timeout=0.3)
             # Somebody of the same wall is no server of it.
             mixed = pathlib.Path(tempfile.mkdtemp(dir=live.folder))
@@ -158,7 +164,8 @@ class Keys(unittest.TestCase):
     def test_keys_that_are_none_say_what_is_wrong(self):
         with SealedWall() as live:
             folder = pathlib.Path(tempfile.mkdtemp(dir=live.folder))
-            connect = lambda keys, **more: tessera.connect(live.address, keys=str(keys), timeout=PATIENCE, **more)  # noqa: E731
+            # Noqa: E731
+            connect = lambda keys, **more: tessera.connect(live.address, keys=str(keys), timeout=PATIENCE, **more)
             with self.assertRaisesRegex(tessera.NotFound, "no key of a person is there: tessera-keys person"):
                 connect(folder)
             with self.assertRaisesRegex(tessera.NotFound, "missing: No such file"):
@@ -175,7 +182,8 @@ class Keys(unittest.TestCase):
                 connect(folder)
             bob.chmod(0o600)
             shutil.copy(os.path.join(live.key_of("eve"), "person-eve.pem"), folder)
-            with self.assertRaisesRegex(tessera.BadInput, r"several people are there \(person-bob.pem, person-eve.pem\)"):
+            with self.assertRaisesRegex(tessera.BadInput,
+                                        r"several people are there \(person-bob.pem, person-eve.pem\)"):
                 connect(folder)
             bob.write_text("no key\n")
             with self.assertRaisesRegex(tessera.BadInput, "person-bob.pem: holds no key"):
@@ -222,12 +230,14 @@ class Console(unittest.TestCase):
             url = urllib.parse.urlsplit(live.sealed_link())
             token = urllib.parse.parse_qs(url.query)["token"][0]
             plain, known = contexts(live)
-            with WebSocket(url.netloc, token, context=plain) as one, WebSocket(url.netloc, "none-is-needed-here", context=known) as other:
+            with (WebSocket(url.netloc, token, context=plain) as one,
+                  WebSocket(url.netloc, "none-is-needed-here", context=known) as other):
                 one.ask(0, "WhoAmI")
                 self.assertEqual(one.read()["fields"]["role"], "operator")
                 memory, array = figure(live.server, "VmRSS"), array_name(raw)
                 offsets = [at * piece % (raw.nbytes - piece) for at in range(pieces)]
-                asked = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece) for at, offset in enumerate(offsets))
+                asked = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece)
+                                 for at, offset in enumerate(offsets))
                 one.socket.sendall(asked)
                 time.sleep(0.5)  # it does not read yet: 100 MB would have to wait for it
                 self.assertLess(figure(live.server, "VmRSS") - memory, 60_000, "kB held for one that does not read")
@@ -254,10 +264,12 @@ class Console(unittest.TestCase):
     def test_curl_comes_in(self):
         with SealedWall() as live:
             link = live.sealed_link()
-            done = subprocess.run(["curl", "-sS", "--cacert", str(live.keys / "authority.crt"), link], capture_output=True, text=True, timeout=PATIENCE)
+            done = subprocess.run(["curl", "-sS", "--cacert", str(live.keys / "authority.crt"), link],
+                                  capture_output=True, text=True, timeout=PATIENCE)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn("/page/main.js", done.stdout)
-            done = subprocess.run(["curl", "-sS", link.replace("https://", "http://")], capture_output=True, text=True, timeout=PATIENCE)
+            done = subprocess.run(["curl", "-sS", link.replace("https://", "http://")], capture_output=True, text=True,
+                                  timeout=PATIENCE)
             self.assertIn("this door speaks https", done.stdout)
 
     def test_a_console_beyond_this_machine_needs_keys_or_a_word(self):
@@ -283,7 +295,8 @@ class Links(unittest.TestCase):
 
     def test_all_is_as_in_plain(self):
         points = np.random.default_rng(3).random((1_400_000, 3), np.float32)
-        with SealedWall(surface="none") as live, self.connect(live.sealed_link(), name="linked") as wall, live.connect() as watcher:
+        with (SealedWall(surface="none") as live, self.connect(live.sealed_link(), name="linked") as wall,
+              live.connect() as watcher):
             self.assertEqual(wall.whoami().as_dict(), {"name": "linked", "role": "operator"})
             self.assertTrue(wall.address.startswith("https://"))
             node = wall.create("/large", "Geometry", primitive="points", positions=points)
@@ -293,7 +306,8 @@ class Links(unittest.TestCase):
                 self.assertGreater(next(frames).frame, 0)
 
     def test_a_link_holds_after_kill_9(self):
-        with SealedWall(surface="none", journal=True) as live, self.connect(live.sealed_link(), redial=PATIENCE) as wall:
+        with (SealedWall(surface="none", journal=True) as live,
+              self.connect(live.sealed_link(), redial=PATIENCE) as wall):
             link = live.sealed_link()
             live.kill_server()
             while wall.connected:
@@ -306,7 +320,8 @@ class Links(unittest.TestCase):
         with SealedWall() as live:
             link = live.sealed_link()
             wrong = link[:-1] + ("1" if link[-1] == "0" else "0")
-            with self.assertRaisesRegex(tessera.NetworkError, "no way in.*its authority is [0-9a-f]{64}, and the link names"):
+            with self.assertRaisesRegex(tessera.NetworkError,
+                                        "no way in.*its authority is [0-9a-f]{64}, and the link names"):
                 self.connect(wrong)
             with self.assertRaisesRegex(tessera.NetworkError, "no way in.*is not believed.*&authority="):
                 self.connect(link.partition("&authority=")[0])  # the system knows no such authority
@@ -335,14 +350,16 @@ class Links(unittest.TestCase):
             while True:
                 sealed.sendall(b"HTTP/1.1 200 OK\r\n" * 100)
         for serve, kind, what in ((answer(b"HTTP/1.1 200 OK\r\n\r\nhello"), tessera.NetworkError, "names no authority"),
-                                  (answer(b""), tessera.NetworkError, "names no authority"), (endless, tessera.NetworkError, "does not end")):
+                                  (answer(b""), tessera.NetworkError, "names no authority"),
+                                  (endless, tessera.NetworkError, "does not end")):
             with self.subTest(what=what), somebody_sealed(("server",), serve=serve) as (address, authority):
                 with self.assertRaisesRegex(kind, what):
                     self.connect(f"https://{address}/?token={WORD}&authority={authority}")
         with Stranger(lambda connection: connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")) as stranger:
             with self.assertRaisesRegex(tessera.NetworkError, "does not speak TLS 1.3"):
                 self.connect(f"https://{stranger.address}/?token={WORD}&authority={'a' * 64}")
-        with Stranger(lambda connection: None) as stranger, self.assertRaisesRegex(tessera.Timeout, "did not answer in time"):
+        with (Stranger(lambda connection: None) as stranger,
+              self.assertRaisesRegex(tessera.Timeout, "did not answer in time")):
             self.connect(f"https://{stranger.address}/?token={WORD}&authority={'a' * 64}", timeout=0.3)
 
 

@@ -1,5 +1,5 @@
-"""The recorded session (tests/data/wire/session.txt): each message is whole and is what its line says; and before a server that plays it
-this package says the same bytes and understands what it is told."""
+"""The recorded session (tests/data/wire/session.txt): each message is whole and is what its line says; and before a
+server that plays it this package says the same bytes and understands what it is told."""
 import pathlib
 import tempfile
 import threading
@@ -25,7 +25,8 @@ def recorded():
 
 class Recorded(unittest.TestCase):
     def test_it_is_of_this_protocol(self):
-        self.assertIn(f"\nprotocol {schema().protocol}\n", record.FILE.read_text(), "tests/python/record.py writes it anew")
+        self.assertIn(f"\nprotocol {schema().protocol}\n", record.FILE.read_text(),
+                      "tests/python/record.py writes it anew")
 
     def test_each_message_is_whole_and_what_it_says(self):
         seen = set()
@@ -46,8 +47,10 @@ class Recorded(unittest.TestCase):
             elif name == "Notice":
                 _described.decode(schema().notices, members["body"])
             seen.add(name)
-        self.assertGreaterEqual(seen, {"Hello", "Welcome", "Heartbeat", "Request", "Reply", "Notice", "BlobRequest", "BlobChunk", "GetStatus", "GetObjects",
-                                       "ProposeChanges", "RemoveNode", "SubscribeNews", "UndoStep"})
+        self.assertGreaterEqual(seen,
+                                {"Hello", "Welcome", "Heartbeat", "Request", "Reply", "Notice", "BlobRequest",
+                                 "BlobChunk", "GetStatus", "GetObjects",
+                                 "ProposeChanges", "RemoveNode", "SubscribeNews", "UndoStep"})
 
     def test_a_server_that_plays_it_is_understood_and_told_the_same(self):
         lines = list(recorded())
@@ -88,7 +91,8 @@ class Recorded(unittest.TestCase):
 
         word = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / "token"
         word.write_text(record.TOKEN)
-        with Stranger(serve) as stranger, tessera.connect(stranger.address, token_file=str(word), name="recorded", timeout=PATIENCE) as wall:
+        with (Stranger(serve) as stranger,
+              tessera.connect(stranger.address, token_file=str(word), name="recorded", timeout=PATIENCE) as wall):
             status, place, refused, positions, frame = record.steps(wall, lambda text: None)
             for thread in threads:
                 thread.join(PATIENCE)

@@ -1,4 +1,5 @@
-"""What `wall.show` takes: objects laid out as trimesh, pyvista and open3d document theirs, none of which is required; and pictures."""
+"""What `wall.show` takes: objects laid out as trimesh, pyvista and open3d document theirs, none of which is required;
+and pictures."""
 import types
 import unittest
 
@@ -15,7 +16,8 @@ RED_TO_BLUE = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [2
 
 
 class Trimesh:
-    """trimesh.Trimesh: vertices (n, 3) float64, faces (m, 3) int64, visual.kind, visual.vertex_colors (n, 4) uint8, visual.face_colors."""
+    """trimesh.Trimesh: vertices (n, 3) float64, faces (m, 3) int64, visual.kind, visual.vertex_colors (n, 4) uint8,
+    visual.face_colors."""
 
     def __init__(self, kind=None):
         self.vertices, self.faces = VERTICES.view(), TRIANGLES.view()
@@ -23,10 +25,12 @@ class Trimesh:
 
 
 class PyvistaPolyData:
-    """pyvista.PolyData: points (n, 3) float32, faces packed [n, i, j, k, …], lines packed; regular_faces raises where they differ."""
+    """pyvista.PolyData: points (n, 3) float32, faces packed [n, i, j, k, …], lines packed; regular_faces raises where
+    they differ."""
 
     def __init__(self, faces=(), lines=()):
-        self.points, self.faces, self.lines = VERTICES.astype(np.float32), np.array(faces, np.int64), np.array(lines, np.int64)
+        self.points, self.faces, self.lines = VERTICES.astype(np.float32), np.array(faces, np.int64), np.array(
+            lines, np.int64)
 
     @property
     def regular_faces(self):
@@ -51,7 +55,8 @@ class Open3dCloud:
 class Shapes(unittest.TestCase):
     def test_trimesh(self):
         shape = shape_of(Trimesh())
-        self.assertEqual((shape.primitive, shape.positions.dtype, shape.indices.dtype), ("triangles", np.float32, np.uint32))
+        self.assertEqual((shape.primitive, shape.positions.dtype, shape.indices.dtype),
+                         ("triangles", np.float32, np.uint32))
         self.assertTrue(np.array_equal(shape.indices, TRIANGLES))
         self.assertTrue(np.array_equal(shape_of(Trimesh("vertex")).colours, RED_TO_BLUE))
         self.assertIsNone(shape_of(Trimesh("texture")).colours)
@@ -64,12 +69,14 @@ class Shapes(unittest.TestCase):
         self.assertEqual(shape.primitive, "triangles")
         self.assertTrue(np.array_equal(shape.indices, TRIANGLES))
         quad = shape_of(PyvistaPolyData([4, 0, 1, 2, 3]))
-        self.assertEqual((quad.primitive, quad.lengths.tolist(), quad.indices.reshape(-1).tolist()), ("polygons", [4], [0, 1, 2, 3]))
+        self.assertEqual((quad.primitive, quad.lengths.tolist(), quad.indices.reshape(-1).tolist()),
+                         ("polygons", [4], [0, 1, 2, 3]))
         mixed = shape_of(PyvistaPolyData([3, 0, 1, 2, 4, 0, 1, 2, 3]))
         self.assertEqual((mixed.lengths.tolist(), mixed.indices.tolist()), ([3, 4], [0, 1, 2, 0, 1, 2, 3]))
         self.assertEqual(shape_of(PyvistaPolyData()).primitive, "points")
         line = shape_of(PyvistaPolyData(lines=[2, 0, 1, 3, 1, 2, 3]))
-        self.assertEqual((line.primitive, line.lengths.tolist(), line.indices.tolist()), ("line-strips", [2, 3], [0, 1, 1, 2, 3]))
+        self.assertEqual((line.primitive, line.lengths.tolist(), line.indices.tolist()),
+                         ("line-strips", [2, 3], [0, 1, 1, 2, 3]))
 
     def test_open3d(self):
         mesh = shape_of(Open3dMesh())
@@ -85,11 +92,15 @@ class Shapes(unittest.TestCase):
         self.assertTrue(np.shares_memory(shape_of(points).positions, points))
 
     def test_what_makes_no_sense_is_named(self):
-        for x, what in ((5, "a int has neither vertices and faces nor points"), (np.zeros((3, 2)), r"points: an array of shape \(3, 2\)"),
-                        ((VERTICES, [[0, 1, 9]]), "a face names vertex 9, and there are 4"), ((VERTICES, [[0, -1, 2]]), "a face names vertex -1"),
+        for x, what in ((5, "a int has neither vertices and faces nor points"),
+                        (np.zeros((3, 2)), r"points: an array of shape \(3, 2\)"),
+                        ((VERTICES, [[0, 1, 9]]), "a face names vertex 9, and there are 4"),
+                        ((VERTICES, [[0, -1, 2]]), "a face names vertex -1"),
                         ((VERTICES, [[0.5, 1, 2]]), "faces of float64"), (np.full((2, 3), np.nan), "is not finite"),
-                        (PyvistaPolyData([3, 0, 1]), "packed faces end in the middle"), (np.array([["a", "b", "c"]]), "places are N × 3 numbers"),
-                        ([[0, 0, 0], [1, 1]], "points: .*inhomogeneous"), ((VERTICES, [[0, 1, 2], [0, 1]]), "faces: .*inhomogeneous"),
+                        (PyvistaPolyData([3, 0, 1]), "packed faces end in the middle"),
+                        (np.array([["a", "b", "c"]]), "places are N × 3 numbers"),
+                        ([[0, 0, 0], [1, 1]], "points: .*inhomogeneous"),
+                        ((VERTICES, [[0, 1, 2], [0, 1]]), "faces: .*inhomogeneous"),
                         (([[0, 0, 0], [1]], TRIANGLES), "vertices: .*inhomogeneous")):
             with self.subTest(what=what), self.assertRaisesRegex(tessera.BadInput, what):
                 shape_of(x)
@@ -97,7 +108,8 @@ class Shapes(unittest.TestCase):
     def test_masked_values_are_not_shown(self):
         whole = np.ma.array(VERTICES, mask=False)
         self.assertEqual(shape_of(whole).positions.shape, (4, 3))
-        for given in (np.ma.array(VERTICES, mask=VERTICES > 0.5), (np.ma.array(VERTICES, mask=VERTICES > 0.5), TRIANGLES)):
+        for given in (np.ma.array(VERTICES, mask=VERTICES > 0.5),
+                      (np.ma.array(VERTICES, mask=VERTICES > 0.5), TRIANGLES)):
             with self.assertRaisesRegex(tessera.BadInput, "values are masked"):
                 shape_of(given)
         with self.assertRaisesRegex(tessera.BadInput, "scalars: 1 values are masked"):
@@ -113,7 +125,8 @@ class Shapes(unittest.TestCase):
         with self.assertRaisesRegex(tessera.BadInput, "is it viridis"):
             colours.of_scalars([1], "viridid")
         self.assertEqual(colours.linear("#ffffff"), (1.0, 1.0, 1.0, 1.0))
-        for given, what in (([[0, 0, np.nan]], "not all colours are finite"), ([["red", "", ""]], "is no type of numbers"), ([[0, 0, 300]], "from 0 to 255"),
+        for given, what in (([[0, 0, np.nan]], "not all colours are finite"),
+                            ([["red", "", ""]], "is no type of numbers"), ([[0, 0, 300]], "from 0 to 255"),
                             ([[0, 0, 0], [1]], "colors: .*inhomogeneous")):
             with self.subTest(what=what), self.assertRaisesRegex(tessera.BadInput, what):
                 colours.of_any(given, 1, "colors")
@@ -173,7 +186,8 @@ class OnTheWall(unittest.TestCase):
         self.wall.remove("/screen")
 
     def test_whatever_has_vertices_is_shown_and_replaced(self):
-        for x in (Trimesh("vertex"), PyvistaPolyData([4, 0, 1, 2, 3]), Open3dMesh(), Open3dCloud(), (VERTICES, TRIANGLES), VERTICES):
+        for x in (Trimesh("vertex"), PyvistaPolyData([4, 0, 1, 2, 3]), Open3dMesh(), Open3dCloud(),
+                  (VERTICES, TRIANGLES), VERTICES):
             with self.subTest(x=type(x).__name__):
                 node = self.wall.show(x, at=(0, 1, -1), radius=0.05)
                 shape = node / "shape"
@@ -222,7 +236,8 @@ class Layouts(unittest.TestCase):
                 width, height, tiles = _picture.layout_of(wall._link.configuration)
                 self.assertGreater(width * height, 0)
                 for tile in tiles:
-                    self.assertTrue(0 <= tile.left and tile.left + tile.width <= width and 0 <= tile.top and tile.top + tile.height <= height, tile)
+                    self.assertTrue(0 <= tile.left and tile.left + tile.width <= width and 0 <= tile.top
+                                    and tile.top + tile.height <= height, tile)
 
 
 if __name__ == "__main__":

@@ -30,11 +30,16 @@ class Links(unittest.TestCase):
     def test_a_link_that_is_none_says_what_is_wrong(self):
         for link, what in ((f"http://127.0.0.1:7001/?token={WORD}&authority={'a' * 64}", "begins with https"),
                            (f"https://127.0.0.1:7001/?token={WORD}&authority=", "authority is none"),
-                           (f"https://127.0.0.1:7001/?token={WORD}&authority={'a' * 63}", "authority is none"), (f"ws://127.0.0.1:7001/?token={WORD}", "not ws"),
-                           ("http://127.0.0.1:7001/", "has no token"), ("http://127.0.0.1:7001/?token=", "has no token"),
-                           ("http://127.0.0.1:7001/?token=abc", "is it whole"), (f"http://127.0.0.1/?token={WORD}", "no host and port"),
-                           (f"http://127.0.0.1:99999/?token={WORD}", "no link: "), (f"http://:7001/?token={WORD}", "no host and port"),
-                           (f"http://127.0.0.1:7001/api?token={WORD}", "leads to /api"), (f"http://me@127.0.0.1:7001/?token={WORD}", "no host and port")):
+                           (f"https://127.0.0.1:7001/?token={WORD}&authority={'a' * 63}", "authority is none"),
+                           (f"ws://127.0.0.1:7001/?token={WORD}", "not ws"),
+                           ("http://127.0.0.1:7001/", "has no token"),
+                           ("http://127.0.0.1:7001/?token=", "has no token"),
+                           ("http://127.0.0.1:7001/?token=abc", "is it whole"),
+                           (f"http://127.0.0.1/?token={WORD}", "no host and port"),
+                           (f"http://127.0.0.1:99999/?token={WORD}", "no link: "),
+                           (f"http://:7001/?token={WORD}", "no host and port"),
+                           (f"http://127.0.0.1:7001/api?token={WORD}", "leads to /api"),
+                           (f"http://me@127.0.0.1:7001/?token={WORD}", "no host and port")):
             with self.subTest(link=link), self.assertRaisesRegex(tessera.BadInput, f"{what}.*tessera-ctl link"):
                 tessera.connect(link)
         with self.assertRaisesRegex(tessera.BadInput, "a link has its token in it"):
@@ -65,7 +70,8 @@ class Tunnel(unittest.TestCase):
         with Live(surface="none") as live, live.connect() as watcher:
             link = live.link()
             with run_folder():
-                done = subprocess.run([sys.executable, "-c", program.replace("127.0.0.1:7000", link)], capture_output=True, text=True, timeout=PATIENCE,
+                done = subprocess.run([sys.executable, "-c", program.replace("127.0.0.1:7000", link)],
+                                      capture_output=True, text=True, timeout=PATIENCE,
                                       env={**os.environ, "PYTHONPATH": str(BUILD / "python")})
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertNotEqual(watcher["/hello"].translation, (0.0, 1.0, -1.0))
@@ -85,7 +91,8 @@ class Tunnel(unittest.TestCase):
             with wall.frames(timeout=PATIENCE) as frames, wall.follow("changes", timeout=PATIENCE) as changes:
                 wall["/row"].translation = (1, 2, 3)
                 self.assertGreater(next(frames).frame, 0)
-                while not any(column.field.name == "translation" and (column.values == (1, 2, 3)).all(axis=1).any() for column in next(changes).columns):
+                while not any(column.field.name == "translation" and (column.values == (1, 2, 3)).all(axis=1).any()
+                              for column in next(changes).columns):
                     continue
 
     def test_who_comes_in_by_a_link_is_who_it_stands_for(self):
@@ -159,13 +166,16 @@ class Console:
         self.head = head.decode()
         key = re.search("Sec-WebSocket-Key: (.*)\r\n", self.head).group(1)
         accept = base64.b64encode(hashlib.sha1(f"{key}258EAFA5-E914-47DA-95CA-C5AB0DC85B11".encode()).digest()).decode()
-        connection.sendall(f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n".encode())
+        connection.sendall(f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: "
+                           f"Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n".encode())
 
     def frame(self, data, code=2, whole=True, size=None):
         size = len(data) if size is None else size
         head = bytes([code | (0x80 if whole else 0)])
-        self.connection.sendall(head + (bytes([size]) if size < 126 else b"\x7e" + struct.pack("!H", size) if size < 65536 else
-                                        b"\x7f" + struct.pack("!Q", size)) + data)
+        self.connection.sendall(head
+                                + (bytes([size]) if size < 126 else b"\x7e" + struct.pack("!H", size) if size < 65536
+                                   else
+                                   b"\x7f" + struct.pack("!Q", size)) + data)
 
     def message(self):
         """(code, data) of the next frame."""
@@ -209,7 +219,8 @@ class Strangers(unittest.TestCase):
             heard["head"] = console.head
             code, hello = console.message()
             header = _wire.Header(hello)
-            heard["hello"] = _described.decode_message(schema().messages["Hello"], memoryview(hello)[_wire.HEADER_BYTES:])
+            heard["hello"] = _described.decode_message(schema().messages["Hello"],
+                                                       memoryview(hello)[_wire.HEADER_BYTES:])
             header.check(hello[_wire.HEADER_BYTES:])
             console.frame(b"are you there", code=9)
             welcome = console.welcome()
@@ -256,14 +267,16 @@ class Strangers(unittest.TestCase):
             return serve
         for deed, what in ((lambda console: console.frame(b"hello", code=1), "text in a channel of bytes"),
                            (lambda console: console.frame(b"", size=1 << 40), "a message of 1099511627776 bytes"),
-                           (lambda console: console.frame(struct.pack("!H", 1001) + b"the server has hung up", code=8), "the server has hung up"),
+                           (lambda console: console.frame(struct.pack("!H", 1001) + b"the server has hung up", code=8),
+                            "the server has hung up"),
                            (lambda console: console.frame(b"", code=5), "make no sense"),
                            (lambda console: console.connection.close(), "closed the connection")):
             self.refused(with_a(deed), tessera.NetworkError, what)
 
     def test_who_is_no_console(self):
         def answer(text):
-            return lambda connection: (connection.recv(65536), connection.sendall(text), connection.shutdown(socket.SHUT_WR))
+            return lambda connection: (connection.recv(65536), connection.sendall(text),
+                                       connection.shutdown(socket.SHUT_WR))
 
         def drip(connection):
             while True:
@@ -271,13 +284,17 @@ class Strangers(unittest.TestCase):
                 time.sleep(0.05)
         words = b'{"error":{"code":"limit","message":"as many sockets are open as may be"}}'
         for serve, kind, what in (
-                (lambda connection: None, tessera.Timeout, "did not answer in time"), (drip, tessera.Timeout, "did not answer in time"),
+                (lambda connection: None, tessera.Timeout, "did not answer in time"),
+                (drip, tessera.Timeout, "did not answer in time"),
                 (lambda connection: connection.close(), tessera.NetworkError, "is no console|broke"),
                 (answer(b"TSRA" * 20 + b"\r\n"), tessera.NetworkError, "is no console of Tessera"),
                 (answer(b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\nhi"), tessera.NetworkError, "it answers 200"),
-                (answer(b"HTTP/1.1 301 Moved\r\nLocation: http://127.0.0.1:1/\r\n\r\n"), tessera.NetworkError, "it answers 301"),
-                (answer(b"HTTP/1.1 404 Not Found\r\nContent-Length: 51\r\n\r\n" + b'{"error":{"code":"not_found","message":"not here"}}'), tessera.Unsupported, "not here"),
-                (answer(b"HTTP/1.1 503 Busy\r\nContent-Length: %d\r\n\r\n" % len(words) + words), tessera.LimitExceeded, "refuses: as many sockets")):
+                (answer(b"HTTP/1.1 301 Moved\r\nLocation: http://127.0.0.1:1/\r\n\r\n"), tessera.NetworkError,
+                 "it answers 301"),
+                (answer(b"HTTP/1.1 404 Not Found\r\nContent-Length: 51\r\n\r\n"
+                        + b'{"error":{"code":"not_found","message":"not here"}}'), tessera.Unsupported, "not here"),
+                (answer(b"HTTP/1.1 503 Busy\r\nContent-Length: %d\r\n\r\n" % len(words) + words), tessera.LimitExceeded,
+                 "refuses: as many sockets")):
             with self.subTest(what=what):
                 self.refused(serve, kind, what)
 

@@ -31,7 +31,8 @@ def moved(wall: tessera.Wall) -> tuple[float, float, float]:
 class Types(unittest.TestCase):
     def check(self, *words):
         with tempfile.TemporaryDirectory() as cache:
-            return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, *map(str, words)], capture_output=True, text=True,
+            return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, *map(str, words)],
+                                  capture_output=True, text=True,
                                   timeout=4 * PATIENCE, env={**os.environ, "MYPYPATH": str(BUILD / "python")})
 
     def test_the_package_and_a_program(self):

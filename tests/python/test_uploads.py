@@ -1,4 +1,5 @@
-"""Files through the console: what is brought is whole or not there at all, has bounds, and can be loaded; the scene and the wall come out as files."""
+"""Files through the console: what is brought is whole or not there at all, has bounds, and can be loaded; the scene and
+the wall come out as files."""
 import http.client
 import json
 import os
@@ -26,7 +27,8 @@ def model(name="triangle.bin", size=len(TRIANGLE)):
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "brought"}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "buffers": [{"uri": name, "byteLength": size}],
         "bufferViews": [{"buffer": 0, "byteLength": size}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}]}).encode()
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0],
+                       "max": [1, 1, 0]}]}).encode()
 
 
 class Door:
@@ -39,7 +41,8 @@ class Door:
     def ask(self, method, path, body=None, **head):
         connection = http.client.HTTPConnection(self.address, timeout=PATIENCE)
         try:
-            connection.request(method, urllib.parse.quote(path), body, {"Authorization": f"Bearer {self.token}", **head})
+            connection.request(method, urllib.parse.quote(path), body,
+                               {"Authorization": f"Bearer {self.token}", **head})
             answer = connection.getresponse()
             return answer.status, answer.read()
         finally:
@@ -59,7 +62,8 @@ class Door:
     def says(self, line, body=b"", more=""):
         host, _, port = self.address.rpartition(":")
         stream = socket.create_connection((host, int(port)), timeout=PATIENCE)
-        stream.sendall(f"{line}\r\nHost: {self.address}\r\nAuthorization: Bearer {self.token}\r\n{more}\r\n".encode() + body)
+        stream.sendall(f"{line}\r\nHost: {self.address}\r\nAuthorization: Bearer "
+                       f"{self.token}\r\n{more}\r\n".encode() + body)
         return stream
 
     def used(self):
@@ -96,7 +100,8 @@ class Uploads(unittest.TestCase):
         self.bring("hall/triangle.bin", TRIANGLE)
         path = self.bring("hall/hall.gltf", model())
         status, listed = self.door.request("GetFiles", folder=str(self.uploads() / "hall"))
-        self.assertEqual([(entry["name"], entry["loads"]) for entry in listed["fields"]["entries"]], [("hall.gltf", True), ("triangle.bin", False)])
+        self.assertEqual([(entry["name"], entry["loads"]) for entry in listed["fields"]["entries"]],
+                         [("hall.gltf", True), ("triangle.bin", False)])
         status, loaded = self.door.request("LoadFile", path=path, fit=2)
         self.assertEqual(status, 200, loaded)
         self.assertEqual(loaded["fields"]["triangles"], 1)
@@ -104,7 +109,8 @@ class Uploads(unittest.TestCase):
         self.assertTrue(self.wall.find("/**/brought"))
 
     def test_what_is_no_model_is_refused_in_the_importers_words(self):
-        for name, body in (("text.gltf", b"this is a letter, not a model"), ("text.glb", b"glTF" + bytes(100)), ("lonely.gltf", model("nowhere.bin"))):
+        for name, body in (("text.gltf", b"this is a letter, not a model"), ("text.glb", b"glTF" + bytes(100)),
+                           ("lonely.gltf", model("nowhere.bin"))):
             status, said = self.door.request("LoadFile", path=self.bring(name, body))
             self.assertGreaterEqual(status, 400)
             self.assertIn(name, said["error"]["message"])
@@ -129,7 +135,8 @@ class Uploads(unittest.TestCase):
     def test_who_waits_to_be_asked_is_refused_before_a_byte_has_come(self):
         def ask(name, length):
             """Whether it is asked for the body, and how it ends."""
-            with self.door.says(f"PUT /upload/{name} HTTP/1.1", more=f"Content-Length: {length}\r\nExpect: 100-continue\r\n") as stream:
+            with self.door.says(f"PUT /upload/{name} HTTP/1.1",
+                                more=f"Content-Length: {length}\r\nExpect: 100-continue\r\n") as stream:
                 head = b""
                 while b"\r\n\r\n" not in head:
                     head += stream.recv(1)
@@ -196,7 +203,8 @@ class Uploads(unittest.TestCase):
             self.assertEqual(door.ask("GET", "/wall.png")[0], 200)
 
     def test_what_nobody_may_do_is_refused(self):
-        for method, path in (("POST", "/upload/a"), ("GET", "/upload/a"), ("ELE", "/upload/a"), ("PUT", "/upload"), ("DELETE", "/scene.tsc"), ("E", "/scene.tsc")):
+        for method, path in (("POST", "/upload/a"), ("GET", "/upload/a"), ("ELE", "/upload/a"), ("PUT", "/upload"),
+                             ("DELETE", "/scene.tsc"), ("E", "/scene.tsc")):
             self.assertEqual(self.door.ask(method, path)[0], 405, (method, path))
 
     def test_names_lead_nowhere_else(self):
@@ -237,7 +245,8 @@ class Uploads(unittest.TestCase):
         status, png = self.door.ask("GET", "/wall.png")
         self.assertEqual(status, 200)
         tiles = sorted((tile["y"], tile["x"], tile["name"]) for tile in plan["tiles"])
-        rows = [[decode_png(memoryview(self.door.ask("GET", f"/tile/{name}.png")[1])) for at, _, name in tiles if at == y]
+        rows = [[decode_png(memoryview(self.door.ask("GET", f"/tile/{name}.png")[1])) for at, _, name in tiles
+                 if at == y]
                 for y in sorted({y for y, _, _ in tiles})]
         wanted = numpy.concatenate([numpy.concatenate(row, axis=1) for row in rows])
         self.assertTrue(numpy.array_equal(decode_png(memoryview(png)), wanted))
@@ -248,7 +257,8 @@ class Uploads(unittest.TestCase):
         stream = self.door.begin("half", 1000, b"x" * 10)
         until("it to have begun", lambda: self.door.used()["files"] == 2)
         audit = self.folder / "audit"
-        until("it to be kept who brought it", lambda: audit.exists() and str(path) in audit.read_text())  # a kill loses the last second
+        # A kill loses the last second
+        until("it to be kept who brought it", lambda: audit.exists() and str(path) in audit.read_text())
         self.live.kill_server()
         stream.close()
         self.live.start_server()
@@ -257,7 +267,8 @@ class Uploads(unittest.TestCase):
         self.assertEqual(path.read_bytes(), b"1234")
         self.assertEqual(self.there(), ["stays.bin"])
         lines = [json.loads(line) for line in audit.read_text().splitlines()]
-        self.assertTrue([line for line in lines if str(path) in json.dumps(line, ensure_ascii=False) and "PutFile" in json.dumps(line)], lines[-3:])
+        self.assertTrue([line for line in lines if str(path) in json.dumps(line, ensure_ascii=False)
+                         and "PutFile" in json.dumps(line)], lines[-3:])
 
 
 class WholeWall(unittest.TestCase):

@@ -9,7 +9,8 @@ LONG = " ".join(["word"] * 26)
 
 
 def words(*arguments):
-    return subprocess.run(["/usr/bin/python3", ROOT / "deploy/words", *arguments], capture_output=True, text=True, timeout=60)
+    return subprocess.run(["/usr/bin/python3", ROOT / "deploy/words", *arguments], capture_output=True, text=True,
+                          timeout=60)
 
 
 class Words(unittest.TestCase):
@@ -20,7 +21,8 @@ class Words(unittest.TestCase):
             return words(file.name, *options)
 
     def test_counts_sentences_and_leaves_code_and_tables_out(self):
-        text = f"# {LONG}\n\n{LONG}. Short.\n- {LONG[:-5]}!\n\n| {LONG} |\n\n    {LONG}\n\n```\n{LONG}\n```\n\nWhat it is: `{LONG}`.\n"
+        text = (f"# {LONG}\n\n{LONG}. Short.\n- {LONG[:-5]}!\n\n| {LONG} |\n\n    {LONG}\n\n```\n{LONG}\n```\n\nWhat "
+                f"it is: `{LONG}`.\n")
         self.assertIn("4 sentences: 1 of more than 25 words (25.0 %), 1 that begin with a clause", self.of(text).stdout)
 
     def test_a_limit_that_is_passed_is_exit_code_one(self):

@@ -15,7 +15,8 @@ OwnerConfig Cluster::ownerConfig(const ClusterConfig& config) {
     owner.session.sync.frameDeadline = 600ms;
     owner.session.sync.firstFrameDeadline = 600ms;
     owner.session.sync.heartbeat = 50ms;
-    owner.session.maxMismatches = 1'000;  // strikes come more often than a wall's; who is sent away does not come back by itself
+    owner.session.maxMismatches =
+        1'000;  // strikes come more often than a wall's; who is sent away does not come back by itself
     owner.session.sync.lostAfter = 250ms;
     owner.session.sync.lateAfter = 30ms;
     owner.session.sync.startDeadline = 1'500ms;

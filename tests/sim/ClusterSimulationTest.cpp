@@ -247,7 +247,8 @@ TEST(ClusterSimulation, AHostThatShowsTooLateEachTimeHoldsTheOthersUpOnce) {
     EXPECT_TRUE(wall.runUntilAllInStep(2s));
 }
 
-/// What holds up more and more seldom costs less and less: every time it has to draw and show twice as many frames first.
+/// What holds up more and more seldom costs less and less: every time it has to draw and show twice as many frames
+/// first.
 TEST(ClusterSimulation, AHostThatStallsAsSoonAsItIsTrustedIsTrustedMoreAndMoreSlowly) {
     Running wall;
     wall.server().mayFail("host1");
@@ -267,7 +268,7 @@ TEST(ClusterSimulation, AHostThatShowsLateButAnswersIsWaitedForAndNoFrameIsAhead
     Running wall;
     for (int i = 0; i < 10; ++i) {
         wall.host(1).stopShowing();
-        wall.run(200ms);  // nearly what a silent one may take
+        wall.run(200ms);                // nearly what a silent one may take
         wall.requireEverybodyInStep();  // a fault would have thrown
         wall.host(1).showAgain();
         wall.run(100ms);

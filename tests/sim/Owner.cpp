@@ -140,7 +140,8 @@ void Owner::maybeBegin() {
     if (!prepared_) prepare();
     if (config_.session.sync.lateFrame == LateFramePolicy::kWait)
         for (const auto& [host, told] : toldToShow_)
-            if (members_.contains(host) && toProve_[host] == 0) violated("begins a frame before " + host + " has said that it shows the last one");
+            if (members_.contains(host) && toProve_[host] == 0)
+                violated("begins a frame before " + host + " has said that it shows the last one");
     message::Begin begin = *std::exchange(prepared_, std::nullopt);
     begin.frame = session_.nextFrame();
     if (begin.frame.value != released_) violated("a frame begins that does not follow the last one released");
@@ -294,7 +295,8 @@ void Owner::checkDetection(const server_action::Fault& fault) const {
         const TimePoint since = told->second.second;
         const bool first = sync.lateFrame == LateFramePolicy::kWait;  // else it may owe an earlier frame too
         if (first && sayingAt_ < since + sync.lostAfter) violated(fault.host + " is called not to show too early");
-        if (sayingAt_ > since + sync.lostAfter + excuse(since)) violated(fault.host + " is called not to show too late");
+        if (sayingAt_ > since + sync.lostAfter + excuse(since))
+            violated(fault.host + " is called not to show too late");
     }
     if (fault.kind == FaultKind::kDrawStalled) {
         const Duration drawing = sayingAt_ - drawingSince_.at(fault.host);

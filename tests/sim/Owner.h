@@ -101,7 +101,9 @@ private:
     void on(const server_action::InputReceived&) { violated("tells of input that no host of this simulation sends"); }
     void on(const server_action::InputEnded&) {}
     void on(const server_action::LoginsSlowed&) { violated("slows logins down though nobody shows a word"); }
-    void on(const server_action::UploadReceived&) { violated("tells of arrays that no application of this simulation uploads"); }
+    void on(const server_action::UploadReceived&) {
+        violated("tells of arrays that no application of this simulation uploads");
+    }
     void on(const server_action::BlobsEverywhere& action);
     void on(const server_action::BlobRequested& action);
     void on(const server_action::ImageReceived&) { ++images_; }
@@ -142,7 +144,8 @@ private:
     std::map<std::string, std::uint32_t> toProve_;  ///< frames that a host has still to show before it is waited for
     std::map<std::string, TimePoint> drawingSince_;
     std::map<std::string, FrameNumber> toldToDraw_;  ///< the frame of the last Begin
-    std::map<std::string, std::pair<FrameNumber, TimePoint>> toldToShow_;  ///< and has not said that it does: that frame, since
+    std::map<std::string, std::pair<FrameNumber, TimePoint>>
+        toldToShow_;  ///< and has not said that it does: that frame, since
     Duration longestFrame_{};
     std::vector<BlobInfo> sceneBlobs_;
     std::map<FaultKind, std::uint64_t> faults_;

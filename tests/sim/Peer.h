@@ -44,7 +44,8 @@ public:
     void thaw();
     /// The draw thread stands still for so long; the session's thread goes on.
     void hangDrawing(Duration duration) { drawFree_ = std::max(drawFree_, now() + duration); }
-    /// The session's thread says that it lives and shows nothing any more, until it is told to again: then the last image.
+    /// The session's thread says that it lives and shows nothing any more, until it is told to again: then the last
+    /// image.
     void stopShowing() { showsNothing_ = true; }
     void showAgain();
     /// All it says gets through but that it has drawn a frame.

@@ -18,7 +18,8 @@ void Trouble::live() {
     // A frame takes its interval, drawing, and four ways over the slowest link: Begin, Ready, Swap, Shown.
     const ClusterConfig& config = cluster_.config();
     const Duration longest = 15ms + 2 * config.drawTime + 4 * (config.latency + config.jitter) + 5ms;
-    if (cluster_.server().released() < before + static_cast<std::uint64_t>(700ms / longest)) throw Violation("a healthy wall stands still");
+    if (cluster_.server().released() < before + static_cast<std::uint64_t>(700ms / longest))
+        throw Violation("a healthy wall stands still");
     cluster_.server().finish();
     cluster_.run(1'000ms);
     cluster_.requireEverybodyFinished();

@@ -73,10 +73,10 @@ TriangleMesh gear() {
     }
     for (std::uint32_t i = 0; i < kRim; ++i) {
         const std::uint32_t next = (i + 1) % kRim, hub = kRim, top = 2 * kRim;
-        out.quad(i, hub + i, hub + next, next);                                  // below
-        out.quad(top + i, top + next, top + hub + next, top + hub + i);          // above
-        out.quad(i, next, top + next, top + i);                                  // outside
-        out.quad(hub + i, top + hub + i, top + hub + next, hub + next);          // of the hole
+        out.quad(i, hub + i, hub + next, next);                          // below
+        out.quad(top + i, top + next, top + hub + next, top + hub + i);  // above
+        out.quad(i, next, top + next, top + i);                          // outside
+        out.quad(hub + i, top + hub + i, top + hub + next, hub + next);  // of the hole
     }
     return out.take();
 }
@@ -113,7 +113,8 @@ TriangleMesh terrain() {
     for (std::uint32_t y = 0; y <= kSide; ++y)
         for (std::uint32_t x = 0; x <= kSide; ++x) {
             const double u = 2.0 * x / kSide - 1, v = 2.0 * y / kSide - 1;
-            const double height = 0.25 * std::sin(5 * u) * std::cos(4 * v) + 0.06 * std::sin(17 * u + 9 * v) + 0.02 * std::cos(41 * v);
+            const double height =
+                0.25 * std::sin(5 * u) * std::cos(4 * v) + 0.06 * std::sin(17 * u + 9 * v) + 0.02 * std::cos(41 * v);
             out.vertex(Vec3d(u, v, height));
         }
     for (std::uint32_t y = 0; y < kSide; ++y)

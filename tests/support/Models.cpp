@@ -19,8 +19,7 @@ MeshArrays3 arraysOf(const TriangleMesh& mesh) {
     for (std::uint32_t f = 0; f < mesh.faceCount(); ++f)
         for (unsigned i = 0; i < 3; ++i) {
             const Vec3d& p = mesh.corner(f, i);
-            const auto [at, isNew] =
-                known.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(known.size()));
+            const auto [at, isNew] = known.try_emplace({p.x(), p.y(), p.z()}, static_cast<std::uint32_t>(known.size()));
             if (isNew) out.positions.insert(out.positions.end(), {p.x(), p.y(), p.z()});
             out.indices.push_back(at->second);
         }

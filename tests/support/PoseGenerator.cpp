@@ -53,10 +53,14 @@ std::optional<double> contactDistance(const PoseOracle& oracle, const Quatd& rot
 
 std::string_view name(Closeness closeness) {
     switch (closeness) {
-        case Closeness::kSeparated: return "separated";
-        case Closeness::kNear: return "near";
-        case Closeness::kShallow: return "shallow";
-        case Closeness::kDeep: return "deep";
+        case Closeness::kSeparated:
+            return "separated";
+        case Closeness::kNear:
+            return "near";
+        case Closeness::kShallow:
+            return "shallow";
+        case Closeness::kDeep:
+            return "deep";
     }
     return "";
 }
@@ -85,10 +89,18 @@ std::vector<TestPose> makePoses(const PoseOracle& oracle, std::size_t count, std
         if (!contact) continue;
         double s = 0;
         switch (closeness) {
-            case Closeness::kSeparated: s = *contact + 0.02 + 0.38 * u; break;
-            case Closeness::kNear: s = *contact + std::pow(10, -4 + 2 * u); break;
-            case Closeness::kShallow: s = *contact - std::pow(10, -4 + 2 * u); break;
-            case Closeness::kDeep: s = *contact * (0.3 + 0.5 * u); break;
+            case Closeness::kSeparated:
+                s = *contact + 0.02 + 0.38 * u;
+                break;
+            case Closeness::kNear:
+                s = *contact + std::pow(10, -4 + 2 * u);
+                break;
+            case Closeness::kShallow:
+                s = *contact - std::pow(10, -4 + 2 * u);
+                break;
+            case Closeness::kDeep:
+                s = *contact * (0.3 + 0.5 * u);
+                break;
         }
         const Pose pose{.translation = s * d, .rotation = rotation};
         const bool shouldTouch = closeness == Closeness::kShallow || closeness == Closeness::kDeep;

@@ -24,7 +24,8 @@ struct TestPose {
     Pose a_T_b;
 };
 
-/// Who is asked how two bodies lie to each other. Where the answers are to be judged, it must be somebody else than who is judged.
+/// Who is asked how two bodies lie to each other. Where the answers are to be judged, it must be somebody else than who
+/// is judged.
 struct PoseOracle {
     std::function<bool(const Affine3d& a_T_b)> touching;
     std::function<double(const Affine3d& a_T_b)> distance;
@@ -38,8 +39,8 @@ struct PoseOracle {
 /// passed right through) is drawn again.
 [[nodiscard]] std::vector<TestPose> makePoses(const PoseOracle& oracle, std::size_t count, std::uint64_t seed);
 
-/// Ways of B past A, which stays: from d (s_c + 0.1 + 0.2 u) to -0.4 d + 0.5 e, e a direction of its own, turning by up to
-/// 60 degrees.
+/// Ways of B past A, which stays: from d (s_c + 0.1 + 0.2 u) to -0.4 d + 0.5 e, e a direction of its own, turning by up
+/// to 60 degrees.
 [[nodiscard]] std::vector<BodyMotion> makeMotions(const PoseOracle& oracle, std::size_t count, std::uint64_t seed);
 
 }  // namespace tessera

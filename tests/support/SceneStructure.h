@@ -11,10 +11,11 @@
 
 namespace tessera {
 
-/// The first difference in words, or nothing. Compares what is below two nodes and whatever that refers to: types, values,
-/// arrays, order of children, and which objects are shared. The two nodes' own name and core are compared with `tops` only.
-inline std::string structureDifference(const Aspect& a, const Aspect& b, ObjectId topA = kRootNode, ObjectId topB = kRootNode,
-                                       bool tops = true) {
+/// The first difference in words, or nothing. Compares what is below two nodes and whatever that refers to: types,
+/// values, arrays, order of children, and which objects are shared. The two nodes' own name and core are compared with
+/// `tops` only.
+inline std::string structureDifference(const Aspect& a, const Aspect& b, ObjectId topA = kRootNode,
+                                       ObjectId topB = kRootNode, bool tops = true) {
     std::map<ObjectId, ObjectId> toB, toA;
     std::vector<std::pair<ObjectId, ObjectId>> open;
     const auto pair = [&](ObjectId x, ObjectId y) {

@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/query/TimeOfImpact.h"
 #include "tests/truth/RealPairs.h"
 #include "tests/unit/TestFolder.h"
-#include "server/collision/mesh/TriangleContact.h"
 #include "tests/unit/collision/BruteForce.h"
 
 namespace tessera {
@@ -162,10 +162,10 @@ TEST_F(CollideFiles, AnswerTheSameBytesWithAnyInstructionSetTreeAndNumberOfThrea
     const std::string poseFile = write("some.poses", poses), motionFile = write("some.motions", motions);
     for (const std::string query : {"any", "all", "distance", "toi"}) {
         const std::string& file = query == "toi" ? motionFile : poseFile;
-        // The volumes decide how far within the tolerance a search for a contact stops, and spheres and oriented boxes are
-        // fitted with roundings of the instruction set's own: toi says the same with the others.
-        const std::vector<std::string> more =
-            query == "toi" ? std::vector<std::string>{"--json", "--volume", "dop18"} : std::vector<std::string>{"--json"};
+        // The volumes decide how far within the tolerance a search for a contact stops, and spheres and oriented boxes
+        // are fitted with roundings of the instruction set's own: toi says the same with the others.
+        const std::vector<std::string> more = query == "toi" ? std::vector<std::string>{"--json", "--volume", "dop18"}
+                                                             : std::vector<std::string>{"--json"};
         const Outcome plain = ask(a, b, file, query, more);
         ASSERT_EQ(plain.exitCode, 0) << plain.err;
         for (const char* set : {"sse41", "avx2", "avx512"})
@@ -321,7 +321,8 @@ TEST_F(CollideFiles, TakeTheirTimesWhereAsked) {
     const auto lines = outcome.lines();
     ASSERT_EQ(lines.size(), 3u);
     const json times = json::parse(lines.back());
-    for (const char* key : {"build_us", "mean_us", "median_us", "p99_us"}) EXPECT_GT(times[key].get<double>(), 0) << key;
+    for (const char* key : {"build_us", "mean_us", "median_us", "p99_us"})
+        EXPECT_GT(times[key].get<double>(), 0) << key;
     EXPECT_EQ(times["threads"], 1);
     EXPECT_FALSE(times["instruction_set"].get<std::string>().empty());
     const Outcome plain = ask(a, b, poses, "any", {"--time"});
@@ -358,11 +359,14 @@ TEST_F(CollideProgram, SaysWhatIsWrongWithItsInput) {
 }
 
 TEST_F(CollideProgram, SaysThatAFileMayBeCut) {
-    const std::string model = write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3"), poses = write("good.poses", "0 0 0 1 0 0 0\n");
+    const std::string model = write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3"),
+                      poses = write("good.poses", "0 0 0 1 0 0 0\n");
     const Outcome outcome = ask(model, model, poses, "any");
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "{\"hit\":true}\n");
-    EXPECT_NE(outcome.err.find("one.obj: its last line (line 4) has no line break: its last number may be cut off"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("one.obj: its last line (line 4) has no line break: its last number may be cut off"),
+              std::string::npos)
+        << outcome.err;
 }
 
 TEST_F(CollideProgram, AnswersNothingToNoPoses) {
@@ -375,9 +379,9 @@ TEST_F(CollideProgram, AnswersNothingToNoPoses) {
 TEST_F(CollideProgram, TouchingCountsAndCoplanarOverlapCounts) {
     const std::string model = write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     const std::string poses = write("edge.poses",
-                                    "1 0 0 1 0 0 0\n"               // corner on corner
-                                    "0.25 0.25 0 1 0 0 0\n"         // in one plane, overlapping
-                                    "0.25 0.25 1e-300 1 0 0 0\n"    // not quite in one plane
+                                    "1 0 0 1 0 0 0\n"             // corner on corner
+                                    "0.25 0.25 0 1 0 0 0\n"       // in one plane, overlapping
+                                    "0.25 0.25 1e-300 1 0 0 0\n"  // not quite in one plane
                                     "1.0000000000000002 0 0 1 0 0 0\n");
     const Outcome outcome = ask(model, model, poses, "all");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.err;

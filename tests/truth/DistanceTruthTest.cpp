@@ -21,8 +21,8 @@ protected:
             GTEST_SKIP() << "no test data at " << testDataFolder() << " (set TESSERA_TEST_DATA)";
     }
 
-    /// Value, faces and points of an answer. CGAL is told ours as a bound: one too low leaves it without any pair, one too
-    /// high without reason.
+    /// Value, faces and points of an answer. CGAL is told ours as a bound: one too low leaves it without any pair, one
+    /// too high without reason.
     void check(const Distance& found, const Affine3d& a_T_b) const {
         ASSERT_TRUE(found.complete);
         ASSERT_FALSE(found.farther);
@@ -112,8 +112,7 @@ TEST_P(LargePairsNearby, AreAsFarApartAsCgalSays) {
         if (pose.closeness == Closeness::kSeparated || pose.closeness == Closeness::kDeep) continue;
         SCOPED_TRACE(describe(pose));
         QueryWork work;
-        ASSERT_NO_FATAL_FAILURE(
-            check(distanceBetween(treeA, treeB, pose.a_T_b.matrix(), work), pose.a_T_b.matrix()));
+        ASSERT_NO_FATAL_FAILURE(check(distanceBetween(treeA, treeB, pose.a_T_b.matrix(), work), pose.a_T_b.matrix()));
         ++checked;
     }
     EXPECT_EQ(checked, 20);

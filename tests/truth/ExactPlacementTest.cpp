@@ -1,5 +1,5 @@
-// Bodies placed so that faces lie in one plane, share edges and corners, or just touch: where an answer hangs on the last
-// bit. CGAL decides; FCL does not take part, its triangle test rounds.
+// Bodies placed so that faces lie in one plane, share edges and corners, or just touch: where an answer hangs on the
+// last bit. CGAL decides; FCL does not take part, its triangle test rounds.
 #include <algorithm>
 #include <array>
 
@@ -41,8 +41,8 @@ TEST_P(ExactPlacement, MeetsItselfWhereCgalSays) {
         kinds.emplace_back(*mesh, TreeOptions{.volume = kind});
     const Vec3d size = mesh->bounds().size();
     // In place; side by side by exactly its size; by half of it; a corner at a corner.
-    const std::vector<Vec3d> shifts{Vec3d::Zero(),         {size.x(), 0, 0},     {0, -size.y(), 0},
-                                    {0, 0, size.z() / 2}, {size.x() / 2, size.y(), 0}, size};
+    const std::vector<Vec3d> shifts{
+        Vec3d::Zero(), {size.x(), 0, 0}, {0, -size.y(), 0}, {0, 0, size.z() / 2}, {size.x() / 2, size.y(), 0}, size};
     std::size_t pairs = 0, placements = 0;
     const std::vector<Mat3d> maps = axisMaps();
     for (std::size_t m = 0; m < maps.size(); m += 7) {
@@ -69,8 +69,8 @@ TEST_P(ExactPlacement, MeetsItselfWhereCgalSays) {
 
 INSTANTIATE_TEST_SUITE_P(Data, ExactPlacement,
                          testing::Values("cad/7_8ths_cube.stl", "cad/testplate.glb", "cad/octagonal_pocket.stl",
-                                         "meshes/cube/cube.obj", "meshes/sphere/sphere.obj", "plant/Material.obj", "made/gear",
-                                         "made/plate"),
+                                         "meshes/cube/cube.obj", "meshes/sphere/sphere.obj", "plant/Material.obj",
+                                         "made/gear", "made/plate"),
                          [](const testing::TestParamInfo<const char*>& model) {
                              std::string name = std::filesystem::path(model.param).stem().string();
                              std::replace(name.begin(), name.end(), '-', '_');

@@ -18,12 +18,13 @@
 
 namespace tessera {
 
-/// A model of the test data, or a made one ("made/…"), normalised; null where the data is not there. A file that cannot be read fails
-/// the test.
+/// A model of the test data, or a made one ("made/…"), normalised; null where the data is not there. A file that cannot
+/// be read fails the test.
 inline const TriangleMesh* realModel(const std::string& name) {
     static std::map<std::string, TriangleMesh> known;
     if (const auto at = known.find(name); at != known.end()) return &at->second;
-    if (const std::optional<TriangleMesh> made = madeModel(name)) return &known.emplace(name, normalised(*made)).first->second;
+    if (const std::optional<TriangleMesh> made = madeModel(name))
+        return &known.emplace(name, normalised(*made)).first->second;
     const std::filesystem::path file = testDataFolder() / name;
     if (!std::filesystem::exists(file)) return nullptr;
     const Expected<TriangleMesh> mesh = loadModel(file);
@@ -64,9 +65,11 @@ inline std::string describe(const TestPose& pose) {
     return out.str();
 }
 
-/// FCL chooses the poses: it is not judged here, and knows nothing of the trees that are. It must outlive what is returned.
+/// FCL chooses the poses: it is not judged here, and knows nothing of the trees that are. It must outlive what is
+/// returned.
 inline PoseOracle fclOracle(const FclPair& fcl) {
-    return {[&](const Affine3d& a_T_b) { return fcl.any(a_T_b); }, [&](const Affine3d& a_T_b) { return fcl.distance(a_T_b); }};
+    return {[&](const Affine3d& a_T_b) { return fcl.any(a_T_b); },
+            [&](const Affine3d& a_T_b) { return fcl.distance(a_T_b); }};
 }
 inline PoseOracle fclOracle(const TriangleMesh& a, const TriangleMesh& b) {
     const auto fcl = std::make_shared<const FclPair>(a, b, FclVolume::kObbRss);

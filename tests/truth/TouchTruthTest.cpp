@@ -1,4 +1,5 @@
-// Which triangles meet, beside CGAL's exact predicates and FCL, in 200 poses per pair (large ones: twice 100): separated, near, shallow, deep.
+// Which triangles meet, beside CGAL's exact predicates and FCL, in 200 poses per pair (large ones: twice 100):
+// separated, near, shallow, deep.
 #include <array>
 
 #include "server/collision/query/ContactQuery.h"

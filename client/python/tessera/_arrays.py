@@ -1,4 +1,5 @@
-"""Large arrays: those of a proposal, in pieces before it, and those of the scene, fetched on a connection of their own."""
+"""Large arrays: those of a proposal, in pieces before it, and those of the scene, fetched on a connection of their
+own."""
 from __future__ import annotations
 
 import threading
@@ -22,11 +23,13 @@ _MOST_OF_A_PIECE = 4096  # arrays
 
 
 def uploads_of(schema: Schema, arrays: Mapping[bytes, Array]) -> tuple[list[_wire.Chain], list[_wire.Part]]:
-    """Messages that go before the proposal, and the small arrays that go with it: the server puts the former together while frames go by."""
+    """Messages that go before the proposal, and the small arrays that go with it: the server puts the former together
+    while frames go by."""
     limits = schema.limits
     total = sum(data.nbytes for data in arrays.values())
     if total > limits["upload_bytes"]:
-        raise LimitExceeded(f"the edit has {total} bytes of arrays, and {limits['upload_bytes'] >> 20} MiB may come with one; make it in parts")
+        raise LimitExceeded(f"the edit has {total} bytes of arrays, and {limits['upload_bytes'] >> 20} MiB may come "
+                            f"with one; make it in parts")
     piece = limits["upload_piece_bytes"]
     small: list[_wire.Part] = []
     pieces: list[tuple[bytearray, _wire.Chain]] = []
@@ -90,7 +93,8 @@ class Fetcher:
         return found.reshape(-1, field.each) if field.each > 1 else found
 
     def _fetch_again(self, name: Any, data: Array, field: Field, deadline: float) -> None:
-        """On a fresh channel, where the one that is there has been closed: a console does so with one that nobody reads for a minute."""
+        """On a fresh channel, where the one that is there has been closed: a console does so with one that nobody reads
+        for a minute."""
         tries = 2 if self._channel is not None and self._generation == self._link.generation else 1
         for left in reversed(range(tries)):
             try:
@@ -133,7 +137,8 @@ class Fetcher:
             raise NetworkError("the server sent a piece of an array that makes no sense")
         head = memoryview(bytearray(head_size))
         receive_all(channel, head, deadline)
-        members = {each["name"]: each["number"] for each in self._link.schema.messages["BlobChunk"].fields if "number" in each}
+        members = {each["name"]: each["number"] for each in self._link.schema.messages["BlobChunk"].fields
+                   if "number" in each}
         said = {number: value for number, _, value in _wire.fields_of(head)}
         offset = said.get(members["offset"], 0)
         if not said.get(members["total_bytes"], 0):

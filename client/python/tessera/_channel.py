@@ -1,4 +1,5 @@
-"""How bytes reach a server: a channel of the link (plain TCP here, `_tunnel` has the other kind), and the ways that open one."""
+"""How bytes reach a server: a channel of the link (plain TCP here, `_tunnel` has the other kind), and the ways that
+open one."""
 from __future__ import annotations
 
 import abc
@@ -59,11 +60,13 @@ class Channel:
         return bool(peer == own or ipaddress.ip_address(peer.partition("%")[0]).is_loopback)
 
     def send(self, pieces: Sequence[Any], deadline: float) -> None:
-        """Raises Timeout where the peer does not take it by then: what was begun is then cut off, and the link is useless."""
+        """Raises Timeout where the peer does not take it by then: what was begun is then cut off, and the link is
+        useless."""
         send_all(self._socket, pieces, deadline)
 
     def some(self, into: memoryview) -> Optional[int]:
-        """How many bytes of what has come now lie in `into`; None: nothing has. NetworkError: the other end has closed."""
+        """How many bytes of what has come now lie in `into`; None: nothing has. NetworkError: the other end has
+        closed."""
         try:
             count = self._socket.recv_into(into, 0, socket.MSG_DONTWAIT)
         except (BlockingIOError, InterruptedError):
@@ -181,6 +184,7 @@ class ByPort(Way):
     def access(self, channel: Channel) -> str:
         if self._key is not None:
             return ""
-        # Of the connection that there is, not of a name: a token of this machine goes nowhere else, where others could read it.
+        # Of the connection that there is, not of a name: a token of this machine goes nowhere else, where others could
+        # read it.
         word = _door.access_to(channel.peer, self._place[1], channel.near, self._token_file)
         return word if channel.near else ""

@@ -1,4 +1,5 @@
-"""Whatever is described (requests, answers, notices, messages of the session) as bytes and back, by its description alone."""
+"""Whatever is described (requests, answers, notices, messages of the session) as bytes and back, by its description
+alone."""
 from __future__ import annotations
 
 import functools
@@ -16,7 +17,8 @@ _SCALARS = {"bool": "<u4", "word": "<u4", "text": "<u4", "double": "<f8"}
 
 
 class Told:
-    """What the server has told: its members as attributes. Numbers of records are numpy arrays (views of what arrived)."""
+    """What the server has told: its members as attributes. Numbers of records are numpy arrays (views of what
+    arrived)."""
 
     __slots__ = ("_said", "_values", "_generation")
 
@@ -75,7 +77,8 @@ def record_of(field: Mapping[str, Any]) -> DType:
         parts = [(each["name"] or f"_reserved{at}", _dtype_of_field(each)) for at, each in enumerate(field["fields"])]
         known = _RECORDS[id(field)] = np.dtype(parts)
         if known.itemsize != field["bytes"]:
-            raise Unsupported(f"records of {field['name']} have {field['bytes']} bytes, and are described with {known.itemsize}")
+            raise Unsupported(f"records of {field['name']} have {field['bytes']} bytes, and are described with "
+                              f"{known.itemsize}")
     return known
 
 
@@ -117,7 +120,8 @@ def _members_of(value: Any, where: str) -> Mapping[str, Any]:
     return value
 
 
-def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wire.Part], where: str, always: bool) -> None:
+def _put(field: Mapping[str, Any], value: Any, head: bytearray, parts: list[_wire.Part], where: str,
+         always: bool) -> None:
     kind, number = field["type"], field["number"]
     if kind == "text":
         data = _text(value, where)
@@ -196,7 +200,8 @@ def _put_part(field: Mapping[str, Any], value: Any, parts: list[_wire.Part], whe
             parts.append(texts)
 
 
-def put_members(fields: Sequence[Mapping[str, Any]], values: Mapping[str, Any], head: bytearray, parts: list[_wire.Part], where: str) -> None:
+def put_members(fields: Sequence[Mapping[str, Any]], values: Mapping[str, Any], head: bytearray,
+                parts: list[_wire.Part], where: str) -> None:
     """What is not among the values is as if it had not been said."""
     for name in values:
         if not any(field["name"] == name for field in fields):
@@ -332,7 +337,8 @@ _PARTS: dict[int, bool] = {}
 
 def _has_parts(key: int, field: Mapping[str, Any]) -> bool:
     if key not in _PARTS:
-        _PARTS[key] = any(each.get("part") or ("fields" in each and _has_parts(id(each), each)) for each in field["fields"])
+        _PARTS[key] = any(each.get("part") or ("fields" in each and _has_parts(id(each), each))
+                          for each in field["fields"])
     return _PARTS[key]
 
 
@@ -341,7 +347,8 @@ def decode(known: Mapping[int, Said], body: memoryview) -> Told:
     try:
         return _decode(known, body)
     except (ValueError, LookupError, TypeError, OverflowError) as error:
-        raise error if isinstance(error, TesseraError) else BadInput(f"what the server told makes no sense: {error}") from None
+        raise (error if isinstance(error, TesseraError)
+               else BadInput(f"what the server told makes no sense: {error}")) from None
 
 
 def _decode(known: Mapping[int, Said], body: memoryview) -> Told:

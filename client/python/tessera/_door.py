@@ -1,4 +1,5 @@
-"""Which server is meant, and what lets us in there: what servers leave for programs of their own user (common/access/README.md)."""
+"""Which server is meant, and what lets us in there: what servers leave for programs of their own user
+(common/access/README.md)."""
 from __future__ import annotations
 
 import fcntl
@@ -82,7 +83,8 @@ def local_walls() -> list[LocalWall]:
     except OSError:
         return []
     told = [_read(os.path.join(folder, name)) for name in names]
-    return [LocalWall(each["server"], each["token"]) for each in told if "server" in each and is_token(each.get("token", ""))]
+    return [LocalWall(each["server"], each["token"]) for each in told if "server" in each
+            and is_token(each.get("token", ""))]
 
 
 def address_of(address: Optional[str]) -> str:
@@ -94,8 +96,10 @@ def address_of(address: Optional[str]) -> str:
     if len(found) == 1:
         return found[0]
     if found:
-        raise NotFound(f"there are {len(found)} walls on this machine: {', '.join(found)}; say tessera.connect(\"ADDR:PORT\")")
-    raise NotFound("no wall of this user runs on this machine: say tessera.connect(\"ADDR:PORT\") as the server prints it, or set TESSERA_SERVER")
+        raise NotFound(f"there are {len(found)} walls on this machine: {', '.join(found)}; say "
+                       f"tessera.connect(\"ADDR:PORT\")")
+    raise NotFound("no wall of this user runs on this machine: say tessera.connect(\"ADDR:PORT\") as the server "
+                   "prints it, or set TESSERA_SERVER")
 
 
 def read_token(path: str) -> str:
@@ -133,9 +137,10 @@ def _leads_to(peer: str, port: int, listening: str, near: bool) -> bool:
 
 
 def access_to(peer: str, port: int, near: bool, token_file: Optional[str] = None) -> str:
-    """What lets a program of this user in at a server: the word in `token_file`, else TESSERA_TOKEN, else the word in the file that
-    TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address. `peer`: the other end of a connection; `near`: it is one of this machine's
-    own addresses. Empty: it goes without one."""
+    """What lets a program of this user in at a server: the word in `token_file`, else TESSERA_TOKEN, else the word in
+    the file that TESSERA_TOKEN_FILE names, else that of the server of this user that listens at that very address.
+    `peer`: the other end of a connection; `near`: it is one of this machine's own addresses. Empty: it goes without
+    one."""
     word = os.environ.get("TESSERA_TOKEN")
     if word and not token_file:
         if not is_token(word):

@@ -50,8 +50,8 @@ class _Column:
 
 
 class Edit:
-    """A batch. Get one from `wall.edit()`; what the same thread assigns within its `with` goes in, and all of it is granted or
-    refused at the end. Belongs to one thread."""
+    """A batch. Get one from `wall.edit()`; what the same thread assigns within its `with` goes in, and all of it is
+    granted or refused at the end. Belongs to one thread."""
 
     def __init__(self, wall: "Wall", undo: Optional[str]) -> None:
         self._wall = wall
@@ -99,7 +99,8 @@ class Edit:
                 target._put(self, name, each)
 
     def create(self, path: str, type: Optional[str] = "Transform", index: int = _changes.LAST, **fields: Any) -> Node:
-        """A new node at a path, whose last part is its name, with a new core of that type (None: with none) and these fields."""
+        """A new node at a path, whose last part is its name, with a new core of that type (None: with none) and these
+        fields."""
         parent_path, slash, name = path.rstrip("/").rpartition("/") if isinstance(path, str) else ("", "", "")
         if not slash or not name:
             raise BadInput(f"{path!r} is no path of a new node; write \"/hall/crane\"")
@@ -117,7 +118,8 @@ class Edit:
 
     def _new_node(self, parent: Node, name: str, path: str, core: Optional[Object], index: int = _changes.LAST) -> Node:
         kind = self._wall.schema.type("Node")
-        node = Node(self._wall, self._placeholder(kind), kind, self._wall._link.generation, path, core._id if core else 0, core._type if core else None)
+        node = Node(self._wall, self._placeholder(kind), kind, self._wall._link.generation, path,
+                    core._id if core else 0, core._type if core else None)
         self._made[node._id] = node
         before = self._paths.get(path)
         self._paths[path] = node
@@ -131,7 +133,8 @@ class Edit:
         return node
 
     def add(self, under: Node, name: str, core: Optional[Object] = None, index: int = _changes.LAST) -> Node:
-        """A new node below one that is there or new, with a core of its own or of others. Its name may be any text; nothing is asked."""
+        """A new node below one that is there or new, with a core of its own or of others. Its name may be any text;
+        nothing is asked."""
         if not isinstance(under, Node):
             raise BadInput(f"under: {under!r} is no node")
         if core is not None and (not isinstance(core, Object) or not core._type.is_core):
@@ -174,7 +177,8 @@ class Edit:
             raise BadInput(f"{info.where} is no array")
         begin = whole(first, 2 ** 53 - 1, f"{info.where}: first is the number of an element")
         data = _values.array(info, values)
-        each = info.each * info.element.itemsize if info.each else data.dtype.itemsize * (data.shape[-1] if data.ndim > 1 else 1)
+        each = (info.each * info.element.itemsize if info.each
+                else data.dtype.itemsize * (data.shape[-1] if data.ndim > 1 else 1))
         self._ranges.append((number, begin * each, data.nbytes, owner.number, info.number, 0, 0, 0, 0))
         self._range_bytes.append(_wire.view_of(data))
 
@@ -182,7 +186,8 @@ class Edit:
 
     @contextlib.contextmanager
     def _all_or_nothing(self) -> Iterator[None]:
-        """What is refused within leaves nothing of itself in the edit: whoever catches the error goes on with what was there."""
+        """What is refused within leaves nothing of itself in the edit: whoever catches the error goes on with what was
+        there."""
         if self._back is not None:
             yield
             return
@@ -260,10 +265,12 @@ class Edit:
         if self.empty:
             return None
         columns = [(kind, field, *column.rows(field)) for kind, field, column in self._columns.values()]
-        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE), self._range_bytes, ())
+        changes = _changes.encode(self._creations, self._placements, columns, np.array(self._ranges, _changes.RANGE),
+                                  self._range_bytes, ())
         most = self._wall.schema.limits["proposal_bytes"]
         if changes.size > most:
-            raise LimitExceeded(f"the edit has {changes.size} bytes beside its arrays, and {most} is the most; make it in parts")
+            raise LimitExceeded(f"the edit has {changes.size} bytes beside its arrays, and {most} is the most; make "
+                                f"it in parts")
         self.committed = self._wall._propose(changes, self._arrays.by_name, self._gesture, timeout, self._since)
         for placeholder, number in self.committed.ids.tolist():
             made = self._made.get(placeholder)

@@ -1,7 +1,7 @@
 """XXH3 by the system's own library, over bytes where they lie.
 
-ctypes on libxxhash.so.0 and not python3-xxhash: apt itself needs that library, so each Debian 12 has it, and it hashes a buffer
-in pieces, without a copy and without Python's lock.
+ctypes on libxxhash.so.0 and not python3-xxhash: apt itself needs that library, so each Debian 12 has it, and it hashes
+a buffer in pieces, without a copy and without Python's lock.
 """
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ def hash64_of(buffers: Iterable[Any], seed: int) -> int:
 
 
 def array_id(data: Array, leaf_bytes: int) -> bytes:
-    """The name of an array (16 bytes): the hash of its bytes; of more than a leaf, of its leaves' hashes (common/base/Blob.h)."""
+    """The name of an array (16 bytes): the hash of its bytes; of more than a leaf, of its leaves' hashes
+    (common/base/Blob.h)."""
     at, size = data.ctypes.data, data.nbytes
     if size <= leaf_bytes:
         return bytes(_hash128(at, size))

@@ -1,6 +1,8 @@
-"""The native link to one server: Hello and Welcome, heartbeats, requests and their replies, and the return after a break.
+"""The native link to one server: Hello and Welcome, heartbeats, requests and their replies, and the return after a
+break.
 
-A thread of its own reads, answers heartbeats and dials again; requests are written by whoever asks. Any thread may call anything.
+A thread of its own reads, answers heartbeats and dials again; requests are written by whoever asks. Any thread may call
+anything.
 """
 from __future__ import annotations
 
@@ -32,7 +34,8 @@ class Stale(TesseraError):
         self.generation = generation
 
 
-def _settle(future: "Future[dict[str, Any]]", said: Optional[dict[str, Any]] = None, error: Optional[TesseraError] = None) -> None:
+def _settle(future: "Future[dict[str, Any]]", said: Optional[dict[str, Any]] = None,
+            error: Optional[TesseraError] = None) -> None:
     """Nobody may wait for it any more: asyncio cancels what is cancelled there."""
     if not future.set_running_or_notify_cancel():
         return
@@ -54,11 +57,14 @@ os.register_at_fork(after_in_child=_forked)
 
 
 class Link:
-    """One control connection. `on_message(name, members)` is called by the thread that reads, `on_back` there after a return."""
+    """One control connection. `on_message(name, members)` is called by the thread that reads, `on_back` there after a
+    return."""
 
     def __init__(self, schema: Schema, way: Way, *, name: str, timeout: float, redial: float, follows: bool,
-                 on_message: Callable[[str, dict[str, Any]], None], on_back: Callable[[], None], on_end: Callable[[Optional[TesseraError]], None]) -> None:
-        self.schema, self.way, self.name, self.timeout, self.redial, self.follows = schema, way, name, timeout, redial, follows
+                 on_message: Callable[[str, dict[str, Any]], None], on_back: Callable[[], None],
+                 on_end: Callable[[Optional[TesseraError]], None]) -> None:
+        self.schema, self.way, self.name, self.timeout, self.redial, self.follows = (
+            schema, way, name, timeout, redial, follows)
         self.address = way.address
         self._on_message, self._on_back, self._on_end = on_message, on_back, on_end
         self._sending = threading.Lock()  # a message, or arrays and the proposal behind them, go out in one piece
@@ -106,10 +112,12 @@ class Link:
 
     def request(self, body: _wire.Chain, uploads: Sequence[_wire.Chain] = (), timeout: Optional[float] = None,
                 since: Optional[int] = None) -> "Future[dict[str, Any]]":
-        """Sends it, after the return where the link is broken. The reply's members come with the future, and the `generation` of its
-        numbers. `since`: the generation of those that the request names; where it has passed, Stale is raised and nothing is sent."""
+        """Sends it, after the return where the link is broken. The reply's members come with the future, and the
+        `generation` of its numbers. `since`: the generation of those that the request names; where it has passed, Stale
+        is raised and nothing is sent."""
         if body.size > self.schema.limits["request_bytes"]:
-            raise LimitExceeded(f"the request has {body.size} bytes, and {self.schema.limits['request_bytes']} is the most")
+            raise LimitExceeded(f"the request has {body.size} bytes, and {self.schema.limits['request_bytes']} is the "
+                                f"most")
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
         future: Future[dict[str, Any]] = Future()
         if not self._sending.acquire(timeout=max(0.0, deadline - time.monotonic())):
@@ -130,7 +138,8 @@ class Link:
             try:
                 for piece in uploads:
                     self._send(channel, "Upload", piece, deadline)
-                self._send(channel, "Request", encode_message(self.schema.messages["Request"], {"id": number, "body": body}), deadline)
+                self._send(channel, "Request",
+                           encode_message(self.schema.messages["Request"], {"id": number, "body": body}), deadline)
             except Timeout:
                 channel.abort()  # a message was cut off
                 raise
@@ -162,7 +171,8 @@ class Link:
         """Of the thread that reads: a message that nobody waits for."""
         with self._sending:
             try:
-                self._send(self._channel, name, encode_message(self.schema.messages[name], values), time.monotonic() + self.timeout)
+                self._send(self._channel, name, encode_message(self.schema.messages[name], values),
+                           time.monotonic() + self.timeout)
             except (OSError, TesseraError):
                 self._channel.abort()
 
@@ -193,16 +203,20 @@ class Link:
     # ---- inside
 
     def _leave_to_parent(self) -> None:
-        """In the child of a fork: the connection is the parent's, as is the thread that reads. Locks may be held by threads that are not here."""
+        """In the child of a fork: the connection is the parent's, as is the thread that reads. Locks may be held by
+        threads that are not here."""
         self._sending, self._state = threading.Lock(), threading.Condition()
-        self._ended = NetworkError("this wall was opened before the process forked, and is its parent's: connect anew in the child")
+        self._ended = NetworkError("this wall was opened before the process forked, and is its parent's: connect anew "
+                                   "in the child")
         self._closing = True
         self._pending = {}
 
     def _hello(self, channel: int, access: str) -> _wire.Chain:
         return encode_message(self.schema.messages["Hello"], {
-            "protocol": self.schema.protocol, "schema": self.schema.schema, "role": _APPLICATION, "channel": channel, "name": self.name,
-            "follows": self.follows, "token": self.token if channel == BULK else (0, 0), "seen_epoch": self.epoch if channel == CONTROL else 0,
+            "protocol": self.schema.protocol, "schema": self.schema.schema, "role": _APPLICATION, "channel": channel,
+            "name": self.name,
+            "follows": self.follows, "token": self.token if channel == BULK else (0, 0),
+            "seen_epoch": self.epoch if channel == CONTROL else 0,
             "access": access})
 
     def _send(self, channel: Channel, name: str, payload: _wire.Chain, deadline: float) -> None:
@@ -251,7 +265,8 @@ class Link:
             kind = Timeout if isinstance(error, Timeout) else NetworkError
             raise kind(f"no Tessera server at {self.address}: {error}") from None
         if name == "Refused":
-            raise Refusal(error_of(self.schema.errors[said["code"]], f"the server at {self.address} refuses: {said['reason']}"), bool(said["retry"]))
+            raise Refusal(error_of(self.schema.errors[said["code"]],
+                                   f"the server at {self.address} refuses: {said['reason']}"), bool(said["retry"]))
         if name != "Welcome":
             raise NetworkError(f"no Tessera server at {self.address}: it said {name} before Welcome")
         return said
@@ -323,7 +338,8 @@ class Link:
                 return False
             pause = min(2 * pause, _LONGEST_PAUSE)
         with self._state:
-            self._ended = refused or NetworkError(f"{why}; nobody has answered there for {time.monotonic() - since:.0f} s since: {last}")
+            self._ended = (refused or NetworkError(
+                f"{why}; nobody has answered there for {time.monotonic() - since:.0f} s since: {last}"))
         return False
 
     def _serve(self) -> None:

@@ -1,7 +1,7 @@
 """Pictures: PNG read and written, and the tiles of a wall put together.
 
-zlib and numpy alone: hosts filter every row by its left neighbour (common/image/Png.cpp), which numpy undoes for a whole picture at
-once; python3-pil would be one more package for the same.
+zlib and numpy alone: hosts filter every row by its left neighbour (common/image/Png.cpp), which numpy undoes for a
+whole picture at once; python3-pil would be one more package for the same.
 """
 from __future__ import annotations
 
@@ -136,8 +136,8 @@ def _sizes(grid: dict[int, list[Any]], count: int, alike: int, each: int) -> lis
 
 
 def layout_of(configuration: memoryview) -> tuple[int, int, list[Tile]]:
-    """Width and height of the picture of all screens side by side, lower edges in line, and where its tiles are. The numbers are those
-    of proto/wall.proto; the rules those of common/wall/PictureLayout.cpp."""
+    """Width and height of the picture of all screens side by side, lower edges in line, and where its tiles are. The
+    numbers are those of proto/wall.proto; the rules those of common/wall/PictureLayout.cpp."""
     wall = _message(configuration)
     screens: dict[bytes, tuple[int, list[int], list[int], int, int]] = {}
     width = height = 0
@@ -157,7 +157,8 @@ def layout_of(configuration: memoryview) -> tuple[int, int, list[Tile]]:
             column, row, eye = _number(tile, 2), _number(tile, 3), _number(tile, 4)
             name = f"{screen_name.decode('utf-8', 'replace')}-{column}-{row}{('', '-left', '-right')[eye]}"
             bottom = sum(rows[:row]) - along * row
-            tiles.append(Tile(name, left + sum(columns[:column]) - across * column, height - bottom - rows[row], columns[column], rows[row], eye))
+            tiles.append(Tile(name, left + sum(columns[:column]) - across * column, height - bottom - rows[row],
+                              columns[column], rows[row], eye))
     return width, height, tiles
 
 
@@ -175,6 +176,7 @@ def mosaic_of(configuration: memoryview, images: Told) -> Array:
             continue
         pixels = decode_png(told.png)
         if pixels.shape[:2] != (tile.height, tile.width):
-            raise BadInput(f"the image of tile {tile.name} is {pixels.shape[1]}x{pixels.shape[0]}, but the tile {tile.width}x{tile.height}")
+            raise BadInput(f"the image of tile {tile.name} is {pixels.shape[1]}x{pixels.shape[0]}, but the tile "
+                           f"{tile.width}x{tile.height}")
         whole[tile.top:tile.top + tile.height, tile.left:tile.left + tile.width] = pixels
     return whole

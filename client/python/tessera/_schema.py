@@ -1,5 +1,6 @@
-"""What can be asked and what a scene holds, as `tessera-ctl requests --json` and `tessera-ctl types --json` have printed it when
-this package was built. There is no table of requests, answers or types in Python: a new one needs no line here."""
+"""What can be asked and what a scene holds, as `tessera-ctl requests --json` and `tessera-ctl types --json` have
+printed it when this package was built. There is no table of requests, answers or types in Python: a new one needs no
+line here."""
 from __future__ import annotations
 
 import difflib
@@ -16,7 +17,8 @@ from .errors import UnknownField
 # The shapes that a field can have, as change.proto numbers them.
 KINDS = ("float", "double", "int", "ref", "text", "blob", "bool", "reference list", "matrix")
 FLOAT, DOUBLE, INT, REF, TEXT, BLOB, BOOL, REFS, MATRIX = range(len(KINDS))
-SCALARS: dict[int, Any] = {FLOAT: np.dtype("<f4"), DOUBLE: np.dtype("<f8"), INT: np.dtype("<i8"), REF: np.dtype("<u8"), BOOL: np.dtype("u1"),
+SCALARS: dict[int, Any] = {FLOAT: np.dtype("<f4"), DOUBLE: np.dtype("<f8"), INT: np.dtype("<i8"), REF: np.dtype("<u8"),
+                           BOOL: np.dtype("u1"),
                            MATRIX: np.dtype("<f8")}
 
 
@@ -127,6 +129,7 @@ def schema() -> Schema:
     try:
         texts = [(folder / name).read_text(encoding="utf-8") for name in ("requests.json", "types.json")]
     except FileNotFoundError as missing:
-        raise ImportError(f"tessera: {missing.filename} is missing; it is made with the package: ./deploy/build build tessera_python, "
+        raise ImportError(f"tessera: {missing.filename} is missing; it is made with the package: ./deploy/build build "
+                          f"tessera_python, "
                           "and then PYTHONPATH=build/python, or ./deploy/install PREFIX") from None
     return Schema(json.loads(texts[0]), json.loads(texts[1]))

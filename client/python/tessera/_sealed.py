@@ -1,4 +1,5 @@
-"""TLS 1.3 over a socket: whom a program believes, and by which key it is known itself (common/tls has the same in C++)."""
+"""TLS 1.3 over a socket: whom a program believes, and by which key it is known itself (common/tls has the same in
+C++)."""
 from __future__ import annotations
 
 import hashlib
@@ -19,7 +20,8 @@ _PERSON, _ENDING, _AUTHORITY = "person-", ".pem", "authority.crt"
 
 
 class Sealed:
-    """As much of a socket as channels use. One thread sends at a time, and one receives: OpenSSL itself bears one alone.
+    """As much of a socket as channels use. One thread sends at a time, and one receives: OpenSSL itself bears one
+    alone.
 
     What TLS has to say of itself goes with the next message that is sent."""
 
@@ -196,7 +198,8 @@ def believing(authority: str) -> ssl.SSLContext:
     try:
         context.load_verify_locations(cadata=authority)
     except (ssl.SSLError, ValueError) as error:
-        raise BadInput(f"the authority's certificate cannot be read: {getattr(error, 'reason', None) or error}") from None
+        raise BadInput(f"the authority's certificate cannot be read: "
+                       f"{getattr(error, 'reason', None) or error}") from None
     return context
 
 
@@ -213,7 +216,8 @@ def sealed_to_server(sock: socket.socket, context: ssl.SSLContext, deadline: flo
     sealed = Sealed(sock, context, None, deadline)
     names = sealed.names()
     if len(names) != 1 or not _SERVER.fullmatch(names[0]):
-        raise Distrust(f"it shows the certificate of {', '.join(names) or 'somebody else than a wall'}, and not of a wall's server")
+        raise Distrust(f"it shows the certificate of {', '.join(names) or 'somebody else than a wall'}, and not of a "
+                       f"wall's server")
     return sealed
 
 
@@ -229,12 +233,14 @@ class PersonKey:
         if name.startswith(_PERSON) and name.endswith(_ENDING):
             return self._place
         try:
-            found = sorted(each for each in os.listdir(self._place) if each.startswith(_PERSON) and each.endswith(_ENDING))
+            found = sorted(each for each in os.listdir(self._place) if each.startswith(_PERSON)
+                           and each.endswith(_ENDING))
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or error
             raise NotFound(f"{self._place}: {why}; keys= names a folder, or the file of a person's key") from None
         if not found:
-            raise NotFound(f"{self._place}: no key of a person is there: tessera-keys person NAME --role ROLE makes one, on the server")
+            raise NotFound(f"{self._place}: no key of a person is there: tessera-keys person NAME --role ROLE makes "
+                           f"one, on the server")
         if len(found) > 1:
             raise BadInput(f"{self._place}: the keys of several people are there ({', '.join(found)}): say whose")
         return os.path.join(self._place, found[0])
@@ -256,7 +262,8 @@ class PersonKey:
         except (OSError, ValueError) as error:
             if isinstance(error, TesseraError):
                 raise
-            raise NotFound(f"{getattr(error, 'filename', None) or file}: {getattr(error, 'strerror', None) or error}") from None
+            raise NotFound(f"{getattr(error, 'filename', None) or file}: "
+                           f"{getattr(error, 'strerror', None) or error}") from None
         return context
 
 

@@ -89,7 +89,8 @@ class Subscription:
 
 
 class _News(Subscription):
-    def __init__(self, owner: "Subscriptions", what: str, timeout: Optional[float], most: int, options: Mapping[str, bool]) -> None:
+    def __init__(self, owner: "Subscriptions", what: str, timeout: Optional[float], most: int,
+                 options: Mapping[str, bool]) -> None:
         super().__init__(what, timeout, most)
         self._owner = owner
         self._wall = owner.wall()  # it stays while anybody listens
@@ -101,8 +102,8 @@ class _News(Subscription):
 
 
 class Subscriptions:
-    """What one connection is told: the wishes of all iterators together. The thread that reads holds it, and by it no wall: one that
-    nobody holds is closed."""
+    """What one connection is told: the wishes of all iterators together. The thread that reads holds it, and by it no
+    wall: one that nobody holds is closed."""
 
     def __init__(self, wall: "Wall") -> None:
         self._weak = weakref.ref(wall)
@@ -204,7 +205,8 @@ def _of(weak: "weakref.ref[ChangesSubscription]", tell: Callable[["ChangesSubscr
 
 
 class ChangesSubscription(Subscription):
-    """Every change of the scene, in order (`_changes.Changes`). A connection of its own follows the scene, so that nobody else pays."""
+    """Every change of the scene, in order (`_changes.Changes`). A connection of its own follows the scene, so that
+    nobody else pays."""
 
     def __init__(self, wall: "Wall", timeout: Optional[float], most: int) -> None:
         super().__init__("changes", timeout, most)
@@ -212,9 +214,11 @@ class ChangesSubscription(Subscription):
         self._begun = threading.Event()
         self._link: Optional[Link] = None
         weak = weakref.ref(self)  # the thread that reads holds nobody: an iterator that nobody holds ends
-        self._link = Link(wall.schema, wall._link.way, name=wall.name, timeout=wall.timeout, redial=wall._link.redial, follows=True,
+        self._link = Link(wall.schema, wall._link.way, name=wall.name, timeout=wall.timeout, redial=wall._link.redial,
+                          follows=True,
                           on_message=lambda name, said: _of(weak, lambda alive: alive._told_of(name, said)),
-                          on_back=lambda: _of(weak, lambda alive: alive._back()), on_end=lambda why: _of(weak, lambda alive: alive._over(why)))
+                          on_back=lambda: _of(weak, lambda alive: alive._back()),
+                          on_end=lambda why: _of(weak, lambda alive: alive._over(why)))
         weakref.finalize(self, self._link.close).atexit = False
         wall._subscriptions.apart(self)
         if not self._begun.wait(wall.timeout):

@@ -1,6 +1,7 @@
 """The link through a console: a page's link is all that a program has, and its channels are WebSockets (proto/WIRE.md).
 
-Framing and the handshake are those of Debian's python3-websocket, which is wanted where a link is given and not before."""
+Framing and the handshake are those of Debian's python3-websocket, which is wanted where a link is given and not
+before."""
 from __future__ import annotations
 
 import collections
@@ -30,7 +31,8 @@ def _websocket() -> Any:
     try:
         return importlib.import_module("websocket")
     except ImportError:
-        raise Unsupported("a page's link needs Python's websocket (apt-get install python3-websocket); tessera.connect(\"ADDR:PORT\") does not") from None
+        raise Unsupported("a page's link needs Python's websocket (apt-get install python3-websocket); "
+                          "tessera.connect(\"ADDR:PORT\") does not") from None
 
 
 class _Waits:
@@ -73,7 +75,8 @@ class Tunnel(Channel):
         self._faults = module.WebSocketException
         self._frames = module.frame_buffer(self._take, True)
         self._left = memoryview(b"")  # of the last frame
-        self._pongs: Deque[bytes] = collections.deque()  # they go with the next message: nobody who reads waits for that
+        # They go with the next message: nobody who reads waits for that
+        self._pongs: Deque[bytes] = collections.deque()
 
     @property
     def pending(self) -> bool:
@@ -130,7 +133,8 @@ class Tunnel(Channel):
         elif code == self._abnf.OPCODE_PING:
             self._pongs.append(self._framed(data, self._abnf.OPCODE_PONG))
         elif code == self._abnf.OPCODE_CLOSE:
-            raise NetworkError(f"the server closed the connection{': ' if data[2:] else ''}{data[2:].decode('utf-8', 'replace')}")
+            raise NetworkError(f"the server closed the "
+                               f"connection{': ' if data[2:] else ''}{data[2:].decode('utf-8', 'replace')}")
         elif code != self._abnf.OPCODE_PONG:
             raise NetworkError("the console said text in a channel of bytes")
 
@@ -151,8 +155,10 @@ class ByLink(Way):
         sock: Stream = self._sealed(deadline) if self._seals else self._connected(deadline)
         try:
             if not self._seals and not Channel(sock).near:
-                raise Refusal(NetworkError(f"the link to {self.address} is plain, and leads to another machine: others could read its token on "
-                                           "the way. A server with keys has an https link; one without takes \"ADDR:PORT\""), False)
+                raise Refusal(NetworkError(f"the link to {self.address} is plain, and leads to another machine: "
+                                           f"others could read its token on "
+                                           "the way. A server with keys has an https link; one without takes "
+                                           "\"ADDR:PORT\""), False)
             self._upgrade(sock, deadline)
         except BaseException:
             sock.close()
@@ -187,11 +193,13 @@ class ByLink(Way):
         return NetworkError(f"no Tessera console at {self.address}: {error}") if isinstance(error, OSError) else error
 
     def _believed(self, deadline: float) -> str:
-        """The certificate of the authority that the link names. Who gives it need not be believed: the link says which it is."""
+        """The certificate of the authority that the link names. Who gives it need not be believed: the link says which
+        it is."""
         sock = self._connected(deadline)
         try:
             stream = Sealed(sock, believing_nobody(), None, deadline)
-            send_all(stream, [f"GET /authority.crt HTTP/1.1\r\nHost: {self._authority}\r\nConnection: close\r\n\r\n".encode()], deadline)
+            send_all(stream, [f"GET /authority.crt HTTP/1.1\r\nHost: {self._authority}\r\nConnection: "
+                              f"close\r\n\r\n".encode()], deadline)
             waits, said = _Waits(stream, deadline), b""
             while True:
                 data = waits.recv(4096)
@@ -210,9 +218,11 @@ class ByLink(Way):
         pem = body.decode("ascii", "replace")
         found = fingerprint(pem)
         if not found or not head.startswith(b"HTTP/1.1 200 "):
-            raise NetworkError(f"what listens at {self.address} is no console of Tessera (it names no authority); a link is {_LINK}")
+            raise NetworkError(f"what listens at {self.address} is no console of Tessera (it names no authority); a "
+                               f"link is {_LINK}")
         if found != self._pinned:
-            raise self._told(Distrust(f"its authority is {found}, and the link names {self._pinned}: the link is of another wall, "
+            raise self._told(Distrust(f"its authority is {found}, and the link names {self._pinned}: the link is of "
+                                      f"another wall, "
                                       "or somebody else answers"))
         return pem
 
@@ -222,7 +232,8 @@ class ByLink(Way):
     def _upgrade(self, sock: Stream, deadline: float) -> None:
         web = self._module.WebSocket()
         try:
-            web.connect(f"ws://{self._authority}/link", socket=_Waits(sock, deadline), suppress_origin=True, redirect_limit=0,
+            web.connect(f"ws://{self._authority}/link", socket=_Waits(sock, deadline), suppress_origin=True,
+                        redirect_limit=0,
                         host=self._authority, header=[f"Authorization: Bearer {self._token}"])
             status, head = int(web.status), web.headers
         except self._module.WebSocketBadStatusException as error:
@@ -230,16 +241,19 @@ class ByLink(Way):
         except (TimeoutError, self._module.WebSocketTimeoutException):
             raise Timeout(f"no Tessera console at {self.address}: it did not answer in time") from None
         except OSError as error:
-            raise NetworkError(f"the connection to the console at {self.address} broke: {error.strerror or error}") from None
+            raise NetworkError(f"the connection to the console at {self.address} broke: "
+                               f"{error.strerror or error}") from None
         except (self._module.WebSocketException, ValueError, LookupError) as error:
-            raise NetworkError(f"what listens at {self.address} is no console of Tessera ({error}); a link is {_LINK}") from None
+            raise NetworkError(f"what listens at {self.address} is no console of Tessera ({error}); a link is "
+                               f"{_LINK}") from None
         if status != 101:
             raise Refusal(self._refused(status, _words(sock, head, deadline)), status in _LATER)
 
     def _refused(self, status: int, said: Any) -> TesseraError:
         words = said.get("message") if isinstance(said, dict) else None
         if not words:
-            return NetworkError(f"what listens at {self.address} is no console of Tessera (it answers {status}); a link is {_LINK}")
+            return NetworkError(f"what listens at {self.address} is no console of Tessera (it answers {status}); a "
+                                f"link is {_LINK}")
         if status == 404:
             return Unsupported(f"the console at {self.address} has no /link for programs: {words}")
         return error_of(str(said.get("code", "failed")), f"the console at {self.address} refuses: {words}")

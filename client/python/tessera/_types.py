@@ -12,7 +12,8 @@ DType: TypeAlias = "np.dtype[Any]"
 
 
 def utf8(value: Any, where: str) -> bytes:
-    """A text as it travels. BadInput: it is none, or half of a surrogate pair is in it, which UTF-8 has no place for."""
+    """A text as it travels. BadInput: it is none, or half of a surrogate pair is in it, which UTF-8 has no place
+    for."""
     if not isinstance(value, str):
         raise BadInput(f"{where}: {value!r} is no text")
     try:
@@ -30,7 +31,8 @@ def whole(value: Any, most: int, what: str) -> int:
 
 def seconds(value: Any, what: str) -> Optional[float]:
     """How long somebody waits; None: however long."""
-    if value is not None and (isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value < 1e9):
+    if value is not None and (isinstance(value, (bool, np.bool_))
+                              or not isinstance(value, (int, float, np.integer, np.floating)) or not 0 <= value < 1e9):
         raise BadInput(f"{what}: a number of seconds below 10^9, and not {value!r}")
     return None if value is None else float(value)
 
@@ -57,9 +59,11 @@ def written(value: Any) -> str:
 
 
 def as_array(value: Any, where: str, dtype: Any = None) -> Array:
-    """Without a copy where it is one. BadInput: rows of different lengths, masked values, or what is no number where numbers are wanted."""
+    """Without a copy where it is one. BadInput: rows of different lengths, masked values, or what is no number where
+    numbers are wanted."""
     if isinstance(value, np.ma.MaskedArray) and np.any(value.mask):
-        raise BadInput(f"{where}: {np.count_nonzero(value.mask)} values are masked: leave these out, or fill them (`filled`)")
+        raise BadInput(f"{where}: {np.count_nonzero(value.mask)} values are masked: leave these out, or fill them "
+                       f"(`filled`)")
     try:
         given: Array = np.asarray(value, dtype)
     except (ValueError, TypeError, OverflowError) as error:
@@ -68,10 +72,12 @@ def as_array(value: Any, where: str, dtype: Any = None) -> Array:
 
 
 def finite(given: Array, dtype: Any, where: str) -> Array:
-    """Numbers as they lie on the wire, without a copy where they do. BadInput: one is not finite, or more than that type holds."""
+    """Numbers as they lie on the wire, without a copy where they do. BadInput: one is not finite, or more than that
+    type holds."""
     with np.errstate(over="ignore"):
         cast = np.ascontiguousarray(given, dtype)
     if not np.isfinite(cast).all():
         wrong = f"more than a {cast.dtype} holds" if np.isfinite(given).all() else "not finite"
-        raise BadInput(f"{where}: {written(given)} is {wrong}" if given.size < 20 else f"{where}: not all numbers are finite, as a {cast.dtype}")
+        raise BadInput(f"{where}: {written(given)} is {wrong}" if given.size < 20
+                       else f"{where}: not all numbers are finite, as a {cast.dtype}")
     return cast

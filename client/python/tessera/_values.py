@@ -1,4 +1,5 @@
-"""Values of fields, as people write them and as columns carry them. What makes no sense is refused here with the field's name."""
+"""Values of fields, as people write them and as columns carry them. What makes no sense is refused here with the
+field's name."""
 from __future__ import annotations
 
 from typing import Any, Callable, Optional, Sequence
@@ -33,23 +34,27 @@ class Arrays:
 
 
 def numbers(field: Field, value: Any, rows: Optional[int] = None) -> Array:
-    """One value, or `rows` of them, of a field of numbers: as it lies on the wire, without a copy where it does already."""
+    """One value, or `rows` of them, of a field of numbers: as it lies on the wire, without a copy where it does
+    already."""
     dtype = SCALARS[field.kind]
     given = as_array(value, field.where)
     if given.dtype.kind not in "fiub" or (given.dtype.kind == "b" and field.kind != BOOL):
-        raise BadInput(f"{field.where}: {written(value)} is no number" if given.size < 20 else f"{field.where}: {given.dtype} is no type of numbers")
+        raise BadInput(f"{field.where}: {written(value)} is no number" if given.size < 20
+                       else f"{field.where}: {given.dtype} is no type of numbers")
     if field.kind == MATRIX and given.shape[-2:] == (4, 4):
         given = given.swapaxes(-1, -2).reshape(*given.shape[:-2], 16)  # on the wire column by column
     wanted: tuple[int, ...] = (field.width,) if rows is None else (rows, field.width)
     if given.size != np.prod(wanted, dtype=int) or (rows is not None and (given.ndim == 0 or len(given) != rows)):
         shape = field.width if rows is None else f"{rows} × {field.width}"
-        raise BadInput(f"{field.where}: an array of {' × '.join(map(str, given.shape)) or 1} numbers instead of {shape}")
+        raise BadInput(f"{field.where}: an array of {' × '.join(map(str, given.shape)) or 1} numbers instead of "
+                       f"{shape}")
     if field.kind in (FLOAT, DOUBLE, MATRIX):
         return finite(given.reshape(wanted), dtype, field.where)
     if field.kind == INT and given.dtype.kind == "f":
         raise BadInput(f"{field.where}: {written(value)} is no whole number")
     if field.kind == INT and given.dtype.kind == "u" and given.size and int(given.max()) > np.iinfo(dtype).max:
-        raise BadInput(f"{field.where}: {written(value)} is more than a whole number may be" if given.size < 20 else f"{field.where}: not all numbers are in its range")
+        raise BadInput(f"{field.where}: {written(value)} is more than a whole number may be" if given.size < 20
+                       else f"{field.where}: not all numbers are in its range")
     if field.kind == BOOL and given.dtype.kind != "b" and not np.isin(given, (0, 1)).all():
         raise BadInput(f"{field.where}: {written(value)} is neither true nor false")
     return np.ascontiguousarray(given.reshape(wanted), dtype)
@@ -87,7 +92,8 @@ def array(field: Field, value: Any) -> Array:
     if value is None:
         return np.zeros(0, np.uint8)
     # A view of numbers is no view of bytes.
-    if isinstance(value, (bytes, bytearray)) or (isinstance(value, memoryview) and value.format in ("B", "b", "c") and value.c_contiguous):
+    if isinstance(value, (bytes, bytearray)) or (
+        isinstance(value, memoryview) and value.format in ("B", "b", "c") and value.c_contiguous):
         raw = np.frombuffer(value, np.uint8)
         if field.each and raw.nbytes % (field.each * field.element.itemsize):
             raise BadInput(f"{field.where}: {raw.nbytes} bytes are no elements of {field.each} {field.element.name}")
@@ -110,7 +116,8 @@ def array(field: Field, value: Any) -> Array:
 
 
 def row(field: Field, value: Any, resolve: Resolve, arrays: Arrays) -> Any:
-    """One value as a row of a column: an array of numbers, bytes of a text or of an array's name, or an array of references."""
+    """One value as a row of a column: an array of numbers, bytes of a text or of an array's name, or an array of
+    references."""
     if field.kind == INT and field.words and not isinstance(value, (int, np.integer)):
         return np.array([_of_words(field, value)], "<i8")
     if field.kind == REF:
@@ -118,7 +125,8 @@ def row(field: Field, value: Any, resolve: Resolve, arrays: Arrays) -> Any:
     if field.kind == REFS and isinstance(value, np.ndarray) and value.dtype.kind == "u":  # `ids` of Nodes
         return np.ascontiguousarray(value.reshape(-1), "<u8")
     if field.kind == REFS:
-        return np.array([resolve(each, field) for each in (() if value is None else items_of(value, field.where))], "<u8")
+        return np.array([resolve(each, field) for each in (() if value is None else items_of(value, field.where))],
+                        "<u8")
     if field.kind == TEXT:
         return utf8(value, field.where)
     if field.kind == BLOB:
@@ -139,7 +147,8 @@ def column(field: Field, rows: Sequence[Any]) -> _wire.Part:
 
 def many(field: Field, values: Any, rows: int, resolve: Resolve, arrays: Arrays) -> Any:
     """A whole column at once: an array for numbers, else a list of rows."""
-    if field.kind in (FLOAT, DOUBLE, MATRIX, BOOL) or (field.kind == INT and not isinstance(values, str) and not _holds_words(values)):
+    if field.kind in (FLOAT, DOUBLE, MATRIX,
+                      BOOL) or (field.kind == INT and not isinstance(values, str) and not _holds_words(values)):
         return numbers(field, values, rows)
     if isinstance(values, str) or values is None:
         raise BadInput(f"{field.where}: one value for {rows} objects")
@@ -154,7 +163,8 @@ def _holds_words(values: Any) -> bool:
 
 
 def to_python(field: Field, value: Any) -> Any:
-    """A row of a decoded column as people read it: words for words, tuples for a few numbers. References and arrays stay what they are."""
+    """A row of a decoded column as people read it: words for words, tuples for a few numbers. References and arrays
+    stay what they are."""
     if field.kind == INT and field.words:
         number = int(value)
         if field.flags:

@@ -49,12 +49,14 @@ def _close(fetcher: Fetcher, link: Link) -> None:
 
 
 class Wall:
-    """Get one from `tessera.connect`. Any thread may call anything, at any time; each waits for its own answers, at most `timeout`
-    seconds (Timeout). A thread inside answers the server's heartbeats and dials again for `redial` seconds where the connection
-    breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and subscriptions are made again. A wall that nothing
-    holds any more is closed. In the child of a fork it is the parent's: what is asked there raises NetworkError."""
+    """Get one from `tessera.connect`. Any thread may call anything, at any time; each waits for its own answers, at
+    most `timeout` seconds (Timeout). A thread inside answers the server's heartbeats and dials again for `redial`
+    seconds where the connection breaks: what was under way then raises NetworkError, what is asked meanwhile waits, and
+    subscriptions are made again. A wall that nothing holds any more is closed. In the child of a fork it is the
+    parent's: what is asked there raises NetworkError."""
 
-    def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None, name: str = "python",
+    def __init__(self, address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None,
+                 name: str = "python",
                  timeout: float = 10.0, redial: float = 60.0) -> None:
         self.schema = schema()
         wait, patience = seconds(timeout, "timeout"), seconds(redial, "redial")
@@ -118,7 +120,8 @@ class Wall:
                 generation = stale.generation
 
     def ask(self, request: str, *, timeout: Optional[float] = None, **members: Any) -> Told:
-        """Any request that `tessera-ctl requests` lists, with its members; its answer. The other methods are shorter words for some."""
+        """Any request that `tessera-ctl requests` lists, with its members; its answer. The other methods are shorter
+        words for some."""
         return self._ask(request, None, members, timeout)
 
     def status(self) -> Told:
@@ -126,7 +129,8 @@ class Wall:
         return self.ask("GetStatus")
 
     def whoami(self) -> Told:
-        """As whom the server knows this program: `name`, and `role`: "viewer" (looks), "editor" (changes the scene), "operator" (all)."""
+        """As whom the server knows this program: `name`, and `role`: "viewer" (looks), "editor" (changes the scene),
+        "operator" (all)."""
         return self.ask("WhoAmI")
 
     # ---- the scene
@@ -147,16 +151,18 @@ class Wall:
         return self._node("/")
 
     def handle(self, number: int, type: str = "Node", core: int = 0, core_type: Optional[str] = None) -> Object:
-        """Of an object whose number and type are known, as `tree` and `follow("changes")` tell them: nothing is asked."""
+        """Of an object whose number and type are known, as `tree` and `follow("changes")` tell them: nothing is
+        asked."""
         kind, of_core = self.schema.type(type), self.schema.type(core_type) if core_type is not None else None
         number = whole(number, _changes.FIRST_PLACEHOLDER - 1, "number: of an object")
         if kind.name != "Node":
             return Object(self, number, kind, self._link.generation)
-        return Node(self, number, kind, self._link.generation, f"#{number}", whole(core, _changes.FIRST_PLACEHOLDER - 1, "core: of an object"), of_core)
+        return Node(self, number, kind, self._link.generation, f"#{number}",
+                    whole(core, _changes.FIRST_PLACEHOLDER - 1, "core: of an object"), of_core)
 
     def tree(self, node: Node) -> Iterator[tuple[Array, _changes.Changes]]:
-        """What is at and below a node, page by page: rows of "node", "parent" and "children" (how many), and a list that would make
-        these nodes and their cores."""
+        """What is at and below a node, page by page: rows of "node", "parent" and "children" (how many), and a list
+        that would make these nodes and their cores."""
         if not isinstance(node, Node):
             raise BadInput(f"node: {node!r} is no node")
         node._on(self)
@@ -180,7 +186,9 @@ class Wall:
             below._on(self)
         top, since = (below._number(), below._generation) if below is not None else (1, None)
         while True:
-            page = self._ask("FindNodes", since, {"expression": expression, "node": top, "core_type": number, "page_size": 256, "after": after})
+            page = self._ask("FindNodes", since,
+                             {"expression": expression, "node": top, "core_type": number, "page_size": 256,
+                              "after": after})
             found.extend(self._node_of(info, page._generation) for info in page.nodes)
             after, since = page.next, page._generation
             if not len(after):
@@ -201,8 +209,8 @@ class Wall:
         return many(self, [told[each] if isinstance(each, str) else each for each in given])
 
     def edit(self, undo: Optional[str] = None) -> Edit:
-        """`with wall.edit(): …` : all that this thread assigns and creates within is granted or refused as one. Edits in a row with the
-        same `undo` are taken back as one step."""
+        """`with wall.edit(): …` : all that this thread assigns and creates within is granted or refused as one. Edits
+        in a row with the same `undo` are taken back as one step."""
         return Edit(self, undo)
 
     def create(self, path: str, type: Optional[str] = "Transform", **fields: Any) -> Node:
@@ -215,7 +223,8 @@ class Wall:
         return node
 
     def object(self, type: str, **fields: Any) -> Object:
-        """A new object beside the tree, which something refers to: within the same edit, or it goes with the next undo."""
+        """A new object beside the tree, which something refers to: within the same edit, or it goes with the next
+        undo."""
         current = self._current()
         edit = current or self.edit()
         made = edit.object(type, **fields)
@@ -226,7 +235,8 @@ class Wall:
     def remove(self, path: str) -> Told:
         return self[path].remove()
 
-    def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT, **placing: Any) -> Node:
+    def load(self, path: str, under: Union[None, str, Node] = None, timeout: float = _LOAD_TIMEOUT,
+             **placing: Any) -> Node:
         """A file on the server's disk, or "asset://NAME". `at`, `scale`, `fit`, `up`, `point_radius` say how it stands.
         With `reload=True` one that is there already is taken in again in its place: what has changed in it."""
         parent = self[under] if isinstance(under, str) else under
@@ -254,8 +264,8 @@ class Wall:
     # ---- what is seen
 
     def image(self) -> Array:
-        """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless, and not older than
-        this program's last granted edit. Tiles that nobody draws are black."""
+        """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless,
+        and not older than this program's last granted edit. Tiles that nobody draws are black."""
         deadline = time.monotonic() + self.timeout
         while True:
             told = self.ask("GetImages", timeout=max(0.001, deadline - time.monotonic()))
@@ -263,7 +273,8 @@ class Wall:
             if len(frames) == 1:
                 return mosaic_of(self._link.configuration, told)
             if not frames:
-                raise Refused("no host gave its picture in time: none draws now, or all are at a slow frame; status() says which")
+                raise Refused("no host gave its picture in time: none draws now, or all are at a slow frame; status() "
+                              "says which")
             if time.monotonic() >= deadline:
                 raise Timeout(f"the tiles show different frames, {min(frames)} to {max(frames)}")
 
@@ -275,8 +286,8 @@ class Wall:
             return None
 
     def show(self, x: Any, path: Optional[str] = None, **look: Any) -> Node:
-        """Anything with vertices and faces, or points, on the wall (shapes.Shown.show says what it takes and which looks there are).
-        The same path again replaces what is there."""
+        """Anything with vertices and faces, or points, on the wall (shapes.Shown.show says what it takes and which
+        looks there are). The same path again replaces what is there."""
         return self._shown.show(self, x, path, **look)
 
     def view(self, **wish: Any) -> None:
@@ -284,7 +295,8 @@ class Wall:
         self.ask("SetView", **wish)
 
     def pick(self, x_px: float, y_px: float) -> Told:
-        """What is at a pixel of the first screen's mosaic, from its upper left; `node` is a number, `hit` false where there is nothing."""
+        """What is at a pixel of the first screen's mosaic, from its upper left; `node` is a number, `hit` false where
+        there is nothing."""
         return self.ask("PickAt", x_px=x_px, y_px=y_px)
 
     # ---- collisions
@@ -300,7 +312,8 @@ class Wall:
         return found
 
     def respond(self, question: Any, decision: str, **pose: Any) -> None:
-        """Decides a question (its record, or its number): "stop", "pass", or "move" with `translation`, `rotation`, `scale`."""
+        """Decides a question (its record, or its number): "stop", "pass", or "move" with `translation`, `rotation`,
+        `scale`."""
         if isinstance(decision, str) and decision == "move":
             pose = {"translation": (0, 0, 0), "rotation": (1, 0, 0, 0), "scale": (1, 1, 1), **pose}
         number = question["id"] if isinstance(question, np.void) else question
@@ -309,10 +322,10 @@ class Wall:
     # ---- what happens
 
     def follow(self, what: str, *, timeout: Optional[float] = None, most: int = 1024, **options: bool) -> Subscription:
-        """An iterator of what the server tells of each frame from now on: "frames", "contacts", "events" (`stays=True`: those that go
-        on, too), "distances", "questions", "picks", "poses", or "changes" of the scene. It waits for the next one, at most `timeout`
-        seconds (Timeout; None: however long), and ends when the wall does. Of `most` that wait unread the oldest go; `missed` counts them,
-        `gaps` how often the connection broke and came back."""
+        """An iterator of what the server tells of each frame from now on: "frames", "contacts", "events" (`stays=True`:
+        those that go on, too), "distances", "questions", "picks", "poses", or "changes" of the scene. It waits for the
+        next one, at most `timeout` seconds (Timeout; None: however long), and ends when the wall does. Of `most` that
+        wait unread the oldest go; `missed` counts them, `gaps` how often the connection broke and came back."""
         if isinstance(what, str) and what == "changes":
             return ChangesSubscription(self, timeout, most)
         return self._subscriptions.open(what, timeout, most, options)
@@ -339,13 +352,16 @@ class Wall:
         word = utf8(undo, "undo") if undo is not None else b""
         return hash64(word + f"\0{id(self)}".encode()) | 1 if word else 0
 
-    # What goes out with numbers of objects says of which generation they are: checked when it is sent, it cannot mean others.
+    # What goes out with numbers of objects says of which generation they are: checked when it is sent, it cannot mean
+    # others.
 
-    def _ask(self, request: str, since: Optional[int], members: Mapping[str, Any], timeout: Optional[float] = None) -> Told:
+    def _ask(self, request: str, since: Optional[int], members: Mapping[str, Any],
+             timeout: Optional[float] = None) -> Told:
         """`since`: the generation of the numbers among the members; None: there are none."""
         return self._send(encode(self.schema.request(request), members), (), timeout, since)
 
-    def _send(self, body: _wire.Chain, uploads: Sequence[_wire.Chain], timeout: Optional[float], since: Optional[int]) -> Told:
+    def _send(self, body: _wire.Chain, uploads: Sequence[_wire.Chain], timeout: Optional[float],
+              since: Optional[int]) -> Told:
         timeout = seconds(timeout, "timeout")
         while True:
             try:
@@ -376,8 +392,10 @@ class Wall:
             raise Refused(f"{request} is a step of its own: it cannot stand within an edit")
         return self._ask(request, since, members)
 
-    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float], since: Optional[int]) -> Told:
-        """Arrays that the server took earlier are named alone. Where it has one no more it says NotFound, and all of them are sent."""
+    def _propose(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float],
+                 since: Optional[int]) -> Told:
+        """Arrays that the server took earlier are named alone. Where it has one no more it says NotFound, and all of
+        them are sent."""
         fresh = {name: data for name, data in arrays.items() if name not in self._taken}
         try:
             told = self._said(changes, fresh, gesture, timeout, since)
@@ -390,12 +408,14 @@ class Wall:
             self._taken.pop(name, None)
         return told
 
-    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float], since: Optional[int]) -> Told:
+    def _said(self, changes: _wire.Chain, arrays: Mapping[bytes, Array], gesture: int, timeout: Optional[float],
+              since: Optional[int]) -> Told:
         uploads, small = uploads_of(self.schema, arrays)
         body = encode(self.schema.request("ProposeChanges"), {"list": changes, "blobs": small, "gesture": gesture})
         return self._send(body, uploads, timeout, since)
 
-    def _describe(self, names: Sequence[str], since: Optional[int] = None, *, paths: bool = False) -> tuple[list[Told], int]:
+    def _describe(self, names: Sequence[str], since: Optional[int] = None, *,
+                  paths: bool = False) -> tuple[list[Told], int]:
         """Each of them, and the generation that its numbers are of; `since`: that of numbers among the names."""
         found: list[Told] = []
         for at in range(0, len(names), _NAMES_AT_ONCE):
@@ -408,7 +428,8 @@ class Wall:
         kind = self.schema.types_by_number[info.type]
         if kind.name != "Node":
             raise NotFound(f"#{info.id} is a {kind.name}, not a node")
-        return Node(self, info.id, kind, generation, info.path, info.core, self.schema.types_by_number.get(info.core_type))
+        return Node(self, info.id, kind, generation, info.path, info.core,
+                    self.schema.types_by_number.get(info.core_type))
 
     def _nodes(self, names: Sequence[str], since: Optional[int] = None) -> list[Node]:
         found, generation = self._describe(names, since, paths=True)
@@ -442,7 +463,8 @@ class Wall:
             return value._core
         if isinstance(value, Object):
             return value._number()
-        if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and 0 <= value < _changes.FIRST_PLACEHOLDER:
+        if isinstance(value, (int, np.integer)) and not isinstance(
+            value, bool) and 0 <= value < _changes.FIRST_PLACEHOLDER:
             return int(value)
         raise BadInput(f"{field.where}: {value!r} is no object")
 
@@ -452,7 +474,8 @@ class Wall:
         """What they hold, and the generation that the numbers in it are of."""
         found = []
         for at in range(0, len(numbers), _NAMES_AT_ONCE):
-            told = self._ask("GetObjects", since, {"names": [f"#{number}" for number in numbers[at:at + _NAMES_AT_ONCE]], "content": True})
+            told = self._ask("GetObjects", since,
+                             {"names": [f"#{number}" for number in numbers[at:at + _NAMES_AT_ONCE]], "content": True})
             for info in told.objects:
                 if not info.id:
                     raise NotFound(info.path)
@@ -491,7 +514,8 @@ class Wall:
         for column in content.columns:
             if column.type is owner and number in column.ids:
                 value = column.values[column.ids.tolist().index(number)]
-                values[column.field.name] = int(value["bytes"]) if column.field.kind == BLOB else self._value(column.field, value, generation)
+                values[column.field.name] = (int(value["bytes"]) if column.field.kind == BLOB
+                                             else self._value(column.field, value, generation))
         return values
 
     def _read_many(self, owner: Type, field: Field, ids: Array, since: int) -> Array:
@@ -503,4 +527,5 @@ class Wall:
                 if column.type is owner and column.field is field:
                     told.update(zip(column.ids.tolist(), column.values))
         fresh = _values.default(field)
-        return np.array([_values.to_python(field, told[number]) if number in told else fresh for number in ids.tolist()])
+        return np.array([_values.to_python(field, told[number]) if number in told else fresh
+                         for number in ids.tolist()])

@@ -1,4 +1,5 @@
-"""Bytes of the wire: heads as protobuf writes them, parts behind them, and the header in front of a message (proto/WIRE.md)."""
+"""Bytes of the wire: heads as protobuf writes them, parts behind them, and the header in front of a message
+(proto/WIRE.md)."""
 from __future__ import annotations
 
 import struct
@@ -198,4 +199,5 @@ class Header:
 
     def check(self, payload: Buffer) -> None:
         if hash64(payload, self.seed) != self.checksum:
-            raise NetworkError(f"a message of type {self.kind} with {self.size} bytes is damaged: its checksum is wrong")
+            raise NetworkError(f"a message of type {self.kind} with {self.size} bytes is damaged: its checksum is "
+                               f"wrong")

@@ -1,7 +1,7 @@
 """The same for asyncio: `wall = await tessera.aio.connect("ADDR:PORT")`.
 
-Thin over the same link: its thread reads and answers heartbeats; requests are awaited as its futures, and what takes several of them
-runs on a thread of the wall's own. All members belong to the loop that connected.
+Thin over the same link: its thread reads and answers heartbeats; requests are awaited as its futures, and what takes
+several of them runs on a thread of the wall's own. All members belong to the loop that connected.
 """
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ T = TypeVar("T")
 
 
 class Wall:
-    """`await wall.set("/crane", translation=(1, 2, 3))`, `await wall.fields("/crane")`, `async for frame in wall.follow("frames")`."""
+    """`await wall.set("/crane", translation=(1, 2, 3))`, `await wall.fields("/crane")`, `async for frame in
+    wall.follow("frames")`."""
 
     def __init__(self, wall: _Wall, pool: ThreadPoolExecutor) -> None:
         self.wall = wall  #: the plain one: its nodes, and what is missing here, by `await wall.run(function)`
@@ -31,7 +32,8 @@ class Wall:
 
     async def run(self, function: Callable[..., T], *args: Any, **kwargs: Any) -> T:
         """Anything that waits, beside the loop: `await wall.run(lambda: wall.wall["/crane"].clone())`."""
-        return await asyncio.get_running_loop().run_in_executor(self._pool, functools.partial(function, *args, **kwargs))
+        return await asyncio.get_running_loop().run_in_executor(
+            self._pool, functools.partial(function, *args, **kwargs))
 
     async def ask(self, request: str, *, timeout: Optional[float] = None, **members: Any) -> Told:
         wall = self.wall
@@ -127,10 +129,12 @@ class Wall:
         await self.close()
 
 
-async def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None, name: str = "python",
+async def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, keys: Optional[str] = None,
+                  name: str = "python",
                   timeout: float = 10.0, redial: float = 60.0) -> Wall:
     """As tessera.connect."""
     pool = ThreadPoolExecutor(4, "tessera wall")
     loop = asyncio.get_running_loop()
-    dial = functools.partial(_Wall, address, token_file=token_file, keys=keys, name=name, timeout=timeout, redial=redial)
+    dial = functools.partial(_Wall, address, token_file=token_file, keys=keys, name=name, timeout=timeout,
+                             redial=redial)
     return Wall(await loop.run_in_executor(pool, dial), pool)

@@ -9,7 +9,8 @@ from ._types import Array, as_array
 from ._schema import nearest
 from .errors import BadInput
 
-# Nine colours of each, evenly spaced; between them straight lines. viridis: matplotlib's, by Smith and van der Walt (CC0).
+# Nine colours of each, evenly spaced; between them straight lines. viridis: matplotlib's, by Smith and van der Walt
+# (CC0).
 _MAPS: dict[str, list[int]] = {
     "viridis": [0x440154, 0x472D7B, 0x3B528B, 0x2C728E, 0x21918C, 0x28AE80, 0x5EC962, 0xADDC30, 0xFDE725],
     "grey": [0x000000, 0x202020, 0x404040, 0x606060, 0x808080, 0xA0A0A0, 0xC0C0C0, 0xE0E0E0, 0xFFFFFF],
@@ -23,11 +24,13 @@ def _table(name: str) -> Array:
         raise BadInput(f"there is no colour map \"{name}\"; there is {', '.join(_MAPS)}{nearest(name, _MAPS)}")
     stops = np.array([[colour >> 16, colour >> 8 & 255, colour & 255] for colour in _MAPS[name]], float)
     at = np.linspace(0, len(stops) - 1, 256)
-    return np.stack([np.interp(at, np.arange(len(stops)), stops[:, each]) for each in range(3)], 1).round().astype(np.uint8)
+    return np.stack([np.interp(at, np.arange(len(stops)), stops[:, each]) for each in range(3)],
+                    1).round().astype(np.uint8)
 
 
 def of_scalars(scalars: Any, cmap: str = "viridis", clim: Optional[tuple[float, float]] = None) -> Array:
-    """N × 4 (uint8, sRGB and alpha). `clim`: what the first and last colour stand for; None: the least and greatest. NaN is grey."""
+    """N × 4 (uint8, sRGB and alpha). `clim`: what the first and last colour stand for; None: the least and greatest.
+    NaN is grey."""
     values = as_array(scalars, "scalars", float).reshape(-1)
     good = np.isfinite(values)
     if clim is not None:
@@ -50,7 +53,8 @@ def of_any(colours: Any, rows: int, where: str) -> Array:
     if given.dtype.kind not in "fiu":
         raise BadInput(f"{where}: {given.dtype} is no type of numbers")
     if given.ndim != 2 or given.shape[0] != rows or given.shape[1] not in (3, 4):
-        raise BadInput(f"{where}: colours of shape {given.shape} for {rows} of them; wanted is {rows} × 3 or {rows} × 4")
+        raise BadInput(f"{where}: colours of shape {given.shape} for {rows} of them; wanted is {rows} × 3 or {rows} × "
+                       f"4")
     if given.dtype.kind == "f":
         if not np.isfinite(given).all():
             raise BadInput(f"{where}: not all colours are finite")

@@ -1,5 +1,5 @@
-"""What a scene holds, as handles: nodes, what stands beside them, and many nodes at once. A handle keeps what it found when it was
-asked for; fields are asked for each time."""
+"""What a scene holds, as handles: nodes, what stands beside them, and many nodes at once. A handle keeps what it found
+when it was asked for; fields are asked for each time."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Sequence, TypeVar, Union
@@ -49,8 +49,8 @@ class _Handle:
 
 
 class Object(_Handle):
-    """Anything with a number: a core, a material, an image. Its fields are attributes: read, they are asked for at the server;
-    assigned, they are granted when the assignment returns."""
+    """Anything with a number: a core, a material, an image. Its fields are attributes: read, they are asked for at the
+    server; assigned, they are granted when the assignment returns."""
 
     __slots__ = ("_wall", "_id", "_type", "_generation")
     _wall: "Wall"
@@ -96,7 +96,8 @@ class Object(_Handle):
             self.set(**{name: value})
 
     def set(self, **fields: Any) -> Optional[Told]:
-        """Several fields at once. What the server answers (`sequence`, `stopped`), or None within an edit, which is sent later."""
+        """Several fields at once. What the server answers (`sequence`, `stopped`), or None within an edit, which is
+        sent later."""
         return _set(self, fields)
 
     def fields(self) -> dict[str, Any]:
@@ -116,7 +117,8 @@ class Object(_Handle):
         return self._type, self._number()
 
     def _number(self) -> int:
-        """Its number, if it still means the same: a server without a journal begins anew. Looked at again when it is sent."""
+        """Its number, if it still means the same: a server without a journal begins anew. Looked at again when it is
+        sent."""
         if not self._is_new and self._generation != self._wall._link.settled() and not self._wall.keeps_numbers:
             raise NotFound(f"{self!r} was found before the connection broke; look it up again")
         return self._id
@@ -147,7 +149,8 @@ class Node(Object):
     _core: int
     _core_type: Optional[Type]
 
-    def __init__(self, wall: "Wall", number: int, kind: Type, generation: int, path: str, core: int, core_type: Optional[Type]) -> None:
+    def __init__(self, wall: "Wall", number: int, kind: Type, generation: int, path: str, core: int,
+                 core_type: Optional[Type]) -> None:
         super().__init__(wall, number, kind, generation)
         for name, value in (("_path", path), ("_core", core), ("_core_type", core_type)):
             object.__setattr__(self, name, value)
@@ -212,14 +215,19 @@ class Node(Object):
         if under is not None and not isinstance(under, Node):
             raise BadInput(f"under: {under!r} is no node")
         since = min(self._generation, under._generation) if under else self._generation
-        copied = self._wall._edits("CloneNode", since, node=self._number(), under=under._number() if under else 0, name=name, deep=deep)
+        copied = self._wall._edits("CloneNode", since, node=self._number(), under=under._number() if under else 0,
+                                   name=name, deep=deep)
         return self._wall._node(f"#{int(copied.ids['id'][0])}", copied._generation)
 
-    def move(self, translation: Any = None, rotation: Any = None, scale: Any = None, by: bool = False, undo: Optional[str] = None) -> Told:
-        """To a place, or with `by` by so much from where it is in the frame that makes the edit: of several who push it, all count.
-        Moves the nearest Transform from here upwards. `stopped` of what comes back: kept there by a collision."""
-        wish = {name: value for name, value in (("translation", translation), ("rotation", rotation), ("scale", scale)) if value is not None}
-        return self._wall._edits("MoveNode", self._generation, node=self._number(), relative=by, gesture=self._wall._gesture(undo), **wish)
+    def move(self, translation: Any = None, rotation: Any = None, scale: Any = None, by: bool = False,
+             undo: Optional[str] = None) -> Told:
+        """To a place, or with `by` by so much from where it is in the frame that makes the edit: of several who push
+        it, all count. Moves the nearest Transform from here upwards. `stopped` of what comes back: kept there by a
+        collision."""
+        wish = {name: value for name, value in (("translation", translation), ("rotation", rotation), ("scale", scale))
+                if value is not None}
+        return self._wall._edits("MoveNode", self._generation, node=self._number(), relative=by,
+                                 gesture=self._wall._gesture(undo), **wish)
 
     def play(self) -> None:
         """Of whatever plays: an Animation, a Motion, a Movie, a stream of particles."""
@@ -237,10 +245,12 @@ class Node(Object):
         if name in self._type.fields:
             return self._type, self._number()
         if self._core_type is None:
-            raise UnknownField(f"{self._path} has no core, and a Node no field \"{name}\"{nearest(name, self._type.fields)}")
+            raise UnknownField(f"{self._path} has no core, and a Node no field "
+                               f"\"{name}\"{nearest(name, self._type.fields)}")
         if name not in self._core_type.fields:
             known = [*self._core_type.fields, *self._type.fields]
-            raise UnknownField(f"{self._path} is a {self._core_type.name}, which has no field \"{name}\"{nearest(name, known)}")
+            raise UnknownField(f"{self._path} is a {self._core_type.name}, which has no field "
+                               f"\"{name}\"{nearest(name, known)}")
         self._number()
         return self._core_type, self._core
 
@@ -251,8 +261,8 @@ class Node(Object):
 
 
 class Nodes(_Handle):
-    """Many nodes with cores of one type. Fields are attributes with a row for each node: `nodes.translation = array` (N × 3) is one
-    edit, and costs no work for each of them here; a plural (`nodes.translations`) means the same."""
+    """Many nodes with cores of one type. Fields are attributes with a row for each node: `nodes.translation = array` (N
+    × 3) is one edit, and costs no work for each of them here; a plural (`nodes.translations`) means the same."""
 
     __slots__ = ("_wall", "ids", "cores", "_type", "_generation")
     _wall: "Wall"
@@ -265,7 +275,8 @@ class Nodes(_Handle):
         numbers, of_cores = np.array(ids, "<u8"), np.array(cores, "<u8")
         for given in (numbers, of_cores):
             given.setflags(write=False)
-        for name, value in (("_wall", wall), ("ids", numbers), ("cores", of_cores), ("_type", kind), ("_generation", generation)):
+        for name, value in (("_wall", wall), ("ids", numbers), ("cores", of_cores), ("_type", kind),
+                            ("_generation", generation)):
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
@@ -315,4 +326,5 @@ def many(wall: "Wall", found: Sequence[Node]) -> Nodes:
         names = ", ".join(sorted(kind.name if kind else "no core" for kind in kinds))
         raise BadInput(f"these nodes have cores of several types ({names}); take those of one")
     since = min((node._generation for node in found), default=wall._link.generation)
-    return Nodes(wall, [node._id for node in found], [node._core for node in found], kinds.pop() if kinds else None, since)
+    return Nodes(wall, [node._id for node in found], [node._core for node in found], kinds.pop() if kinds else None,
+                 since)

@@ -1,4 +1,5 @@
-"""Whatever has vertices and faces, or points, as a Geometry: told by what it has, so that none of the libraries is required."""
+"""Whatever has vertices and faces, or points, as a Geometry: told by what it has, so that none of the libraries is
+required."""
 from __future__ import annotations
 
 import dataclasses
@@ -44,7 +45,8 @@ def _corners(value: Any, vertices: int, where: str) -> Array:
     if given.size and given.dtype.kind not in "iu":
         raise BadInput(f"{where}: faces of {given.dtype}; they are whole numbers")
     if given.size and (int(given.min()) < 0 or int(given.max()) >= vertices):
-        raise BadInput(f"{where}: a face names vertex {int(given.max() if given.min() >= 0 else given.min())}, and there are {vertices}")
+        raise BadInput(f"{where}: a face names vertex {int(given.max() if given.min() >= 0 else given.min())}, and "
+                       f"there are {vertices}")
     return np.ascontiguousarray(given, np.uint32)
 
 
@@ -92,8 +94,9 @@ def _filled(owner: Any, *names: str) -> Any:
 
 
 def shape_of(x: Any) -> Shape:
-    """trimesh (`vertices`, `faces`, `visual`), pyvista (`points`, `faces`, `lines`), open3d (`vertices`, `triangles`; `points`), a pair
-    (vertices, faces), or an array of N × 3 points. BadInput: it is none of these, or makes no sense."""
+    """trimesh (`vertices`, `faces`, `visual`), pyvista (`points`, `faces`, `lines`), open3d (`vertices`, `triangles`;
+    `points`), a pair (vertices, faces), or an array of N × 3 points. BadInput: it is none of these, or makes no
+    sense."""
     where = type(x).__name__
     if isinstance(x, Shape):
         return x
@@ -104,7 +107,8 @@ def shape_of(x: Any) -> Shape:
     if places is None:
         if isinstance(x, (np.ndarray, list, tuple)):
             return Shape(_places(x, "points"), "points")
-        raise BadInput(f"a {where} has neither vertices and faces nor points that are not empty; wanted is a mesh of trimesh, pyvista or open3d, "
+        raise BadInput(f"a {where} has neither vertices and faces nor points that are not empty; wanted is a mesh of "
+                       f"trimesh, pyvista or open3d, "
                        "a pair (vertices, faces), or an array of N × 3 points")
     shape = Shape(_places(places, where))
     rows = len(shape.positions)
@@ -130,7 +134,8 @@ def shape_of(x: Any) -> Shape:
         own = _filled(visual, "vertex_colors")
     if own is not None and len(as_array(own, where)) == rows:
         shape.colours = colours.of_any(own, rows, where)
-    elif visual is not None and kind == "face" and shape.primitive == "triangles" and shape.indices is not None and _filled(visual, "face_colors") is not None:
+    elif (visual is not None and kind == "face" and shape.primitive == "triangles" and shape.indices is not None
+          and _filled(visual, "face_colors") is not None):
         painted = colours.of_any(visual.face_colors, len(shape.indices), where)  # each face gets corners of its own
         shape.positions, shape.indices = np.ascontiguousarray(shape.positions[shape.indices.reshape(-1)]), None
         shape.colours = np.repeat(painted, 3, axis=0)
@@ -149,19 +154,25 @@ class Shown:
     def __init__(self) -> None:
         self._count = 0
         self._alone = threading.Lock()
-        self._known: dict[str, tuple[int, int, int, int, int, int]] = {}  # the generation of the link; node, its core, the node below, geometry, material
+        # The generation of the link; node, its core, the node below, geometry, material
+        self._known: dict[str, tuple[int, int, int, int, int, int]] = {}
 
     def show(self, wall: "Wall", x: Any, path: Optional[str] = None, *, scalars: Any = None, cmap: str = "viridis",
-             clim: Optional[tuple[float, float]] = None, colors: Any = None, color: Any = None, radius: Optional[float] = None,
-             line: bool = False, line_width: Optional[float] = None, at: Any = None, rotation: Any = None, scale: Any = None,
+             clim: Optional[tuple[float, float]] = None, colors: Any = None, color: Any = None,
+             radius: Optional[float] = None,
+             line: bool = False, line_width: Optional[float] = None, at: Any = None, rotation: Any = None,
+             scale: Any = None,
              unlit: Optional[bool] = None, undo: Optional[str] = None, **unknown: Any) -> "Node":
-        """`scalars`: a number for each vertex, coloured by `cmap` ("viridis", "grey", "blue-red") from `clim[0]` to `clim[1]`. `colors`: a
-        colour for each; `color`: one for all. `radius`: of points, world units. `line`: points are corners of one line, `line_width` pixels
-        wide. `at`, `rotation`, `scale`: where it stands. Returns its node, a Transform: move it as you like; shown again, it stays there. Threads
-        may show at one path; of several programs that do so for the first time each makes a node of its own."""
+        """`scalars`: a number for each vertex, coloured by `cmap` ("viridis", "grey", "blue-red") from `clim[0]` to
+        `clim[1]`. `colors`: a colour for each; `color`: one for all. `radius`: of points, world units. `line`: points
+        are corners of one line, `line_width` pixels wide. `at`, `rotation`, `scale`: where it stands. Returns its node,
+        a Transform: move it as you like; shown again, it stays there. Threads may show at one path; of several programs
+        that do so for the first time each makes a node of its own."""
         for name in unknown:
-            known_looks = [each.name for each in inspect.signature(self.show).parameters.values() if each.kind == each.KEYWORD_ONLY]
-            raise UnknownField(f"show has no look \"{name}\"{nearest(name, known_looks)}; there is {', '.join(known_looks)}")
+            known_looks = [each.name for each in inspect.signature(self.show).parameters.values()
+                           if each.kind == each.KEYWORD_ONLY]
+            raise UnknownField(f"show has no look \"{name}\"{nearest(name, known_looks)}; there is "
+                               f"{', '.join(known_looks)}")
         shape = shape_of(x)
         if line:
             shape.primitive = "line-strips"
@@ -173,13 +184,15 @@ class Shown:
             shape.colours = colours.of_scalars(scalars, cmap, clim)
         if colors is not None:
             shape.colours = colours.of_any(colors, rows, "colors")
-        fields: dict[str, Any] = {"positions": shape.positions, "indices": shape.indices, "lengths": shape.lengths, "colors": shape.colours,
+        fields: dict[str, Any] = {"positions": shape.positions, "indices": shape.indices, "lengths": shape.lengths,
+                                  "colors": shape.colours,
                                   "normals": shape.normals, "primitive": shape.primitive}
         if radius is not None:
             fields["pointRadius"] = radius
         if line_width is not None:
             fields["lineWidth"] = line_width
-        pose = {name: value for name, value in (("translation", at), ("rotation", rotation), ("scale", scale)) if value is not None}
+        pose = {name: value for name, value in (("translation", at), ("rotation", rotation), ("scale", scale))
+                if value is not None}
         look: dict[str, Any] = {}
         if color is not None:
             look["baseColor"] = colours.linear(color)
@@ -196,7 +209,8 @@ class Shown:
         with self._alone:  # of two threads that show at one path the second finds what the first has made
             return self._show_at(wall, path, undo, fields, pose, look, doubled)
 
-    def _show_at(self, wall: "Wall", path: str, undo: Optional[str], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
+    def _show_at(self, wall: "Wall", path: str, undo: Optional[str], fields: Mapping[str, Any], pose: Mapping[str, Any],
+                 look: Mapping[str, Any],
                  doubled: bool) -> "Node":
         remembered = self._remembered(wall, path) if not look else None  # whose material it has now is asked
         if remembered is not None:
@@ -212,10 +226,12 @@ class Shown:
         told = edit.commit()
         if told is not None:
             _, inner, geometry, material = edit._shown[path]
-            self._known[path] = (told._generation, node._id, node._core, inner._id, geometry._id, material._id if material else 0)
+            self._known[path] = (told._generation, node._id, node._core, inner._id, geometry._id,
+                                 material._id if material else 0)
         return node
 
-    def _put(self, edit: "Edit", path: str, found: Optional[Parts], fields: Mapping[str, Any], pose: Mapping[str, Any], look: Mapping[str, Any],
+    def _put(self, edit: "Edit", path: str, found: Optional[Parts], fields: Mapping[str, Any], pose: Mapping[str, Any],
+             look: Mapping[str, Any],
              doubled: bool) -> "Node":
         with edit._all_or_nothing():
             if found:
@@ -265,7 +281,8 @@ class Shown:
             return None
         types = wall.schema.type
         return (Node(wall, node, types("Node"), generation, path, core, types("Transform")),
-                Node(wall, inner, types("Node"), generation, f"{path}/shape", geometry, types("Geometry")), Object(wall, geometry, types("Geometry"), generation),
+                Node(wall, inner, types("Node"), generation, f"{path}/shape", geometry, types("Geometry")),
+                Object(wall, geometry, types("Geometry"), generation),
                 Object(wall, material, types("Material"), generation) if material else None)
 
     @staticmethod

@@ -8,11 +8,14 @@ namespace tessera {
 
 namespace {
 
-/// How far beyond the volume, in parameters, a point still counts as on its face: a model's box is made of its own points.
+/// How far beyond the volume, in parameters, a point still counts as on its face: a model's box is made of its own
+/// points.
 constexpr double kOnFace = 1e-9;
 constexpr double kMostCoordinate = 1e50;
 
-bool usable(const Vec3d& p) { return (p.cwiseAbs().array() <= kMostCoordinate).all(); }
+bool usable(const Vec3d& p) {
+    return (p.cwiseAbs().array() <= kMostCoordinate).all();
+}
 
 }  // namespace
 
@@ -47,7 +50,8 @@ Lattice::Basis Lattice::basis(std::size_t axis, double x, bool derivatives) cons
         if (d == degree) lower = b.value;
         double carried = 0;
         for (unsigned r = 0; r < d; ++r) {
-            const double right = knot(axis, span + static_cast<int>(r) + 1), left = knot(axis, span + 1 - static_cast<int>(d - r));
+            const double right = knot(axis, span + static_cast<int>(r) + 1),
+                         left = knot(axis, span + 1 - static_cast<int>(d - r));
             const double share = b.value[r] / (right - left);
             b.value[r] = carried + (right - x) * share;
             carried = (x - left) * share;
@@ -71,17 +75,18 @@ Expected<Lattice> Lattice::make(const LatticeVolume& volume, const std::array<La
     for (std::size_t a = 0; a < 3; ++a) {
         const std::string name = "axis " + std::to_string(a) + " of a lattice: ";
         if (axes[a].degree == 0 || axes[a].degree > kMostDegree)
-            return fail(ErrorCode::kBadInput, name + "degree " + std::to_string(axes[a].degree) + ", from 1 to " + std::to_string(kMostDegree));
+            return fail(ErrorCode::kBadInput, name + "degree " + std::to_string(axes[a].degree) + ", from 1 to " +
+                                                  std::to_string(kMostDegree));
         if (axes[a].points <= axes[a].degree || axes[a].points > kMostPoints)
-            return fail(ErrorCode::kBadInput, name + std::to_string(axes[a].points) + " points, from " + std::to_string(axes[a].degree + 1) +
-                                                  " to " + std::to_string(kMostPoints));
+            return fail(ErrorCode::kBadInput, name + std::to_string(axes[a].points) + " points, from " +
+                                                  std::to_string(axes[a].degree + 1) + " to " +
+                                                  std::to_string(kMostPoints));
     }
     const Mat3d& m = volume.axes;
     if (!usable(volume.origin) || !usable(m.col(0)) || !usable(m.col(1)) || !usable(m.col(2)))
         return fail(ErrorCode::kBadInput, "the volume of a lattice is not finite, or too large");
     const Vec3d lengths(m.col(0).stableNorm(), m.col(1).stableNorm(), m.col(2).stableNorm());
-    if (!(lengths.minCoeff() > 1e-50))
-        return fail(ErrorCode::kBadInput, "the volume of a lattice is flat");
+    if (!(lengths.minCoeff() > 1e-50)) return fail(ErrorCode::kBadInput, "the volume of a lattice is flat");
     // Of unit axes, so that neither a product of three lengths nor a quotient leaves double.
     const Mat3d unit = m * lengths.cwiseInverse().asDiagonal();
     if (!(std::abs(unit.determinant()) > 1e-12)) return fail(ErrorCode::kBadInput, "the volume of a lattice is flat");
@@ -94,7 +99,8 @@ Expected<Lattice> Lattice::make(const LatticeVolume& volume, const std::array<La
 }
 
 Vec3d Lattice::atRest(std::size_t control) const {
-    // Greville's abscissae, the means of a function's inner knots: with these the functions sum to the parameter itself.
+    // Greville's abscissae, the means of a function's inner knots: with these the functions sum to the parameter
+    // itself.
     Vec3d parameter;
     for (std::size_t a = 0; a < 3; ++a) {
         const int i = static_cast<int>(control % axes_[a].points), degree = static_cast<int>(axes_[a].degree);
@@ -108,10 +114,13 @@ Vec3d Lattice::atRest(std::size_t control) const {
 
 Expected<void> Lattice::setControlPoints(std::size_t first, std::span<const Vec3d> points) {
     if (first > controlPoints_.size() || points.size() > controlPoints_.size() - first)
-        return fail(ErrorCode::kBadInput, std::to_string(points.size()) + " control points from " + std::to_string(first) + " on, of " +
+        return fail(ErrorCode::kBadInput, std::to_string(points.size()) + " control points from " +
+                                              std::to_string(first) + " on, of " +
                                               std::to_string(controlPoints_.size()));
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (!usable(points[i])) return fail(ErrorCode::kBadInput, "control point " + std::to_string(first + i) + " is not finite, or too large");
+        if (!usable(points[i]))
+            return fail(ErrorCode::kBadInput,
+                        "control point " + std::to_string(first + i) + " is not finite, or too large");
     std::copy(points.begin(), points.end(), controlPoints_.begin() + static_cast<std::ptrdiff_t>(first));
     return {};
 }
@@ -126,7 +135,8 @@ Vec3d Lattice::combine(const std::array<Basis, 3>& bases) const {
     for (unsigned k = 0; k < bases[2].count; ++k)
         for (unsigned j = 0; j < bases[1].count; ++j) {
             const double weight = bases[2].value[k] * bases[1].value[j];
-            const Vec3d* const row = controlPoints_.data() + index(bases[0].first, bases[1].first + j, bases[2].first + k);
+            const Vec3d* const row =
+                controlPoints_.data() + index(bases[0].first, bases[1].first + j, bases[2].first + k);
             for (unsigned i = 0; i < bases[0].count; ++i) sum += weight * bases[0].value[i] * row[i];
         }
     return sum;
@@ -161,10 +171,12 @@ void Lattice::deform(std::span<const float> from, std::span<float> to) const {
     }
 }
 
-void Lattice::deform(std::span<const float> from, std::span<const float> normalsFrom, std::span<float> to, std::span<float> normalsTo) const {
+void Lattice::deform(std::span<const float> from, std::span<const float> normalsFrom, std::span<float> to,
+                     std::span<float> normalsTo) const {
     for (std::size_t i = 0; i + 2 < from.size(); i += 3) {
         const Place moved = place(Vec3d(from[i], from[i + 1], from[i + 2]));
-        const Vec3d normal = deformedNormal(moved.jacobian, Vec3d(normalsFrom[i], normalsFrom[i + 1], normalsFrom[i + 2]));
+        const Vec3d normal =
+            deformedNormal(moved.jacobian, Vec3d(normalsFrom[i], normalsFrom[i + 1], normalsFrom[i + 2]));
         for (int k = 0; k < 3; ++k) {
             to[i + static_cast<std::size_t>(k)] = static_cast<float>(moved.point[k]);
             normalsTo[i + static_cast<std::size_t>(k)] = static_cast<float>(normal[k]);
@@ -192,11 +204,12 @@ Box Lattice::bounds(const Box& box) const {
     for (unsigned k = first[2]; k < end[2]; ++k)
         for (unsigned j = first[1]; j < end[1]; ++j)
             for (unsigned i = first[0]; i < end[0]; ++i) hull.extend(controlPoints_[index(i, j, k)]);
-    // Beyond a face by 1e-9 a value leaves the hull by at most that times the derivative: degree · intervals · the hull's size,
-    // for each axis. And sums are rounded, by less than 1e-13 of the largest.
+    // Beyond a face by 1e-9 a value leaves the hull by at most that times the derivative: degree · intervals · the
+    // hull's size, for each axis. And sums are rounded, by less than 1e-13 of the largest.
     double steepness = 0;
     for (const LatticeAxis& axis : axes_) steepness += axis.degree * static_cast<double>(axis.points - axis.degree);
-    const Vec3d slack = 2 * kOnFace * steepness * hull.size() + 1e-13 * hull.lower.cwiseAbs().cwiseMax(hull.upper.cwiseAbs());
+    const Vec3d slack =
+        2 * kOnFace * steepness * hull.size() + 1e-13 * hull.lower.cwiseAbs().cwiseMax(hull.upper.cwiseAbs());
     hull.lower -= slack;
     hull.upper += slack;
     out.extend(hull);

@@ -17,25 +17,31 @@ std::string numberText(double x) {
 }  // namespace
 
 Expected<void> checkKnots(const KnotVector& knots, std::size_t count, std::string_view name) {
-    const auto wrong = [&](const std::string& what) { return fail(ErrorCode::kBadInput, "knots of " + std::string(name) + ": " + what); };
+    const auto wrong = [&](const std::string& what) {
+        return fail(ErrorCode::kBadInput, "knots of " + std::string(name) + ": " + what);
+    };
     const int p = knots.degree;
-    if (p < 1 || p > kMaxNurbsDegree) return wrong("degree " + std::to_string(p) + " is not in 1 to " + std::to_string(kMaxNurbsDegree));
+    if (p < 1 || p > kMaxNurbsDegree)
+        return wrong("degree " + std::to_string(p) + " is not in 1 to " + std::to_string(kMaxNurbsDegree));
     const auto order = static_cast<std::size_t>(p) + 1;
-    if (count < order) return wrong(std::to_string(count) + " control points are too few for degree " + std::to_string(p));
+    if (count < order)
+        return wrong(std::to_string(count) + " control points are too few for degree " + std::to_string(p));
     if (knots.knots.size() != count + order)
-        return wrong("there are " + std::to_string(knots.knots.size()) + ", not the " + std::to_string(count + order) + " that " +
-                     std::to_string(count) + " control points of degree " + std::to_string(p) + " need");
+        return wrong("there are " + std::to_string(knots.knots.size()) + ", not the " + std::to_string(count + order) +
+                     " that " + std::to_string(count) + " control points of degree " + std::to_string(p) + " need");
     std::size_t equal = 0;
     for (std::size_t i = 0; i < knots.knots.size(); ++i) {
         const double here = knots.knots[i];
-        if (!(std::abs(here) <= kMaxNurbsNumber)) return wrong("number " + std::to_string(i + 1) + " is not finite or too large");
+        if (!(std::abs(here) <= kMaxNurbsNumber))
+            return wrong("number " + std::to_string(i + 1) + " is not finite or too large");
         const double before = i == 0 ? here : knots.knots[i - 1];
         if (here < before) return wrong("number " + std::to_string(i + 1) + " is below the one before");
         if (here > before && here - before < 1 / kMaxNurbsNumber)
             return wrong("numbers " + std::to_string(i) + " and " + std::to_string(i + 1) + " differ by too little");
         equal = i > 0 && here == before ? equal + 1 : 1;
         if (equal > order)
-            return wrong("more than " + std::to_string(order) + " are " + numberText(here) + ", degree " + std::to_string(p) + " allows no more");
+            return wrong("more than " + std::to_string(order) + " are " + numberText(here) + ", degree " +
+                         std::to_string(p) + " allows no more");
     }
     if (!(knots.domain().size() > 0)) return wrong("they leave no range in which the surface or curve is defined");
     return {};
@@ -79,7 +85,9 @@ std::vector<KnotSpan> spansWithin(const KnotVector& knots, const ParameterRange&
     for (int k = 0; k < knots.count(); ++k) {
         equal = k > 0 && knots.at(k) == knots.at(k - 1) ? equal + 1 : 1;
         if (k < knots.degree || knots.at(k) == knots.at(k + 1)) continue;
-        const KnotSpan span{.index = k, .begin = std::max(knots.at(k), range.lower), .end = std::min(knots.at(k + 1), range.upper),
+        const KnotSpan span{.index = k,
+                            .begin = std::max(knots.at(k), range.lower),
+                            .end = std::min(knots.at(k + 1), range.upper),
                             .joinsPrevious = !spans.empty() && equal <= knots.degree};
         if (span.begin < span.end) spans.push_back(span);
     }

@@ -8,8 +8,12 @@ namespace tessera {
 namespace {
 
 /// At 1 the upper end itself, however sums are rounded: beyond it there may be no surface.
-double parameterAt(const ParameterRange& over, double at) { return at < 1 ? std::min(over.lower + at * over.size(), over.upper) : over.upper; }
-Vec2d parametersAt(const ParameterRectangle& over, const Vec2d& at) { return {parameterAt(over.u, at.x()), parameterAt(over.v, at.y())}; }
+double parameterAt(const ParameterRange& over, double at) {
+    return at < 1 ? std::min(over.lower + at * over.size(), over.upper) : over.upper;
+}
+Vec2d parametersAt(const ParameterRectangle& over, const Vec2d& at) {
+    return {parameterAt(over.u, at.x()), parameterAt(over.v, at.y())};
+}
 
 class TrimMask final : public PatchMask {
 public:
@@ -20,7 +24,9 @@ public:
         const RectangleSide side = region_.side(ParameterRectangle{{from.x(), to.x()}, {from.y(), to.y()}});
         return side == RectangleSide::kKept ? Part::kAll : side == RectangleSide::kCrossed ? Part::kSome : Part::kNone;
     }
-    [[nodiscard]] bool has(std::size_t patch, const Vec2d& at) const override { return region_.side(parametersAt(over_[patch], at)) != TrimSide::kTrimmedAway; }
+    [[nodiscard]] bool has(std::size_t patch, const Vec2d& at) const override {
+        return region_.side(parametersAt(over_[patch], at)) != TrimSide::kTrimmedAway;
+    }
 
 private:
     const TrimRegion& region_;
@@ -36,10 +42,12 @@ NurbsDistance::NurbsDistance(const NurbsSurface& surface) : surface_(surface) {
     }
 }
 
-std::optional<ClosestPoint> NurbsDistance::closestPoint(const Vec3d& place, double tolerance, std::size_t maxParts) const {
+std::optional<ClosestPoint> NurbsDistance::closestPoint(const Vec3d& place, double tolerance,
+                                                        std::size_t maxParts) const {
     const TrimMask mask(surface_.region(), over_);
-    std::optional<ClosestPoint> closest =
-        tessera::closestPoint(patches_, place, {.tolerance = tolerance, .maxParts = maxParts, .mask = surface_.region().loops().empty() ? nullptr : &mask});
+    std::optional<ClosestPoint> closest = tessera::closestPoint(
+        patches_, place,
+        {.tolerance = tolerance, .maxParts = maxParts, .mask = surface_.region().loops().empty() ? nullptr : &mask});
     if (closest) {
         const Vec2d at = parametersAt(over_[closest->patch], {closest->u, closest->v});
         closest->u = at.x();

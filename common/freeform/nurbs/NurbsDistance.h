@@ -15,9 +15,11 @@ class NurbsDistance {
 public:
     explicit NurbsDistance(const NurbsSurface& surface);
 
-    /// (u, v) of the surface. `error` holds for what trimming leaves; on a trimming curve it is as small as asked for only after more parts than
-    /// inside, for the bound is off by the part's size there. Nothing where trimming leaves nothing that was found.
-    [[nodiscard]] std::optional<ClosestPoint> closestPoint(const Vec3d& place, double tolerance, std::size_t maxParts = 20'000) const;
+    /// (u, v) of the surface. `error` holds for what trimming leaves; on a trimming curve it is as small as asked for
+    /// only after more parts than inside, for the bound is off by the part's size there. Nothing where trimming leaves
+    /// nothing that was found.
+    [[nodiscard]] std::optional<ClosestPoint> closestPoint(const Vec3d& place, double tolerance,
+                                                           std::size_t maxParts = 20'000) const;
 
 private:
     NurbsSurface surface_;

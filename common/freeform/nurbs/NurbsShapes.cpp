@@ -15,9 +15,11 @@ struct Profile {
 /// Turned about the y axis from +x over −z, so that du × dv points outwards.
 Expected<NurbsSurface> revolved(const Profile& profile, std::vector<TrimLoop> loops) {
     const TrimCurve turn = circle(Vec2d::Zero(), 1);
-    NurbsDefinition d{.u = turn.knots, .v = profile.knots, .points = {}, .rangeU = {}, .rangeV = {}, .loops = std::move(loops)};
+    NurbsDefinition d{
+        .u = turn.knots, .v = profile.knots, .points = {}, .rangeU = {}, .rangeV = {}, .loops = std::move(loops)};
     for (const Vec3d& p : profile.points)
-        for (const Vec3d& c : turn.points) d.points.emplace_back(c.x() * p.x(), c.z() * p.y(), -c.y() * p.x(), c.z() * p.z());
+        for (const Vec3d& c : turn.points)
+            d.points.emplace_back(c.x() * p.x(), c.z() * p.y(), -c.y() * p.x(), c.z() * p.z());
     return NurbsSurface::make(std::move(d));
 }
 
@@ -26,7 +28,8 @@ Expected<NurbsSurface> revolved(const Profile& profile, std::vector<TrimLoop> lo
 Expected<NurbsSurface> sphereSurface(double radius, std::vector<TrimLoop> loops) {
     const double w = std::sqrt(0.5), r = radius;
     return revolved({.knots = {.degree = 2, .knots = {0, 0, 0, 1, 1, 2, 2, 2}},
-                     .points = {{0, -r, 1}, {w * r, -w * r, w}, {r, 0, 1}, {w * r, w * r, w}, {0, r, 1}}}, std::move(loops));
+                     .points = {{0, -r, 1}, {w * r, -w * r, w}, {r, 0, 1}, {w * r, w * r, w}, {0, r, 1}}},
+                    std::move(loops));
 }
 
 Expected<NurbsSurface> torusSurface(double radius, double tubeRadius, std::vector<TrimLoop> loops) {
@@ -39,7 +42,9 @@ Expected<NurbsSurface> cylinderSurface(double radius, double height, std::vector
 }
 
 Expected<NurbsSurface> coneSurface(double lowerRadius, double upperRadius, double height, std::vector<TrimLoop> loops) {
-    return revolved({.knots = {.degree = 1, .knots = {0, 0, 1, 1}}, .points = {{lowerRadius, 0, 1}, {upperRadius, height, 1}}}, std::move(loops));
+    return revolved(
+        {.knots = {.degree = 1, .knots = {0, 0, 1, 1}}, .points = {{lowerRadius, 0, 1}, {upperRadius, height, 1}}},
+        std::move(loops));
 }
 
 }  // namespace tessera

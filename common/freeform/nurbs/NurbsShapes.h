@@ -1,8 +1,8 @@
 /// Surfaces whose closed form is known: exact as rational surfaces. For scenes that are made, and as truth.
 ///
-/// Piegl and Tiller, The NURBS Book, chapters 7 and 8: circles of nine control points with weights 1 and 1/√2, surfaces of revolution. About
-/// the y axis, normals outwards; u runs from 0 to 4 around (a quarter turn each, not by angle), v along the profile. Refused where a number
-/// makes no surface, or a loop is none. Values only; any thread.
+/// Piegl and Tiller, The NURBS Book, chapters 7 and 8: circles of nine control points with weights 1 and 1/√2, surfaces
+/// of revolution. About the y axis, normals outwards; u runs from 0 to 4 around (a quarter turn each, not by angle), v
+/// along the profile. Refused where a number makes no surface, or a loop is none. Values only; any thread.
 #pragma once
 
 #include <vector>

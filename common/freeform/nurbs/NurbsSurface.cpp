@@ -8,17 +8,20 @@
 namespace tessera {
 namespace {
 
-Expected<ParameterRange> rangeOf(const KnotVector& knots, const std::optional<ParameterRange>& wanted, std::string_view name) {
+Expected<ParameterRange> rangeOf(const KnotVector& knots, const std::optional<ParameterRange>& wanted,
+                                 std::string_view name) {
     const ParameterRange domain = knots.domain();
     if (!wanted) return domain;
-    if (!(wanted->size() >= 1 / kMaxNurbsNumber)) return fail(ErrorCode::kBadInput, "the range of " + std::string(name) + " is empty or descends");
+    if (!(wanted->size() >= 1 / kMaxNurbsNumber))
+        return fail(ErrorCode::kBadInput, "the range of " + std::string(name) + " is empty or descends");
     if (!(wanted->lower >= domain.lower && wanted->upper <= domain.upper))
         return fail(ErrorCode::kBadInput, "the range of " + std::string(name) + " goes beyond what its knots define");
     return *wanted;
 }
 
 /// The patches over some spans of each axis.
-std::vector<ParameterPatch> patchesOver(const NurbsDefinition& d, const std::vector<KnotSpan>& spansU, const std::vector<KnotSpan>& spansV) {
+std::vector<ParameterPatch> patchesOver(const NurbsDefinition& d, const std::vector<KnotSpan>& spansU,
+                                        const std::vector<KnotSpan>& spansV) {
     const auto countU = static_cast<std::size_t>(d.u.count()), countV = static_cast<std::size_t>(d.v.count());
     const auto orderU = static_cast<std::size_t>(d.u.degree) + 1, orderV = static_cast<std::size_t>(d.v.degree) + 1;
     const std::size_t width = spansU.size() * orderU;
@@ -33,13 +36,15 @@ std::vector<ParameterPatch> patchesOver(const NurbsDefinition& d, const std::vec
     for (std::size_t b = 0; b < spansV.size(); ++b)
         for (std::size_t a = 0; a < spansU.size(); ++a) {
             const KnotSpan &u = spansU[a], &v = spansV[b];
-            patches[b * spansU.size() + a] = {{.degreeU = d.u.degree, .degreeV = d.v.degree, .points = std::vector<Vec4d>(orderU * orderV)},
-                                             {{u.begin, u.end}, {v.begin, v.end}}};
+            patches[b * spansU.size() + a] = {
+                {.degreeU = d.u.degree, .degreeV = d.v.degree, .points = std::vector<Vec4d>(orderU * orderV)},
+                {{u.begin, u.end}, {v.begin, v.end}}};
         }
     for (std::size_t column = 0; column < width; ++column) {
         const std::vector<Vec4d> points = bezierPoints(d.v, spansV, rows.data() + column, width);
         for (std::size_t k = 0; k < points.size(); ++k)
-            patches[k / orderV * spansU.size() + column / orderU].patch.at(static_cast<int>(column % orderU), static_cast<int>(k % orderV)) = points[k];
+            patches[k / orderV * spansU.size() + column / orderU].patch.at(static_cast<int>(column % orderU),
+                                                                           static_cast<int>(k % orderV)) = points[k];
     }
     return patches;
 }
@@ -50,18 +55,22 @@ Expected<NurbsSurface> NurbsSurface::make(NurbsDefinition d) {
     // Both counts hang on the number of points, so each axis is judged by the count that its knots and degree ask for.
     for (const bool isU : {true, false}) {
         const KnotVector& knots = isU ? d.u : d.v;
-        const std::size_t order = knots.degree < 0 || knots.degree > kMaxNurbsDegree ? 1 : static_cast<std::size_t>(knots.degree) + 1;
+        const std::size_t order =
+            knots.degree < 0 || knots.degree > kMaxNurbsDegree ? 1 : static_cast<std::size_t>(knots.degree) + 1;
         const std::size_t count = knots.knots.size() > order ? knots.knots.size() - order : 0;
-        if (Expected<void> sound = checkKnots(knots, count, isU ? "u" : "v"); !sound) return tl::unexpected(sound.error());
+        if (Expected<void> sound = checkKnots(knots, count, isU ? "u" : "v"); !sound)
+            return tl::unexpected(sound.error());
     }
     const std::size_t countU = static_cast<std::size_t>(d.u.count()), countV = static_cast<std::size_t>(d.v.count());
     if (d.points.size() % countU != 0 || d.points.size() / countU != countV)
-        return fail(ErrorCode::kBadInput, "there are " + std::to_string(d.points.size()) + " control points, not the " + std::to_string(countU) + " by " +
-                                              std::to_string(countV) + " that degrees and knots ask for");
+        return fail(ErrorCode::kBadInput, "there are " + std::to_string(d.points.size()) + " control points, not the " +
+                                              std::to_string(countU) + " by " + std::to_string(countV) +
+                                              " that degrees and knots ask for");
     for (std::size_t i = 0; i < d.points.size(); ++i) {
         const Vec4d& p = d.points[i];
         if (!(p.w() >= 1 / kMaxNurbsWeight && p.w() <= kMaxNurbsWeight))
-            return fail(ErrorCode::kBadInput, "the weight of control point " + std::to_string(i + 1) + " is not above 0, or not in 1e-12 to 1e12");
+            return fail(ErrorCode::kBadInput, "the weight of control point " + std::to_string(i + 1) +
+                                                  " is not above 0, or not in 1e-12 to 1e12");
         if (!((p.head<3>() / p.w()).cwiseAbs().maxCoeff() <= kMaxNurbsNumber))
             return fail(ErrorCode::kBadInput, "control point " + std::to_string(i + 1) + " is not finite or too large");
     }
@@ -85,7 +94,8 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
     Vec4d point = Vec4d::Zero(), du = Vec4d::Zero(), dv = Vec4d::Zero();
     Box around;
     for (int j = 0; j <= d.v.degree; ++j) {
-        const auto firstU = static_cast<std::size_t>(alongU.span - d.u.degree), atV = static_cast<std::size_t>(alongV.span - d.v.degree + j);
+        const auto firstU = static_cast<std::size_t>(alongU.span - d.u.degree),
+                   atV = static_cast<std::size_t>(alongV.span - d.v.degree + j);
         const Vec4d* row = d.points.data() + atV * countU + firstU;
         Vec4d inRow = Vec4d::Zero(), slope = Vec4d::Zero();
         for (int i = 0; i <= d.u.degree; ++i) {
@@ -104,9 +114,11 @@ NurbsPoint evaluate(const NurbsSurface& surface, double u, double v) {
     at.dv = (dv.head<3>() - dv.w() * at.point) / w;
     const auto spanOf = [](const KnotVector& knots, int k) { return ParameterRange{knots.at(k), knots.at(k + 1)}; };
     const ParameterRectangle span{spanOf(d.u, alongU.span), spanOf(d.v, alongV.span)};
-    // A derivative that is nearly nothing beside the control points may be rounding alone: the patch knows better, and what normals tend to.
+    // A derivative that is nearly nothing beside the control points may be rounding alone: the patch knows better, and
+    // what normals tend to.
     constexpr double kSmall = 1e-6;
-    if (std::min(at.du.cwiseAbs().maxCoeff() * span.u.size(), at.dv.cwiseAbs().maxCoeff() * span.v.size()) > kSmall * reach)
+    if (std::min(at.du.cwiseAbs().maxCoeff() * span.u.size(), at.dv.cwiseAbs().maxCoeff() * span.v.size()) >
+        kSmall * reach)
         at.normal = normalAlong(at.du, at.dv);
     if (at.normal.isZero()) {
         const BezierPatch patch = patchesOver(d, spansWithin(d.u, span.u), spansWithin(d.v, span.v)).front().patch;

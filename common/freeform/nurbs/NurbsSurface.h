@@ -1,6 +1,8 @@
-/// NURBS surfaces, trimmed or not: points, derivatives, normals; knots and degrees added; the Bézier patches that they are made of.
+/// NURBS surfaces, trimmed or not: points, derivatives, normals; knots and degrees added; the Bézier patches that they
+/// are made of.
 ///
-/// Piegl and Tiller, The NURBS Book (evaluation, Boehm's knot insertion); patches by blossoms (Ramshaw 1989). Immutable: any thread.
+/// Piegl and Tiller, The NURBS Book (evaluation, Boehm's knot insertion); patches by blossoms (Ramshaw 1989).
+/// Immutable: any thread.
 #pragma once
 
 #include <optional>
@@ -18,7 +20,8 @@ struct NurbsDefinition {
     KnotVector u, v;
     /// (w·x, w·y, w·z, w), u fastest: u.count() · v.count() of them. With equal weights a polynomial surface.
     std::vector<Vec4d> points;
-    std::optional<ParameterRange> rangeU, rangeV;  ///< the part that there is; of what the knots define, all unless told otherwise
+    std::optional<ParameterRange> rangeU,
+        rangeV;  ///< the part that there is; of what the knots define, all unless told otherwise
     std::vector<TrimLoop> loops;
 };
 
@@ -36,9 +39,9 @@ struct ParameterPatch {
 
 class NurbsSurface {
 public:
-    /// Refuses in words: degrees not in 1 to kMaxNurbsDegree, counts that do not agree, knots that descend or are equal too often, numbers that
-    /// are not finite or beyond kMaxNurbsNumber, weights not above 0 (1 / kMaxNurbsWeight to kMaxNurbsWeight), a range that the knots do not
-    /// define, loops that TrimRegion refuses.
+    /// Refuses in words: degrees not in 1 to kMaxNurbsDegree, counts that do not agree, knots that descend or are equal
+    /// too often, numbers that are not finite or beyond kMaxNurbsNumber, weights not above 0 (1 / kMaxNurbsWeight to
+    /// kMaxNurbsWeight), a range that the knots do not define, loops that TrimRegion refuses.
     [[nodiscard]] static Expected<NurbsSurface> make(NurbsDefinition definition);
 
     [[nodiscard]] const NurbsDefinition& definition() const { return definition_; }
@@ -46,18 +49,20 @@ public:
     [[nodiscard]] const TrimRegion& region() const { return region_; }
 
 private:
-    explicit NurbsSurface(NurbsDefinition definition, TrimRegion region) : definition_(std::move(definition)), region_(std::move(region)) {}
+    explicit NurbsSurface(NurbsDefinition definition, TrimRegion region)
+        : definition_(std::move(definition)), region_(std::move(region)) {}
 
     NurbsDefinition definition_;
     TrimRegion region_;
 };
 
-/// At the surface's own parameters, those of its knots; derivatives are by them. Where the surface jumps, at a knot of multiplicity
-/// degree + 1, what lies above the knot. Outside its domain, or at what is no number: the nearest point of the domain, trimmed away.
+/// At the surface's own parameters, those of its knots; derivatives are by them. Where the surface jumps, at a knot of
+/// multiplicity degree + 1, what lies above the knot. Outside its domain, or at what is no number: the nearest point of
+/// the domain, trimmed away.
 [[nodiscard]] NurbsPoint evaluate(const NurbsSurface& surface, double u, double v);
 
-/// One patch per pair of knot spans that are not empty, u fastest; trimmed or not. Patches share the bits of the control points on a common
-/// edge wherever the surface is continuous.
+/// One patch per pair of knot spans that are not empty, u fastest; trimmed or not. Patches share the bits of the
+/// control points on a common edge wherever the surface is continuous.
 [[nodiscard]] std::vector<ParameterPatch> bezierPatches(const NurbsSurface& surface);
 
 }  // namespace tessera

@@ -1,4 +1,5 @@
-/// How the control points of an OBJ file become those of a B-spline, along one parameter: what its types (`cstype`) differ by.
+/// How the control points of an OBJ file become those of a B-spline, along one parameter: what its types (`cstype`)
+/// differ by.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +17,9 @@ enum class ObjType : std::uint8_t { kBspline, kBezier, kBmatrix, kCardinal };
 /// What the file says of a parameter.
 struct ObjAxis {
     ObjType type = ObjType::kBspline;
-    int degree = 0, step = 0;    ///< `step`: of kBmatrix, from one segment's first control point to the next one's
-    std::vector<double> matrix;  ///< of kBmatrix: row i has the coefficients of 1, t, t² … of the basis function of control point i
+    int degree = 0, step = 0;  ///< `step`: of kBmatrix, from one segment's first control point to the next one's
+    std::vector<double>
+        matrix;  ///< of kBmatrix: row i has the coefficients of 1, t, t² … of the basis function of control point i
     std::vector<double> parameters;
 };
 
@@ -41,9 +43,11 @@ public:
                 continue;
             }
             // The last row of a segment is the next one's first, where they share it.
-            const std::size_t segment = std::min(i / rowsPerSegment_, segments_ - 1), row = i - segment * rowsPerSegment_;
+            const std::size_t segment = std::min(i / rowsPerSegment_, segments_ - 1),
+                              row = i - segment * rowsPerSegment_;
             Point sum = Point::Zero();
-            for (std::size_t k = 0; k < order; ++k) sum += matrix_[row * order + k] * file[(segment * step_ + k) * stride];
+            for (std::size_t k = 0; k < order; ++k)
+                sum += matrix_[row * order + k] * file[(segment * step_ + k) * stride];
             made.push_back(sum);
         }
         return made;
@@ -52,7 +56,8 @@ public:
 private:
     KnotVector knots_;
     std::size_t fileCount_ = 0, segments_ = 1, step_ = 1, rowsPerSegment_ = 1;
-    std::vector<double> matrix_;  ///< Bézier point i of a segment, of its file point k; empty: the file's points are the curve's
+    std::vector<double>
+        matrix_;  ///< Bézier point i of a segment, of its file point k; empty: the file's points are the curve's
 };
 
 }  // namespace tessera

@@ -43,7 +43,10 @@ public:
             } else {
                 if (statement_.words.empty()) statement_.line = line_;
                 const std::size_t begin = at_;
-                while (at_ < text_.size() && std::string_view(" \t\r\v\f\n#").find(text_[at_]) == std::string_view::npos && continuation() == 0) ++at_;
+                while (at_ < text_.size() &&
+                       std::string_view(" \t\r\v\f\n#").find(text_[at_]) == std::string_view::npos &&
+                       continuation() == 0)
+                    ++at_;
                 statement_.words.push_back(text_.substr(begin, at_ - begin));
             }
         }
@@ -96,11 +99,13 @@ public:
 
     Expected<std::vector<NurbsSurface>> read() {
         while (const ObjStatement* statement = statements_.next()) {
-            const Expected<void> done = take(statement->words.front(), std::span(statement->words).subspan(1), statement->line);
+            const Expected<void> done =
+                take(statement->words.front(), std::span(statement->words).subspan(1), statement->line);
             if (!done) return fail(done.error().code, at(errorLine_.value_or(statement->line)) + done.error().message);
         }
         if (body_.kind != Body::kNone) return fail(ErrorCode::kBadInput, at(body_.line) + body_.name() + " has no end");
-        if (surfaces_.empty()) return fail(ErrorCode::kBadInput, std::string(fileName_) + ": there is no free-form surface (surf) in it");
+        if (surfaces_.empty())
+            return fail(ErrorCode::kBadInput, std::string(fileName_) + ": there is no free-form surface (surf) in it");
         return std::move(surfaces_);
     }
 
@@ -125,11 +130,17 @@ private:
         std::vector<std::size_t> points;
         std::vector<UsedLoop> loops;
 
-        [[nodiscard]] std::string name() const { return kind == kCurve ? "curv" : kind == kTrimCurve ? "curv2" : "surf"; }
+        [[nodiscard]] std::string name() const {
+            return kind == kCurve ? "curv" : kind == kTrimCurve ? "curv2" : "surf";
+        }
     };
 
-    [[nodiscard]] std::string at(std::size_t line) const { return std::string(fileName_) + ":" + std::to_string(line) + ": "; }
-    [[nodiscard]] static tl::unexpected<Error> wrong(std::string what) { return fail(ErrorCode::kBadInput, std::move(what)); }
+    [[nodiscard]] std::string at(std::size_t line) const {
+        return std::string(fileName_) + ":" + std::to_string(line) + ": ";
+    }
+    [[nodiscard]] static tl::unexpected<Error> wrong(std::string what) {
+        return fail(ErrorCode::kBadInput, std::move(what));
+    }
 
     Expected<void> take(std::string_view key, Words words, std::size_t line) {
         if (key == "v") return vertex(words);
@@ -137,7 +148,8 @@ private:
         if (key == "vt" || key == "vn") return {};
         if (key == "bzp" || key == "bsp" || key == "cdc" || key == "cdp" || key == "res")
             return wrong(quoted(key) + " is a statement of version 2.11, which is not read");
-        if (key == "call" || key == "csh") return wrong(quoted(key) + " would read another file or run a command: refused");
+        if (key == "call" || key == "csh")
+            return wrong(quoted(key) + " would read another file or run a command: refused");
         if (body_.kind != Body::kNone) return takeInBody(key, words);
         if (key == "cstype") return type(words);
         if (key == "deg") return pair(words, degrees_, key);
@@ -156,7 +168,8 @@ private:
         if (key == "parm") return parameters(words);
         if (key == "trim" || key == "hole" || key == "scrv") return loop(key, words);
         if (key == "sp") return {};
-        return wrong(quoted(key) + " is no statement of a " + body_.name() + ", and the one of line " + std::to_string(body_.line) + " has no end yet");
+        return wrong(quoted(key) + " is no statement of a " + body_.name() + ", and the one of line " +
+                     std::to_string(body_.line) + " has no end yet");
     }
 
     Expected<std::vector<double>> numbers(Words words) const {
@@ -189,13 +202,21 @@ private:
     Expected<void> type(Words words) {
         rational_ = !words.empty() && words[0] == "rat";
         if (rational_) words = words.subspan(1);
-        if (words.size() != 1) return wrong("cstype needs one type: bspline, bezier, bmatrix or cardinal, with 'rat' before it or without");
-        if (words[0] == "bspline") type_ = ObjType::kBspline;
-        else if (words[0] == "bezier") type_ = ObjType::kBezier;
-        else if (words[0] == "bmatrix") type_ = ObjType::kBmatrix;
-        else if (words[0] == "cardinal") type_ = ObjType::kCardinal;
-        else if (words[0] == "taylor") return wrong("cstype taylor is not read: convert it to bezier");
-        else return wrong("cstype " + quoted(words[0]) + " is not known");
+        if (words.size() != 1)
+            return wrong(
+                "cstype needs one type: bspline, bezier, bmatrix or cardinal, with 'rat' before it or without");
+        if (words[0] == "bspline")
+            type_ = ObjType::kBspline;
+        else if (words[0] == "bezier")
+            type_ = ObjType::kBezier;
+        else if (words[0] == "bmatrix")
+            type_ = ObjType::kBmatrix;
+        else if (words[0] == "cardinal")
+            type_ = ObjType::kCardinal;
+        else if (words[0] == "taylor")
+            return wrong("cstype taylor is not read: convert it to bezier");
+        else
+            return wrong("cstype " + quoted(words[0]) + " is not known");
         return {};
     }
     static Expected<void> pair(Words words, std::array<int, 2>& values, std::string_view key) {
@@ -209,7 +230,8 @@ private:
     }
     /// Whether it is v: words begin with u or v.
     static Expected<std::size_t> axisOf(Words words, std::string_view key) {
-        if (words.empty() || (words[0] != "u" && words[0] != "v")) return wrong(std::string(key) + " needs u or v first");
+        if (words.empty() || (words[0] != "u" && words[0] != "v"))
+            return wrong(std::string(key) + " needs u or v first");
         return words[0] == "v" ? 1 : 0;
     }
     Expected<void> matrix(Words words) {
@@ -227,27 +249,32 @@ private:
         if (!x) return wrong(quoted(word) + " is not the number of a " + std::string(what));
         const auto many = static_cast<long>(count);
         if (*x == 0 || *x > many || *x < -many)
-            return wrong("there is no " + std::string(what) + " " + std::to_string(*x) + ": so far there are " + std::to_string(count));
+            return wrong("there is no " + std::string(what) + " " + std::to_string(*x) + ": so far there are " +
+                         std::to_string(count));
         return static_cast<std::size_t>(*x > 0 ? *x - 1 : many + *x);
     }
 
     Expected<void> element(Body::Kind kind, Words words, std::size_t line) {
-        Body body{.kind = kind, .line = line, .rational = rational_, .axes = {}, .range = {}, .points = {}, .loops = {}};
+        Body body{
+            .kind = kind, .line = line, .rational = rational_, .axes = {}, .range = {}, .points = {}, .loops = {}};
         const std::size_t ranges = kind == Body::kSurface ? 4 : kind == Body::kCurve ? 2 : 0;
         if (words.size() < ranges + 2)
-            return wrong(body.name() + " needs " + (ranges > 0 ? std::to_string(ranges) + " parameters and " : "") + "2 control points or more");
+            return wrong(body.name() + " needs " + (ranges > 0 ? std::to_string(ranges) + " parameters and " : "") +
+                         "2 control points or more");
         const Expected<std::vector<double>> range = numbers(words.first(ranges));
         if (!range) return tl::unexpected(range.error());
         std::copy(range->begin(), range->end(), body.range.begin());
         if (kind != Body::kCurve) {
             if (!type_) return wrong(body.name() + " comes before any cstype");
             for (std::size_t k = 0; k < 2; ++k) {
-                body.axes[k] = {.type = *type_, .degree = degrees_[k], .step = steps_[k], .matrix = {}, .parameters = {}};
+                body.axes[k] = {
+                    .type = *type_, .degree = degrees_[k], .step = steps_[k], .matrix = {}, .parameters = {}};
                 if (*type_ == ObjType::kBmatrix) body.axes[k].matrix = matrices_[k];
             }
             for (const std::string_view word : words.subspan(ranges)) {
-                const Expected<std::size_t> point = kind == Body::kSurface ? index(word, vertices_.size(), "vertex")
-                                                                           : index(word, parameterVertices_.size(), "vp");
+                const Expected<std::size_t> point = kind == Body::kSurface
+                                                        ? index(word, vertices_.size(), "vertex")
+                                                        : index(word, parameterVertices_.size(), "vp");
                 if (!point) return tl::unexpected(point.error());
                 body.points.push_back(*point);
             }
@@ -267,8 +294,10 @@ private:
         return {};
     }
     Expected<void> loop(std::string_view key, Words words) {
-        if (body_.kind != Body::kSurface) return wrong(std::string(key) + " belongs to a surf, not to a " + body_.name());
-        if (words.empty() || words.size() % 3 != 0) return wrong(std::string(key) + " needs two parameters and a curve, and again");
+        if (body_.kind != Body::kSurface)
+            return wrong(std::string(key) + " belongs to a surf, not to a " + body_.name());
+        if (words.empty() || words.size() % 3 != 0)
+            return wrong(std::string(key) + " needs two parameters and a curve, and again");
         UsedLoop used{key == "hole" ? LoopRole::kHole : LoopRole::kOuter, {}};
         for (std::size_t k = 0; k < words.size(); k += 3) {
             const Expected<std::vector<double>> range = numbers(words.subspan(k, 2));
@@ -283,7 +312,8 @@ private:
 
     /// Counts what is about to be made.
     Expected<void> reserve(std::size_t points) {
-        if (points > limits_.maxPoints - made_) return fail(ErrorCode::kLimit, "more than " + std::to_string(limits_.maxPoints) + " control points");
+        if (points > limits_.maxPoints - made_)
+            return fail(ErrorCode::kLimit, "more than " + std::to_string(limits_.maxPoints) + " control points");
         made_ += points;
         return {};
     }
@@ -304,8 +334,8 @@ private:
         const Expected<ObjBasis> basis = ObjBasis::make(body.axes[0], "u");
         if (!basis) return tl::unexpected(basis.error());
         if (body.points.size() != basis->fileCount())
-            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(basis->fileCount()) +
-                         " that degree and parm ask for");
+            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " +
+                         std::to_string(basis->fileCount()) + " that degree and parm ask for");
         if (Expected<void> room = reserve(static_cast<std::size_t>(basis->knots().count())); !room) return room;
         std::vector<Vec3d> file;
         for (const std::size_t k : body.points) {
@@ -324,9 +354,11 @@ private:
         if (!u) return tl::unexpected(u.error());
         if (!v) return tl::unexpected(v.error());
         if (body.points.size() % u->fileCount() != 0 || body.points.size() / u->fileCount() != v->fileCount())
-            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " + std::to_string(u->fileCount()) + " by " +
-                         std::to_string(v->fileCount()) + " that degrees and parms ask for");
-        const auto countU = static_cast<std::size_t>(u->knots().count()), countV = static_cast<std::size_t>(v->knots().count());
+            return wrong("there are " + std::to_string(body.points.size()) + " control points, not the " +
+                         std::to_string(u->fileCount()) + " by " + std::to_string(v->fileCount()) +
+                         " that degrees and parms ask for");
+        const auto countU = static_cast<std::size_t>(u->knots().count()),
+                   countV = static_cast<std::size_t>(v->knots().count());
         if (countU > limits_.maxPoints) return reserve(countU);
         if (Expected<void> room = reserve(countU * std::max(countV, v->fileCount())); !room) return room;
         std::vector<Vec4d> file;
@@ -340,7 +372,12 @@ private:
             const std::vector<Vec4d> row = u->points(file.data() + j * u->fileCount(), 1);
             rows.insert(rows.end(), row.begin(), row.end());
         }
-        NurbsDefinition d{.u = u->knots(), .v = v->knots(), .points = std::vector<Vec4d>(countU * countV), .rangeU = {}, .rangeV = {}, .loops = {}};
+        NurbsDefinition d{.u = u->knots(),
+                          .v = v->knots(),
+                          .points = std::vector<Vec4d>(countU * countV),
+                          .rangeU = {},
+                          .rangeV = {},
+                          .loops = {}};
         for (std::size_t i = 0; i < countU; ++i) {
             const std::vector<Vec4d> column = v->points(rows.data() + i, countU);
             for (std::size_t j = 0; j < countV; ++j) d.points[j * countU + i] = column[j];
@@ -355,7 +392,10 @@ private:
             for (const UsedCurve& part : used.curves) {
                 const TrimCurve& curve = curves_[part.curve];
                 // As many as its Bézier curves have: that is how a region keeps it.
-                if (Expected<void> room = reserve(curve.points.size() * (static_cast<std::size_t>(curve.knots.degree) + 1)); !room) return room;
+                if (Expected<void> room =
+                        reserve(curve.points.size() * (static_cast<std::size_t>(curve.knots.degree) + 1));
+                    !room)
+                    return room;
                 TrimCurve& piece = made.curves.emplace_back(curve);
                 piece.begin = snapped(part.begin, curve.knots.domain());
                 piece.end = snapped(part.end, curve.knots.domain());
@@ -385,7 +425,8 @@ private:
 
 }  // namespace
 
-Expected<std::vector<NurbsSurface>> readNurbsObj(std::string_view text, std::string_view fileName, const ObjSurfaceLimits& limits) {
+Expected<std::vector<NurbsSurface>> readNurbsObj(std::string_view text, std::string_view fileName,
+                                                 const ObjSurfaceLimits& limits) {
     return ObjSurfaceReader(text, fileName, limits).read();
 }
 

@@ -1,11 +1,12 @@
 /// Which part of a parameter rectangle is kept: loops of NURBS curves around it, and holes in it.
 ///
-/// A point is kept where more outer loops than holes go around it, whichever way they run; without an outer loop the whole rectangle counts
-/// as one. So islands in holes are kept. A loop goes around a point if its winding number is not zero: loops that cross themselves, or
-/// each other, have an answer everywhere. What lies outside the rectangle is never kept.
+/// A point is kept where more outer loops than holes go around it, whichever way they run; without an outer loop the
+/// whole rectangle counts as one. So islands in holes are kept. A loop goes around a point if its winding number is not
+/// zero: loops that cross themselves, or each other, have an answer everywhere. What lies outside the rectangle is
+/// never kept.
 ///
-/// Exact but for rounding: a curve is split (de Casteljau) only while the box of its control points holds the point; apart from that its
-/// ends tell how often it crosses the ray to the right. No curve is sampled. Immutable: any thread.
+/// Exact but for rounding: a curve is split (de Casteljau) only while the box of its control points holds the point;
+/// apart from that its ends tell how often it crosses the ray to the right. No curve is sampled. Immutable: any thread.
 #pragma once
 
 #include <cstdint>
@@ -48,22 +49,24 @@ public:
     /// A piece of a loop: a rational Bézier curve, (w·u, w·v, w).
     struct Segment {
         std::vector<Vec3d> points;
-        Vec2d begin, end;      ///< the next segment of the loop begins where this one ends, bit for bit
-        Vec2d lower, upper;    ///< around its control points
+        Vec2d begin, end;    ///< the next segment of the loop begins where this one ends, bit for bit
+        Vec2d lower, upper;  ///< around its control points
         std::uint32_t loop = 0;
     };
 
     /// All of the rectangle.
     explicit TrimRegion(const ParameterRectangle& rectangle = {});
-    /// Refuses by name: knots or numbers that make no curve, a range that a curve has not, an empty loop, one that is open. Ends that are
-    /// apart by no more than 1e-5 of the largest coordinate, what two numbers of six digits can differ by, are joined.
-    [[nodiscard]] static Expected<TrimRegion> make(const ParameterRectangle& rectangle, std::span<const TrimLoop> loops);
+    /// Refuses by name: knots or numbers that make no curve, a range that a curve has not, an empty loop, one that is
+    /// open. Ends that are apart by no more than 1e-5 of the largest coordinate, what two numbers of six digits can
+    /// differ by, are joined.
+    [[nodiscard]] static Expected<TrimRegion> make(const ParameterRectangle& rectangle,
+                                                   std::span<const TrimLoop> loops);
 
-    /// Right where the point is farther than 4 · `tolerance` from every curve. kOnEdge only where it is not; such a point may also be told to
-    /// be on one of the sides.
+    /// Right where the point is farther than 4 · `tolerance` from every curve. kOnEdge only where it is not; such a
+    /// point may also be told to be on one of the sides.
     [[nodiscard]] TrimSide side(const Vec2d& point) const;
-    /// Of a closed rectangle: kKept and kTrimmedAway are true of all its points (but for 4 · `tolerance`). kCrossed: a curve comes nearer to it than
-    /// 1/16 of its sides, or it leaves the domain in part.
+    /// Of a closed rectangle: kKept and kTrimmedAway are true of all its points (but for 4 · `tolerance`). kCrossed: a
+    /// curve comes nearer to it than 1/16 of its sides, or it leaves the domain in part.
     [[nodiscard]] RectangleSide side(const ParameterRectangle& part) const;
 
     /// 1e-12 of the largest coordinate of rectangle and curves.

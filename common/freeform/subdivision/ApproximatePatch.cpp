@@ -8,7 +8,8 @@ namespace tessera {
 namespace {
 
 void addLimit(RowSum& sum, const CornerLimit& limit, std::size_t row, double weight) {
-    for (std::uint32_t i = limit.rows.begin[row]; i < limit.rows.begin[row + 1]; ++i) sum.add(limit.rows.columns[i], weight * limit.rows.weights[i]);
+    for (std::uint32_t i = limit.rows.begin[row]; i < limit.rows.begin[row + 1]; ++i)
+        sum.add(limit.rows.columns[i], weight * limit.rows.weights[i]);
 }
 
 /// The point inside a quadrilateral of the sector, near the corner.
@@ -33,7 +34,9 @@ SparseRows quadrilateralRows(const TaggedMesh& mesh, std::span<const CornerLimit
     for (std::uint32_t c = 0; c < 4; ++c) {
         const Sector sector = sectorOf(mesh, 0, c);
         const std::size_t faces = sector.faces.size(), here = sector.center;
-        const auto place = [&](std::ptrdiff_t offset) -> SparseRows& { return rows[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(kCorner[c]) + offset)]; };
+        const auto place = [&](std::ptrdiff_t offset) -> SparseRows& {
+            return rows[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(kCorner[c]) + offset)];
+        };
         addLimit(sum, *limits[c], 0, 1);
         sum.moveInto(place(0));
         addInterior(sum, mesh, sector, here, 1);
@@ -121,7 +124,8 @@ SparseRows triangleRows(const TaggedMesh& mesh, std::span<const CornerLimit* con
 
 }  // namespace
 
-std::optional<SparseRows> approximatePatchOf(const TaggedMesh& mesh, SubdivisionScheme scheme, std::span<const CornerLimit* const> limits) {
+std::optional<SparseRows> approximatePatchOf(const TaggedMesh& mesh, SubdivisionScheme scheme,
+                                             std::span<const CornerLimit* const> limits) {
     const std::uint32_t size = scheme == SubdivisionScheme::kLoop ? 3 : 4;
     if (mesh.faceSize(0) != size) return std::nullopt;
     for (std::uint32_t c = 0; c < size; ++c) {

@@ -36,7 +36,8 @@ private:
 
 bool hasCollapsedEdges(const ControlMesh& mesh) {
     bool found = false;
-    forEachSide(mesh, [&](std::size_t a, std::size_t b) { found = found || mesh.faceVertices[a] == mesh.faceVertices[b]; });
+    forEachSide(mesh,
+                [&](std::size_t a, std::size_t b) { found = found || mesh.faceVertices[a] == mesh.faceVertices[b]; });
     return found;
 }
 
@@ -50,14 +51,16 @@ Expected<UnrolledMesh> unrollCollapsedEdges(const ControlMesh& mesh) {
     std::map<Side, std::vector<Side>> sides;  // by vertices in ascending order: places
     forEachSide(mesh, [&](std::size_t a, std::size_t b) {
         const std::uint32_t v = mesh.faceVertices[a], w = mesh.faceVertices[b];
-        if (v != w && (isPole[v] || isPole[w])) sides[std::minmax(v, w)].push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
+        if (v != w && (isPole[v] || isPole[w]))
+            sides[std::minmax(v, w)].push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
     });
     CornerFans fans(mesh.faceVertices.size());
     for (const auto& [ends, places] : sides) {
         if (places.size() == 1) continue;
         if (places.size() > 2 || mesh.faceVertices[places[0].first] == mesh.faceVertices[places[1].first]) {
-            return fail(ErrorCode::kBadInput, "vertices " + std::to_string(ends.first) + " and " + std::to_string(ends.second) +
-                                                  ": a vertex that a face has twice may not be on an edge of more than two faces");
+            return fail(ErrorCode::kBadInput,
+                        "vertices " + std::to_string(ends.first) + " and " + std::to_string(ends.second) +
+                            ": a vertex that a face has twice may not be on an edge of more than two faces");
         }
         if (isPole[mesh.faceVertices[places[0].first]]) fans.join(places[0].first, places[1].second);
         if (isPole[mesh.faceVertices[places[0].second]]) fans.join(places[0].second, places[1].first);
@@ -87,7 +90,8 @@ Expected<UnrolledMesh> unrollCollapsedEdges(const ControlMesh& mesh) {
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
         if (twice != sorted.end()) {
-            return fail(ErrorCode::kBadInput, "face " + std::to_string(f) + " has vertex " + std::to_string(out.sources[*twice]) + " twice, in one fan of faces");
+            return fail(ErrorCode::kBadInput, "face " + std::to_string(f) + " has vertex " +
+                                                  std::to_string(out.sources[*twice]) + " twice, in one fan of faces");
         }
     }
     // Creases at poles go with their edges; edges without length become ends of the mesh, and are to stay surface.
@@ -98,12 +102,14 @@ Expected<UnrolledMesh> unrollCollapsedEdges(const ControlMesh& mesh) {
             out.mesh.creases.push_back(crease);
         } else {
             const Side place = found->second.front();
-            out.mesh.creases.push_back({out.mesh.faceVertices[place.first], out.mesh.faceVertices[place.second], crease.sharpness});
+            out.mesh.creases.push_back(
+                {out.mesh.faceVertices[place.first], out.mesh.faceVertices[place.second], crease.sharpness});
         }
     }
     std::erase_if(out.mesh.creases, [](const ControlMesh::Crease& crease) { return crease.from == crease.to; });
     forEachSide(mesh, [&](std::size_t a, std::size_t b) {
-        if (mesh.faceVertices[a] == mesh.faceVertices[b]) out.mesh.creases.push_back({out.mesh.faceVertices[a], out.mesh.faceVertices[b], kInfiniteSharpness});
+        if (mesh.faceVertices[a] == mesh.faceVertices[b])
+            out.mesh.creases.push_back({out.mesh.faceVertices[a], out.mesh.faceVertices[b], kInfiniteSharpness});
     });
     return out;
 }

@@ -1,7 +1,8 @@
 /// Faces with a vertex twice in a row: quadrilaterals that end at a pole.
 ///
-/// OpenSubdiv takes such an edge without length as one that is no manifold, so the pole is fixed and what ends there is sharp towards
-/// itself. The same surface comes of as many fixed vertices in the same place as there are fans of faces: that mesh is made here.
+/// OpenSubdiv takes such an edge without length as one that is no manifold, so the pole is fixed and what ends there is
+/// sharp towards itself. The same surface comes of as many fixed vertices in the same place as there are fans of faces:
+/// that mesh is made here.
 #pragma once
 
 #include "common/base/Error.h"
@@ -16,8 +17,9 @@ struct UnrolledMesh {
 
 [[nodiscard]] bool hasCollapsedEdges(const ControlMesh& mesh);
 
-/// Of a mesh whose indices are in range. kBadInput where an edge at such a vertex is one of more than two faces, or goes the same way in
-/// two, or where the faces around it come back to the one that has it twice: OpenSubdiv's answer is not known to be one surface.
+/// Of a mesh whose indices are in range. kBadInput where an edge at such a vertex is one of more than two faces, or
+/// goes the same way in two, or where the faces around it come back to the one that has it twice: OpenSubdiv's answer
+/// is not known to be one surface.
 [[nodiscard]] Expected<UnrolledMesh> unrollCollapsedEdges(const ControlMesh& mesh);
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 /// The control mesh of a subdivision surface, as a file or an application gives it: nothing here is checked yet.
 ///
-/// The words, numbers and defaults are OpenSubdiv's: sharpness from 0 (smooth) to 10 (infinite), in single precision, so that
-/// sharpness runs out in the same refinement as there. Values only; any thread.
+/// The words, numbers and defaults are OpenSubdiv's: sharpness from 0 (smooth) to 10 (infinite), in single precision,
+/// so that sharpness runs out in the same refinement as there. Values only; any thread.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace tessera {
 
 enum class SubdivisionScheme : std::uint8_t { kCatmullClark, kLoop, kBilinear };
 
-/// Where the mesh ends: faces at a boundary have no surface; the boundary is a smooth curve; the same, but a vertex of one face
-/// alone is interpolated.
+/// Where the mesh ends: faces at a boundary have no surface; the boundary is a smooth curve; the same, but a vertex of
+/// one face alone is interpolated.
 enum class BoundaryInterpolation : std::uint8_t { kNone, kEdgeOnly, kEdgeAndCorner };
 
 /// How semi-sharp edges lose sharpness: 1 each refinement; or evened out along the crease first (Chaikin).

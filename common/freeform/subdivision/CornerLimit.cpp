@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The points around a corner: edge i and, of a quadrilateral between edges i and i + 1, the vertex opposite the corner.
+/// The points around a corner: edge i and, of a quadrilateral between edges i and i + 1, the vertex opposite the
+/// corner.
 struct CornerRing {
     std::vector<std::uint32_t> edges, opposites;
     std::size_t center = 0;  ///< the face asked for lies between edges center and center + 1
@@ -65,9 +66,10 @@ void addSmoothTangent(RowSum& sum, const CornerRing& ring, std::size_t k, bool l
 
 /// Across a crease or boundary, into the sector, as long as along a crease of equal steps in the regular case.
 ///
-/// Published formulas are for other rules along the crease (Hoppe et al., Biermann et al.). For these the left eigenvector weighs inner
-/// edge i by sin(iθ), θ = π/faces, opposite points by the sums of two; `a` for the crease's ends and `b` for the vertex follow from
-/// their two columns of the subdivision matrix: a (λ - 1/2) - b/8 = r1, b (λ - 3/4) - a = r2.
+/// Published formulas are for other rules along the crease (Hoppe et al., Biermann et al.). For these the left
+/// eigenvector weighs inner edge i by sin(iθ), θ = π/faces, opposite points by the sums of two; `a` for the crease's
+/// ends and `b` for the vertex follow from their two columns of the subdivision matrix: a (λ - 1/2) - b/8 = r1, b (λ -
+/// 3/4) - a = r2.
 void addCrossTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, bool loop, double weight) {
     const std::size_t faces = ring.opposites.size(), last = ring.edges.size() - 1;
     if (faces == 1) {
@@ -76,15 +78,19 @@ void addCrossTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, 
         return;
     }
     const auto k = static_cast<double>(faces);
-    const double angle = kPi / k, c = portableCos(angle), s = portableSin(angle), sumOfSines = portableCos(angle / 2) / portableSin(angle / 2);
+    const double angle = kPi / k, c = portableCos(angle), s = portableSin(angle),
+                 sumOfSines = portableCos(angle / 2) / portableSin(angle / 2);
     const double eigenvalue = loop ? 0.375 + c / 4 : (5 + c + portableCos(angle / 2) * std::sqrt(2 * (9 + c))) / 16;
     const double inner = loop ? 2 / k : 4 / (3 * k), opposite = loop ? 0 : inner / (4 * (4 * eigenvalue - 1));
-    const double r1 = loop ? inner * s / 8 : inner * s / 16 + opposite * s / 4, r2 = sumOfSines * (0.375 * inner + 0.5 * opposite);
-    const double b = (r1 + r2 * (eigenvalue - 0.5)) / ((eigenvalue - 0.75) * (eigenvalue - 0.5) - 0.125), a = b * (eigenvalue - 0.75) - r2;
+    const double r1 = loop ? inner * s / 8 : inner * s / 16 + opposite * s / 4,
+                 r2 = sumOfSines * (0.375 * inner + 0.5 * opposite);
+    const double b = (r1 + r2 * (eigenvalue - 0.5)) / ((eigenvalue - 0.75) * (eigenvalue - 0.5) - 0.125),
+                 a = b * (eigenvalue - 0.75) - r2;
     sum.add(corner, weight * b);
     sum.add(ring.edges.front(), weight * a);
     sum.add(ring.edges.back(), weight * a);
-    for (std::size_t i = 1; i < last; ++i) sum.add(ring.edges[i], weight * inner * portableSin(static_cast<double>(i) * angle));
+    for (std::size_t i = 1; i < last; ++i)
+        sum.add(ring.edges[i], weight * inner * portableSin(static_cast<double>(i) * angle));
     if (loop) return;
     for (std::size_t i = 0; i < faces; ++i) {
         const auto n = static_cast<double>(i);
@@ -96,7 +102,10 @@ void addCrossTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, 
 void addCreaseTangent(RowSum& sum, const CornerRing& ring, std::uint32_t corner, std::size_t k, bool loop) {
     const std::size_t last = ring.edges.size() - 1;
     const double angle = kPi * static_cast<double>(k) / static_cast<double>(last);
-    const double along = k == 0 ? 1 : k == last ? -1 : portableCos(angle), across = k == 0 || k == last ? 0 : portableSin(angle);
+    const double along = k == 0      ? 1
+                         : k == last ? -1
+                                     : portableCos(angle),
+                 across = k == 0 || k == last ? 0 : portableSin(angle);
     sum.add(ring.edges.front(), along / 2);
     sum.add(ring.edges.back(), -along / 2);
     if (across > 0) addCrossTangent(sum, ring, corner, loop, across);

@@ -10,8 +10,8 @@
 namespace tessera {
 namespace {
 
-/// Beyond this many steps a point is the corner that it is nearest to: 2e-13 of a face's size remains at the slowest shrinking vertex
-/// (0.69 a step).
+/// Beyond this many steps a point is the corner that it is nearest to: 2e-13 of a face's size remains at the slowest
+/// shrinking vertex (0.69 a step).
 constexpr int kMostSteps = 80;
 
 Vec3d unitNormal(const Vec3d& du, const Vec3d& dv) {
@@ -25,7 +25,8 @@ struct CubicBasis {
     std::array<double, 4> value, slope;
     explicit CubicBasis(double t) {
         const double s = 1 - t;
-        value = {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6, t * t * t / 6};
+        value = {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6,
+                 t * t * t / 6};
         slope = {-s * s / 2, (-4 * t + 3 * t * t) / 2, (4 * s - 3 * s * s) / 2, t * t / 2};
     }
 };
@@ -97,16 +98,31 @@ int nearestCorner(double u, double v, bool triangle) {
 void tangentsToDerivatives(SurfacePoint& p, const Vec3d& out, const Vec3d& in, int corner, bool triangle) {
     if (triangle) {
         // The edges lead along (1, 0), (-1, 1), (0, -1), and backwards.
-        if (corner == 0) std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(out, in);
-        else if (corner == 1) std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(-in, out - in);
-        else std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(in - out, -out);
+        if (corner == 0)
+            std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(out, in);
+        else if (corner == 1)
+            std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(-in, out - in);
+        else
+            std::tie(p.du, p.dv) = std::pair<Vec3d, Vec3d>(in - out, -out);
         return;
     }
     switch (corner) {
-        case 0: p.du = out; p.dv = in; break;
-        case 1: p.du = -in; p.dv = out; break;
-        case 2: p.du = -out; p.dv = -in; break;
-        default: p.du = in; p.dv = -out; break;
+        case 0:
+            p.du = out;
+            p.dv = in;
+            break;
+        case 1:
+            p.du = -in;
+            p.dv = out;
+            break;
+        case 2:
+            p.du = -out;
+            p.dv = -in;
+            break;
+        default:
+            p.du = in;
+            p.dv = -out;
+            break;
     }
 }
 
@@ -114,7 +130,8 @@ void tangentsToDerivatives(SurfacePoint& p, const Vec3d& out, const Vec3d& in, i
 
 Expected<SurfacePoint> LimitEvaluator::evaluate(std::span<const Vec3d> positions, const PtexPoint& at) {
     const auto where = [&] { return "face " + std::to_string(at.face); };
-    if (positions.size() != topology_.controlPointCount()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+    if (positions.size() != topology_.controlPointCount())
+        return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
     if (at.face >= topology_.ptexFaceCount()) {
         return fail(ErrorCode::kBadInput, where() + ": there are " + std::to_string(topology_.ptexFaceCount()));
     }
@@ -122,12 +139,14 @@ Expected<SurfacePoint> LimitEvaluator::evaluate(std::span<const Vec3d> positions
     constexpr double kSlack = 1e-9;
     double u = at.u, v = at.v;
     if (!(u >= -kSlack && v >= -kSlack && u <= 1 + kSlack && v <= 1 + kSlack) || (triangle && u + v > 1 + kSlack)) {
-        return fail(ErrorCode::kBadInput, where() + (triangle ? ": u, v and u + v have to be from 0 to 1" : ": u and v have to be from 0 to 1"));
+        return fail(ErrorCode::kBadInput, where() + (triangle ? ": u, v and u + v have to be from 0 to 1"
+                                                              : ": u and v have to be from 0 to 1"));
     }
     u = std::clamp(u, 0.0, 1.0);
     v = std::clamp(v, 0.0, triangle ? 1 - u : 1.0);
     const PtexFace face = topology_.ptexFace(at.face);
-    if (!topology_.hasSurface(face.face)) return fail(ErrorCode::kRefused, where() + " is a hole, or beside a boundary that is not interpolated");
+    if (!topology_.hasSurface(face.face))
+        return fail(ErrorCode::kRefused, where() + " is a hole, or beside a boundary that is not interpolated");
     if (topology_.scheme() == SubdivisionScheme::kBilinear) return bilinear(positions, face, u, v);
     graph_.shrink();
     const NeighbourhoodGraph::Face& base = graph_.faceOf(face.face);
@@ -136,14 +155,16 @@ Expected<SurfacePoint> LimitEvaluator::evaluate(std::span<const Vec3d> positions
     return smooth(face, u, v);
 }
 
-SurfacePoint LimitEvaluator::bilinear(std::span<const Vec3d> positions, const PtexFace& face, double u, double v) const {
+SurfacePoint LimitEvaluator::bilinear(std::span<const Vec3d> positions, const PtexFace& face, double u,
+                                      double v) const {
     const auto vertices = topology_.mesh().verticesOf(face.face);
     const std::size_t n = vertices.size();
     std::array<Vec3d, 4> p;
     if (face.corner == kNoIndex) {
         for (std::size_t i = 0; i < 4; ++i) p[i] = positions[vertices[i]];
     } else {
-        const Vec3d &here = positions[vertices[face.corner]], &next = positions[vertices[(face.corner + 1) % n]], &before = positions[vertices[(face.corner + n - 1) % n]];
+        const Vec3d &here = positions[vertices[face.corner]], &next = positions[vertices[(face.corner + 1) % n]],
+                    &before = positions[vertices[(face.corner + n - 1) % n]];
         Vec3d middle = Vec3d::Zero();
         for (const std::uint32_t i : vertices) middle += positions[i] / static_cast<double>(n);
         p = {here, (here + next) / 2, middle, (here + before) / 2};

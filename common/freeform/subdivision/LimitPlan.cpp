@@ -18,7 +18,8 @@ Expected<std::shared_ptr<const LimitPlan>> LimitPlan::build(const ControlMesh& m
 
 void LimitPlan::findKinds() {
     const TaggedMesh& mesh = topology_.mesh();
-    for (std::uint32_t f = 0; f < mesh.faceCount(); ++f) hasPolygons_ = hasPolygons_ || mesh.faceSize(f) != (triangular() ? 3U : 4U);
+    for (std::uint32_t f = 0; f < mesh.faceCount(); ++f)
+        hasPolygons_ = hasPolygons_ || mesh.faceSize(f) != (triangular() ? 3U : 4U);
     // It is let grow: what it holds of the kinds of this mesh is let go of here.
     std::optional<NeighbourhoodGraph> graph;
     if (topology_.scheme() != SubdivisionScheme::kBilinear) graph.emplace(topology_);
@@ -46,16 +47,19 @@ void LimitPlan::findKinds() {
         if (!graph) {
             const auto vertices = mesh.verticesOf(face.face);
             points_.insert(points_.end(), vertices.begin(), vertices.end());
-            here.kind = kindAt(bilinear.try_emplace({vertices.size(), face.corner}, next).first->second, vertices.size());
+            here.kind =
+                kindAt(bilinear.try_emplace({vertices.size(), face.corner}, next).first->second, vertices.size());
         } else {
             const NeighbourhoodGraph::Face& base = graph->faceOf(face.face);
             points_.insert(points_.end(), base.points.begin(), base.points.end());
             if (!here.isPart && base.node->spline) {
                 const SparseRows*& spline = regular[base.node];
-                if (!spline) spline = splines_.emplace_back(std::make_unique<const SparseRows>(*base.node->spline)).get();
+                if (!spline)
+                    spline = splines_.emplace_back(std::make_unique<const SparseRows>(*base.node->spline)).get();
                 here.spline = spline;
             } else {
-                here.kind = kindAt(irregular.try_emplace({base.node, face.corner}, next).first->second, base.points.size());
+                here.kind =
+                    kindAt(irregular.try_emplace({base.node, face.corner}, next).first->second, base.points.size());
             }
         }
         here.pointsEnd = static_cast<std::uint32_t>(points_.size());
@@ -66,7 +70,8 @@ void LimitPlan::lookAround(const PtexFace& face, Face& here) const {
     const TaggedMesh& mesh = topology_.mesh();
     const auto isRim = [&](std::uint32_t edge) {
         const TaggedMesh::Edge& e = mesh.edges[edge];
-        return e.sharpness != 0 || e.faces[0] == kNoIndex || e.faces[1] == kNoIndex || topology_.scheme() == SubdivisionScheme::kBilinear;
+        return e.sharpness != 0 || e.faces[0] == kNoIndex || e.faces[1] == kNoIndex ||
+               topology_.scheme() == SubdivisionScheme::kBilinear;
     };
     const auto count = [&here](float sharpness) {
         if (!isInfinitelySharp(sharpness)) here.sharpest = std::max(here.sharpest, sharpness);
@@ -100,20 +105,23 @@ std::size_t LimitPlan::weightsOf(std::uint32_t kind, unsigned log2Segments) cons
 int LimitPlan::finestLevel(std::size_t mostWeights) const {
     for (int level = kFinestLevel; level >= 0; --level) {
         std::size_t sum = 0;
-        for (std::uint32_t k = 0; k < kinds_.size(); ++k) sum += weightsOf(k, static_cast<unsigned>(std::max(0, kinds_[k].isPart ? level - 1 : level)));
+        for (std::uint32_t k = 0; k < kinds_.size(); ++k)
+            sum += weightsOf(k, static_cast<unsigned>(std::max(0, kinds_[k].isPart ? level - 1 : level)));
         if (sum <= mostWeights) return level;
     }
     return -1;
 }
 
 std::size_t LimitPlan::bytes() const {
-    std::size_t sum = faces_.size() * sizeof(Face) + points_.size() * 4 + kinds_.size() * sizeof(Kind) + tableBytes_.load(std::memory_order_relaxed);
+    std::size_t sum = faces_.size() * sizeof(Face) + points_.size() * 4 + kinds_.size() * sizeof(Kind) +
+                      tableBytes_.load(std::memory_order_relaxed);
     for (const auto& spline : splines_) sum += spline->weights.size() * 12;
     // Topology: vertices, edges and faces of a mesh are about as many.
     return sum + topology_.mesh().edges.size() * 120;
 }
 
-const LimitPlan::Table* LimitPlan::keep(const NeighbourhoodGraph::Once<Table>& place, std::vector<double> weights, std::size_t columns) const {
+const LimitPlan::Table* LimitPlan::keep(const NeighbourhoodGraph::Once<Table>& place, std::vector<double> weights,
+                                        std::size_t columns) const {
     tableBytes_.fetch_add(weights.size() * sizeof(double), std::memory_order_relaxed);
     return &place.offer(std::make_unique<const Table>(Table{.columns = columns, .weights = std::move(weights)}));
 }
@@ -129,10 +137,14 @@ const LimitPlan::Table* LimitPlan::Tables::of(const Face& face, unsigned log2Seg
     const auto& place = kind.tables[log2Segments];
     if (const Table* known = place.get()) return known;
     const PtexFace ptex = plan_.topology_.ptexFace(kind.ptex);
-    if (plan_.topology_.scheme() == SubdivisionScheme::kBilinear) return plan_.keep(place, bilinearTable(kind.columns, ptex.corner, segments), kind.columns);
+    if (plan_.topology_.scheme() == SubdivisionScheme::kBilinear)
+        return plan_.keep(place, bilinearTable(kind.columns, ptex.corner, segments), kind.columns);
     if (!graph_) graph_.emplace(plan_.topology_);
     const NeighbourhoodGraph::Node& node = *graph_->faceOf(ptex.face).node;
-    return plan_.keep(place, ptex.corner == kNoIndex ? sampleTable(*graph_, node, segments) : polygonPartTable(*graph_, node, ptex.corner, segments), kind.columns);
+    return plan_.keep(place,
+                      ptex.corner == kNoIndex ? sampleTable(*graph_, node, segments)
+                                              : polygonPartTable(*graph_, node, ptex.corner, segments),
+                      kind.columns);
 }
 
 }  // namespace tessera

@@ -1,8 +1,9 @@
-/// What points of a subdivision surface are sums of, wherever the control points are: each face's points, and rows of weights by kind of neighbourhood.
+/// What points of a subdivision surface are sums of, wherever the control points are: each face's points, and rows of
+/// weights by kind of neighbourhood.
 ///
-/// Faces whose neighbourhoods are alike (NeighbourhoodGraph.h) are of one kind. Rows of a kind are worked out for a grid of so many segments when somebody
-/// first asks, and kept: patterns of levels (LimitTessellation.h) that come later find them. Any thread; nobody waits: of two that work out the same the
-/// first one's stays.
+/// Faces whose neighbourhoods are alike (NeighbourhoodGraph.h) are of one kind. Rows of a kind are worked out for a
+/// grid of so many segments when somebody first asks, and kept: patterns of levels (LimitTessellation.h) that come
+/// later find them. Any thread; nobody waits: of two that work out the same the first one's stays.
 #pragma once
 
 #include <array>
@@ -19,7 +20,8 @@ class LimitPlan {
 public:
     static constexpr int kFinestLevel = 6;
 
-    /// Of each sample of a grid (SampleTables.h): point and two tangents, by the points of a neighbourhood, or of a regular one's spline.
+    /// Of each sample of a grid (SampleTables.h): point and two tangents, by the points of a neighbourhood, or of a
+    /// regular one's spline.
     struct Table {
         std::size_t columns = 0;
         std::vector<double> weights;  ///< samples × 3 × columns
@@ -30,9 +32,11 @@ public:
         std::uint32_t kind = kNoIndex;       ///< of one that is not
         std::uint32_t pointsBegin = 0, pointsEnd = 0;
         float sharpest = 0;      ///< of what is not infinitely sharp at its vertices
-        std::uint32_t most = 0;  ///< edges at one of its vertices; where not all around is surface, or one is sharp, as if both sides had as many
-        std::uint8_t rims = 0;   ///< bits, by side of its grid (j = 0, i or i + j = n, j = n, i = 0): sharp, or a boundary
-        bool isPart = false;     ///< of a polygon: half as many segments at each level
+        std::uint32_t most = 0;  ///< edges at one of its vertices; where not all around is surface, or one is sharp, as
+                                 ///< if both sides had as many
+        std::uint8_t rims =
+            0;                ///< bits, by side of its grid (j = 0, i or i + j = n, j = n, i = 0): sharp, or a boundary
+        bool isPart = false;  ///< of a polygon: half as many segments at each level
     };
 
     /// `mesh`: its positions count, where they are does not. Whatever SubdivisionTopology refuses.
@@ -75,7 +79,8 @@ private:
     explicit LimitPlan(SubdivisionTopology topology) : topology_(std::move(topology)) {}
     void findKinds();
     void lookAround(const PtexFace& face, Face& here) const;
-    const Table* keep(const NeighbourhoodGraph::Once<Table>& place, std::vector<double> weights, std::size_t columns) const;
+    const Table* keep(const NeighbourhoodGraph::Once<Table>& place, std::vector<double> weights,
+                      std::size_t columns) const;
 
     SubdivisionTopology topology_;
     bool hasPolygons_ = false;

@@ -46,7 +46,8 @@ bool isSame(const TaggedMesh& a, const TaggedMesh& b) {
     forAllArrays(a, [&](ByteSpan bytes, std::size_t which) { all[which] = bytes; });
     bool same = true;
     forAllArrays(b, [&](ByteSpan bytes, std::size_t which) {
-        same = same && bytes.size() == all[which].size() && (bytes.empty() || std::memcmp(bytes.data(), all[which].data(), bytes.size()) == 0);
+        same = same && bytes.size() == all[which].size() &&
+               (bytes.empty() || std::memcmp(bytes.data(), all[which].data(), bytes.size()) == 0);
     });
     return same;
 }
@@ -81,7 +82,8 @@ SparseRows product(const SparseRows& first, const SparseRows& second, std::size_
     for (std::size_t row = 0; row < first.count(); ++row) {
         for (std::uint32_t i = first.begin[row]; i < first.begin[row + 1]; ++i) {
             const std::uint32_t middle = first.columns[i];
-            for (std::uint32_t k = second.begin[middle]; k < second.begin[middle + 1]; ++k) sum.add(second.columns[k], first.weights[i] * second.weights[k]);
+            for (std::uint32_t k = second.begin[middle]; k < second.begin[middle + 1]; ++k)
+                sum.add(second.columns[k], first.weights[i] * second.weights[k]);
         }
         sum.moveInto(out);
     }
@@ -91,12 +93,15 @@ SparseRows product(const SparseRows& first, const SparseRows& second, std::size_
 }  // namespace
 
 NeighbourhoodGraph::NeighbourhoodGraph(const SubdivisionTopology& topology)
-    : topology_(topology), rules_{.scheme = topology.scheme(), .creaseMethod = topology.creaseMethod(), .triangles = topology.triangles()},
+    : topology_(topology),
+      rules_{.scheme = topology.scheme(), .creaseMethod = topology.creaseMethod(), .triangles = topology.triangles()},
       // Meshes have few kinds of neighbourhoods, or some for each face: lists stay short either way.
       heads_(std::bit_ceil(std::clamp<std::size_t>(topology.mesh().faceCount() / 8, 64, std::size_t{1} << 18))),
       faces_(topology.mesh().faceCount()) {}
 
-NeighbourhoodGraph::~NeighbourhoodGraph() { clear(); }
+NeighbourhoodGraph::~NeighbourhoodGraph() {
+    clear();
+}
 
 void NeighbourhoodGraph::clear() {
     for (std::atomic<const Node*>& head : heads_)
@@ -124,10 +129,12 @@ const NeighbourhoodGraph::Node* NeighbourhoodGraph::nodeOf(TaggedMesh mesh) {
     if (node->spline) trim(*node->spline);
     node->children = std::vector<Once<Child>>(node->faceSize() + (rules_.scheme == SubdivisionScheme::kLoop ? 1 : 0));
     node->corners = std::vector<Once<CornerLimit>>(node->faceSize());
-    const std::size_t bytes = bytesOfMesh(node->mesh) + sizeof(Node) + (node->spline ? node->spline->columns.size() * 12 : 0) + 16 * node->children.size();
+    const std::size_t bytes = bytesOfMesh(node->mesh) + sizeof(Node) +
+                              (node->spline ? node->spline->columns.size() * 12 : 0) + 16 * node->children.size();
     for (const Node* seen = first;; seen = first) {
         node->next = first;
-        if (head.compare_exchange_strong(first, node.get(), std::memory_order_acq_rel, std::memory_order_acquire)) break;
+        if (head.compare_exchange_strong(first, node.get(), std::memory_order_acq_rel, std::memory_order_acquire))
+            break;
         // Somebody else was first: what came since may be this kind.
         if (const Node* const known = find(first, seen, node->mesh); known != seen) return known;
     }
@@ -150,7 +157,8 @@ const NeighbourhoodGraph::Child& NeighbourhoodGraph::childOf(const Node& node, s
     if (const Child* const known = node.children[which].get()) return *known;
     const RefinedNeighbourhood finer = refine(node.mesh, rules_);
     // One step tells of all children; of a polygon with many corners only the one that was asked for is kept.
-    const std::uint32_t first = node.children.size() > 4 ? which : 0, end = node.children.size() > 4 ? which + 1 : static_cast<std::uint32_t>(node.children.size());
+    const std::uint32_t first = node.children.size() > 4 ? which : 0,
+                        end = node.children.size() > 4 ? which + 1 : static_cast<std::uint32_t>(node.children.size());
     for (std::uint32_t c = first; c < end; ++c) {
         FaceNeighbourhood here = neighbourhoodOf(finer.mesh, finer.children[c], rules_.creaseMethod);
         auto child = std::make_unique<Child>();
@@ -174,7 +182,8 @@ const CornerLimit& NeighbourhoodGraph::limitAt(const Node& node, std::uint32_t c
     auto limit = std::make_unique<CornerLimit>();
     if (!isSettled(node.mesh, corner, rules_.scheme)) {
         const Child& child = childOf(node, corner);
-        const std::uint32_t childCorner = rules_.scheme == SubdivisionScheme::kLoop || node.faceSize() == 4 ? corner : 0;
+        const std::uint32_t childCorner =
+            rules_.scheme == SubdivisionScheme::kLoop || node.faceSize() == 4 ? corner : 0;
         limit->rows = product(limitAt(*child.node, childCorner).rows, child.points, node.pointCount());
         // Its tangents are those of a face half as large.
         for (std::uint32_t i = limit->rows.begin[1]; i < limit->rows.columns.size(); ++i) limit->rows.weights[i] *= 2;
@@ -208,7 +217,8 @@ CornerLimit NeighbourhoodGraph::dartLimit(const Node& node, std::uint32_t corner
         std::vector<double> before(node.pointCount(), 0);
         for (std::size_t i = 0; i < point.columns.size(); ++i) before[point.columns[i]] = point.weights[i];
         double change = 0;
-        for (std::size_t i = 0; i < next.columns.size(); ++i) change = std::max(change, std::abs(next.weights[i] - before[next.columns[i]]));
+        for (std::size_t i = 0; i < next.columns.size(); ++i)
+            change = std::max(change, std::abs(next.weights[i] - before[next.columns[i]]));
         point = std::move(next);
         if (change < 1e-17) break;
     }
@@ -228,8 +238,8 @@ const SparseRows* NeighbourhoodGraph::approximationOf(const Node& node) {
         std::vector<const CornerLimit*> limits;
         const bool settled = isSettledEverywhere(node.mesh, rules_.scheme);
         for (std::uint32_t c = 0; settled && c < node.faceSize(); ++c) limits.push_back(&limitAt(node, c));
-        known = &node.approximation.offer(
-            std::make_unique<const std::optional<SparseRows>>(settled ? approximatePatchOf(node.mesh, rules_.scheme, limits) : std::nullopt));
+        known = &node.approximation.offer(std::make_unique<const std::optional<SparseRows>>(
+            settled ? approximatePatchOf(node.mesh, rules_.scheme, limits) : std::nullopt));
     }
     return *known ? &**known : nullptr;
 }

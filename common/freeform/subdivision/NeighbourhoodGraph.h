@@ -1,10 +1,11 @@
 /// What faces' surfaces depend on, and what refinement makes of that, each kind worked out once.
 ///
-/// Two faces whose neighbourhoods are equal share a node. Near a vertex of another valence than the regular one refinement soon leads to
-/// where it came from, so the graph of nodes is finite, and however near a point lies, no topology is worked out anew. Sharpness that
-/// runs out makes at most ten more of a kind. Positions have no part in it.
-/// Any number of threads may ask at once: what is missing is worked out by whoever misses it, without waiting, and of two that do so at once the
-/// first one's stays. `shrink` alone needs the graph for itself. What was returned lives until then.
+/// Two faces whose neighbourhoods are equal share a node. Near a vertex of another valence than the regular one
+/// refinement soon leads to where it came from, so the graph of nodes is finite, and however near a point lies, no
+/// topology is worked out anew. Sharpness that runs out makes at most ten more of a kind. Positions have no part in it.
+/// Any number of threads may ask at once: what is missing is worked out by whoever misses it, without waiting, and of
+/// two that do so at once the first one's stays. `shrink` alone needs the graph for itself. What was returned lives
+/// until then.
 #pragma once
 
 #include <atomic>
@@ -35,7 +36,9 @@ public:
         /// What is there then: this value, or one that was first.
         const T& offer(std::unique_ptr<const T> value) const {
             const T* first = nullptr;
-            if (value_.compare_exchange_strong(first, value.get(), std::memory_order_acq_rel, std::memory_order_acquire)) return *value.release();
+            if (value_.compare_exchange_strong(first, value.get(), std::memory_order_acq_rel,
+                                               std::memory_order_acquire))
+                return *value.release();
             return *first;
         }
 
@@ -50,7 +53,7 @@ public:
     };
     struct Node {
         TaggedMesh mesh;
-        std::optional<SparseRows> spline;  ///< of a regular patch: its points
+        std::optional<SparseRows> spline;   ///< of a regular patch: its points
         std::vector<Once<Child>> children;  ///< filled by `childOf`
         [[nodiscard]] std::size_t pointCount() const { return mesh.vertexCount(); }
         [[nodiscard]] std::uint32_t faceSize() const { return mesh.faceSize(0); }
@@ -84,7 +87,8 @@ public:
     const SparseRows* approximationOf(const Node& node);
 
     [[nodiscard]] std::size_t nodeCount() const { return nodeCount_.load(std::memory_order_relaxed); }
-    /// Forgets everything once more than `bytes` are held. Nodes and faces that were asked for before are gone then. No other thread may be asking.
+    /// Forgets everything once more than `bytes` are held. Nodes and faces that were asked for before are gone then. No
+    /// other thread may be asking.
     void shrink(std::size_t bytes = std::size_t{1} << 28);
 
 private:

@@ -56,14 +56,16 @@ PatchPoints flatPatch(const std::vector<Vec3d>& corners) {
     PatchPoints out;
     if (corners.size() == 3) {
         for (int j = 0; j <= 4; ++j) {
-            for (int i = 0; i + j <= 4; ++i) out.push_back(((4 - i - j) * corners[0] + i * corners[1] + j * corners[2]) / 4);
+            for (int i = 0; i + j <= 4; ++i)
+                out.push_back(((4 - i - j) * corners[0] + i * corners[1] + j * corners[2]) / 4);
         }
         return out;
     }
     for (int y = 0; y < 4; ++y) {
         for (int x = 0; x < 4; ++x) {
             const double s = x / 3.0, t = y / 3.0;
-            out.push_back((1 - t) * ((1 - s) * corners[0] + s * corners[1]) + t * ((1 - s) * corners[3] + s * corners[2]));
+            out.push_back((1 - t) * ((1 - s) * corners[0] + s * corners[1]) +
+                          t * ((1 - s) * corners[3] + s * corners[2]));
         }
     }
     return out;
@@ -78,10 +80,14 @@ double farthest(std::span<const Vec3d> points, const Vec3d& from) {
 class PatchExtractor {
 public:
     PatchExtractor(NeighbourhoodGraph& graph, const PatchOptions& options, double rounding)
-        : graph_(graph), options_(options), rounding_(rounding), triangle_(graph.rules().scheme == SubdivisionScheme::kLoop) {}
+        : graph_(graph),
+          options_(options),
+          rounding_(rounding),
+          triangle_(graph.rules().scheme == SubdivisionScheme::kLoop) {}
 
     /// False: too many.
-    bool add(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points, const SurfacePatch& place, int level) {
+    bool add(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points, const SurfacePatch& place,
+             int level) {
         if (out_.size() >= options_.mostPatches) return false;
         if (node.spline) {
             emit(splineBezier(*node.spline, points), place, rounding_);
@@ -137,7 +143,8 @@ private:
         return part;
     }
 
-    static PatchPoints candidate(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points, const SparseRows* rows) {
+    static PatchPoints candidate(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points,
+                                 const SparseRows* rows) {
         if (rows != nullptr) {
             PatchPoints out;
             rows->apply(points, out);
@@ -153,8 +160,10 @@ private:
         return farthest(points, middle) + farthest(patch, middle);
     }
 
-    /// Raises `worst` to a bound of how far the surface is from the patch, or above the tolerance where that is shown first.
-    void bound(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points, const PatchPoints& patch, double& worst, int levels) {
+    /// Raises `worst` to a bound of how far the surface is from the patch, or above the tolerance where that is shown
+    /// first.
+    void bound(const NeighbourhoodGraph::Node& node, const std::vector<Vec3d>& points, const PatchPoints& patch,
+               double& worst, int levels) {
         if (node.spline) {
             const PatchPoints exact = splineBezier(*node.spline, points);
             for (std::size_t i = 0; i < exact.size(); ++i) worst = std::max(worst, (exact[i] - patch[i]).norm());
@@ -186,19 +195,23 @@ private:
 
 }  // namespace
 
-Expected<std::vector<SurfacePatch>> patchesOf(NeighbourhoodGraph& graph, std::span<const Vec3d> positions, std::span<const std::uint32_t> ptexFaces,
-                                              const PatchOptions& options) {
+Expected<std::vector<SurfacePatch>> patchesOf(NeighbourhoodGraph& graph, std::span<const Vec3d> positions,
+                                              std::span<const std::uint32_t> ptexFaces, const PatchOptions& options) {
     const SubdivisionTopology& topology = graph.topology();
-    if (positions.size() != topology.controlPointCount()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
-    if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) return fail(ErrorCode::kBadInput, "a tolerance has to be above 0");
-    if (topology.scheme() == SubdivisionScheme::kBilinear) return fail(ErrorCode::kBadInput, "a bilinear surface is no set of smooth patches");
+    if (positions.size() != topology.controlPointCount())
+        return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+    if (!(options.tolerance > 0) || !std::isfinite(options.tolerance))
+        return fail(ErrorCode::kBadInput, "a tolerance has to be above 0");
+    if (topology.scheme() == SubdivisionScheme::kBilinear)
+        return fail(ErrorCode::kBadInput, "a bilinear surface is no set of smooth patches");
     double largest = 0;
     for (const Vec3d& p : positions) largest = std::max(largest, p.lpNorm<Eigen::Infinity>());
     PatchExtractor extractor(graph, options, 1e-13 * largest);
     std::vector<Vec3d> points, finer;
     for (const std::uint32_t ptex : ptexFaces) {
         if (ptex >= topology.ptexFaceCount()) {
-            return fail(ErrorCode::kBadInput, "face " + std::to_string(ptex) + ": there are " + std::to_string(topology.ptexFaceCount()));
+            return fail(ErrorCode::kBadInput,
+                        "face " + std::to_string(ptex) + ": there are " + std::to_string(topology.ptexFaceCount()));
         }
         const PtexFace face = topology.ptexFace(ptex);
         if (!topology.hasSurface(face.face)) continue;
@@ -214,13 +227,16 @@ Expected<std::vector<SurfacePatch>> patchesOf(NeighbourhoodGraph& graph, std::sp
             node = child.node;
         }
         if (!extractor.add(*node, points, {.ptex = ptex, .shape = {}}, 0)) {
-            return fail(ErrorCode::kLimit, "face " + std::to_string(ptex) + ": more than " + std::to_string(options.mostPatches) + " patches; take a larger tolerance");
+            return fail(ErrorCode::kLimit, "face " + std::to_string(ptex) + ": more than " +
+                                               std::to_string(options.mostPatches) +
+                                               " patches; take a larger tolerance");
         }
     }
     return extractor.take();
 }
 
-Expected<std::vector<SurfacePatch>> patchesOf(NeighbourhoodGraph& graph, std::span<const Vec3d> positions, const PatchOptions& options) {
+Expected<std::vector<SurfacePatch>> patchesOf(NeighbourhoodGraph& graph, std::span<const Vec3d> positions,
+                                              const PatchOptions& options) {
     std::vector<std::uint32_t> all(graph.topology().ptexFaceCount());
     std::iota(all.begin(), all.end(), 0U);
     return patchesOf(graph, positions, all, options);

@@ -1,8 +1,9 @@
 /// Sine and cosine with the same bits on every machine.
 ///
-/// A C library picks other code for other processors (with or without fused multiply-add), whose last bits may differ. Hosts derive
-/// triangles for themselves and rest on all having the same, so nothing here is but additions, products and a rounding, which IEEE 754
-/// defines. Taylor series on |r| <= π/4, whose first term left out is below 1e-17; the reduction's error is below 1e-16 up to |x| of 100.
+/// A C library picks other code for other processors (with or without fused multiply-add), whose last bits may differ.
+/// Hosts derive triangles for themselves and rest on all having the same, so nothing here is but additions, products
+/// and a rounding, which IEEE 754 defines. Taylor series on |r| <= π/4, whose first term left out is below 1e-17; the
+/// reduction's error is below 1e-16 up to |x| of 100.
 #pragma once
 
 #include <cmath>

@@ -12,15 +12,20 @@
 namespace tessera {
 namespace {
 
-bool isSharp(float sharpness) { return sharpness > 0; }
-bool isSemiSharp(float sharpness) { return isSharp(sharpness) && !isInfinitelySharp(sharpness); }
+bool isSharp(float sharpness) {
+    return sharpness > 0;
+}
+bool isSemiSharp(float sharpness) {
+    return isSharp(sharpness) && !isInfinitelySharp(sharpness);
+}
 
 float worn(float sharpness) {
     if (isInfinitelySharp(sharpness)) return sharpness;
     return sharpness > 1 ? sharpness - 1 : 0;
 }
 
-/// Faces see the edges at their vertices in another order each; what they make of them has to be the same to the last bit.
+/// Faces see the edges at their vertices in another order each; what they make of them has to be the same to the last
+/// bit.
 float sumInAnyOrder(std::vector<float> values) {
     std::sort(values.begin(), values.end());
     return std::accumulate(values.begin(), values.end(), 0.0F);
@@ -65,8 +70,13 @@ double blendOf(float vertexSharpness, const std::vector<float>& before, const st
 class Refiner {
 public:
     Refiner(const TaggedMesh& mesh, const RefinementRules& rules)
-        : mesh_(mesh), rules_(rules), sum_(mesh.vertexCount()), corners_(mesh.faceSize(0)), edgePoint_(corners_),
-          facePoint_(edgePoint_ + static_cast<std::uint32_t>(mesh.edges.size())), childEdges_(mesh.edges.size(), {kNoIndex, kNoIndex}) {}
+        : mesh_(mesh),
+          rules_(rules),
+          sum_(mesh.vertexCount()),
+          corners_(mesh.faceSize(0)),
+          edgePoint_(corners_),
+          facePoint_(edgePoint_ + static_cast<std::uint32_t>(mesh.edges.size())),
+          childEdges_(mesh.edges.size(), {kNoIndex, kNoIndex}) {}
 
     RefinedNeighbourhood make() {
         for (std::uint32_t c = 0; c < corners_; ++c) sectors_.push_back(sectorOf(mesh_, 0, c));
@@ -148,7 +158,8 @@ private:
     float wornBeside(std::uint32_t edge, std::uint32_t vertex) const {
         const auto edges = mesh_.edgesAt(vertex);
         const auto found = std::find(edges.begin(), edges.end(), edge);
-        return found != edges.end() ? wornAt_[vertex][static_cast<std::size_t>(found - edges.begin())] : worn(mesh_.edges[edge].sharpness);
+        return found != edges.end() ? wornAt_[vertex][static_cast<std::size_t>(found - edges.begin())]
+                                    : worn(mesh_.edges[edge].sharpness);
     }
 
     /// How much an edge's middle is that of its ends.
@@ -156,7 +167,9 @@ private:
         const TaggedMesh::Edge& e = mesh_.edges[edge];
         if (!isSharp(e.sharpness)) return 0;
         if (e.sharpness >= 1) return 1;
-        if (rules_.creaseMethod == CreaseMethod::kChaikin && isSharp(wornBeside(edge, e.vertices[0])) && isSharp(wornBeside(edge, e.vertices[1]))) return 1;
+        if (rules_.creaseMethod == CreaseMethod::kChaikin && isSharp(wornBeside(edge, e.vertices[0])) &&
+            isSharp(wornBeside(edge, e.vertices[1])))
+            return 1;
         return e.sharpness;
     }
 
@@ -213,7 +226,8 @@ private:
             }
         }
     }
-    /// Other vertices are not kept, but with Chaikin's method what remains sharp beside them counts at the middles of their edges.
+    /// Other vertices are not kept, but with Chaikin's method what remains sharp beside them counts at the middles of
+    /// their edges.
     void addStubsOfOthers() {
         for (std::uint32_t v = corners_; v < mesh_.vertexCount(); ++v) {
             const auto edges = mesh_.edgesAt(v);
@@ -234,14 +248,16 @@ private:
         if (!isNew) return found->second;
         const auto edges = mesh_.edgesOf(face);
         const std::uint32_t from = edgePoint_ + edges[at];
-        const std::uint32_t to = isLoop() ? edgePoint_ + edges[(at + edges.size() - 1) % edges.size()] : facePoint_ + face;
+        const std::uint32_t to =
+            isLoop() ? edgePoint_ + edges[(at + edges.size() - 1) % edges.size()] : facePoint_ + face;
         found->second = newEdge(from, to, 0);
         edgesAt_[from].push_back(found->second);
         edgesAt_[to].push_back(found->second);
         return found->second;
     }
 
-    std::uint32_t addFace(std::initializer_list<std::uint32_t> vertices, std::initializer_list<std::uint32_t> edges, std::uint32_t rotation) {
+    std::uint32_t addFace(std::initializer_list<std::uint32_t> vertices, std::initializer_list<std::uint32_t> edges,
+                          std::uint32_t rotation) {
         TaggedMesh& m = out_.mesh;
         const auto face = static_cast<std::uint32_t>(m.faceCount());
         const std::size_t size = vertices.size(), begin = m.faceVertices.size();
@@ -280,10 +296,12 @@ private:
         const std::uint32_t before = (at + size - 1) % size, vertex = vertices[at];
         const std::uint32_t out = edges[at], in = edges[before];
         if (isLoop()) {
-            return addFace({vertex, edgePoint_ + out, edgePoint_ + in}, {halfAt(out, vertex), innerEdge(face, at), halfAt(in, vertex)}, at);
+            return addFace({vertex, edgePoint_ + out, edgePoint_ + in},
+                           {halfAt(out, vertex), innerEdge(face, at), halfAt(in, vertex)}, at);
         }
         return addFace({vertex, edgePoint_ + out, facePoint_ + face, edgePoint_ + in},
-                       {halfAt(out, vertex), innerEdge(face, at), innerEdge(face, before), halfAt(in, vertex)}, size == 4 ? at : 0);
+                       {halfAt(out, vertex), innerEdge(face, at), innerEdge(face, before), halfAt(in, vertex)},
+                       size == 4 ? at : 0);
     }
 
     const TaggedMesh& mesh_;
@@ -306,6 +324,8 @@ double loopNeighbourWeight(std::size_t valence) {
     return (0.625 - middle * middle) / n;
 }
 
-RefinedNeighbourhood refine(const TaggedMesh& mesh, const RefinementRules& rules) { return Refiner(mesh, rules).make(); }
+RefinedNeighbourhood refine(const TaggedMesh& mesh, const RefinementRules& rules) {
+    return Refiner(mesh, rules).make();
+}
 
 }  // namespace tessera

@@ -1,7 +1,8 @@
 /// One refinement of what a face's surface depends on.
 ///
-/// Catmull and Clark 1978; Loop 1987; semi-sharp creases of DeRose, Kass and Truong 1998, as OpenSubdiv has them (Sdc::Scheme, Sdc::Crease):
-/// fractional sharpness blends the rules before and after, Chaikin's method evens out along a crease. Pure; any thread.
+/// Catmull and Clark 1978; Loop 1987; semi-sharp creases of DeRose, Kass and Truong 1998, as OpenSubdiv has them
+/// (Sdc::Scheme, Sdc::Crease): fractional sharpness blends the rules before and after, Chaikin's method evens out along
+/// a crease. Pure; any thread.
 #pragma once
 
 #include "common/freeform/subdivision/SparseRows.h"
@@ -25,8 +26,9 @@ struct RefinedNeighbourhood {
     std::vector<std::uint32_t> children;  ///< the face's parts: by corner, in Loop's scheme then the one in the middle
 };
 
-/// `mesh`: as neighbourhoodOf made it. Of a quadrilateral or triangle the child at corner i has that corner as its vertex i; of other
-/// polygons as its vertex 0. The middle of a triangle has the middles of edges 1, 2, 0 as its vertices.
+/// `mesh`: as neighbourhoodOf made it. Of a quadrilateral or triangle the child at corner i has that corner as its
+/// vertex i; of other polygons as its vertex 0. The middle of a triangle has the middles of edges 1, 2, 0 as its
+/// vertices.
 [[nodiscard]] RefinedNeighbourhood refine(const TaggedMesh& mesh, const RefinementRules& rules);
 
 }  // namespace tessera

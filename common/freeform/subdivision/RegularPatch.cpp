@@ -48,15 +48,17 @@ bool isRegular(const TaggedMesh& mesh, std::uint32_t faceSize, const std::vector
     return true;
 }
 
-GridPlace plus(const GridPlace& a, const GridPlace& b) { return {a[0] + b[0], a[1] + b[1]}; }
+GridPlace plus(const GridPlace& a, const GridPlace& b) {
+    return {a[0] + b[0], a[1] + b[1]};
+}
 
 /// A spline's points while they are found.
 class SplineGrid {
 public:
     SplineGrid(const TaggedMesh& mesh, const std::vector<Sector>& sectors) : mesh_(mesh), sectors_(sectors) {}
 
-    /// Puts the vertices of all faces around a corner in their places; `turn` leads from a step along an edge to the one along the
-    /// next edge, counter-clockwise.
+    /// Puts the vertices of all faces around a corner in their places; `turn` leads from a step along an edge to the
+    /// one along the next edge, counter-clockwise.
     template <typename Turn>
     void place(std::uint32_t corner, const GridPlace& at, const GridPlace& out, int whole, const Turn& turn) {
         const Sector& sector = sectors_[corner];
@@ -94,7 +96,8 @@ void append(SparseRows& rows, const PointSum& sum) {
 }
 
 SparseRows quadrilateralPatch(const TaggedMesh& mesh, const std::vector<Sector>& sectors) {
-    constexpr std::array<GridPlace, 4> kCorners{{{1, 1}, {2, 1}, {2, 2}, {1, 2}}}, kSteps{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+    constexpr std::array<GridPlace, 4> kCorners{{{1, 1}, {2, 1}, {2, 2}, {1, 2}}},
+        kSteps{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
     SplineGrid grid(mesh, sectors);
     for (std::uint32_t c = 0; c < 4; ++c) {
         grid.place(c, kCorners[c], kSteps[c], 4, [](const GridPlace& s) { return GridPlace{-s[1], s[0]}; });
@@ -103,7 +106,9 @@ SparseRows quadrilateralPatch(const TaggedMesh& mesh, const std::vector<Sector>&
     for (const int axis : {0, 1}) {
         for (const auto& [missing, near, far] : {std::array{0, 1, 2}, std::array{3, 2, 1}}) {
             for (int along = 0; along < 4; ++along) {
-                const auto at = [&, axis = axis, along](int across) { return axis == 0 ? GridPlace{across, along} : GridPlace{along, across}; };
+                const auto at = [&, axis = axis, along](int across) {
+                    return axis == 0 ? GridPlace{across, along} : GridPlace{along, across};
+                };
                 if (grid.has(at(missing)) || !grid.has(at(near)) || !grid.has(at(far))) continue;
                 grid.points[at(missing)] = combination({{2, &grid.points[at(near)]}, {-1, &grid.points[at(far)]}});
             }
@@ -152,10 +157,14 @@ public:
     BoxSplineTable() {
         for (int corner = 0; corner < 3; ++corner) {
             // Along with the corner: its neighbours on the triangle, b and c, and the points across the edges.
-            const GridPlace a = kCorner[static_cast<std::size_t>(corner)], b = kCorner[static_cast<std::size_t>((corner + 1) % 3)],
+            const GridPlace a = kCorner[static_cast<std::size_t>(corner)],
+                            b = kCorner[static_cast<std::size_t>((corner + 1) % 3)],
                             c = kCorner[static_cast<std::size_t>((corner + 2) % 3)];
-            const auto beyond = [](const GridPlace& p, const GridPlace& q, const GridPlace& r) { return GridPlace{p[0] + q[0] - r[0], p[1] + q[1] - r[1]}; };
-            const GridPlace acrossAb = beyond(a, b, c), acrossAc = beyond(a, c, b), awayB = beyond(a, a, b), awayC = beyond(a, a, c);
+            const auto beyond = [](const GridPlace& p, const GridPlace& q, const GridPlace& r) {
+                return GridPlace{p[0] + q[0] - r[0], p[1] + q[1] - r[1]};
+            };
+            const GridPlace acrossAb = beyond(a, b, c), acrossAc = beyond(a, c, b), awayB = beyond(a, a, b),
+                            awayC = beyond(a, a, c);
             set(a, 4, b, 0, {{a, 12}, {b, 2}, {c, 2}, {acrossAb, 2}, {acrossAc, 2}, {awayB, 2}, {awayC, 2}});
             set(a, 3, b, 1, {{a, 12}, {b, 4}, {c, 3}, {acrossAb, 3}, {acrossAc, 1}, {awayC, 1}});
             set(a, 3, c, 1, {{a, 12}, {c, 4}, {b, 3}, {acrossAc, 3}, {acrossAb, 1}, {awayB, 1}});
@@ -168,10 +177,12 @@ public:
 private:
     static constexpr std::array<GridPlace, 3> kCorner{{{0, 0}, {1, 0}, {0, 1}}};
     /// Of the Bézier point of `na` times corner a, `nb` times corner b, and for the rest the third corner.
-    void set(const GridPlace& a, int na, const GridPlace& b, int nb, std::initializer_list<std::pair<GridPlace, double>> values) {
+    void set(const GridPlace& a, int na, const GridPlace& b, int nb,
+             std::initializer_list<std::pair<GridPlace, double>> values) {
         const int rest = 4 - na - nb;
         const GridPlace third{1 - a[0] - b[0], 1 - a[1] - b[1]};
-        const std::size_t index = BezierTriangle::index(4, na * a[0] + nb * b[0] + rest * third[0], na * a[1] + nb * b[1] + rest * third[1]);
+        const std::size_t index =
+            BezierTriangle::index(4, na * a[0] + nb * b[0] + rest * third[0], na * a[1] + nb * b[1] + rest * third[1]);
         weights[index].fill(0);
         for (const auto& [place, value] : values) {
             const auto found = std::find(kBoxSplinePoints.begin(), kBoxSplinePoints.end(), place);

@@ -1,7 +1,9 @@
-/// Where a subdivision surface is a polynomial patch: sixteen points of a bicubic B-spline, twelve of the quartic box spline.
+/// Where a subdivision surface is a polynomial patch: sixteen points of a bicubic B-spline, twelve of the quartic box
+/// spline.
 ///
-/// At boundaries and infinitely sharp creases the points beyond are extrapolated, such that the spline's own refinement is the rule of
-/// the boundary: p(-1) = 2 p(0) - p(1) across a quadrilateral, a + b - c across a triangle. So these faces are exact too. Pure.
+/// At boundaries and infinitely sharp creases the points beyond are extrapolated, such that the spline's own refinement
+/// is the rule of the boundary: p(-1) = 2 p(0) - p(1) across a quadrilateral, a + b - c across a triangle. So these
+/// faces are exact too. Pure.
 #pragma once
 
 #include <array>
@@ -12,8 +14,8 @@
 
 namespace tessera {
 
-/// Points of the spline by the neighbourhood's points, if the face 0 is such a patch. Catmull-Clark: sixteen, u fastest, the face's
-/// vertices at 5, 6, 10, 9. Loop: twelve, as kBoxSplinePoints has them.
+/// Points of the spline by the neighbourhood's points, if the face 0 is such a patch. Catmull-Clark: sixteen, u
+/// fastest, the face's vertices at 5, 6, 10, 9. Loop: twelve, as kBoxSplinePoints has them.
 [[nodiscard]] std::optional<SparseRows> regularPatchOf(const TaggedMesh& neighbourhood, SubdivisionScheme scheme);
 
 /// In steps along the edges from vertex 0 to 1 and 0 to 2; the triangle's vertices are the first three.

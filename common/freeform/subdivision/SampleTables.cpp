@@ -12,7 +12,8 @@ void appendThrough(const SparseRows& childPoints, std::span<const double> childR
     for (std::size_t k = 0; k < childRow.size(); ++k) {
         const double weight = childRow[k];
         if (weight == 0) continue;
-        for (std::uint32_t i = childPoints.begin[k]; i < childPoints.begin[k + 1]; ++i) row[childPoints.columns[i]] += weight * childPoints.weights[i];
+        for (std::uint32_t i = childPoints.begin[k]; i < childPoints.begin[k + 1]; ++i)
+            row[childPoints.columns[i]] += weight * childPoints.weights[i];
     }
 }
 
@@ -20,7 +21,8 @@ void appendThrough(const SparseRows& childPoints, std::span<const double> childR
 std::vector<double> throughSpline(const SparseRows& spline, std::span<const double> weights, std::size_t columns) {
     const std::size_t width = spline.count(), rows = weights.size() / width;
     std::vector<double> out(rows * columns, 0.0);
-    for (std::size_t r = 0; r < rows; ++r) appendThrough(spline, weights.subspan(r * width, width), std::span(out).subspan(r * columns, columns));
+    for (std::size_t r = 0; r < rows; ++r)
+        appendThrough(spline, weights.subspan(r * width, width), std::span(out).subspan(r * columns, columns));
     return out;
 }
 
@@ -33,7 +35,8 @@ std::vector<double> bicubicTable(std::size_t segments) {
             const CubicSplineBasis u(static_cast<double>(i) / static_cast<double>(segments));
             for (int row = 0; row < 3; ++row)
                 for (std::size_t y = 0; y < 4; ++y)
-                    for (std::size_t x = 0; x < 4; ++x) out.push_back((row == 1 ? u.slope : u.value)[x] * (row == 2 ? v.slope : v.value)[y]);
+                    for (std::size_t x = 0; x < 4; ++x)
+                        out.push_back((row == 1 ? u.slope : u.value)[x] * (row == 2 ? v.slope : v.value)[y]);
         }
     }
     return out;
@@ -58,7 +61,8 @@ std::vector<double> boxSplineTable(std::size_t segments) {
         const BezierTriangle patch{.degree = 4, .points = {bezier.begin(), bezier.end()}};
         for (std::size_t j = 0; j <= segments; ++j) {
             for (std::size_t i = 0; i + j <= segments; ++i) {
-                const SurfacePoint p = evaluate(patch, static_cast<double>(i) / static_cast<double>(segments), static_cast<double>(j) / static_cast<double>(segments));
+                const SurfacePoint p = evaluate(patch, static_cast<double>(i) / static_cast<double>(segments),
+                                                static_cast<double>(j) / static_cast<double>(segments));
                 double* const at = out.data() + gridSample(i, j, segments, true) * 36 + first;
                 for (int k = 0; k < 3; ++k) {
                     at[k] = p.point[k];
@@ -74,15 +78,20 @@ std::vector<double> boxSplineTable(std::size_t segments) {
 std::vector<double> sampleTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::size_t segments) {
     const bool triangular = node.faceSize() == 3;
     const std::size_t columns = node.pointCount();
-    if (node.spline) return throughSpline(*node.spline, triangular ? boxSplineTable(segments) : bicubicTable(segments), columns);
+    if (node.spline)
+        return throughSpline(*node.spline, triangular ? boxSplineTable(segments) : bicubicTable(segments), columns);
     std::vector<double> out(gridSamples(segments, triangular) * 3 * columns, 0.0);
-    const auto rowsAt = [&](std::size_t i, std::size_t j) { return std::span(out).subspan(gridSample(i, j, segments, triangular) * 3 * columns, 3 * columns); };
+    const auto rowsAt = [&](std::size_t i, std::size_t j) {
+        return std::span(out).subspan(gridSample(i, j, segments, triangular) * 3 * columns, 3 * columns);
+    };
     if (segments == 1) {
         for (std::uint32_t c = 0; c < node.faceSize(); ++c) {
             const SparseRows& limit = graph.limitAt(node, c).rows;
-            const auto rows = triangular ? rowsAt(c == 1 ? 1 : 0, c == 2 ? 1 : 0) : rowsAt(c == 1 || c == 2 ? 1 : 0, c > 1 ? 1 : 0);
+            const auto rows =
+                triangular ? rowsAt(c == 1 ? 1 : 0, c == 2 ? 1 : 0) : rowsAt(c == 1 || c == 2 ? 1 : 0, c > 1 ? 1 : 0);
             for (std::size_t row = 0; row < 3; ++row)
-                for (std::uint32_t i = limit.begin[row]; i < limit.begin[row + 1]; ++i) rows[row * columns + limit.columns[i]] = limit.weights[i];
+                for (std::uint32_t i = limit.begin[row]; i < limit.begin[row + 1]; ++i)
+                    rows[row * columns + limit.columns[i]] = limit.weights[i];
         }
         return out;
     }
@@ -94,18 +103,24 @@ std::vector<double> sampleTable(NeighbourhoodGraph& graph, const NeighbourhoodGr
         for (std::size_t j = 0; j <= half; ++j) {
             for (std::size_t i = 0; i <= (triangular ? half - j : half); ++i) {
                 const bool right = c == 1 || (!triangular && c == 2), up = triangular ? c == 2 : c > 1;
-                const bool middle = triangular && c == 3;  // turned over; both tangents are, and their cross product is not
-                const auto rows = middle ? rowsAt(half - i, half - j) : rowsAt(i + (right ? half : 0), j + (up ? half : 0));
+                const bool middle =
+                    triangular && c == 3;  // turned over; both tangents are, and their cross product is not
+                const auto rows =
+                    middle ? rowsAt(half - i, half - j) : rowsAt(i + (right ? half : 0), j + (up ? half : 0));
                 std::fill(rows.begin(), rows.end(), 0.0);  // parts share their edges: the last one's rows count
                 for (std::size_t row = 0; row < 3; ++row)
-                    appendThrough(child.points, std::span<const double>(finer).subspan((gridSample(i, j, half, triangular) * 3 + row) * width, width), rows.subspan(row * columns, columns));
+                    appendThrough(child.points,
+                                  std::span<const double>(finer).subspan(
+                                      (gridSample(i, j, half, triangular) * 3 + row) * width, width),
+                                  rows.subspan(row * columns, columns));
             }
         }
     }
     return out;
 }
 
-std::vector<double> polygonPartTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& polygon, std::uint32_t corner, std::size_t segments) {
+std::vector<double> polygonPartTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& polygon,
+                                     std::uint32_t corner, std::size_t segments) {
     const NeighbourhoodGraph::Child& child = graph.childOf(polygon, corner);
     return throughSpline(child.points, sampleTable(graph, *child.node, segments), polygon.pointCount());
 }
@@ -129,9 +144,12 @@ std::vector<double> bilinearTable(std::size_t faceSize, std::uint32_t corner, st
         const double v = static_cast<double>(j) / static_cast<double>(segments);
         for (std::size_t i = 0; i <= segments; ++i) {
             const double u = static_cast<double>(i) / static_cast<double>(segments);
-            const std::array<std::array<double, 4>, 3> weights{{{(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v}, {v - 1, 1 - v, v, -v}, {u - 1, -u, u, 1 - u}}};
+            const std::array<std::array<double, 4>, 3> weights{
+                {{(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v}, {v - 1, 1 - v, v, -v}, {u - 1, -u, u, 1 - u}}};
             for (const auto& row : weights)
-                for (std::size_t k = 0; k < faceSize; ++k) out.push_back(row[0] * corners[0][k] + row[1] * corners[1][k] + row[2] * corners[2][k] + row[3] * corners[3][k]);
+                for (std::size_t k = 0; k < faceSize; ++k)
+                    out.push_back(row[0] * corners[0][k] + row[1] * corners[1][k] + row[2] * corners[2][k] +
+                                  row[3] * corners[3][k]);
         }
     }
     return out;

@@ -1,7 +1,8 @@
 /// Rows for a grid of points of one kind of neighbourhood: point and two tangents each, by the neighbourhood's points.
 ///
-/// A grid of n segments has the points (i / n, j / n), i first; of a triangle those with i + j up to n. n is a power of two, so that
-/// refinement leads to every one of them: to a regular patch, or to a corner whose limit is known. Pure but for the graph.
+/// A grid of n segments has the points (i / n, j / n), i first; of a triangle those with i + j up to n. n is a power of
+/// two, so that refinement leads to every one of them: to a regular patch, or to a corner whose limit is known. Pure
+/// but for the graph.
 #pragma once
 
 #include "common/freeform/subdivision/NeighbourhoodGraph.h"
@@ -23,10 +24,13 @@ struct CubicSplineBasis {
 
 /// samples × 3 × 12: of the quartic box spline's points.
 [[nodiscard]] std::vector<double> boxSplineTable(std::size_t segments);
-/// samples × 3 × points of the node. Tangents have the direction of derivatives by u and v, or any two whose cross product has the same.
-[[nodiscard]] std::vector<double> sampleTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::size_t segments);
+/// samples × 3 × points of the node. Tangents have the direction of derivatives by u and v, or any two whose cross
+/// product has the same.
+[[nodiscard]] std::vector<double> sampleTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node,
+                                              std::size_t segments);
 /// Of one part of another polygon, over the polygon's own points.
-[[nodiscard]] std::vector<double> polygonPartTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& polygon, std::uint32_t corner, std::size_t segments);
+[[nodiscard]] std::vector<double> polygonPartTable(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& polygon,
+                                                   std::uint32_t corner, std::size_t segments);
 /// Of the bilinear scheme: over the face's vertices. `corner` as PtexFace has it.
 [[nodiscard]] std::vector<double> bilinearTable(std::size_t faceSize, std::uint32_t corner, std::size_t segments);
 

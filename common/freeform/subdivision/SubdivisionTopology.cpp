@@ -11,14 +11,17 @@
 namespace tessera {
 namespace {
 
-std::string numbered(const char* what, std::size_t index) { return std::string(what) + " " + std::to_string(index); }
+std::string numbered(const char* what, std::size_t index) {
+    return std::string(what) + " " + std::to_string(index);
+}
 
 Expected<void> checkPositions(const ControlMesh& mesh) {
     // So that sums of thousands of points with weights below 1, and their squares, stay finite.
     constexpr double kLargest = 1e100;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         if (!(mesh.positions[i].array().abs() <= kLargest).all()) {
-            return fail(ErrorCode::kBadInput, numbered("vertex", i) + " has a coordinate that is not a number within 1e100");
+            return fail(ErrorCode::kBadInput,
+                        numbered("vertex", i) + " has a coordinate that is not a number within 1e100");
         }
     }
     return {};
@@ -26,7 +29,8 @@ Expected<void> checkPositions(const ControlMesh& mesh) {
 
 Expected<void> checkFaces(const ControlMesh& mesh) {
     if (mesh.faceSizes.empty()) return fail(ErrorCode::kBadInput, "there are no faces");
-    if (mesh.positions.size() > std::numeric_limits<std::int32_t>::max() || mesh.faceVertices.size() > std::numeric_limits<std::int32_t>::max()) {
+    if (mesh.positions.size() > std::numeric_limits<std::int32_t>::max() ||
+        mesh.faceVertices.size() > std::numeric_limits<std::int32_t>::max()) {
         return fail(ErrorCode::kLimit, "there are more than 2147483647 vertices or corners of faces");
     }
     std::size_t next = 0;
@@ -34,32 +38,44 @@ Expected<void> checkFaces(const ControlMesh& mesh) {
     for (std::size_t f = 0; f < mesh.faceSizes.size(); ++f) {
         const std::uint32_t size = mesh.faceSizes[f];
         if (size < 3) return fail(ErrorCode::kBadInput, numbered("face", f) + " has fewer than three vertices");
-        if (size > SubdivisionTopology::kMostValence) return fail(ErrorCode::kLimit, numbered("face", f) + " has more than 4096 vertices");
+        if (size > SubdivisionTopology::kMostValence)
+            return fail(ErrorCode::kLimit, numbered("face", f) + " has more than 4096 vertices");
         if (mesh.scheme == SubdivisionScheme::kLoop && size != 3) {
-            return fail(ErrorCode::kBadInput, numbered("face", f) + " is no triangle, and Loop's scheme takes nothing else");
+            return fail(ErrorCode::kBadInput,
+                        numbered("face", f) + " is no triangle, and Loop's scheme takes nothing else");
         }
-        if (mesh.faceVertices.size() - next < size) return fail(ErrorCode::kBadInput, numbered("face", f) + " has more vertices than are listed");
-        sorted.assign(mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(next), mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(next + size));
+        if (mesh.faceVertices.size() - next < size)
+            return fail(ErrorCode::kBadInput, numbered("face", f) + " has more vertices than are listed");
+        sorted.assign(mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(next),
+                      mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(next + size));
         next += size;
         const std::uint32_t last = *std::max_element(sorted.begin(), sorted.end());
         if (last >= mesh.positions.size()) {
-            return fail(ErrorCode::kBadInput, numbered("face", f) + " names " + numbered("vertex", last) + ", and there are " + std::to_string(mesh.positions.size()));
+            return fail(ErrorCode::kBadInput, numbered("face", f) + " names " + numbered("vertex", last) +
+                                                  ", and there are " + std::to_string(mesh.positions.size()));
         }
         sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
         if (sorted.size() > 1 && sorted.front() == sorted.back()) sorted.pop_back();
-        if (sorted.size() < 3) return fail(ErrorCode::kBadInput, numbered("face", f) + " has fewer than three different vertices");
+        if (sorted.size() < 3)
+            return fail(ErrorCode::kBadInput, numbered("face", f) + " has fewer than three different vertices");
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-        if (twice != sorted.end()) return fail(ErrorCode::kBadInput, numbered("face", f) + " has " + numbered("vertex", *twice) + " twice");
+        if (twice != sorted.end())
+            return fail(ErrorCode::kBadInput, numbered("face", f) + " has " + numbered("vertex", *twice) + " twice");
     }
-    if (next != mesh.faceVertices.size()) return fail(ErrorCode::kBadInput, std::to_string(mesh.faceVertices.size()) + " corners of faces are listed, and the faces have " + std::to_string(next));
+    if (next != mesh.faceVertices.size())
+        return fail(ErrorCode::kBadInput, std::to_string(mesh.faceVertices.size()) +
+                                              " corners of faces are listed, and the faces have " +
+                                              std::to_string(next));
     return {};
 }
 
 /// The number of an edge by its ends, whichever comes first.
 class EdgeFinder {
 public:
-    static std::uint64_t key(std::uint32_t a, std::uint32_t b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
+    static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
+        return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+    }
     std::unordered_map<std::uint64_t, std::uint32_t> edges;
     [[nodiscard]] std::uint32_t find(std::uint32_t a, std::uint32_t b) const {
         const auto found = edges.find(key(a, b));
@@ -84,7 +100,8 @@ Expected<SubdivisionTopology> SubdivisionTopology::build(const ControlMesh& mesh
     Expected<SubdivisionTopology> topology = buildPlain(unrolled->mesh);
     if (topology) {
         topology->controlPoints_ = mesh.positions.size();
-        for (auto v = static_cast<std::uint32_t>(mesh.positions.size()); v < unrolled->sources.size(); ++v) topology->copies_.emplace(unrolled->sources[v], v);
+        for (auto v = static_cast<std::uint32_t>(mesh.positions.size()); v < unrolled->sources.size(); ++v)
+            topology->copies_.emplace(unrolled->sources[v], v);
         topology->sources_ = std::move(unrolled->sources);
     }
     return topology;
@@ -109,7 +126,8 @@ Expected<SubdivisionTopology> SubdivisionTopology::buildPlain(const ControlMesh&
         const std::uint32_t begin = m.faceBegin.back();
         for (std::uint32_t i = 0; i < size; ++i) {
             const std::uint32_t a = m.faceVertices[begin + i], b = m.faceVertices[begin + (i + 1) % size];
-            const auto [found, isNew] = finder.edges.try_emplace(EdgeFinder::key(a, b), static_cast<std::uint32_t>(m.edges.size()));
+            const auto [found, isNew] =
+                finder.edges.try_emplace(EdgeFinder::key(a, b), static_cast<std::uint32_t>(m.edges.size()));
             const std::uint32_t e = found->second;
             if (isNew) {
                 m.edges.push_back({.vertices = {a, b}});
@@ -138,7 +156,8 @@ Expected<SubdivisionTopology> SubdivisionTopology::buildPlain(const ControlMesh&
     for (const ControlMesh::Corner& corner : mesh.corners) {
         const std::string name = numbered("the corner at vertex", corner.vertex);
         if (corner.vertex >= mesh.positions.size()) {
-            return fail(ErrorCode::kBadInput, name + ": there are " + std::to_string(mesh.positions.size()) + " vertices");
+            return fail(ErrorCode::kBadInput,
+                        name + ": there are " + std::to_string(mesh.positions.size()) + " vertices");
         }
         const Expected<float> sharpness = usableSharpness(corner.sharpness, name);
         if (!sharpness) return tl::unexpected(sharpness.error());
@@ -147,13 +166,15 @@ Expected<SubdivisionTopology> SubdivisionTopology::buildPlain(const ControlMesh&
     t.isHole_.assign(m.faceCount(), false);
     for (const std::uint32_t hole : mesh.holes) {
         if (hole >= m.faceCount()) {
-            return fail(ErrorCode::kBadInput, numbered("the hole", hole) + ": there are " + std::to_string(m.faceCount()) + " faces");
+            return fail(ErrorCode::kBadInput,
+                        numbered("the hole", hole) + ": there are " + std::to_string(m.faceCount()) + " faces");
         }
         t.isHole_[hole] = true;
     }
     t.linkVertices();
     for (std::uint32_t v = 0; v < m.vertexCount(); ++v) {
-        if (m.edgesAt(v).size() > kMostValence) return fail(ErrorCode::kLimit, numbered("vertex", v) + " has more than 4096 edges");
+        if (m.edgesAt(v).size() > kMostValence)
+            return fail(ErrorCode::kLimit, numbered("vertex", v) + " has more than 4096 edges");
     }
     if (t.scheme_ != SubdivisionScheme::kBilinear) t.sharpen(mesh.boundary);  // there sharpness changes nothing
     return t;
@@ -183,7 +204,8 @@ void SubdivisionTopology::linkVertices() {
 }
 
 void SubdivisionTopology::sharpen(BoundaryInterpolation boundary) {
-    // Whether faces form one fan is asked of the topology alone: a single step from face to face may not stop at creases.
+    // Whether faces form one fan is asked of the topology alone: a single step from face to face may not stop at
+    // creases.
     TaggedMesh plain = mesh_;
     std::fill(plain.vertexSharpness.begin(), plain.vertexSharpness.end(), 0.0F);
     for (std::uint32_t e = 0; e < plain.edges.size(); ++e) {
@@ -206,18 +228,23 @@ void SubdivisionTopology::sharpen(BoundaryInterpolation boundary) {
         if (!nonManifold) {
             const std::uint32_t face = vertexFaces_[vertexFaceBegin_[v]];
             const auto vertices = mesh_.verticesOf(face);
-            const auto at = static_cast<std::uint32_t>(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
+            const auto at =
+                static_cast<std::uint32_t>(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
             nonManifold = sectorOf(plain, face, at).faces.size() != faces;
         }
         if (faces == 1 && edges == 2) {
-            if (boundary == BoundaryInterpolation::kEdgeAndCorner) mesh_.vertexSharpness[v] = kInfiniteSharpness;
-            else if (nonManifold) mesh_.vertexSharpness[v] = kInfiniteSharpness;
+            if (boundary == BoundaryInterpolation::kEdgeAndCorner)
+                mesh_.vertexSharpness[v] = kInfiniteSharpness;
+            else if (nonManifold)
+                mesh_.vertexSharpness[v] = kInfiniteSharpness;
         } else if (nonManifold && !(nonManifoldEdges == 2 && boundaryEdges == 0 && faces > edges)) {
             mesh_.vertexSharpness[v] = kInfiniteSharpness;
         }
         const auto edgesHere = mesh_.edgesAt(v);
-        if (boundary == BoundaryInterpolation::kNone && std::any_of(edgesHere.begin(), edgesHere.end(), [&](std::uint32_t e) { return isOpenEnd[e]; })) {
-            for (std::uint32_t i = vertexFaceBegin_[v]; i < vertexFaceBegin_[v + 1]; ++i) isHole_[vertexFaces_[i]] = true;
+        if (boundary == BoundaryInterpolation::kNone &&
+            std::any_of(edgesHere.begin(), edgesHere.end(), [&](std::uint32_t e) { return isOpenEnd[e]; })) {
+            for (std::uint32_t i = vertexFaceBegin_[v]; i < vertexFaceBegin_[v + 1]; ++i)
+                isHole_[vertexFaces_[i]] = true;
         }
     }
 }
@@ -232,7 +259,8 @@ PtexFace SubdivisionTopology::ptexFace(std::size_t ptex) const {
 std::vector<std::uint32_t> SubdivisionTopology::touchedBy(std::span<const std::uint32_t> vertices) const {
     std::vector<std::uint32_t> faces, ring;
     const auto facesAt = [&](std::uint32_t v, std::vector<std::uint32_t>& out) {
-        out.insert(out.end(), vertexFaces_.begin() + vertexFaceBegin_[v], vertexFaces_.begin() + vertexFaceBegin_[v + 1]);
+        out.insert(out.end(), vertexFaces_.begin() + vertexFaceBegin_[v],
+                   vertexFaces_.begin() + vertexFaceBegin_[v + 1]);
     };
     const auto sortUnique = [](std::vector<std::uint32_t>& list) {
         std::sort(list.begin(), list.end());

@@ -43,7 +43,8 @@ bool stepAcross(const TaggedMesh& mesh, Sector::Face& here, bool counterClockwis
 /// Vertices, faces and edges in the order in which they are met.
 class NeighbourhoodMaker {
 public:
-    NeighbourhoodMaker(const TaggedMesh& from, std::uint32_t center, CreaseMethod method) : from_(from), center_(center), method_(method) {}
+    NeighbourhoodMaker(const TaggedMesh& from, std::uint32_t center, CreaseMethod method)
+        : from_(from), center_(center), method_(method) {}
 
     FaceNeighbourhood make() {
         const std::uint32_t size = from_.faceSize(center_);
@@ -55,7 +56,8 @@ public:
         TaggedMesh& mesh = out_.mesh;
         mesh.vertexSharpness.resize(out_.points.size(), 0);
         if (method_ == CreaseMethod::kChaikin) {
-            for (std::size_t p = size; p < out_.points.size(); ++p) edgesAt.push_back(semiSharpAt(out_.points[p], static_cast<std::uint32_t>(p)));
+            for (std::size_t p = size; p < out_.points.size(); ++p)
+                edgesAt.push_back(semiSharpAt(out_.points[p], static_cast<std::uint32_t>(p)));
         }
         for (const auto& edges : edgesAt) {
             mesh.vertexEdges.insert(mesh.vertexEdges.end(), edges.begin(), edges.end());
@@ -101,7 +103,8 @@ private:
         }
         for (const std::uint32_t e : oldEdges) edgesHere.push_back(edge(e));
         const bool fixed = isFixedCorner(from_, vertex);
-        if (out_.mesh.vertexSharpness.size() < out_.points.size()) out_.mesh.vertexSharpness.resize(out_.points.size(), 0);
+        if (out_.mesh.vertexSharpness.size() < out_.points.size())
+            out_.mesh.vertexSharpness.resize(out_.points.size(), 0);
         out_.mesh.vertexSharpness[corner] = fixed ? kInfiniteSharpness : from_.vertexSharpness[vertex];
         // Sharp edges of other sectors decide which rule holds here, and with Chaikin how sharpness evens out.
         std::vector<std::uint32_t> sorted = oldEdges;
@@ -115,7 +118,8 @@ private:
             const std::uint32_t end = infinite ? point(from_.otherEnd(e, vertex)) : kNoIndex;
             elsewhere.push_back({.vertices = {corner, end}, .sharpness = sharpness});
         }
-        std::sort(elsewhere.begin(), elsewhere.end(), [](const auto& a, const auto& b) { return a.sharpness < b.sharpness; });
+        std::sort(elsewhere.begin(), elsewhere.end(),
+                  [](const auto& a, const auto& b) { return a.sharpness < b.sharpness; });
         for (const TaggedMesh::Edge& e : elsewhere) {
             edgesHere.push_back(static_cast<std::uint32_t>(out_.mesh.edges.size()));
             out_.mesh.edges.push_back(e);
@@ -130,8 +134,10 @@ private:
             const float sharpness = from_.edges[e].sharpness;
             if (sharpness <= 0 || isInfinitelySharp(sharpness)) continue;
             const auto found = edges_.find(e);
-            if (found != edges_.end()) known.push_back(found->second);
-            else others.push_back(sharpness);
+            if (found != edges_.end())
+                known.push_back(found->second);
+            else
+                others.push_back(sharpness);
         }
         std::sort(known.begin(), known.end());
         std::sort(others.begin(), others.end());

@@ -1,4 +1,5 @@
-"""An add-on for Blender that shows a collection on a Tessera wall and keeps both in step. README.md beside this folder has the rest."""
+"""An add-on for Blender that shows a collection on a Tessera wall and keeps both in step. README.md beside this folder
+has the rest."""
 bl_info = {
     "name": "Tessera Wall",
     "author": "Tessera",

@@ -6,7 +6,8 @@ from .lights import TYPES as LIGHTS
 from .subjects import ImageSubject, LightSubject, MaterialSubject, MeshSubject, known_as
 
 _PLACE_ONLY = {"EMPTY", "CAMERA"}
-_KINDS = {"MESH": "meshes", "LIGHT": "lights", "CAMERA": "cameras", "CURVE": "curves", "SURFACE": "curves", "FONT": "curves",
+_KINDS = {"MESH": "meshes", "LIGHT": "lights", "CAMERA": "cameras", "CURVE": "curves", "SURFACE": "curves",
+          "FONT": "curves",
           "META": "metaballs"}
 
 

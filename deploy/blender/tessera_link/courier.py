@@ -1,4 +1,5 @@
-"""The thread that speaks with the wall: Blender's own never waits for the network. Nothing here touches Blender's data."""
+"""The thread that speaks with the wall: Blender's own never waits for the network. Nothing here touches Blender's
+data."""
 import collections
 import contextlib
 import queue
@@ -39,8 +40,8 @@ class Found:
 
 
 class Courier:
-    """Dials, finds what is there, sends batches one after the other, and notes what others change. All that it has to tell is taken by
-    `events` and `changed`, which never wait."""
+    """Dials, finds what is there, sends batches one after the other, and notes what others change. All that it has to
+    tell is taken by `events` and `changed`, which never wait."""
 
     def __init__(self, tessera, way, link_key):
         self._tessera, self._way, self._key = tessera, way, link_key
@@ -132,7 +133,8 @@ class Courier:
         with self._tessera.connect(**self._way, name="blender", redial=0) as wall:
             role = wall.whoami().role
             if role == "viewer":
-                raise self._tessera.Refused(f"the token for the wall at {wall.address} is a viewer's: it may look, and not edit; ask for an editor's")
+                raise self._tessera.Refused(f"the token for the wall at {wall.address} is a viewer's: it may look, "
+                                            f"and not edit; ask for an editor's")
             changes = wall.follow("changes", most=_UNREAD)
             try:
                 found = self._take_up(wall, role)
@@ -212,7 +214,8 @@ class Courier:
             found = made.get(mirror)
             if found is None:
                 core = mirror.core
-                found = wall.handle(mirror.number, mirror.type, *((core.number, core.type) if core is not None and core.number else ()))
+                found = wall.handle(mirror.number, mirror.type,
+                                    *((core.number, core.type) if core is not None and core.number else ()))
             return found
 
         def fields_of(fields):
@@ -262,11 +265,13 @@ class Courier:
                     stamps.update(zip(column.ids.tolist(), column.values))
                 elif column.type.name == "Transform" or column.field.name == "material":
                     for number, value in zip(column.ids.tolist(), column.values.tolist()):
-                        values.setdefault(number, {})[column.field.name] = tuple(value) if isinstance(value, list) else value
+                        values.setdefault(number,
+                                          {})[column.field.name] = (tuple(value) if isinstance(value, list) else value)
         kinds = wall.schema.types_by_number
 
         def stand_of(core):
-            return {"translation": (0.0, 0.0, 0.0), "rotation": (1.0, 0.0, 0.0, 0.0), "scale": (1.0, 1.0, 1.0), **values.get(core, {})}
+            return {"translation": (0.0, 0.0, 0.0), "rotation": (1.0, 0.0, 0.0, 0.0), "scale": (1.0, 1.0, 1.0),
+                    **values.get(core, {})}
 
         def is_type(number, name):
             return number in types and kinds[types[number]].name == name
@@ -294,7 +299,8 @@ class Courier:
         for number, parent in sorted(parents.items()):
             core = cores.get(number, 0)
             if number not in ours and parent in by_node and core in types and kinds[types[core]].name in _CONTENT:
-                by_node[parent].parts.append((number, core, kinds[types[core]].name, values.get(core, {}).get("material", 0)))
+                by_node[parent].parts.append((number, core, kinds[types[core]].name,
+                                              values.get(core, {}).get("material", 0)))
                 ours.add(number)
         found.others = len(parents) - len(ours & set(parents))
         return found
@@ -347,12 +353,14 @@ class Courier:
                 if mirror.type != column.type.name or column.field.name not in mirror.here:
                     continue
                 value = column.values[at]
-                value = tuple(value.tolist()) if isinstance(value, np.ndarray) else value.item() if isinstance(value, np.generic) else value
+                value = (tuple(value.tolist()) if isinstance(value, np.ndarray) else value.item()
+                         if isinstance(value, np.generic) else value)
                 word = next((word for word, number in column.field.words.items() if number == value), value)
                 word = bool(word) if isinstance(mirror.here[column.field.name], bool) else word
                 with self._lock:
                     self._news[mirror, column.field.name] = (change.sequence, word)
-        gone = [(self.watched[number], number) for number in (int(change.destroyed[at]) for at in self._ours(change.destroyed))]
+        gone = [(self.watched[number], number)
+                for number in (int(change.destroyed[at]) for at in self._ours(change.destroyed))]
         if gone:
             self._events.append(("gone", gone))
 

@@ -61,7 +61,9 @@ class Link:
     def collection(self):
         """None: it was removed here."""
         found = self._whole.find(lambda thing: known_as(thing) in self.by_name)
-        self.note(("collection",), "" if found is not None else f"the collection {self._whole.name} was removed here: nothing is followed "
+        self.note(("collection",),
+                  "" if found is not None else f"the collection {self._whole.name} was removed here: nothing is "
+                                               f"followed "
                   "until undo brings it back, and the wall keeps what it has")
         return found
 
@@ -77,7 +79,8 @@ class Link:
                 self._mark_object(known_as(thing), update.is_updated_geometry)
             elif isinstance(thing, bpy.types.Material):
                 self.contents.mark_material(known_as(thing))
-                self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])  # it may have been the material
+                # It may have been the material
+                self.dirty_all("meshes", [each for each in self.refused if each.kind == "meshes"])
             elif isinstance(thing, bpy.types.Light):
                 self.contents.mark("lights", known_as(thing))
             elif isinstance(thing, bpy.types.Image):
@@ -179,7 +182,8 @@ class Link:
 
     @property
     def waiting(self):
-        return sum(map(len, self._dirty.values())) + len(self.removals) + (len(self._under_way.subjects) if self._under_way else 0)
+        return sum(map(len, self._dirty.values())) + len(self.removals) + (
+            len(self._under_way.subjects) if self._under_way else 0)
 
     def close(self):
         self.keep()
@@ -210,7 +214,8 @@ class Link:
             if at % SLICE == 0:
                 yield
             key = key_of(thing)
-            known = self.by_name.get(known_as(thing)) if not key else None  # Blender's undo went back to before it was linked
+            # Blender's undo went back to before it was linked
+            known = self.by_name.get(known_as(thing)) if not key else None
             key = key or (known.key if known is not None else self.staying.get(known_as(thing)))
             if key:
                 groups.setdefault(key, []).append(thing)
@@ -224,7 +229,8 @@ class Link:
         for key, things in groups.items():
             subject = self.objects.get(key)
             # A copy in Blender has the key, too: the one with the name that is known keeps it.
-            first = next((thing for thing in things if subject is not None and known_as(thing) == subject.known_as), things[0])
+            first = next((thing for thing in things if subject is not None and known_as(thing) == subject.known_as),
+                         things[0])
             for thing in things:
                 known = self.by_name.get(known_as(thing)) if thing is not first else None
                 own = known is not None and known.key not in groups
@@ -319,7 +325,8 @@ class Link:
     def at(self, number):
         """The object whose node has this number."""
         mirror = self.courier.watched.get(number)
-        return mirror.owner if mirror is not None and isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node else None
+        return (mirror.owner if mirror is not None and isinstance(mirror.owner, ObjectSubject)
+                and mirror is mirror.owner.node else None)
 
     # ---- to the wall
 
@@ -394,7 +401,8 @@ class Link:
             self._camera = None
             return
         stand_of_root = {**self.root_core.here, **self.root_core.there}
-        now = (tuple(map(tuple, camera.matrix_world)), tuple(stand_of_root.get("translation", ())), self.units_per_metre, self._epoch)
+        now = (tuple(map(tuple, camera.matrix_world)), tuple(stand_of_root.get("translation", ())),
+               self.units_per_metre, self._epoch)
         if now != self._camera and stand_of_root:
             self._camera = now
             self.courier.look(stand.view_of(camera, stand_of_root, self.plan, self.units_per_metre))
@@ -527,7 +535,8 @@ class Link:
 
     def _lost_root(self):
         self.root_lost = True
-        self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the removal back there")
+        self.note(("root",), "the collection was removed at the wall: unlink and link it to show it anew, or take the "
+                             "removal back there")
 
     def _found_root(self):
         self.root_lost = False
@@ -550,7 +559,8 @@ class Link:
             make_again(self, subject)
 
     def _on_marked(self, key):
-        """A node with the key of an object: another Blender with this file made it, or undo of what was done before we were here."""
+        """A node with the key of an object: another Blender with this file made it, or undo of what was done before we
+        were here."""
         if key in self.objects or key in self.removed_there or key in self.deleted_here:
             self._again_at = time.monotonic() + _TAKEN_UP_AFTER
 
@@ -588,7 +598,8 @@ class Link:
         subject.hung = above
         self.wants_step = "Objects that were hung elsewhere at the wall"
         if thing.parent != wanted:  # here it stands above that one
-            self.note(("hung", subject.key), f"{subject.name} cannot hang below {above.name}, which hangs below it here")
+            self.note(("hung", subject.key),
+                      f"{subject.name} cannot hang below {above.name}, which hangs below it here")
             return
         thing.matrix_parent_inverse.identity()
         subject.parent = above

@@ -2,7 +2,8 @@
 import numpy as np
 
 MOST_PIXELS = 4096 * 4096
-_FLOATS = {"metallic": "Metallic", "roughness": "Roughness", "clearcoat": "Clearcoat", "clearcoatRoughness": "Clearcoat Roughness",
+_FLOATS = {"metallic": "Metallic", "roughness": "Roughness", "clearcoat": "Clearcoat",
+           "clearcoatRoughness": "Clearcoat Roughness",
            "transmission": "Transmission"}
 _BRIGHTEST = 1e9  # Material.emissive
 
@@ -39,7 +40,8 @@ def read(material):
     if shader is None:
         said = "" if not material.use_nodes else "no Principled BSDF at its output: its viewport colour is taken"
         fields = {"baseColor": _colour(material.diffuse_color) + (_between(material.diffuse_color[3], 0, 1),),
-                  "metallic": _between(material.metallic, 0, 1), "roughness": _between(material.roughness, 0, 1), "emissive": (0.0, 0.0, 0.0)}
+                  "metallic": _between(material.metallic, 0, 1), "roughness": _between(material.roughness, 0, 1),
+                  "emissive": (0.0, 0.0, 0.0)}
         return {**fields, **_surface(material, fields["baseColor"][3])}, said
     inputs = shader.inputs
     left = [name for name in ("Metallic", "Roughness", "Alpha", "Emission", "Normal") if inputs[name].is_linked]
@@ -52,13 +54,15 @@ def read(material):
     fields = {name: _between(inputs[socket].default_value, 0, 1) for name, socket in _FLOATS.items()}
     fields["ior"] = _between(inputs["IOR"].default_value, 1, 100)
     fields["baseColor"] = colour + (alpha,)
-    fields["emissive"] = tuple(_between(part * strength, 0, _BRIGHTEST) for part in tuple(inputs["Emission"].default_value)[:3])
+    fields["emissive"] = tuple(_between(part * strength, 0, _BRIGHTEST)
+                               for part in tuple(inputs["Emission"].default_value)[:3])
     return {**fields, **_surface(material, alpha)}, f"nodes at {', '.join(left)} are left out" if left else ""
 
 
 def _surface(material, alpha):
     mode = {"OPAQUE": "opaque", "CLIP": "mask"}.get(material.blend_method, "blend" if alpha < 1 else "auto")
-    return {"doubleSided": not material.use_backface_culling, "alphaMode": mode, "alphaCutoff": float(material.alpha_threshold)}
+    return {"doubleSided": not material.use_backface_culling, "alphaMode": mode,
+            "alphaCutoff": float(material.alpha_threshold)}
 
 
 def write(material, name, value):
@@ -108,5 +112,6 @@ def bytes_of(pixels, linear):
     upright = np.clip(pixels[::-1], 0, 1)
     if linear:
         rgb = upright[..., :3]
-        upright = np.concatenate([np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * np.power(rgb, 1 / 2.4) - 0.055), upright[..., 3:]], axis=-1)
+        upright = np.concatenate([np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * np.power(rgb, 1 / 2.4) - 0.055),
+                                  upright[..., 3:]], axis=-1)
     return np.ascontiguousarray((upright * 255 + 0.5).astype(np.uint8)).reshape(-1)

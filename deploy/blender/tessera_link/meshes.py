@@ -10,7 +10,8 @@ _LOOKED_AT = 8  # places at which an array in Blender's memory is compared with 
 class RawMesh:
     """Arrays as Blender has them."""
 
-    __slots__ = ("positions", "corners", "triangles", "polygons", "materials", "texcoords", "vertex_normals", "polygon_normals", "smooth",
+    __slots__ = ("positions", "corners", "triangles", "polygons", "materials", "texcoords", "vertex_normals",
+                 "polygon_normals", "smooth",
                  "corner_normals")
 
 
@@ -21,18 +22,20 @@ def _attribute(items, name, count, width, dtype):
 
 
 def _column(items, name, count, width, dtype, offset=0):
-    """The values of one attribute of all items. Where they lie in memory as expected they are copied from there: Blender itself takes
-    45 ns for each, which is half a second for a million triangles."""
+    """The values of one attribute of all items. Where they lie in memory as expected they are copied from there:
+    Blender itself takes 45 ns for each, which is half a second for a million triangles."""
     if count > 1024:
         first = items[0].as_pointer()
         step = items[1].as_pointer() - first
-        if step >= offset + width * np.dtype(dtype).itemsize and items[count - 1].as_pointer() == first + (count - 1) * step:
+        if step >= offset + width * np.dtype(dtype).itemsize and items[count - 1].as_pointer() == first + (
+            count - 1) * step:
             memory = (ctypes.c_char * (step * count)).from_address(first)
             strides = (step, np.dtype(dtype).itemsize)
             found = np.ndarray((count, width), dtype, memory, offset, strides).copy()
             looked_at = np.linspace(0, count - 1, _LOOKED_AT).astype(int).tolist()
             said = [getattr(items[at], name) for at in looked_at]
-            if np.array_equal(np.array(said, dtype).reshape(-1, width), found[looked_at], equal_nan=np.dtype(dtype).kind == "f"):
+            if np.array_equal(np.array(said, dtype).reshape(-1, width), found[looked_at],
+                              equal_nan=np.dtype(dtype).kind == "f"):
                 return found if width > 1 else found[:, 0]
     return _attribute(items, name, count, width, dtype)
 
@@ -52,7 +55,8 @@ def read(thing, depsgraph):
 def _read(mesh, slots):
     raw = RawMesh()
     mesh.calc_loop_triangles()
-    vertices, corners, faces, triangles = len(mesh.vertices), len(mesh.loops), len(mesh.polygons), len(mesh.loop_triangles)
+    vertices, corners, faces, triangles = len(mesh.vertices), len(mesh.loops), len(mesh.polygons), len(
+        mesh.loop_triangles)
     raw.positions = _column(mesh.vertices, "co", vertices, 3, np.float32)
     raw.corners = _column(mesh.loops, "vertex_index", corners, 1, np.int32)
     raw.triangles = _column(mesh.loop_triangles, "loops", triangles, 3, np.int32)
@@ -87,11 +91,13 @@ def _normals(raw, corners, polygons):
     if raw.polygon_normals is None:
         return raw.vertex_normals[raw.corners[corners]]
     flat = raw.polygon_normals[polygons]
-    return flat if raw.vertex_normals is None else np.where(raw.smooth[polygons, None], raw.vertex_normals[raw.corners[corners]], flat)
+    return (flat if raw.vertex_normals is None
+            else np.where(raw.smooth[polygons, None], raw.vertex_normals[raw.corners[corners]], flat))
 
 
 def shape_of(raw, slot):
-    """The fields of a Geometry: the triangles of one material slot. Corners of one vertex that look as its first one become one."""
+    """The fields of a Geometry: the triangles of one material slot. Corners of one vertex that look as its first one
+    become one."""
     chosen = slice(None) if raw.materials is None else np.flatnonzero(raw.materials[raw.polygons] == slot)
     triangles, polygons = raw.triangles[chosen], raw.polygons[chosen]
     polygon_of = np.full(len(raw.corners), -1, np.int32)
@@ -113,8 +119,10 @@ def shape_of(raw, slot):
     numbers = np.cumsum(own) - 1
     number_of = np.empty(len(raw.corners), np.uint32)
     number_of[corners] = np.where(same, numbers[first], numbers)
-    fields = {"positions": raw.positions[vertices[own]], "normals": looks[0][own], "indices": number_of[triangles].reshape(-1), "texcoords": None}
+    fields = {"positions": raw.positions[vertices[own]], "normals": looks[0][own],
+              "indices": number_of[triangles].reshape(-1), "texcoords": None}
     if raw.texcoords is not None:
         texcoords = looks[1][own]
-        fields["texcoords"] = np.stack([texcoords[:, 0], 1 - texcoords[:, 1]], axis=1)  # the wall's pictures begin above
+        # The wall's pictures begin above
+        fields["texcoords"] = np.stack([texcoords[:, 0], 1 - texcoords[:, 1]], axis=1)
     return fields

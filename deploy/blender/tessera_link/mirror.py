@@ -21,9 +21,9 @@ def single(fields):
 class Mirror:
     """An object of the wall that stands for something in Blender.
 
-    `here`: its fields as Blender had them when both were last in step, `there`: as the wall had them. What Blender reads now and is not
-    `here` has been changed here; what comes and is not `there` has been changed there. Neither is ever computed from the other, so
-    rounding (float here, double there) never becomes a change."""
+    `here`: its fields as Blender had them when both were last in step, `there`: as the wall had them. What Blender
+    reads now and is not `here` has been changed here; what comes and is not `there` has been changed there. Neither is
+    ever computed from the other, so rounding (float here, double there) never becomes a change."""
 
     __slots__ = ("type", "number", "asked", "owner", "core", "here", "there", "sending", "granted")
 
@@ -75,7 +75,8 @@ class Mirror:
 
 
 class Batch:
-    """Changes that the wall grants or refuses as one. Made where Blender's data may be read, sent by the courier's thread."""
+    """Changes that the wall grants or refuses as one. Made where Blender's data may be read, sent by the courier's
+    thread."""
 
     def __init__(self, epoch, root, gesture=""):
         self.epoch, self.root = epoch, root

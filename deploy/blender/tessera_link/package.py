@@ -9,7 +9,8 @@ BUNDLED = pathlib.Path(__file__).parent / "lib"  # in the zip, it comes with the
 
 def places(said=""):
     """Folders to look in, in this order; `said`: by the person, in the preferences."""
-    return [folder for folder in (said, os.environ.get("TESSERA_PYTHON", ""), str(BUNDLED)) if folder and os.path.isdir(folder)]
+    return [folder for folder in (said, os.environ.get("TESSERA_PYTHON", ""), str(BUNDLED)) if folder
+            and os.path.isdir(folder)]
 
 
 def find(said=""):
@@ -21,5 +22,6 @@ def find(said=""):
         return importlib.import_module("tessera")
     except ImportError as error:
         looked = ", ".join(places(said)) or "no folder of its own"
-        raise ImportError(f"the Python package tessera was not found ({error}); looked in {looked} and where Blender looks. "
+        raise ImportError(f"the Python package tessera was not found ({error}); looked in {looked} and where Blender "
+                          f"looks. "
                           "Name its folder in the add-on's preferences, or in TESSERA_PYTHON") from None

@@ -4,7 +4,8 @@ import bpy
 from . import pump
 
 _SHOWN_NOTES = 8
-_STATES = {"connecting": ("SORTTIME", "Connecting"), "linked": ("LINKED", "Linked"), "reconnecting": ("FILE_REFRESH", "Reconnecting"),
+_STATES = {"connecting": ("SORTTIME", "Connecting"), "linked": ("LINKED", "Linked"),
+           "reconnecting": ("FILE_REFRESH", "Reconnecting"),
            "failed": ("ERROR", "Not linked"), "closed": ("UNLINKED", "Not linked")}
 
 
@@ -18,13 +19,18 @@ class TesseraLinkPreferences(bpy.types.AddonPreferences):
 
     bl_idname = __package__
 
-    address: bpy.props.StringProperty(name="Wall", description="ADDR:PORT of its server, or a page's link (tessera-ctl link --role editor). "
+    address: bpy.props.StringProperty(name="Wall",
+                                      description="ADDR:PORT of its server, or a page's link (tessera-ctl link --role "
+                                                  "editor). "
                                       "Empty: TESSERA_SERVER, or the one wall of this user on this machine")
-    token_file: bpy.props.StringProperty(name="Token File", subtype="FILE_PATH", description="Its first line lets you in at ADDR:PORT. Empty: what "
+    token_file: bpy.props.StringProperty(name="Token File", subtype="FILE_PATH",
+                                         description="Its first line lets you in at ADDR:PORT. Empty: what "
                                          "the server has left for its own user, or TESSERA_TOKEN")
     keys: bpy.props.StringProperty(name="Key", subtype="DIR_PATH",
-                                   description="Folder with your key, for walls of other machines (tessera-keys person)")
-    package_folder: bpy.props.StringProperty(name="Package", subtype="DIR_PATH", description="Folder that holds the Python package tessera. "
+                                   description="Folder with your key, for walls of other machines (tessera-keys "
+                                               "person)")
+    package_folder: bpy.props.StringProperty(name="Package", subtype="DIR_PATH",
+                                             description="Folder that holds the Python package tessera. "
                                              "Empty: the one that came with this add-on")
 
     def draw(self, context):
@@ -35,12 +41,16 @@ class TesseraLinkPreferences(bpy.types.AddonPreferences):
 class TesseraLinkSettings(bpy.types.PropertyGroup):
     """In the file."""
 
-    collection: bpy.props.PointerProperty(name="Collection", type=bpy.types.Collection, description="What the wall shows: its objects, "
+    collection: bpy.props.PointerProperty(name="Collection", type=bpy.types.Collection,
+                                          description="What the wall shows: its objects, "
                                           "and those of the collections in it. Empty: the whole scene")
-    camera_leads: bpy.props.BoolProperty(name="View Follows Camera", description="The wall's first user sees from where the scene's camera stands",
+    camera_leads: bpy.props.BoolProperty(name="View Follows Camera",
+                                         description="The wall's first user sees from where the scene's camera stands",
                                          update=lambda self, context: _set_view(self))
-    units_per_metre: bpy.props.FloatProperty(name="Units per Metre", default=1, min=1e-6, max=1e6, description="Of the scene, for a metre of the "
-                                             "wall, while the view follows the camera", update=lambda self, context: _set_view(self))
+    units_per_metre: bpy.props.FloatProperty(name="Units per Metre", default=1, min=1e-6, max=1e6,
+                                             description="Of the scene, for a metre of the "
+                                             "wall, while the view follows the camera",
+                                             update=lambda self, context: _set_view(self))
 
 
 def _set_view(settings):
@@ -60,8 +70,10 @@ class TESSERA_OT_link(bpy.types.Operator):
 
     def execute(self, context):
         settings, said = context.scene.tessera_link, preferences()
-        words = {} if said is None else {name: bpy.path.abspath(value) if name != "address" else value for name, value in (
-            ("address", said.address.strip()), ("token_file", said.token_file), ("keys", said.keys), ("package_folder", said.package_folder))}
+        words = {} if said is None else {name: bpy.path.abspath(value) if name != "address" else value
+                                         for name, value in (
+("address", said.address.strip()), ("token_file", said.token_file), ("keys", said.keys),
+("package_folder", said.package_folder))}
         try:
             pump.start(settings.collection or context.scene.collection, **words)
         except ImportError as error:

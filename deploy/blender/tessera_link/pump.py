@@ -1,4 +1,5 @@
-"""What Blender calls: its handlers mark what changed, its timer pumps the link. A program, or a test, calls `pump` itself."""
+"""What Blender calls: its handlers mark what changed, its timer pumps the link. A program, or a test, calls `pump`
+itself."""
 import gc
 import os
 import socket
@@ -50,14 +51,15 @@ def pump():
 
 
 def _link_key(collection):
-    """By which the collection is found again at the wall. A file that has none yet is known by its place and this machine: if it is never
-    saved with its link, it is found all the same."""
+    """By which the collection is found again at the wall. A file that has none yet is known by its place and this
+    machine: if it is never saved with its link, it is found all the same."""
     known = key_of(collection)
     if known:
         return known
     if not bpy.data.filepath:
         return uuid.uuid4().hex
-    return uuid.uuid5(uuid.NAMESPACE_URL, f"{socket.gethostname()}\0{os.path.abspath(bpy.data.filepath)}\0{collection.name}").hex
+    return uuid.uuid5(uuid.NAMESPACE_URL,
+                      f"{socket.gethostname()}\0{os.path.abspath(bpy.data.filepath)}\0{collection.name}").hex
 
 
 def _tick():
@@ -100,7 +102,8 @@ def _loading(*_):
     stop()  # another file has other objects
 
 
-_HANDLERS = {"depsgraph_update_post": _updated, "undo_post": _undone, "redo_post": _undone, "save_pre": _saving, "load_pre": _loading}
+_HANDLERS = {"depsgraph_update_post": _updated, "undo_post": _undone, "redo_post": _undone, "save_pre": _saving,
+             "load_pre": _loading}
 
 
 def register():

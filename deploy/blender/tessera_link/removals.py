@@ -11,12 +11,14 @@ def take_out(link, subject, thing):
         if each.library is None:
             each.objects.unlink(thing)
     if thing.users_collection:
-        said = f"{subject.name} was removed at the wall; here it stays in {thing.users_collection[0].name}, which is of a library"
+        said = (f"{subject.name} was removed at the wall; here it stays in {thing.users_collection[0].name}, which is "
+                f"of a library")
         link.staying[subject.known_as] = subject.key
         return link.note(("removed", subject.key), said)
     thing.use_fake_user = True
     link.by_name.pop(subject.known_as, None)
-    link.note(("removed", subject.key), f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
+    link.note(("removed", subject.key),
+              f"{subject.name} was removed at the wall: it is in no collection now, and the file keeps it")
     return None
 
 
@@ -40,7 +42,8 @@ def make_again(link, subject):
     if thing is None:
         data = link.contents.remains_of(subject)
         if data is None and subject.remains[1]:
-            link.note(("lost", subject.key), f"{subject.name} came back at the wall; its data are gone here, and only its place is")
+            link.note(("lost", subject.key),
+                      f"{subject.name} came back at the wall; its data are gone here, and only its place is")
         thing = bpy.data.objects.new(subject.name, data)
         link.wants_step = "Objects that came back at the wall"
     thing[PROPERTY] = {"key": subject.key}

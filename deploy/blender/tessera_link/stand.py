@@ -1,7 +1,7 @@
 """Where objects stand: Blender's matrices and the wall's Transforms, and the two conventions of axes.
 
-Blender has +Z up and its cameras and lights look along -Z, as the wall's do; the wall has +Y up. One Transform at the link's root turns
-the whole collection, so that everything below has the same numbers on both sides."""
+Blender has +Z up and its cameras and lights look along -Z, as the wall's do; the wall has +Y up. One Transform at the
+link's root turns the whole collection, so that everything below has the same numbers on both sides."""
 import math
 
 import numpy as np
@@ -13,7 +13,8 @@ SHEAR = 1e-4  # of the longest column: more is said
 _ROTATION_NOISE = 4e-7  # a rotation is taken out of a matrix of floats anew each time
 _SCALE_NOISE = 1e-6
 _THROUGH_WORLD = 2e-6  # of the largest number, where a matrix came by others
-_CARRIERS = {"CHILD_OF", "FOLLOW_PATH", "ARMATURE", "FOLLOW_TRACK", "OBJECT_SOLVER"}  # constraints that carry an object from where it stood
+# Constraints that carry an object from where it stood
+_CARRIERS = {"CHILD_OF", "FOLLOW_PATH", "ARMATURE", "FOLLOW_TRACK", "OBJECT_SOLVER"}
 
 
 def _by_itself(thing, parent):
@@ -74,13 +75,15 @@ def without_noise(now, here, most):
 
 
 def is_held(wanted, now):
-    """Blender's numbers are floats, and their squares, too: what is larger is infinite, and sizes that are smaller are none."""
+    """Blender's numbers are floats, and their squares, too: what is larger is infinite, and sizes that are smaller are
+    none."""
     sizes = all(a or not b for a, b in zip(now.get("scale", ()), wanted["scale"]))
     return sizes and all(math.isfinite(part) for value in now.values() for part in value)
 
 
 def together(news, now, core):
-    """Turn and sizes, if one of them is news and they are not the wall's, number by number, as those of what is mirrored."""
+    """Turn and sizes, if one of them is news and they are not the wall's, number by number, as those of what is
+    mirrored."""
     pair = ("rotation", "scale")
     apart = any(abs(a - b) > SHEAR * max(1.0, abs(b)) for name in pair if name in core.here and name in core.there
                 for a, b in zip(core.here[name], core.there[name]))
@@ -89,7 +92,8 @@ def together(news, now, core):
 
 def write(thing, parent, fields):
     """Puts it where a Transform of these fields stands. Blender makes no step of undo of it."""
-    matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]).normalized(), Vector(fields["scale"]))
+    matrix = Matrix.LocRotScale(Vector(fields["translation"]), Quaternion(fields["rotation"]).normalized(),
+                                Vector(fields["scale"]))
     if _by_itself(thing, parent):
         thing.matrix_basis = thing.matrix_parent_inverse.inverted_safe() @ matrix if parent else matrix
         return
@@ -104,7 +108,8 @@ def write(thing, parent, fields):
 
 
 def _carried(thing):
-    """By its constraints, from where its own fields and its parent have it. None: they carry nothing, at most they hold it."""
+    """By its constraints, from where its own fields and its parent have it. None: they carry nothing, at most they hold
+    it."""
     if not any(each.type in _CARRIERS and not each.mute and each.influence for each in thing.constraints):
         return None
     now, basis = thing.matrix_world.copy(), thing.matrix_basis.copy()
@@ -131,8 +136,8 @@ def matrix_of(fields):
 
 
 def view_of(camera, root, plan, units_per_metre):
-    """Where a wall stands through whose first screen its first user sees what the camera sees: SetView's members. Screens have sizes of
-    their own: the camera's angle of view stays Blender's."""
+    """Where a wall stands through whose first screen its first user sees what the camera sees: SetView's members.
+    Screens have sizes of their own: the camera's angle of view stays Blender's."""
     place = matrix_of(root) @ np.array(camera.matrix_world, float)
     axes = place[:3, :3] / np.linalg.norm(place[:3, :3], axis=0)
     screen = plan.screens[0]
@@ -141,5 +146,6 @@ def view_of(camera, root, plan, units_per_metre):
     right, up = right / np.linalg.norm(right), up / np.linalg.norm(up)
     turn = axes @ np.stack([right, up, np.cross(right, up)])  # what looks along -Z looks into the screen
     head = np.array(plan.users[0].position if len(plan.users) else (0, 0, 0))
-    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre), "orientation": tuple(Matrix(turn.tolist()).to_quaternion()),
+    return {"position": tuple(place[:3, 3] - turn @ head * units_per_metre),
+            "orientation": tuple(Matrix(turn.tolist()).to_quaternion()),
             "world_units_per_metre": units_per_metre}

@@ -1,4 +1,5 @@
-"""What is linked, one class for each kind of thing in Blender: each says what of it is news, and takes in what the wall says."""
+"""What is linked, one class for each kind of thing in Blender: each says what of it is news, and takes in what the wall
+says."""
 import re
 import uuid
 
@@ -156,7 +157,8 @@ class MeshSubject(Subject):
         self.found_by = None  # among all meshes
         self.cores = {}  # by slot
         self.users = {}  # objects, in order
-        self.found = {}  # Mirrors of Geometries that the wall has already, by their numbers, with the numbers of their materials
+        # Mirrors of Geometries that the wall has already, by their numbers, with the numbers of their materials
+        self.found = {}
         self.due = 0.0  # a large mesh that is being edited is not read again at once
 
     def known(self, number, kind, material):
@@ -169,7 +171,8 @@ class MeshSubject(Subject):
         return self.found.setdefault(number, (Mirror(kind, self), material))[0]
 
     def collect(self, link, batch):
-        user = next((each for each in self.users if link.objects.get(each.key) is each), None)  # not of what was removed there
+        # Not of what was removed there
+        user = next((each for each in self.users if link.objects.get(each.key) is each), None)
         thing = user.get() if user is not None else None
         if thing is None:
             return
@@ -205,7 +208,8 @@ class MeshSubject(Subject):
 
 
 class ObjectSubject(Subject):
-    """An object: a node with a Transform, below it one for each part of what it shows, and one by which it is found again."""
+    """An object: a node with a Transform, below it one for each part of what it shows, and one by which it is found
+    again."""
 
     kind = "objects"
 
@@ -272,7 +276,8 @@ class ObjectSubject(Subject):
             return None
         now = self.now(link, thing)
         if self.passed:  # Blender may have gone back since, as undo does
-            self.put(link, {name: self.core.there[name] for name in self.passed if now[name] == self.core.here.get(name)})
+            self.put(link, {name: self.core.there[name] for name in self.passed
+                            if now[name] == self.core.here.get(name)})
             self.passed, now = (), self.now(link, thing)
         news = self.core.news(now)
         if news and link.undone and self._is_of_others(now):
@@ -300,7 +305,8 @@ class ObjectSubject(Subject):
             link.dirty(above)
 
     def _is_of_others(self, now):
-        """Blender's undo goes back to a whole file: it has taken back what others did since, too, which was no step of Blender's."""
+        """Blender's undo goes back to a whole file: it has taken back what others did since, too, which was no step of
+        Blender's."""
         place = _place(now)
         return place in self.overridden and (place == self.own[-1] if place in self.own else True)
 
@@ -348,7 +354,8 @@ class ObjectSubject(Subject):
         stand.write(thing, parent, wanted)
         now = stand.read(thing, parent)[0]
         held = stand.is_held(wanted, {name: now[name] for name in in_step})
-        link.note(("held", self.key), "" if held else f"{self.name} stands at the wall where Blender has no numbers for it")
+        link.note(("held", self.key),
+                  "" if held else f"{self.name} stands at the wall where Blender has no numbers for it")
         if not held:
             stand.write(thing, parent, before)
             now = stand.read(thing, parent)[0]
@@ -361,9 +368,11 @@ class ObjectSubject(Subject):
                 self._pass(name, value)
             return
         if thing.library is not None:
-            link.note(("library", self.key), f"{self.name} is of {thing.library.name}: what is changed at the wall is not saved here")
+            link.note(("library", self.key),
+                      f"{self.name} is of {thing.library.name}: what is changed at the wall is not saved here")
         if mirror is self.node:
-            if thing.library is None and thing.name == self.node.here.get("name"):  # a library's would not be found again
+            # A library's would not be found again
+            if thing.library is None and thing.name == self.node.here.get("name"):
                 thing.name = value
                 link.renamed(self, thing)
                 self.node.in_step({"name": thing.name}, {"name": value})
@@ -388,7 +397,8 @@ class ObjectSubject(Subject):
 
     def granted(self, link, held):
         """`held`: where the wall kept it, if it did. How far it came is told as any change is."""
-        link.note(("stopped", self.key), f"{self.name}: the wall stopped it; it stands here as it does there" if held else "")
+        link.note(("stopped", self.key),
+                  f"{self.name}: the wall stopped it; it stands here as it does there" if held else "")
         self.core.there.update(held)
         self.put(link, held)
 
@@ -416,7 +426,8 @@ class ObjectSubject(Subject):
             self.core.here, self.core.there = dict(self.kept["here"]), dict(self.kept["there"])
             self.node.here, self.node.there = {"name": self.kept["name"]}, {"name": self.kept["name"]}
         elif unknown:  # here: as it was made there, if it was
-            self.core.here, self.node.here = dict(zip(stand.FIELDS, self.own[-1])) if self.own else dict(now), {"name": self.name}
+            self.core.here, self.node.here = (dict(zip(stand.FIELDS, self.own[-1])) if self.own else dict(now),
+                                              {"name": self.name})
         self.own = _remembered(self.own, {**now, **self.core.here})
         self.hung, self.hung_at = link.at(found.parent), 0
         link.hangs_below_others(self, found.parent)
@@ -444,7 +455,8 @@ class ObjectSubject(Subject):
         """Of this link: an object may be in several collections, each of which was linked once."""
         kept = thing.get(PROPERTY)
         try:
-            sides = {side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS} for side in ("here", "there")}
+            sides = {side: {name: tuple(float(part) for part in kept[side][name]) for name in stand.FIELDS}
+                     for side in ("here", "there")}
             said = {"name": str(kept["name"]), "root": str(kept["root"]), **sides}
             self.kept = said if kept["link"] == link_key else None
         except (TypeError, KeyError, ValueError, AttributeError):

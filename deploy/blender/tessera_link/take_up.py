@@ -25,7 +25,8 @@ def take_up(link, found):
     _by_names(link, found)
     yield
     link.superfluous = [node for node in link.superfluous if found.same and node.number in found.twice]
-    numbers = sorted(link.objects.items(), key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
+    numbers = sorted(link.objects.items(),
+                     key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
     for key, subject in numbers:
         if key in found.objects:
             if found.same and subject.node.number in found.twice:
@@ -78,7 +79,8 @@ def _by_names(link, found):
     """A file that was never saved since it was linked has no keys: names stand for them."""
     if not found.root:
         return
-    nameless = {subject.name: key for key, subject in link.objects.items() if key not in found.objects and not subject.was and not subject.kept}
+    nameless = {subject.name: key for key, subject in link.objects.items() if key not in found.objects
+                and not subject.was and not subject.kept}
     for key in list(found.objects):
         each = found.objects[key]
         own = nameless.pop(each.name, None) if key not in link.objects else None
@@ -97,7 +99,8 @@ def _contents(link, found):
     geometries = {core: material for _, core, kind, material in parts if kind == "Geometry"}
     materials_there, cores_there = set(geometries.values()), {core for _, core, _, _ in parts}
     for subject in itertools.chain(link.contents.materials.values(), link.contents.lights.values()):
-        if not found.same or subject.mirror.number not in (materials_there if isinstance(subject, MaterialSubject) else cores_there):
+        if not found.same or subject.mirror.number not in (
+            materials_there if isinstance(subject, MaterialSubject) else cores_there):
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)

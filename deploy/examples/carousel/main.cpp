@@ -1,7 +1,9 @@
-// An application of three threads, each with the scene to itself: one lets things ride around a node, one listens to what touches and turns the ride
-// about, and one writes: it alone speaks to the wall. Nobody waits for anybody; what they look at never changes under their hands.
+// An application of three threads, each with the scene to itself: one lets things ride around a node, one listens to
+// what touches and turns the ride about, and one writes: it alone speaks to the wall. Nobody waits for anybody; what
+// they look at never changes under their hands.
 //
-//     example-carousel HOST:PORT NODE [TURNS]       NODE: what is below it rides around it; TURNS: then it ends (for ever)
+//     example-carousel HOST:PORT NODE [TURNS]       NODE: what is below it rides around it; TURNS: then it ends (for
+//     ever)
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +26,7 @@ namespace {
 
 struct Ride {
     std::string node;
-    double turns = 0;  ///< 0: for ever
+    double turns = 0;                                            ///< 0: for ever
     tessera::Channel<ChangeList> wishes{2};                      ///< simulation → writer
     tessera::Channel<tessera::answer::PairEvents> touches{256};  ///< writer → listener
     std::atomic<double> way{1};                                  ///< listener → simulation: 1 or -1
@@ -59,7 +61,8 @@ void simulate(Ride& ride, std::unique_ptr<tessera::AspectReader> reader) {
         for (const ObjectId child : scene.get<tessera::Node>(*hub)->children)
             if (const auto* body = scene.coreOf<tessera::Transform>(*scene.get<tessera::Node>(child)))
                 step.set(scene.get<tessera::Node>(child)->core, tessera::typeOf<tessera::Transform>(),
-                         tessera::fieldId<&tessera::Transform::translation>, tessera::toValue(tessera::Vec3d(turn * body->translation)));
+                         tessera::fieldId<&tessera::Transform::translation>,
+                         tessera::toValue(tessera::Vec3d(turn * body->translation)));
         if (!ride.wishes.push(step.take())) return;
     }
     ride.over = true;
@@ -83,11 +86,16 @@ int write(Ride& ride, tessera::Application& wall) {
     tessera::AspectFeed feed;
     // How often each thing was moved; what goes takes its number with it.
     tessera::SideTable<unsigned> moves({.changed = [](ObjectId, unsigned& count) { ++count; },
-                                        .destroyed = [](ObjectId id, unsigned count) { std::printf("#%llu is gone after %u moves\n", static_cast<unsigned long long>(id.value), count); },
+                                        .destroyed =
+                                            [](ObjectId id, unsigned count) {
+                                                std::printf("#%llu is gone after %u moves\n",
+                                                            static_cast<unsigned long long>(id.value), count);
+                                            },
                                         .effects = tessera::Effect::kPose});
     const auto hub = findNode(wall.scene(), ride.node);
     if (!hub) return failed(hub.error());
-    for (const ObjectId child : wall.scene().get<tessera::Node>(*hub)->children) moves.attach(wall.scene().get<tessera::Node>(child)->core, 0);
+    for (const ObjectId child : wall.scene().get<tessera::Node>(*hub)->children)
+        moves.attach(wall.scene().get<tessera::Node>(child)->core, 0);
     wall.onChanges([&](const ChangeList& list, tessera::Sequence) {
         feed.publish(wall.scene(), std::make_shared<const ChangeList>(list));
         moves.follow(wall.scene(), list);
@@ -104,7 +112,8 @@ int write(Ride& ride, tessera::Application& wall) {
     while (!ride.over && code == 0) {
         if (const auto wish = ride.wishes.popFor(5ms))
             // What was refused speaks of something that has gone meanwhile: the next wish knows.
-            if (const auto moved = wall.propose(*wish); !moved && moved.error().code == tessera::ErrorCode::kNetwork) code = failed(moved.error());
+            if (const auto moved = wall.propose(*wish); !moved && moved.error().code == tessera::ErrorCode::kNetwork)
+                code = failed(moved.error());
         if (const auto polled = wall.poll(1ms); !polled) code = failed(polled.error());
     }
     ride.over = true;
@@ -121,7 +130,9 @@ int main(int argc, char** argv) {
     if (argc > 3) {
         char* end = nullptr;
         turns = std::strtod(argv[3], &end);
-        if (end == argv[3] || *end != 0 || !(turns > 0)) return failed({tessera::ErrorCode::kUsage, "TURNS is a number above 0; without it the wheel turns until it is stopped"});
+        if (end == argv[3] || *end != 0 || !(turns > 0))
+            return failed({tessera::ErrorCode::kUsage,
+                           "TURNS is a number above 0; without it the wheel turns until it is stopped"});
     }
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     auto wall = tessera::Application::connect({.address = argv[1], .name = "carousel"});

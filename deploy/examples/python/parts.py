@@ -24,7 +24,8 @@ def turned(angle):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("address", nargs="?", help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
+    options.add_argument("address", nargs="?",
+                         help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
     options.add_argument("--frames", type=int, help="end after so many; without: go on until Ctrl+C")
     said = options.parse_args()
 

@@ -24,7 +24,8 @@ def curve(milliseconds):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("address", nargs="?", help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
+    options.add_argument("address", nargs="?",
+                         help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
     options.add_argument("--frames", type=int, help="end after so many; without: go on until Ctrl+C")
     said = options.parse_args()
 
@@ -39,7 +40,8 @@ def main():
             before = now
             values = np.array(took)
             # The same path again replaces what is there.
-            wall.show(curve(values), "/plot/line", line=True, line_width=3, scalars=values, clim=(0, MOST_MS), unlit=True)
+            wall.show(curve(values), "/plot/line", line=True, line_width=3, scalars=values, clim=(0, MOST_MS),
+                      unlit=True)
             if number + 1 == said.frames:
                 break
         wall.remove("/plot")

@@ -17,7 +17,8 @@ FACES = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]], np.uint32)
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("address", nargs="?", help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
+    options.add_argument("address", nargs="?",
+                         help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
     options.add_argument("--frames", type=int, help="end after so many; without: go on until Ctrl+C")
     options.add_argument("--count", type=int, default=10_000)
     said = options.parse_args()
@@ -36,7 +37,9 @@ def main():
 
         # They turn about the middle, each on a ring of its own.
         dice = np.random.default_rng(1)
-        radius, angle, height = dice.uniform(0.3, 2, said.count), dice.uniform(0, 2 * np.pi, said.count), dice.normal(0, 0.3, said.count)
+        radius, angle, height = dice.uniform(0.3, 2,
+                                             said.count), dice.uniform(0, 2 * np.pi, said.count), dice.normal(
+                                                 0, 0.3, said.count)
         places = np.empty((said.count, 3))
         for turn, frame in enumerate(wall.frames()):
             angle += 0.02 / radius

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes ../city.tsct: streets between 16 x 16 blocks of houses, with trees, lamps and cars: 13,000 things, of which few can be seen
-from a street at a time. Units are metres, a block is 24 of them, y is up."""
+"""Writes ../city.tsct: streets between 16 x 16 blocks of houses, with trees, lamps and cars: 13,000 things, of which
+few can be seen from a street at a time. Units are metres, a block is 24 of them, y is up."""
 import os
 import random
 
@@ -8,7 +8,8 @@ random.seed(7)
 BLOCKS = 8  # in each direction from the middle
 PITCH = 24
 
-HEAD = """# A city of 16 by 16 blocks on a clear morning, and somebody who walks down one of its streets: what is to be culled is behind houses.
+HEAD = """# A city of 16 by 16 blocks on a clear morning, and somebody who walks down one of its streets: what is to \
+be culled is behind houses.
 # Written by city/make-city.py. Units are metres.
 
 image { name: "noon" uri: "lights/noon.hdr" }
@@ -61,15 +62,19 @@ def house(floors):
         f'  node {{ material: "pane" {at(y=1.9)} {box(14.6, 2.6, 16.12)} }}',
         f'  node {{ material: "cornice" {at(y=4.0)} {box(16.5, 0.3, 16.5)} }}',
         f'  node {{ material: "cornice" {at(y=top)} {box(16.8, 0.5, 16.8)} }}',
-        f'  node {{ material: "awning" transform {{ translation {{ y: 3.5 z: 8.7 }} rotation {{ axis {{ x: 1 }} angle_deg: 24 }} }} {box(9, 0.06, 1.7)} }}',
+        f'  node {{ material: "awning" transform {{ translation {{ y: 3.5 z: 8.7 }} rotation {{ axis {{ x: 1 }} '
+        f'angle_deg: 24 }} }} {box(9, 0.06, 1.7)} }}',
         f'  node {{ {at(x=-3.5, y=top + 1.3, z=2)} {box(4, 2.6, 4)} }}',
-        f'  node {{ material: "tin" {at(x=4, y=top + 1.4, z=-3)} cylinder {{ radius: 1.5 height: 2.4 segments: 20 }} }}',
+        f'  node {{ material: "tin" {at(x=4, y=top + 1.4, z=-3)} cylinder {{ radius: 1.5 height: 2.4 segments: 20 }} '
+        f'}}',
     ]
     # Two bands of windows per floor, so that corners stay walls, and pillars before them.
     for name, size in (("bands", (16.12, 1.8, 13.4)), ("other bands", (13.4, 1.8, 16.12))):
-        lines.append(f'  node {{ name: "{name}" material: "pane" {at(y=6.1)} repeat {{ count: {floors} step {{ y: 3.1 }} }} {box(*size)} }}')
+        lines.append(f'  node {{ name: "{name}" material: "pane" {at(y=6.1)} repeat {{ count: {floors} step {{ y: 3.1 '
+                     f'}} }} {box(*size)} }}')
     for name, size, step in (("pillars", (0.5, top - 4.4, 16.3), "x"), ("other pillars", (16.3, top - 4.4, 0.5), "z")):
-        lines.append(f'  node {{ name: "{name}" {at(**{step: -4.5}, y=(top + 4.2) / 2)} repeat {{ count: 4 step {{ {step}: 3 }} }} {box(*size)} }}')
+        lines.append(f'  node {{ name: "{name}" {at(**{step: -4.5}, y=(top + 4.2) / 2)} repeat {{ count: 4 step {{ '
+                     f'{step}: 3 }} }} {box(*size)} }}')
     return f'definition {{\n  name: "house of {floors}"\n' + "\n".join(lines) + "\n}\n"
 
 
@@ -83,17 +88,22 @@ def block(number, rng):
             x, tall = -7.5 + 15 * (i + rng.uniform(0.3, 0.7)) / trees, rng.uniform(2.6, 3.8)
             crown = rng.choice(["leaves", "lime"])
             lines += [
-                f'    node {{ material: "bark" {at(x, tall / 2, 9.1)} cylinder {{ radius: 0.13 height: {tall:.2f} segments: 10 }} }}',
-                f'    node {{ material: "{crown}" transform {{ translation {{ x: {x:.2f} y: {tall + 0.9:.2f} z: 9.1 }} scale {{ x: 1 y: {rng.uniform(1, 1.4):.2f} z: 1 }} }} sphere {{ radius: {rng.uniform(1.0, 1.35):.2f} segments: 28 }} }}',
+                f'    node {{ material: "bark" {at(x, tall / 2, 9.1)} cylinder {{ radius: 0.13 height: {tall:.2f} '
+                f'segments: 10 }} }}',
+                f'    node {{ material: "{crown}" transform {{ translation {{ x: {x:.2f} y: {tall + 0.9:.2f} z: 9.1 '
+                f'}} scale {{ x: 1 y: {rng.uniform(1, 1.4):.2f} z: 1 }} }} sphere {{ radius: '
+                f'{rng.uniform(1.0, 1.35):.2f} segments: 28 }} }}',
             ]
         lamp = rng.uniform(-8, 8)
         lines += [
-            f'    node {{ material: "iron" {at(lamp, 2.3, 9.3)} cylinder {{ radius: 0.06 height: 4.6 segments: 10 }} }}',
+            f'    node {{ material: "iron" {at(lamp, 2.3, 9.3)} cylinder {{ radius: 0.06 height: 4.6 segments: 10 }} '
+            f'}}',
             f'    node {{ material: "opal" {at(lamp, 4.75, 9.3)} sphere {{ radius: 0.24 segments: 14 }} }}',
         ]
         for _ in range(rng.choice([0, 1, 1, 2])):
             x = rng.uniform(-6, 6)
-            lines.append(f'    node {{ material: "{rng.choice(["red", "blue", "white", "green"])}" {at(x, 0, 10.6)} instance: "car" }}')
+            lines.append(f'    node {{ material: "{rng.choice(["red", "blue", "white", "green"])}" {at(x, 0, 10.6)} '
+                         f'instance: "car" }}')
         lines.append("  }")
     return f'definition {{\n  name: "block {number}"\n' + "\n".join(lines) + "\n}\n"
 
@@ -103,8 +113,10 @@ CAR = """definition {
   node { transform { translation { y: 0.55 } } box { size { x: 4.1 y: 0.55 z: 1.7 } } }
   node { transform { translation { x: -0.2 y: 1.05 } } box { size { x: 2.1 y: 0.5 z: 1.5 } } }
   node { material: "pane" transform { translation { x: -0.2 y: 1.06 } } box { size { x: 2.16 y: 0.34 z: 1.54 } } }
-  node { material: "tyre" transform { translation { x: -1.3 y: 0.33 z: -0.78 } rotation { axis { x: 1 } angle_deg: 90 } } repeat { count: 2 step { z: 1.56 } } cylinder { radius: 0.33 height: 0.2 segments: 18 } }
-  node { material: "tyre" transform { translation { x: 1.3 y: 0.33 z: -0.78 } rotation { axis { x: 1 } angle_deg: 90 } } repeat { count: 2 step { z: 1.56 } } cylinder { radius: 0.33 height: 0.2 segments: 18 } }
+  node { material: "tyre" transform { translation { x: -1.3 y: 0.33 z: -0.78 } rotation { axis { x: 1 } angle_deg: 90 \
+} } repeat { count: 2 step { z: 1.56 } } cylinder { radius: 0.33 height: 0.2 segments: 18 } }
+  node { material: "tyre" transform { translation { x: 1.3 y: 0.33 z: -0.78 } rotation { axis { x: 1 } angle_deg: 90 } \
+} repeat { count: 2 step { z: 1.56 } } cylinder { radius: 0.33 height: 0.2 segments: 18 } }
 }
 """
 
@@ -123,8 +135,10 @@ def city():
     text += f'node {{ name: "lines" material: "line"\n'
     for turn in (0, 90):
         text += f'  node {{ transform {{ rotation {{ axis {{ y: 1 }} angle_deg: {turn} }} }}\n'
-        text += (f'    node {{ {at(x=-PITCH * (BLOCKS - 1), y=0.005)} repeat {{ count: {2 * BLOCKS - 1} step {{ x: {PITCH} }} }}\n'
-                 f'      node {{ {at(z=-size / 2 + 8)} repeat {{ count: {2 * BLOCKS} step {{ z: {PITCH} }} }} {box(0.14, 0.02, 8)} }} }} }}\n')
+        text += (f'    node {{ {at(x=-PITCH * (BLOCKS - 1), y=0.005)} repeat {{ count: {2 * BLOCKS - 1} step {{ x: '
+                 f'{PITCH} }} }}\n'
+                 f'      node {{ {at(z=-size / 2 + 8)} repeat {{ count: {2 * BLOCKS} step {{ z: {PITCH} }} }} '
+                 f'{box(0.14, 0.02, 8)} }} }} }}\n')
     text += "}\n"
     text += 'node { name: "blocks"\n'
     for i in range(-BLOCKS, BLOCKS):
@@ -138,7 +152,8 @@ def city():
     text += """
 # ---------------------------------------------------------------- light
 node { name: "air" environment { image: "noon" strength: 0.55 show_image: true background { } } }
-node { name: "sun" transform { rotation { axis { y: 1 } angle_deg: 21 } } node { transform { rotation { axis { x: 1 } angle_deg: -47 } } directional_light { color { r: 1 g: 0.93 b: 0.80 } intensity: 2.2 shadows: true } } }
+node { name: "sun" transform { rotation { axis { y: 1 } angle_deg: 21 } } node { transform { rotation { axis { x: 1 } \
+angle_deg: -47 } } directional_light { color { r: 1 g: 0.93 b: 0.80 } intensity: 2.2 shadows: true } } }
 
 # ---------------------------------------------------------------- who walks there
 node { name: "walker"
@@ -148,12 +163,14 @@ node { name: "walker"
     key { time: 4 transform { translation { x: 1.2 y: 0.1 z: 122 } rotation { axis { y: 1 } angle_deg: -9 } } }
     key { time: 9 transform { translation { x: -1.2 y: 0.1 z: 110 } rotation { axis { y: 1 } angle_deg: 10 } } }
   }
-  node { name: "camera" transform { translation { y: 1 } rotation { axis { x: 1 } angle_deg: 5 } } camera { world_units_per_metre: 1 } }
+  node { name: "camera" transform { translation { y: 1 } rotation { axis { x: 1 } angle_deg: 5 } } camera { \
+world_units_per_metre: 1 } }
 }
 """
     return text
 
 
 if __name__ == "__main__":
-    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "city.tsct"), "w", encoding="utf-8") as file:
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "city.tsct"), "w",
+              encoding="utf-8") as file:
         file.write(city())

@@ -39,15 +39,19 @@ def jpeg(image):
 def main():
     pictures = [jpeg(picture(i)) for i in range(FRAMES)]
     largest = max(map(len, pictures))
-    avih = struct.pack("<14I", 1000000 // RATE, largest * RATE, 0, 0x10, FRAMES, 0, 1, largest, WIDTH, HEIGHT, 0, 0, 0, 0)
-    strh = b"vidsMJPG" + struct.pack("<IHHIIIIIIiI4H", 0, 0, 0, 0, 1, RATE, 0, FRAMES, largest, -1, 0, 0, 0, WIDTH, HEIGHT)
+    avih = struct.pack("<14I", 1000000 // RATE, largest * RATE, 0, 0x10, FRAMES, 0, 1, largest, WIDTH, HEIGHT, 0, 0, 0,
+                       0)
+    strh = b"vidsMJPG" + struct.pack("<IHHIIIIIIiI4H", 0, 0, 0, 0, 1, RATE, 0, FRAMES, largest, -1, 0, 0, 0, WIDTH,
+                                     HEIGHT)
     strf = struct.pack("<IiiHH4sIiiII", 40, WIDTH, HEIGHT, 1, 24, b"MJPG", WIDTH * HEIGHT * 3, 0, 0, 0, 0)
     hdrl = b"hdrl" + chunk(b"avih", avih) + chunk(b"LIST", b"strl" + chunk(b"strh", strh) + chunk(b"strf", strf))
     movi, index = b"movi", b""
     for data in pictures:
         index += b"00dc" + struct.pack("<III", 0x10, len(movi), len(data))
         movi += chunk(b"00dc", data)
-    (HERE / "film.avi").write_bytes(chunk(b"RIFF", b"AVI " + chunk(b"LIST", hdrl) + chunk(b"LIST", movi) + chunk(b"idx1", index)))
+    (HERE / "film.avi").write_bytes(chunk(b"RIFF",
+                                          b"AVI " + chunk(b"LIST", hdrl) + chunk(b"LIST", movi) + chunk(
+                                              b"idx1", index)))
     picture(0).save(HERE / "film.png")
 
 main()

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Writes what rooms 1d, 41 and 42 show, the same every time: a line, a solid and a cube, each as one PNM file whose pictures lie below each other;
-a card in each of the blocks that graphics cards read, and one of floats; a field of each kind of number."""
+"""Writes what rooms 1d, 41 and 42 show, the same every time: a line, a solid and a cube, each as one PNM file whose
+pictures lie below each other; a card in each of the blocks that graphics cards read, and one of floats; a field of each
+kind of number."""
 import math
 import pathlib
 import struct
@@ -26,13 +27,15 @@ SIDE = 32
 def marble(x, y):
     """Veins through a block of stone; y counts its layers, too."""
     p = [x / SIDE, y % SIDE / SIDE, y // SIDE / SIDE]
-    bend = sum(math.sin(math.tau * (f * p[i] + 0.3 * i) + 3 * math.sin(math.tau * f * p[(i + 1) % 3])) / f for i in range(3) for f in (1, 2))
+    bend = sum(math.sin(math.tau * (f * p[i] + 0.3 * i) + 3 * math.sin(math.tau * f * p[(i + 1) % 3])) / f
+               for i in range(3) for f in (1, 2))
     vein = abs(math.sin(math.pi * (p[0] + p[1] + p[2]) * 2 + bend)) ** 0.6
     return 0.25 + 0.6 * vein, 0.2 + 0.62 * vein, 0.22 + 0.55 * vein
 
 
 FACE = 32
-FACES = [(0.8, 0.25, 0.2), (0.2, 0.55, 0.3), (0.55, 0.7, 0.95), (0.3, 0.25, 0.2), (0.95, 0.8, 0.35), (0.45, 0.3, 0.65)]  # +x, -x, +y, -y, +z, -z
+# +x, -x, +y, -y, +z, -z
+FACES = [(0.8, 0.25, 0.2), (0.2, 0.55, 0.3), (0.55, 0.7, 0.95), (0.3, 0.25, 0.2), (0.95, 0.8, 0.35), (0.45, 0.3, 0.65)]
 
 
 def faces(x, y):
@@ -111,17 +114,23 @@ def field(name, kind, letter, scale):
         gyroid = sum(math.sin(2 * p[i]) * math.cos(2 * p[(i + 1) % 3]) for i in range(3))
         return min(1.0, max(0.0, 0.5 + 0.25 * gyroid)) if math.dist(p, [math.pi] * 3) < 0.92 * math.pi else 0.0
     numbers = [at(x, y, z) * scale for z in range(side) for y in range(side) for x in range(side)]
-    (HERE / f"{name}.raw").write_bytes(struct.pack(f"<{len(numbers)}{letter}", *(numbers if letter == "f" else map(round, numbers))))
-    (HERE / f"{name}.mhd").write_text(f"ObjectType = Image\nNDims = 3\nDimSize = {side} {side} {side}\nElementSpacing = {1 / side:.6g} {1 / side:.6g} "
-                                      f"{1 / side:.6g}\nOffset = -0.48 -0.48 -0.48\nElementType = {kind}\nElementByteOrderMSB = False\nElementDataFile = {name}.raw\n")
+    (HERE / f"{name}.raw").write_bytes(struct.pack(f"<{len(numbers)}{letter}",
+                                                   *(numbers if letter == "f" else map(round, numbers))))
+    (HERE / f"{name}.mhd").write_text(f"ObjectType = Image\nNDims = 3\nDimSize = {side} {side} {side}\nElementSpacing "
+                                      f"= {1 / side:.6g} {1 / side:.6g} "
+                                      f"{1 / side:.6g}\nOffset = -0.48 -0.48 -0.48\nElementType = "
+                                      f"{kind}\nElementByteOrderMSB = False\nElementDataFile = {name}.raw\n")
 
 
 write("spectrum", 16, 1, spectrum)
 write("marble", SIDE, SIDE * SIDE, marble)
 write("faces", FACE, 6 * FACE, faces)
-for name, dxgi, block in (("bc2", 75, lambda rgb: b"\xff" * 8 + bc1(rgb)), ("bc3", 78, lambda rgb: bc4(1) + bc1(rgb)), ("bc4", 80, lambda rgb: bc4(rgb[0])),
-                          ("bc5", 83, lambda rgb: bc4(rgb[0]) + bc4(rgb[1])), ("bc6h", 95, lambda rgb: bc6h([part**2.2 for part in rgb])), ("bc7", 99, bc7)):
+for name, dxgi, block in (("bc2", 75, lambda rgb: b"\xff" * 8 + bc1(rgb)), ("bc3", 78, lambda rgb: bc4(1) + bc1(rgb)),
+                          ("bc4", 80, lambda rgb: bc4(rgb[0])),
+                          ("bc5", 83, lambda rgb: bc4(rgb[0]) + bc4(rgb[1])),
+                          ("bc6h", 95, lambda rgb: bc6h([part**2.2 for part in rgb])), ("bc7", 99, bc7)):
     dds(name, dxgi, block)
 rgbe("rgbe")
-for name, kind, letter, scale in (("gyroid-ushort", "MET_USHORT", "H", 60000), ("gyroid-short", "MET_SHORT", "h", 30000), ("gyroid-float", "MET_FLOAT", "f", 1)):
+for name, kind, letter, scale in (("gyroid-ushort", "MET_USHORT", "H", 60000),
+                                  ("gyroid-short", "MET_SHORT", "h", 30000), ("gyroid-float", "MET_FLOAT", "f", 1)):
     field(name, kind, letter, scale)

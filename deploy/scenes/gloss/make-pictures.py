@@ -41,9 +41,11 @@ def clay(u, v):
 def studio(u, v):
     """All around: a grey room with two bright windows and a red wall behind."""
     sky = 0.75 - 0.6 * v
-    window = max(smooth(0.08, 0.05, abs(u - 0.3)), smooth(0.05, 0.03, abs(u - 0.62))) * smooth(0.16, 0.12, abs(v - 0.36))
+    window = max(smooth(0.08, 0.05, abs(u - 0.3)),
+                 smooth(0.05, 0.03, abs(u - 0.62))) * smooth(0.16, 0.12, abs(v - 0.36))
     red = 0.35 * smooth(0.3, 0.45, abs(u - 0.5))
-    grid = 0.15 * max(smooth(0.94, 0.98, abs(math.cos(16 * math.pi * u))), smooth(0.94, 0.98, abs(math.cos(8 * math.pi * v))))
+    grid = 0.15 * max(smooth(0.94, 0.98, abs(math.cos(16 * math.pi * u))),
+                      smooth(0.94, 0.98, abs(math.cos(8 * math.pi * v))))
     return sky + window + red - grid, sky + window - grid, sky + window - grid, 1.0
 
 

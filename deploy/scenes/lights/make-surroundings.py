@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes evening.hdr, a sky after sunset over a dark plain, with a glow in the west and a few lit windows around; and noon.hdr, a
-clear sky with clouds over a grey haze."""
+"""Writes evening.hdr, a sky after sunset over a dark plain, with a glow in the west and a few lit windows around; and
+noon.hdr, a clear sky with clouds over a grey haze."""
 import math
 import os
 
@@ -32,7 +32,8 @@ def noon(x, y):
     # Clouds: waves of several lengths, which come together towards the horizon as on a ceiling.
     far = 1 / (up + 0.18)
     u, v = far * math.cos(round_), far * math.sin(round_)
-    height = sum(math.sin(k * u + 2.1 * k + math.sin(k * v)) * math.sin(0.8 * k * v + k) / k for k in (1, 2, 3.3, 5.1, 8.7))
+    height = sum(math.sin(k * u + 2.1 * k + math.sin(k * v)) * math.sin(0.8 * k * v + k) / k
+                 for k in (1, 2, 3.3, 5.1, 8.7))
     cloud = min(1.0, max(0.0, 1.3 * height - 0.55)) * min(1, 6 * up)
     return tuple(c + (1.05 - c) * 0.85 * cloud for c in color)
 

@@ -68,7 +68,8 @@ def quaternion(z_deg, y_deg):
 def joints(k, indent):
     pad = "  " * min(indent, 8)
     q = quaternion(*bend(k, 0))
-    place = f"translation {{ x: {number(STEP if k else 0)} }} rotation {{ quaternion {{ w: {number(q[0])} x: {number(q[1])} y: {number(q[2])} z: {number(q[3])} }} }}"
+    place = (f"translation {{ x: {number(STEP if k else 0)} }} rotation {{ quaternion {{ w: {number(q[0])} x: "
+             f"{number(q[1])} y: {number(q[2])} z: {number(q[3])} }} }}")
     below = joints(k + 1, indent + 1) if k + 1 < JOINTS else ""
     return f'{pad}node {{ name: "joint {k}" transform {{ {place} }}\n{below}{pad}}}\n'
 
@@ -99,8 +100,10 @@ def ball(rings=16, around=24):
 
 def main():
     position, normal, index, joint, weight = worm_mesh()
-    print("# A worm of 50 joints in one skin, a ball that becomes a box and a star, a lamp and a material that change their colours, and a crane")
-    print("# that a wall stops: what key frames move. `tessera-ctl … animations` lists them; play, pause, seek, speed. Written by moving/make-moving.py.")
+    print("# A worm of 50 joints in one skin, a ball that becomes a box and a star, a lamp and a material that change "
+          "their colours, and a crane")
+    print("# that a wall stops: what key frames move. `tessera-ctl … animations` lists them; play, pause, seek, "
+          "speed. Written by moving/make-moving.py.")
     print()
     print('material { name: "worm"  base_color { r: 0.75 g: 0.32 b: 0.22 } roughness: 0.45 }')
     print('material { name: "chameleon" base_color { r: 0.15 g: 0.5 b: 0.2 } roughness: 0.35 }')
@@ -118,10 +121,14 @@ def main():
     print("  " + numbers("normal", shape[1]))
     print("  " + numbers("index", shape[2], 36) + " }")
     print()
-    print('node { name: "air" environment { sky { r: 0.32 g: 0.35 b: 0.4 } ground { r: 0.16 g: 0.15 b: 0.13 } background { r: 0.55 g: 0.62 b: 0.7 } } }')
-    print('node { name: "sun" transform { rotation { axis { x: -0.8 y: 0.5 z: 0.1 } angle_deg: 55 } } directional_light { color { r: 1 g: 0.96 b: 0.9 } intensity: 0.9 shadows: true } }')
-    print('node { name: "camera" transform { translation { x: 0 y: -0.2 z: 2.6 } } camera { world_units_per_metre: 1.7 } }')
-    print('node { name: "floor" material: "floor" transform { translation { y: -0.05 } } box { size { x: 14 y: 0.1 z: 9 } } }')
+    print('node { name: "air" environment { sky { r: 0.32 g: 0.35 b: 0.4 } ground { r: 0.16 g: 0.15 b: 0.13 } '
+          'background { r: 0.55 g: 0.62 b: 0.7 } } }')
+    print('node { name: "sun" transform { rotation { axis { x: -0.8 y: 0.5 z: 0.1 } angle_deg: 55 } } '
+          'directional_light { color { r: 1 g: 0.96 b: 0.9 } intensity: 0.9 shadows: true } }')
+    print('node { name: "camera" transform { translation { x: 0 y: -0.2 z: 2.6 } } camera { world_units_per_metre: '
+          '1.7 } }')
+    print('node { name: "floor" material: "floor" transform { translation { y: -0.05 } } box { size { x: 14 y: 0.1 z: '
+          '9 } } }')
     print()
     print('node { name: "worm" transform { translation { x: -2.4 y: 0.85 z: 0.6 } }')
     print(joints(0, 1), end="")
@@ -141,21 +148,27 @@ def main():
     print('node { name: "crane" transform { translation { x: 0.2 y: 1.9 z: -1 } } material: "iron"')
     print('  node { name: "hook" box { size { x: 0.4 y: 0.5 z: 0.5 } } }')
     print('  node { name: "rope" transform { translation { y: 0.9 } } cylinder { radius: 0.03 height: 1.4 } } }')
-    print('node { name: "wall" transform { translation { x: 2.4 y: 1.1 z: -1 } } material: "brick" node { name: "bricks" box { size { x: 0.3 y: 2.2 z: 2 } } } }')
+    print('node { name: "wall" transform { translation { x: 2.4 y: 1.1 z: -1 } } material: "brick" node { name: '
+          '"bricks" box { size { x: 0.3 y: 2.2 z: 2 } } } }')
     print('node { name: "stop" interest { object: "/crane" against: "/wall" } }')
     print()
     print('node { name: "crawl" animation {')
     times = [i / 4 for i in range(9)]
     for k in range(JOINTS):
         values = [v for t in times for v in quaternion(*bend(k, t))]
-        print(f'  channel {{ target: "{path(k)}" field: "rotation" {numbers("time", times)} {numbers("value", values, 40)} }}')
+        print(f'  channel {{ target: "{path(k)}" field: "rotation" {numbers("time", times)} '
+              f'{numbers("value", values, 40)} }}')
     print("} }")
     print('node { name: "change" animation { mode: PING_PONG')
-    print('  channel { target: "/changeling" field: "weights" interpolation: SPLINE time: [0, 1, 2] value: [0, 0, 0.35, 0.5, 0, 0,  0, 0, 1, 0, 0, 0,  0, 0, 0, 1, 0, 0] }')
-    print('  channel { material: "chameleon" field: "baseColor" time: [0, 1, 2] value: [0.15, 0.5, 0.2, 1,  0.6, 0.5, 0.1, 1,  0.5, 0.1, 0.4, 1] } } }')
-    print('node { name: "glow" animation { channel { target: "/lamp" field: "color" time: [0, 0.7, 1.4, 2.1] value: [1, 0.5, 0.2,  0.2, 0.6, 1,  0.4, 1, 0.3,  1, 0.5, 0.2] }')
+    print('  channel { target: "/changeling" field: "weights" interpolation: SPLINE time: [0, 1, 2] value: [0, 0, '
+          '0.35, 0.5, 0, 0,  0, 0, 1, 0, 0, 0,  0, 0, 0, 1, 0, 0] }')
+    print('  channel { material: "chameleon" field: "baseColor" time: [0, 1, 2] value: [0.15, 0.5, 0.2, 1,  0.6, 0.5, '
+          '0.1, 1,  0.5, 0.1, 0.4, 1] } } }')
+    print('node { name: "glow" animation { channel { target: "/lamp" field: "color" time: [0, 0.7, 1.4, 2.1] value: '
+          '[1, 0.5, 0.2,  0.2, 0.6, 1,  0.4, 1, 0.3,  1, 0.5, 0.2] }')
     print('  channel { target: "/lamp" field: "intensity" interpolation: STEP time: [0, 1.05] value: [0.6, 1.0] } } }')
-    print('node { name: "swing" animation { mode: ONCE channel { target: "/crane" field: "translation" time: [0, 3] value: [0.2, 1.9, -1,  4, 1.9, -1] } } }')
+    print('node { name: "swing" animation { mode: ONCE channel { target: "/crane" field: "translation" time: [0, 3] '
+          'value: [0.2, 1.9, -1,  4, 1.9, -1] } } }')
 
 
 main()

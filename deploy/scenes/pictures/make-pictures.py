@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the pictures of ../pictures.tsct, each in the format whose name it shows, byte by byte; and sky.ktx2, a cube of all around."""
+"""Writes the pictures of ../pictures.tsct, each in the format whose name it shows, byte by byte; and sky.ktx2, a cube
+of all around."""
 import math
 import os
 import struct
@@ -19,7 +20,8 @@ LETTERS = {
 
 
 def card(name, color):
-    """Rows of (r, g, b): a frame, a slope of grey below, the name in white on a colour, a red mark in the upper left corner."""
+    """Rows of (r, g, b): a frame, a slope of grey below, the name in white on a colour, a red mark in the upper left
+    corner."""
     rows = [[color] * WIDTH for _ in range(HEIGHT)]
     for y in range(HEIGHT):
         for x in range(WIDTH):
@@ -44,7 +46,8 @@ def joined(rows, order=(0, 1, 2)):
 
 
 def bmp(rows):
-    return b"BM" + struct.pack("<IIIIiiHHIIIIII", 54 + 3 * WIDTH * HEIGHT, 0, 54, 40, WIDTH, HEIGHT, 1, 24, 0, 0, 0, 0, 0, 0) + joined(rows[::-1], (2, 1, 0))
+    return b"BM" + struct.pack("<IIIIiiHHIIIIII", 54 + 3 * WIDTH * HEIGHT, 0, 54, 40, WIDTH, HEIGHT, 1, 24, 0, 0, 0, 0,
+                               0, 0) + joined(rows[::-1], (2, 1, 0))
 
 
 def tga(rows):
@@ -54,7 +57,8 @@ def tga(rows):
 def gif(rows):
     """With 256 colours, and codes of nine bits: what clears the dictionary comes before it would make them longer."""
     palette = sorted({pixel for row in rows for pixel in row})
-    out = b"GIF89a" + struct.pack("<HHBBB", WIDTH, HEIGHT, 0xF7, 0, 0) + b"".join(bytes(c) for c in palette + [(0, 0, 0)] * (256 - len(palette)))
+    out = b"GIF89a" + struct.pack("<HHBBB", WIDTH, HEIGHT, 0xF7, 0,
+                                  0) + b"".join(bytes(c) for c in palette + [(0, 0, 0)] * (256 - len(palette)))
     codes = []
     for i, pixel in enumerate(p for row in rows for p in row):
         codes += ([256] if i % 200 == 0 else []) + [palette.index(pixel)]
@@ -65,7 +69,8 @@ def gif(rows):
 
 
 def pic(rows):
-    return b"\x53\x80\xf6\x34" + bytes(84) + b"PICT" + struct.pack(">HHfHH", WIDTH, HEIGHT, 1, 3, 0) + b"\0\x08\0\xe0" + joined(rows)
+    return b"\x53\x80\xf6\x34" + bytes(84) + b"PICT" + struct.pack(
+        ">HHfHH", WIDTH, HEIGHT, 1, 3, 0) + b"\0\x08\0\xe0" + joined(rows)
 
 
 def ppm(rows):
@@ -79,8 +84,11 @@ def sgi(rows):
 
 def tiff(rows):
     data = joined(rows)
-    tags = [(256, 3, 1, WIDTH), (257, 3, 1, HEIGHT), (258, 3, 1, 8), (259, 3, 1, 1), (262, 3, 1, 2), (273, 4, 1, 8), (277, 3, 1, 3), (278, 3, 1, HEIGHT), (279, 4, 1, len(data))]
-    return b"II*\0" + struct.pack("<I", 8 + len(data)) + data + struct.pack("<H", len(tags)) + b"".join(struct.pack("<HHII", *tag) for tag in tags) + bytes(4)
+    tags = [(256, 3, 1, WIDTH), (257, 3, 1, HEIGHT), (258, 3, 1, 8), (259, 3, 1, 1), (262, 3, 1, 2), (273, 4, 1, 8),
+            (277, 3, 1, 3), (278, 3, 1, HEIGHT), (279, 4, 1, len(data))]
+    return b"II*\0" + struct.pack("<I",
+                                  8 + len(data)) + data + struct.pack("<H", len(tags)) + b"".join(
+                                      struct.pack("<HHII", *tag) for tag in tags) + bytes(4)
 
 
 def five(pixel):
@@ -88,28 +96,33 @@ def five(pixel):
 
 
 def blocks(rows):
-    """bc1: the darkest and the brightest pixel of each block, and what is nearest of the four colours that they make."""
+    """bc1: the darkest and the brightest pixel of each block, and what is nearest of the four colours that they
+    make."""
     out = b""
     for y in range(0, len(rows), 4):
         for x in range(0, len(rows[0]), 4):
             block = [rows[y + i // 4][x + i % 4] for i in range(16)]
             ends = sorted((five(min(block, key=sum)), five(max(block, key=sum))), reverse=True)
             full = [(255 * (e >> 11) / 31, 255 * (e >> 5 & 63) / 63, 255 * (e & 31) / 31) for e in ends]
-            colors = full + [tuple((2 * a + b) / 3 for a, b in zip(*full)), tuple((a + 2 * b) / 3 for a, b in zip(*full))]
+            colors = full + [tuple((2 * a + b) / 3 for a, b in zip(*full)),
+                             tuple((a + 2 * b) / 3 for a, b in zip(*full))]
             if ends[0] == ends[1]:
                 colors = colors[:1]
-            best = [min(range(len(colors)), key=lambda k: sum((a - b) ** 2 for a, b in zip(colors[k], pixel))) for pixel in block]
+            best = [min(range(len(colors)), key=lambda k: sum((a - b) ** 2 for a, b in zip(colors[k], pixel)))
+                    for pixel in block]
             out += struct.pack("<HHI", *ends, sum(k << 2 * i for i, k in enumerate(best)))
     return out
 
 
 def halved(rows):
-    return [[tuple(sum(rows[2 * y + k // 2][2 * x + k % 2][c] for k in range(4)) // 4 for c in range(3)) for x in range(len(rows[0]) // 2)] for y in range(len(rows) // 2)]
+    return [[tuple(sum(rows[2 * y + k // 2][2 * x + k % 2][c] for k in range(4)) // 4 for c in range(3))
+             for x in range(len(rows[0]) // 2)] for y in range(len(rows) // 2)]
 
 
 def dds(rows):
     levels = [rows, halved(rows), halved(halved(rows)), halved(halved(halved(rows)))]
-    head = struct.pack("<IIIIIII", 124, 0x21007, HEIGHT, WIDTH, 0, 0, len(levels)) + bytes(44) + struct.pack("<II4sIIIII", 32, 4, b"DXT1", 0, 0, 0, 0, 0)
+    head = struct.pack("<IIIIIII", 124, 0x21007, HEIGHT, WIDTH, 0, 0,
+                       len(levels)) + bytes(44) + struct.pack("<II4sIIIII", 32, 4, b"DXT1", 0, 0, 0, 0, 0)
     return b"DDS " + head + struct.pack("<IIIII", 0x401008, 0, 0, 0, 0) + b"".join(blocks(level) for level in levels)
 
 
@@ -117,12 +130,16 @@ def ktx2(faces, side, levels=1, form=37):
     descriptor = struct.pack("<II", 28, 0) + bytes(20)
     begin = 80 + 24
     data = b"".join(faces)
-    head = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<IIIIIIIII", form, 1, side[0], side[1], 0, 0, len(faces), levels, 0)
-    return head + struct.pack("<IIIIQQ", begin, len(descriptor), 0, 0, 0, 0) + struct.pack("<QQQ", begin + len(descriptor), len(data), len(data)) + descriptor + data
+    head = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<IIIIIIIII", form, 1, side[0], side[1], 0, 0, len(faces), levels,
+                                                     0)
+    return head + struct.pack("<IIIIQQ", begin, len(descriptor), 0, 0, 0,
+                              0) + struct.pack("<QQQ", begin + len(descriptor), len(data),
+                                               len(data)) + descriptor + data
 
 
 def sky(side=64):
-    """Blue above, sand below, a warm half along -Z; a red mark along +X, a green one along -X, so that it can be seen how the faces lie."""
+    """Blue above, sand below, a warm half along -Z; a red mark along +X, a green one along -X, so that it can be seen
+    how the faces lie."""
     faces = []
     for face in range(6):
         out = bytearray()
@@ -133,7 +150,8 @@ def sky(side=64):
                 size = math.sqrt(sum(v * v for v in d))
                 dx, dy, dz = (v / size for v in d)
                 up, warm = max(0.0, dy), max(0.0, -dz) * (1 - abs(dy))
-                color = (0.62 - 0.4 * up + 0.3 * warm, 0.68 - 0.3 * up + 0.1 * warm, 0.75 + 0.1 * up - 0.25 * warm) if dy > 0 else (0.45, 0.40, 0.33)
+                color = ((0.62 - 0.4 * up + 0.3 * warm, 0.68 - 0.3 * up + 0.1 * warm, 0.75 + 0.1 * up - 0.25 * warm)
+                         if dy > 0 else (0.45, 0.40, 0.33))
                 color = (0.8, 0.1, 0.05) if dx > 0.93 else (0.1, 0.6, 0.1) if dx < -0.93 else color
                 out += bytes(min(255, max(0, round(255 * c))) for c in color) + b"\xff"
         faces.append(bytes(out))
@@ -142,7 +160,8 @@ def sky(side=64):
 
 def main():
     here = os.path.dirname(os.path.abspath(__file__))
-    makers = {"bmp": bmp, "tga": tga, "gif": gif, "pic": pic, "ppm": ppm, "sgi": sgi, "tif": tiff, "dds": dds, "ktx2": lambda rows: ktx2([blocks(rows)], (WIDTH, HEIGHT), 1, 131)}
+    makers = {"bmp": bmp, "tga": tga, "gif": gif, "pic": pic, "ppm": ppm, "sgi": sgi, "tif": tiff, "dds": dds,
+              "ktx2": lambda rows: ktx2([blocks(rows)], (WIDTH, HEIGHT), 1, 131)}
     names = {"ppm": "PNM16", "tif": "TIFF", "ktx2": "KTX2"}
     for i, (kind, make) in enumerate(makers.items()):
         rows = card(names.get(kind, kind.upper()), [(40, 90, 160), (150, 80, 40), (50, 120, 60)][i % 3])

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes ../subdivision.tsct: animals, a creased machine part and pebbles, each a control mesh of a few dozen points; and
-../rearing.tsct, where the animals rear up against the machine part while all of them are led by tessera-deform.
+"""Writes ../subdivision.tsct: animals, a creased machine part and pebbles, each a control mesh of a few dozen points;
+and ../rearing.tsct, where the animals rear up against the machine part while all of them are led by tessera-deform.
 
     deploy/scenes/subdivision/make-subdivision.py > deploy/scenes/subdivision.tsct
     deploy/scenes/subdivision/make-subdivision.py rearing > deploy/scenes/rearing.tsct
@@ -10,7 +10,8 @@ import sys
 
 
 def voxels(xs, ys, zs, cells):
-    """The surface of some cells of a grid whose planes stand where xs, ys, zs say: points and quadrilaterals, seen from outside."""
+    """The surface of some cells of a grid whose planes stand where xs, ys, zs say: points and quadrilaterals, seen from
+    outside."""
     numbers, points, faces = {}, [], []
 
     def vertex(i, j, k):
@@ -82,9 +83,12 @@ def flange(segments=8):
 
 def pebble():
     g = (1 + math.sqrt(5)) / 2
-    points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
-    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6), (7, 1, 8),
-             (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+    points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g),
+              (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
+             (7, 1, 8),
+             (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7),
+             (9, 8, 1)]
     return [(0.19 * x, 0.12 * y, 0.16 * z) for x, y, z in points], faces
 
 
@@ -105,11 +109,13 @@ def surface(points, faces, extra="", creases=(), indent="      "):
 
 
 def subdivision():
-    print("""# Animals, a creased machine part and pebbles: what stands here are their control meshes, what is seen and touched the smooth
+    print("""# Animals, a creased machine part and pebbles: what stands here are their control meshes, what is seen \
+and touched the smooth
 # surfaces that these mean. Written by subdivision/make-subdivision.py.
 #
 # The flange comes down over the first animal's head and stops where it touches; the pebbles are free bodies.
-# Pull at a control point, and picture and collision follow: tessera-ctl set /garden/animal/surface points@158 0.8 3 -0.3
+# Pull at a control point, and picture and collision follow: tessera-ctl set /garden/animal/surface points@158 0.8 3 \
+-0.3
 
 material { name: "fur"     base_color { r: 0.55 g: 0.30 b: 0.12 } roughness: 0.75 }
 material { name: "slate"   base_color { r: 0.20 g: 0.24 b: 0.32 } roughness: 0.6 }
@@ -118,7 +124,8 @@ material { name: "stone"   base_color { r: 0.58 g: 0.55 b: 0.50 } roughness: 0.9
 material { name: "lawn"    base_color { r: 0.22 g: 0.34 b: 0.14 } roughness: 1 }
 material { name: "paving"  base_color { r: 0.46 g: 0.43 b: 0.40 } roughness: 0.9 }
 
-node { name: "air" environment { sky { r: 0.26 g: 0.30 b: 0.36 } ground { r: 0.16 g: 0.15 b: 0.11 } background { r: 0.55 g: 0.66 b: 0.78 }
+node { name: "air" environment { sky { r: 0.26 g: 0.30 b: 0.36 } ground { r: 0.16 g: 0.15 b: 0.11 } background { r: \
+0.55 g: 0.66 b: 0.78 }
   gravity { y: -9.81 } } }
 node { name: "sun" transform { rotation { axis { x: -0.8 y: -0.6 z: 0.1 } angle_deg: 58 } }
   directional_light { color { r: 1 g: 0.95 b: 0.86 } intensity: 1.1 shadows: true } }
@@ -131,9 +138,11 @@ node {
   node { name: "paving" material: "paving" transform { translation { y: -0.1 } } box { size { x: 9 y: 0.2 z: 5 } } }
 """)
     points, faces = animal()
-    print("  node {\n    name: \"animal\"\n    transform { translation { x: -1.6 } rotation { axis { y: 1 } angle_deg: 20 } }\n    node {\n      name: \"surface\"\n      material: \"fur\"")
+    print("  node {\n    name: \"animal\"\n    transform { translation { x: -1.6 } rotation { axis { y: 1 } "
+          "angle_deg: 20 } }\n    node {\n      name: \"surface\"\n      material: \"fur\"")
     print(surface(points, faces, indent="        ") + "    }\n    node { collision_object { kind: DEFORMING } }\n  }")
-    print("  node {\n    name: \"young one\"\n    transform { translation { x: 1.7 z: 1.2 } rotation { axis { y: 1 } angle_deg: 205 } uniform_scale: 0.55 }\n    node {\n      name: \"surface\"\n      material: \"slate\"")
+    print("  node {\n    name: \"young one\"\n    transform { translation { x: 1.7 z: 1.2 } rotation { axis { y: 1 } "
+          "angle_deg: 205 } uniform_scale: 0.55 }\n    node {\n      name: \"surface\"\n      material: \"slate\"")
     print(surface(points, faces, indent="        ") + "    }\n    node { collision_object { kind: DEFORMING } }\n  }")
     points, faces, creases = flange()
     print("""  node {
@@ -150,7 +159,8 @@ node {
   }""")
     points, faces = pebble()
     print("""  node { name: "pebbles"
-    node { name: "row" transform { translation { x: 0.9 y: 2.6 z: -0.6 } } repeat { count: 5 step { x: 0.35 y: 0.45 z: 0.25 } }
+    node { name: "row" transform { translation { x: 0.9 y: 2.6 z: -0.6 } } repeat { count: 5 step { x: 0.35 y: 0.45 z: \
+0.25 } }
       node { name: "pebble" transform { rotation { axis { x: 1 y: 2 z: 1 } angle_deg: 40 } } material: "stone"
         node { name: "surface\"""")
     print(surface(points, faces, extra="scheme: LOOP level: 2", indent="          ") + """        }
@@ -161,11 +171,13 @@ node {
 
 
 def rearing():
-    print("""# Two animals rear up against a creased flange that hangs between them, and all three deform: their control meshes are led by
+    print("""# Two animals rear up against a creased flange that hangs between them, and all three deform: their \
+control meshes are led by
 #
 #     tessera-deform bend-x:0..28:4:/ring/animal bend-x:0..28:4:/ring/other swell-y:-8..16:3:/ring/flange
 #
-# (`./deploy/run-wall --deform` runs it beside the wall). What touches is marked: a ball per point, a bright triangle per face.
+# (`./deploy/run-wall --deform` runs it beside the wall). What touches is marked: a ball per point, a bright triangle \
+per face.
 # Nothing is stopped. Written by subdivision/make-subdivision.py.
 
 material { name: "fur"     base_color { r: 0.55 g: 0.30 b: 0.12 } roughness: 0.75 }
@@ -173,7 +185,8 @@ material { name: "slate"   base_color { r: 0.20 g: 0.24 b: 0.32 } roughness: 0.6
 material { name: "steel"   base_color { r: 0.62 g: 0.64 b: 0.66 } metallic: 0.8 roughness: 0.3 }
 material { name: "sand"    base_color { r: 0.52 g: 0.44 b: 0.31 } roughness: 1 }
 
-node { name: "air" environment { sky { r: 0.30 g: 0.33 b: 0.38 } ground { r: 0.18 g: 0.16 b: 0.12 } background { r: 0.60 g: 0.66 b: 0.72 } } }
+node { name: "air" environment { sky { r: 0.30 g: 0.33 b: 0.38 } ground { r: 0.18 g: 0.16 b: 0.12 } background { r: \
+0.60 g: 0.66 b: 0.72 } } }
 node { name: "sun" transform { rotation { axis { x: -0.8 y: -0.6 z: 0.1 } angle_deg: 58 } }
   directional_light { color { r: 1 g: 0.95 b: 0.86 } intensity: 1.1 shadows: true } }
 node { name: "camera" transform { translation { x: 0 y: 0.9 z: 4.3 } rotation { axis { x: -1 } angle_deg: 6 } }
@@ -181,12 +194,16 @@ node { name: "camera" transform { translation { x: 0 y: 0.9 z: 4.3 } rotation { 
 
 node {
   name: "ring"
-  node { name: "sand" material: "sand" transform { translation { y: -0.1 } } cylinder { radius: 14 height: 0.2 segments: 96 } }
+  node { name: "sand" material: "sand" transform { translation { y: -0.1 } } cylinder { radius: 14 height: 0.2 \
+segments: 96 } }
 """)
     points, faces = animal()
-    for name, fur, place in (("animal", "fur", "translation { x: -2.05 }"), ("other", "slate", "translation { x: 2.05 } rotation { axis { y: 1 } angle_deg: 180 }")):
-        print(f'  node {{\n    name: "{name}"\n    transform {{ {place} }}\n    node {{\n      name: "surface"\n      material: "{fur}"')
-        print(surface(points, faces, indent="        ") + "    }\n    node { collision_object { kind: DEFORMING } }\n  }")
+    for name, fur, place in (("animal", "fur", "translation { x: -2.05 }"),
+                             ("other", "slate", "translation { x: 2.05 } rotation { axis { y: 1 } angle_deg: 180 }")):
+        print(f'  node {{\n    name: "{name}"\n    transform {{ {place} }}\n    node {{\n      name: "surface"\n      '
+              f'material: "{fur}"')
+        print(surface(points, faces,
+                      indent="        ") + "    }\n    node { collision_object { kind: DEFORMING } }\n  }")
     points, faces, creases = flange()
     print("""  node {
     name: "flange"
@@ -197,9 +214,12 @@ node {
     print(surface(points, faces, creases=creases, indent="        ") + """    }
     node { collision_object { kind: DEFORMING } }
   }
-  node { name: "left" interest { object: "animal" against: "flange" response: REPORT show_points: true show_faces: true } }
-  node { name: "right" interest { object: "other" against: "flange" response: REPORT show_points: true show_faces: true } }
-  node { name: "both" interest { object: "animal" against: "other" response: REPORT show_points: true show_faces: true } }
+  node { name: "left" interest { object: "animal" against: "flange" response: REPORT show_points: true show_faces: \
+true } }
+  node { name: "right" interest { object: "other" against: "flange" response: REPORT show_points: true show_faces: \
+true } }
+  node { name: "both" interest { object: "animal" against: "other" response: REPORT show_points: true show_faces: true \
+} }
 }""")
 
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Writes ../techniques.tsct: one pair of models, a knob that a hand leads over a hill and into it, looked at in nine ways side by side.
-What stands beside each, the gap as the hand begins, its error and what a question takes, is measured by tessera-collide on the same
-pair:
+"""Writes ../techniques.tsct: one pair of models, a knob that a hand leads over a hill and into it, looked at in nine
+ways side by side. What stands beside each, the gap as the hand begins, its error and what a question takes, is measured
+by tessera-collide on the same pair:
 
     deploy/scenes/techniques/make-techniques.py out/bin/tessera-collide > deploy/scenes/techniques.tsct
-    deploy/scenes/techniques/make-techniques.py --models FOLDER    # hill.obj, knob.obj, knob-control.obj, knob.ply, poses.txt
+    deploy/scenes/techniques/make-techniques.py --models FOLDER    # hill.obj, knob.obj, knob-control.obj, knob.ply,
+    poses.txt
 """
 import json
 import math
@@ -66,7 +67,8 @@ def refined(points, faces):
     out = []
     for v, (touching, ends) in enumerate(around):
         n = len(touching)
-        q, r = mean([centres[f] for f in touching]), mean([[(points[v][k] + points[e][k]) / 2 for k in range(3)] for e in ends])
+        q, r = mean([centres[f] for f in touching]), mean(
+            [[(points[v][k] + points[e][k]) / 2 for k in range(3)] for e in ends])
         out.append([(q[k] + 2 * r[k] + (n - 3) * points[v][k]) / n for k in range(3)])
     number = {}
     for (a, b), (f, g) in edges.items():
@@ -91,7 +93,9 @@ def limit(points, faces):
     out = []
     for v, (edges, across) in enumerate(near):
         n = len(edges)
-        out.append([(n * n * points[v][k] + 4 * sum(points[e][k] for e in edges) + sum(points[d][k] for d in across)) / (n * (n + 5)) for k in range(3)])
+        out.append([(n * n * points[v][k] + 4 * sum(points[e][k]
+                                                    for e in edges) + sum(points[d][k] for d in across)) / (
+                                                        n * (n + 5)) for k in range(3)])
     return out
 
 
@@ -100,7 +104,8 @@ def hill(columns=48, rows=32):
     for j in range(rows + 1):
         for i in range(columns + 1):
             x, z = 0.44 * (i / columns - 0.5), 0.3 * (j / rows - 0.5)
-            points.append([x, 0.05 * math.cos(9 * x) * math.cos(8 * z) + 0.008 * math.sin(50 * x + 1) * math.cos(45 * z), z])
+            points.append([x, 0.05 * math.cos(9 * x) * math.cos(8 * z) + 0.008 * math.sin(50 * x
+                                                                                          + 1) * math.cos(45 * z), z])
     for j in range(rows):
         for i in range(columns):
             a = j * (columns + 1) + i
@@ -117,11 +122,13 @@ def number(x):
 
 
 def obj(points, faces):
-    return "".join("v " + " ".join(map(number, p)) + "\n" for p in points) + "".join("f " + " ".join(str(v + 1) for v in f) + "\n" for f in faces)
+    return "".join("v " + " ".join(map(number, p)) + "\n" for p in points) + "".join(
+        "f " + " ".join(str(v + 1) for v in f) + "\n" for f in faces)
 
 
 def ply(points):
-    return (f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\nend_header\n" +
+    return (f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float "
+            f"z\nend_header\n" +
             "".join(" ".join(map(number, p)) + "\n" for p in points))
 
 
@@ -159,20 +166,23 @@ STALLS = [
 
 
 def write_models(folder):
-    for name, text in (("hill.obj", obj(*HILL)), ("knob.obj", obj(*MESH)), ("knob-control.obj", obj(*CONTROL)), ("knob.ply", ply(MESH[0])),
+    for name, text in (("hill.obj", obj(*HILL)), ("knob.obj", obj(*MESH)), ("knob-control.obj", obj(*CONTROL)),
+                       ("knob.ply", ply(MESH[0])),
                         ("poses.txt", poses())):
         with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
             file.write(text)
 
 
 def measured(program, folder, words):
-    """The gap as the hand begins, its error, and the median of what yes or no and a distance take, in µs: the best of three runs."""
+    """The gap as the hand begins, its error, and the median of what yes or no and a distance take, in µs: the best of
+    three runs."""
     knob = "knob-control.obj" if "subdivision" in words else "knob.ply" if "points" in words else "knob.obj"
     said = {}
     for query in ("any", "distance"):
         runs = []
         for _ in range(3):
-            out = subprocess.run([program, "hill.obj", knob, "--poses", "poses.txt", "--query", query, "--json", "--time", *words],
+            out = subprocess.run([program, "hill.obj", knob, "--poses", "poses.txt", "--query", query, "--json",
+                                  "--time", *words],
                                  cwd=folder, check=True, capture_output=True, text=True).stdout.splitlines()
             runs.append(json.loads(out[-1])["median_us"])
         said[query] = min(runs)
@@ -193,24 +203,31 @@ def mesh(name, points, faces):
 
 def label(name, x, y, size, text, material):
     return (f'node {{ name: "{name}" transform {{ translation {{ x: {number(x)} y: {number(y)} z: -0.325 }} }}\n'
-            f'  material: "{material}" text {{ text: "{text}" font: "DejaVu Sans" size: {size} line_spacing: 1.3 }} }}\n')
+            f'  material: "{material}" text {{ text: "{text}" font: "DejaVu Sans" size: {size} line_spacing: 1.3 }} '
+            f'}}\n')
 
 
 def scene(numbers):
     knob = {
         "mesh": 'geometry { mesh: "knob" }',
         "points": 'geometry { mesh: "knob points" }',
-        "smooth": "subdivision_surface {\n    points: [" + ", ".join(number(x) for p in CONTROL[0] for x in p) + "]\n    face_vertices: [" +
+        "smooth": "subdivision_surface {\n    points: ["
+        + ", ".join(number(x) for p in CONTROL[0] for x in p) + "]\n    face_vertices: [" +
                   ", ".join(str(v) for f in CONTROL[1] for v in f) + "] }",
     }
-    text = """# One pair of models, looked at in nine ways: a hand leads nine equal knobs over nine equal hills and into them. The line between
-# the nearest points is a ruler, balls mark where they touch; `tessera-ctl contacts --distances` tells the numbers as they are now, and
+    text = """# One pair of models, looked at in nine ways: a hand leads nine equal knobs over nine equal hills and \
+into them. The line between
+# the nearest points is a ruler, balls mark where they touch; `tessera-ctl contacts --distances` tells the numbers as \
+they are now, and
 # `tessera-ctl move /hand 0 -0.02 0 --by` moves the hand (the motion stands still then).
 #
-# Beside each pair: the gap as the hand begins, its error, and the median over the hand's path of what yes or no and a distance take.
-# These were measured by tessera-collide on the same pair, one thread (techniques/make-techniques.py, which writes this file, does it):
+# Beside each pair: the gap as the hand begins, its error, and the median over the hand's path of what yes or no and a \
+distance take.
+# These were measured by tessera-collide on the same pair, one thread (techniques/make-techniques.py, which writes \
+this file, does it):
 #     tessera-collide hill.obj knob.obj --poses poses.txt --query distance --time --as-b distance-field
-# Spherical Bézier patches only reject, so distances are those of triangles, and yes or no costs the look at the patches besides.
+# Spherical Bézier patches only reject, so distances are those of triangles, and yes or no costs the look at the \
+patches besides.
 
 material { name: "wall"  base_color { r: 0.72 g: 0.74 b: 0.76 } roughness: 0.9 }
 material { name: "hill"  base_color { r: 0.30 g: 0.45 b: 0.22 } roughness: 0.8 double_sided: true }
@@ -219,10 +236,14 @@ material { name: "ink"   base_color { r: 0.03 g: 0.04 b: 0.06 } roughness: 0.8 }
 material { name: "title" base_color { r: 0.45 g: 0.05 b: 0.04 } roughness: 0.8 }
 
 # From a little above.
-node { name: "camera" transform { translation { y: 0.093 z: 0.357 } rotation { axis { x: -1 } angle_deg: 14 } } camera {} }
-node { name: "sun" transform { rotation { axis { x: -0.9 y: -0.5 z: 0.1 } angle_deg: 40 } } directional_light { intensity: 0.75 } }
-node { name: "sky" environment { sky { r: 0.26 g: 0.28 b: 0.31 } ground { r: 0.16 g: 0.15 b: 0.14 } background { r: 0.2 g: 0.22 b: 0.25 } } }
-node { name: "wall" material: "wall" transform { translation { y: 1.5 z: -0.36 } } box { size { x: 4.4 y: 2.6 z: 0.04 } }
+node { name: "camera" transform { translation { y: 0.093 z: 0.357 } rotation { axis { x: -1 } angle_deg: 14 } } camera \
+{} }
+node { name: "sun" transform { rotation { axis { x: -0.9 y: -0.5 z: 0.1 } angle_deg: 40 } } directional_light { \
+intensity: 0.75 } }
+node { name: "sky" environment { sky { r: 0.26 g: 0.28 b: 0.31 } ground { r: 0.16 g: 0.15 b: 0.14 } background { r: \
+0.2 g: 0.22 b: 0.25 } } }
+node { name: "wall" material: "wall" transform { translation { y: 1.5 z: -0.36 } } box { size { x: 4.4 y: 2.6 z: 0.04 \
+} }
   node { collision_object { layers: 0 } } }
 
 """
@@ -235,20 +256,28 @@ node { name: "wall" material: "wall" transform { translation { y: 1.5 z: -0.36 }
         x, y = 1.03 * (column - 1) + 0.02, 2.1 - 0.6 * row
         key = name.replace("é", "e")
         object_ = f"\n    node {{ collision_object {{ {own} }} }}"
-        hills += (f'  node {{ name: "{key}" transform {{ translation {{ x: {number(x - 0.27)} y: {number(y - 0.17)} z: -0.1 }} }}\n'
-                  f'    node {{ material: "hill" geometry {{ mesh: "hill" }} }}\n    node {{ collision_object {{ kind: STATIC {ground} }} }} }}\n')
-        knobs += (f'  node {{ name: "{key}" transform {{ translation {{ x: {number(x - 0.27 + START[0])} y: {number(y - 0.17 + START[1])} z: {number(START[2] - 0.1)} }} }}\n'
+        hills += (f'  node {{ name: "{key}" transform {{ translation {{ x: {number(x - 0.27)} y: {number(y - 0.17)} '
+                  f'z: -0.1 }} }}\n'
+                  f'    node {{ material: "hill" geometry {{ mesh: "hill" }} }}\n    node {{ collision_object {{ '
+                  f'kind: STATIC {ground} }} }} }}\n')
+        knobs += (f'  node {{ name: "{key}" transform {{ translation {{ x: {number(x - 0.27 + START[0])} y: '
+                  f'{number(y - 0.17 + START[1])} z: {number(START[2] - 0.1)} }} }}\n'
                   f'    node {{ material: "knob" {knob[kind]} }}{object_} }}\n')
         gap, error, any_, distance = numbers[i]
         labels += label(f"name of {key}", x + 0.05, y + 0.12, 0.062, name, "title")
         exact = {"points": "exact, of the balls", "hull": "exact, of the hull"}.get(name, "exact")
-        says = f"gap {1000 * gap:.2f} mm\\n" + (f"error {1000 * error:.2g} mm" if error > 0 else exact) + f"\\nyes or no {micro(any_)}\\ndistance {micro(distance)}"
+        says = f"gap {1000 * gap:.2f} mm\\n" + (f"error {1000 * error:.2g} mm" if error > 0
+                                                else exact) + f"\\nyes or no {micro(any_)}\\ndistance {micro(distance)}"
         labels += label(f"of {key}", x + 0.05, y + 0.03, 0.046, says, "ink")
-        rules += (f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" mode: DISTANCE threshold: 0.3 response: REPORT show_points: true show_normals: true }} }}\n'
-                  f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" response: REPORT most_faces: 100 show_points: true }} }}\n')
-    keys = " ".join(f"key {{ time: {t} transform {{ translation {{ x: {p[0]} y: {p[1]} z: {p[2]} }} }} }}" for t, p in PATH)
+        rules += (f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" mode: DISTANCE threshold: 0.3 '
+                  f'response: REPORT show_points: true show_normals: true }} }}\n'
+                  f'  node {{ interest {{ object: "/hand/{key}" against: "/hills/{key}" response: REPORT most_faces: '
+                  f'100 show_points: true }} }}\n')
+    keys = " ".join(f"key {{ time: {t} transform {{ translation {{ x: {p[0]} y: {p[1]} z: {p[2]} }} }} }}"
+                    for t, p in PATH)
     text += f'node {{ name: "hills"\n{hills}}}\n'
-    text += f'node {{ name: "hand" transform {{ translation {{ y: {PATH[0][1][1]} }} }}\n{knobs}  node {{ name: "motion" motion {{ mode: LOOP {keys} }} }}\n}}\n'
+    text += (f'node {{ name: "hand" transform {{ translation {{ y: {PATH[0][1][1]} }} }}\n{knobs}  node {{ name: '
+             f'"motion" motion {{ mode: LOOP {keys} }} }}\n}}\n')
     return text + labels + f'node {{ name: "rules"\n{rules}}}\n'
 
 

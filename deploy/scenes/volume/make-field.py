@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes knot.mhd and knot.raw: a scalar field around a trefoil knot, 64 x 64 x 40 bytes: python3 deploy/scenes/volume/make-field.py"""
+"""Writes knot.mhd and knot.raw: a scalar field around a trefoil knot, 64 x 64 x 40 bytes: python3
+deploy/scenes/volume/make-field.py"""
 import math
 import os
 
@@ -8,7 +9,8 @@ NX, NY, NZ, SPACING = 64, 64, 40, 0.02
 places = []
 for i in range(400):
     t = 2 * math.pi * i / 400
-    places.append(((math.sin(t) + 2 * math.sin(2 * t)) * 0.17, (math.cos(t) - 2 * math.cos(2 * t)) * 0.17, -math.sin(3 * t) * 0.2))
+    places.append(((math.sin(t) + 2 * math.sin(2 * t)) * 0.17, (math.cos(t) - 2 * math.cos(2 * t)) * 0.17,
+                   -math.sin(3 * t) * 0.2))
 field = bytearray()
 for z in range(NZ):
     for y in range(NY):
@@ -19,6 +21,7 @@ for z in range(NZ):
 with open(os.path.join(here, 'knot.raw'), 'wb') as raw:
     raw.write(field)
 with open(os.path.join(here, 'knot.mhd'), 'w') as header:
-    header.write('ObjectType = Image\nNDims = 3\nDimSize = %d %d %d\nElementSpacing = %g %g %g\n' % (NX, NY, NZ, SPACING, SPACING, SPACING))
+    header.write('ObjectType = Image\nNDims = 3\nDimSize = %d %d %d\nElementSpacing = %g %g %g\n' % (
+        NX, NY, NZ, SPACING, SPACING, SPACING))
     header.write('Offset = %g %g %g\n' % tuple(-(n - 1) / 2 * SPACING for n in (NX, NY, NZ)))
     header.write('ElementType = MET_UCHAR\nElementByteOrderMSB = False\nElementDataFile = knot.raw\n')

@@ -11,7 +11,8 @@
 namespace tessera {
 namespace {
 
-/// Of the largest coordinate: directions are of length 1 and at right angles but for some units, so are the hull's extents along them.
+/// Of the largest coordinate: directions are of length 1 and at right angles but for some units, so are the hull's
+/// extents along them.
 constexpr double kBoxRounding = 16 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -29,7 +30,8 @@ PartBox FreeformParts::boxAround(const FreeformPart& part) const {
         const Vec3d across = row - n * n.dot(row);
         const double length = across.norm();
         // Of a row along the normal rounding alone is left.
-        const Vec3d side = length > 1e-6 * row.norm() && std::isfinite(length) ? Vec3d(across / length) : n.unitOrthogonal();
+        const Vec3d side =
+            length > 1e-6 * row.norm() && std::isfinite(length) ? Vec3d(across / length) : n.unitOrthogonal();
         box.axes.col(2) = n;
         box.axes.col(0) = (side - n * n.dot(side)).normalized();
         box.axes.col(1) = n.cross(box.axes.col(0));
@@ -57,7 +59,8 @@ std::uint32_t FreeformParts::blockOf(std::uint32_t which) {
     std::size_t count = 0;
     const auto openUp = [&](Open at) {
         divide(at.part);
-        for (std::uint32_t c = 0; c < parts_[at.part].children; ++c) open[count++] = {parts_[at.part].firstChild + c, 4 * at.way + c};
+        for (std::uint32_t c = 0; c < parts_[at.part].children; ++c)
+            open[count++] = {parts_[at.part].firstChild + c, 4 * at.way + c};
     };
     FreeformPart whole = parts_[which];
     whole.divided = false;
@@ -97,9 +100,11 @@ std::uint32_t FreeformParts::makePart(std::uint32_t block, std::uint32_t lane) {
     const std::size_t before = coordinates_.size();
     const std::uint32_t way = blocks_[block].ways[lane];
     FreeformPart part = parts_[blocks_[block].of];
-    for (int shift = static_cast<int>(std::bit_width(way)) - 3; shift >= 0; shift -= 2) part = childOf(part, (way >> shift) & 3, shift == 0);
+    for (int shift = static_cast<int>(std::bit_width(way)) - 3; shift >= 0; shift -= 2)
+        part = childOf(part, (way >> shift) & 3, shift == 0);
     const std::size_t size = coordinatesOf(part);
-    std::copy_n(coordinates_.begin() + static_cast<std::ptrdiff_t>(part.at), size, coordinates_.begin() + static_cast<std::ptrdiff_t>(before));
+    std::copy_n(coordinates_.begin() + static_cast<std::ptrdiff_t>(part.at), size,
+                coordinates_.begin() + static_cast<std::ptrdiff_t>(before));
     coordinates_.resize(before + size);
     part.at = before;
     part.lane = static_cast<std::uint32_t>(kernel::kBoxLanes) * block + lane;
@@ -109,13 +114,15 @@ std::uint32_t FreeformParts::makePart(std::uint32_t block, std::uint32_t lane) {
 
 /// Of the hull and what else lies behind it.
 std::size_t FreeformParts::coordinatesOf(const FreeformPart& part) const {
-    return std::size_t{part.rational ? 7U : 3U} * part.points + (part.kind == FreeformPart::Kind::kNeighbourhood ? 3 * std::size_t{part.controls} : 0);
+    return std::size_t{part.rational ? 7U : 3U} * part.points +
+           (part.kind == FreeformPart::Kind::kNeighbourhood ? 3 * std::size_t{part.controls} : 0);
 }
 
 /// What `divide` makes its child `c`. Where not the whole of it is asked for, only what its own children are made of.
 FreeformPart FreeformParts::childOf(const FreeformPart& part, std::uint32_t c, bool whole) {
     if (part.kind == FreeformPart::Kind::kGroup) return makeGroup(shape_.nodes()[part.face].first + c, whole);
-    if (part.kind == FreeformPart::Kind::kNeighbourhood) return quarterOf(part, pointsAt(controlsAt(part), part.controls), c, whole);
+    if (part.kind == FreeformPart::Kind::kNeighbourhood)
+        return quarterOf(part, pointsAt(controlsAt(part), part.controls), c, whole);
     FreeformPart child;
     for (FreeformPart& half : part.kind == FreeformPart::Kind::kPatch ? halve(part) : halveTriangle(part)) {
         if (!settleTrim(half)) continue;

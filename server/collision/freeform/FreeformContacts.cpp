@@ -12,11 +12,19 @@
 namespace tessera {
 namespace {
 
-/// Down all pairs that no direction parts, to parts of the spacing; then points of both that are within the tolerance, or further down.
+/// Down all pairs that no direction parts, to parts of the spacing; then points of both that are within the tolerance,
+/// or further down.
 class ContactSearchOfParts {
 public:
-    ContactSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds, double spacing, const FreeformContactOptions& options, QueryWork& work)
-        : a_(a), b_(b), bounds_(bounds), spacing_(spacing), tolerance_(std::max(options.tolerance, 4 * bounds.slack())), most_(options.most), work_(work) {}
+    ContactSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds, double spacing,
+                         const FreeformContactOptions& options, QueryWork& work)
+        : a_(a),
+          b_(b),
+          bounds_(bounds),
+          spacing_(spacing),
+          tolerance_(std::max(options.tolerance, 4 * bounds.slack())),
+          most_(options.most),
+          work_(work) {}
 
     FreeformContacts run() {
         consider(a_.root(), b_.root(), std::nullopt);
@@ -37,7 +45,8 @@ public:
             }
         }
         std::sort(out_.contacts.begin(), out_.contacts.end(), [](const FreeformContact& x, const FreeformContact& y) {
-            return std::tie(x.a.face, x.b.face, x.a.u, x.a.v, x.b.u, x.b.v) < std::tie(y.a.face, y.b.face, y.a.u, y.a.v, y.b.u, y.b.v);
+            return std::tie(x.a.face, x.b.face, x.a.u, x.a.v, x.b.u, x.b.v) <
+                   std::tie(y.a.face, y.b.face, y.a.u, y.a.v, y.b.u, y.b.v);
         });
         return std::move(out_);
     }
@@ -57,7 +66,8 @@ private:
             const double reach = std::max(bounds_.radiusA(pa), bounds_.radiusB(pb));
             if (reach <= spacing_) {
                 PlacePair at = bounds_.samples(a, b);
-                const bool small = (pa.crossed || pb.crossed ? 16 : 4) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
+                const bool small = (pa.crossed || pb.crossed ? 16 : 4) * reach <= tolerance_ ||
+                                   (a_.isSmallest(pa) && b_.isSmallest(pb));
                 ++work_.triangleTests;
                 if (!small) at = bounds_.descend(at, 0.01 * tolerance_, kSteps);
                 if (small || (at.distance <= tolerance_ && bounds_.isThere(at))) {
@@ -107,12 +117,14 @@ private:
 
 FreeformContacts FreeformPair::contacts(const Affine3d& a_T_b, QueryWork& work, const FreeformContactOptions& options) {
     const double reach = reachOf(a_, Affine3d::Identity()) + reachOf(b_, a_T_b);
-    if (!std::isfinite(reach) || !std::isfinite(options.tolerance) || !std::isfinite(options.spacing)) return {.contacts = {}, .complete = false};
+    if (!std::isfinite(reach) || !std::isfinite(options.tolerance) || !std::isfinite(options.spacing))
+        return {.contacts = {}, .complete = false};
     PartBounds bounds(partsA_, partsB_);
     bounds.place(Affine3d::Identity(), a_T_b, reach);
     const double size = std::min(a_.bounds().size().norm(), b_.bounds().transformed(a_T_b).size().norm());
     const double spacing = options.spacing > 0 ? options.spacing : size / 64;
-    ContactSearchOfParts search(partsA_, partsB_, bounds, std::max({spacing, options.tolerance, 16 * bounds.slack()}), options, work);
+    ContactSearchOfParts search(partsA_, partsB_, bounds, std::max({spacing, options.tolerance, 16 * bounds.slack()}),
+                                options, work);
     return search.run();
 }
 

@@ -1,6 +1,6 @@
 #include <cmath>
-#include <optional>
 #include <limits>
+#include <optional>
 #include <queue>
 
 #include "server/collision/freeform/FreeformQuery.h"
@@ -11,11 +11,13 @@
 namespace tessera {
 namespace {
 
-/// At one moment after the other: until when is every pair of parts surely apart? A gap along a direction closes no faster than what both
-/// bodies can do along it on the whole way. Pairs whose gap is a fair share of their distance need not be looked at more closely.
+/// At one moment after the other: until when is every pair of parts surely apart? A gap along a direction closes no
+/// faster than what both bodies can do along it on the whole way. Pairs whose gap is a fair share of their distance
+/// need not be looked at more closely.
 class ImpactSearchOfParts {
 public:
-    ImpactSearchOfParts(FreeformParts& a, FreeformParts& b, const BodyWay& wayA, const BodyWay& wayB, double tolerance, double reach, QueryWork& work)
+    ImpactSearchOfParts(FreeformParts& a, FreeformParts& b, const BodyWay& wayA, const BodyWay& wayB, double tolerance,
+                        double reach, QueryWork& work)
         : a_(a), b_(b), bounds_(a, b), wayA_(wayA), wayB_(wayB), tolerance_(tolerance), reach_(reach), work_(work) {}
 
     FreeformImpact run() {
@@ -37,7 +39,8 @@ public:
                 out.a = placeOf(a_[at.a], at.inA, at.onA, na);
                 out.b = placeOf(b_[at.b], at.inB, at.onB, nb);
                 // Apart by more than rounding, the way between them is the normal.
-                out.normal = at.distance > 16 * bounds_.slack() ? Vec3d(between / at.distance) : contactNormal(na, nb, between);
+                out.normal =
+                    at.distance > 16 * bounds_.slack() ? Vec3d(between / at.distance) : contactNormal(na, nb, between);
                 return out;
             }
             t += step.free * (1 - 1e-12);
@@ -77,7 +80,8 @@ private:
                 const FreeformPart &pa = a_[pair.a], &pb = b_[pair.b];
                 PlacePair at = bounds_.samples(pair.a, pair.b);
                 const double around = bounds_.radiusA(pa) + bounds_.radiusB(pb);
-                // The samples are at most so far apart where the hulls' gap is what it is: then nothing is gained by looking closer.
+                // The samples are at most so far apart where the hulls' gap is what it is: then nothing is gained by
+                // looking closer.
                 bool known = pa.hasSample && pb.hasSample;
                 if (!(pair.gap >= kFairShare * at.distance) && at.distance <= 2 * (around + pair.gap)) {
                     ++work_.triangleTests;
@@ -91,7 +95,8 @@ private:
                     return {pair.free, std::nullopt};
                 }
                 // Too small to be halved, or a trimming edge within the tolerance.
-                if ((a_.isSmallest(pa) && b_.isSmallest(pb)) || 8 * (around + std::max(pair.gap, 0.0)) <= enough) return {0, at};
+                if ((a_.isSmallest(pa) && b_.isSmallest(pb)) || 8 * (around + std::max(pair.gap, 0.0)) <= enough)
+                    return {0, at};
             }
             const FreeformPart &pa = a_[pair.a], &pb = b_[pair.b];
             bool divideA = dividesA(pa, pb, bounds_);
@@ -114,7 +119,8 @@ private:
         const PartBounds::Gap gap = bounds_.gap(pa, pb, std::numeric_limits<double>::infinity(), hint);
         double free = 0;
         if (gap.length > 0) {
-            const double speed = wayA_.advance(gap.along, wayA_.reachAround(pa.center, pa.radius)) + wayB_.advance(-gap.along, wayB_.reachAround(pb.center, pb.radius));
+            const double speed = wayA_.advance(gap.along, wayA_.reachAround(pa.center, pa.radius)) +
+                                 wayB_.advance(-gap.along, wayB_.reachAround(pb.center, pb.radius));
             free = speed > 0 ? gap.length / speed : std::numeric_limits<double>::infinity();
             if (std::isnan(free)) free = 0;
         }
@@ -142,9 +148,11 @@ double reachOnWay(const FreeformShape& shape, const BodyWay& way) {
 
 }  // namespace
 
-FreeformImpact FreeformPair::firstContact(const BodyMotion& motionA, const BodyMotion& motionB, double tolerance, QueryWork& work) {
+FreeformImpact FreeformPair::firstContact(const BodyMotion& motionA, const BodyMotion& motionB, double tolerance,
+                                          QueryWork& work) {
     const BodyWay wayA(motionA), wayB(motionB);
-    const double reach = wayA.valid() && wayB.valid() ? reachOnWay(a_, wayA) + reachOnWay(b_, wayB) : std::numeric_limits<double>::infinity();
+    const double reach = wayA.valid() && wayB.valid() ? reachOnWay(a_, wayA) + reachOnWay(b_, wayB)
+                                                      : std::numeric_limits<double>::infinity();
     FreeformImpact out;
     if (!std::isfinite(reach) || !std::isfinite(tolerance)) {
         out.t = 0;
@@ -153,7 +161,9 @@ FreeformImpact FreeformPair::firstContact(const BodyMotion& motionA, const BodyM
     }
     // What begins inside a hull touches at the start; nothing gets there later without meeting its faces.
     if (a_.hull() != nullptr || b_.hull() != nullptr) {
-        const Affine3d start = wayA.at(0).linear.determinant() != 0 ? Affine3d(motionA.placeAt(0).inverse() * motionB.placeAt(0)) : Affine3d::Identity();
+        const Affine3d start = wayA.at(0).linear.determinant() != 0
+                                   ? Affine3d(motionA.placeAt(0).inverse() * motionB.placeAt(0))
+                                   : Affine3d::Identity();
         if (const FreeformTouch at = touch(start, tolerance, work); at.touch == Touch::kYes && at.inside) {
             out.hit = true;
             out.t = 0;

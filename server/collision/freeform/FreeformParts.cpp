@@ -20,7 +20,8 @@ struct BernsteinValues {
         value[0] = 1;
         for (int d = 1; d <= degree; ++d) {
             if (d == degree)
-                for (int i = 0; i <= degree; ++i) slope[static_cast<std::size_t>(i)] = degree * ((i > 0 ? at(i - 1) : 0) - (i < degree ? at(i) : 0));
+                for (int i = 0; i <= degree; ++i)
+                    slope[static_cast<std::size_t>(i)] = degree * ((i > 0 ? at(i - 1) : 0) - (i < degree ? at(i) : 0));
             at(d) = 0;
             for (int i = d; i > 0; --i) at(i) = (1 - t) * at(i) + t * at(i - 1);
             value[0] *= 1 - t;
@@ -32,7 +33,10 @@ struct BernsteinValues {
 
 /// A bicubic patch's point and derivatives, of 16 points as x, y, z.
 inline PartPoint evaluateBicubic(const double* coordinates, double s, double t) {
-    const auto values = [](double at) { return std::array<double, 4>{(1 - at) * (1 - at) * (1 - at), 3 * at * (1 - at) * (1 - at), 3 * at * at * (1 - at), at * at * at}; };
+    const auto values = [](double at) {
+        return std::array<double, 4>{(1 - at) * (1 - at) * (1 - at), 3 * at * (1 - at) * (1 - at),
+                                     3 * at * at * (1 - at), at * at * at};
+    };
     const auto slopes = [](double at) {
         const double low = 3 * (1 - at) * (1 - at), middle = 6 * at * (1 - at), high = 3 * at * at;
         return std::array<double, 4>{-low, low - middle, middle - high, high};
@@ -42,8 +46,10 @@ inline PartPoint evaluateBicubic(const double* coordinates, double s, double t) 
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double* const p = coordinates + 16 * axis;
         std::array<double, 4> value, slope;  // of the four curves along t
-        for (std::size_t i = 0; i < 4; ++i) value[i] = (bt[0] * p[i] + bt[1] * p[4 + i]) + (bt[2] * p[8 + i] + bt[3] * p[12 + i]);
-        for (std::size_t i = 0; i < 4; ++i) slope[i] = (dt[0] * p[i] + dt[1] * p[4 + i]) + (dt[2] * p[8 + i] + dt[3] * p[12 + i]);
+        for (std::size_t i = 0; i < 4; ++i)
+            value[i] = (bt[0] * p[i] + bt[1] * p[4 + i]) + (bt[2] * p[8 + i] + bt[3] * p[12 + i]);
+        for (std::size_t i = 0; i < 4; ++i)
+            slope[i] = (dt[0] * p[i] + dt[1] * p[4 + i]) + (dt[2] * p[8 + i] + dt[3] * p[12 + i]);
         const auto a = static_cast<Eigen::Index>(axis);
         out.point[a] = (bs[0] * value[0] + bs[1] * value[1]) + (bs[2] * value[2] + bs[3] * value[3]);
         out.ds[a] = (ds[0] * value[0] + ds[1] * value[1]) + (ds[2] * value[2] + ds[3] * value[3]);
@@ -52,7 +58,8 @@ inline PartPoint evaluateBicubic(const double* coordinates, double s, double t) 
     return out;
 }
 
-/// De Casteljau at the middle of `count` numbers that lie `stride` apart: `high` becomes the upper half, `low` the lower one.
+/// De Casteljau at the middle of `count` numbers that lie `stride` apart: `high` becomes the upper half, `low` the
+/// lower one.
 inline void halveCurve(double* low, double* high, int count, std::size_t stride) {
     for (int level = 0; level < count; ++level) {
         low[static_cast<std::size_t>(level) * stride] = high[0];
@@ -63,8 +70,9 @@ inline void halveCurve(double* low, double* high, int count, std::size_t stride)
     }
 }
 
-/// A corner that nothing moves, of more than one face: refinement turns its edges towards each other without end (their vectors shrink by 0.65 around
-/// three faces, what parts them by 0.41), so it is a spike. CornerLimit's tangents are the control points' edges there, another pair after each refinement.
+/// A corner that nothing moves, of more than one face: refinement turns its edges towards each other without end (their
+/// vectors shrink by 0.65 around three faces, what parts them by 0.41), so it is a spike. CornerLimit's tangents are
+/// the control points' edges there, another pair after each refinement.
 bool hasNoTangentPlane(const TaggedMesh& mesh, std::uint32_t corner) {
     if (!isFixedCorner(mesh, corner)) return false;
     const Sector sector = sectorOf(mesh, 0, corner);
@@ -116,7 +124,8 @@ FreeformPart FreeformParts::makeGroup(std::uint32_t node, bool whole) {
     if (!whole) return part;
     std::array<Vec3d, 8> corners;
     for (std::size_t i = 0; i < 8; ++i)
-        for (Eigen::Index axis = 0; axis < 3; ++axis) corners[i][axis] = ((i >> axis) & 1) != 0 ? from.box.upper[axis] : from.box.lower[axis];
+        for (Eigen::Index axis = 0; axis < 3; ++axis)
+            corners[i][axis] = ((i >> axis) & 1) != 0 ? from.box.upper[axis] : from.box.lower[axis];
     part.points = 8;
     part.at = takePoints(corners);
     Eigen::Index thin = 0;
@@ -154,7 +163,8 @@ void FreeformParts::project(FreeformPart& part) {
     finish(part);
 }
 
-void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points, bool whole) {
+void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGraph::Node& node,
+                                     std::span<const Vec3d> points, bool whole) {
     if (node.spline) {
         if (node.spline->count() == 16) {
             std::array<Vec3d, 16> spline;
@@ -186,7 +196,8 @@ void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGrap
     // A box along the face around that.
     const std::size_t opposite = node.faceSize() == 3 ? 1 : 2;
     Mat3d frame = Mat3d::Identity();
-    const Vec3d across = points[0] - points[opposite], up = across.cross(node.faceSize() == 3 ? points[0] - points[2] : points[1] - points[3]);
+    const Vec3d across = points[0] - points[opposite],
+                up = across.cross(node.faceSize() == 3 ? points[0] - points[2] : points[1] - points[3]);
     if (up.norm() > 0 && std::isfinite(up.norm())) {
         frame.col(0) = across.normalized();
         frame.col(2) = up.normalized();
@@ -196,7 +207,8 @@ void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGrap
     for (const Vec3d& p : hull_) box.extend(frame.transpose() * p);
     std::array<Vec3d, 8> corners;
     for (std::size_t i = 0; i < 8; ++i) {
-        for (Eigen::Index axis = 0; axis < 3; ++axis) corners[i][axis] = ((i >> axis) & 1) != 0 ? box.upper[axis] : box.lower[axis];
+        for (Eigen::Index axis = 0; axis < 3; ++axis)
+            corners[i][axis] = ((i >> axis) & 1) != 0 ? box.upper[axis] : box.lower[axis];
         corners[i] = frame * corners[i];
     }
     part.points = 8;
@@ -206,7 +218,8 @@ void FreeformParts::addNeighbourhood(FreeformPart& part, const NeighbourhoodGrap
     const SparseRows& rows = shape_.subdivision()->graph->limitAt(node, corner).rows;
     part.center = rows.apply(0, points);
     const bool triangle = node.faceSize() == 3;
-    part.middle = triangle ? Vec2d(corner == 1 ? 1 : 0, corner == 2 ? 1 : 0) : Vec2d(corner == 1 || corner == 2 ? 1 : 0, corner >= 2 ? 1 : 0);
+    part.middle = triangle ? Vec2d(corner == 1 ? 1 : 0, corner == 2 ? 1 : 0)
+                           : Vec2d(corner == 1 || corner == 2 ? 1 : 0, corner >= 2 ? 1 : 0);
     part.hasSample = part.center.allFinite();
     part.normal = frame.col(2);
     finish(part);
@@ -263,14 +276,16 @@ void FreeformParts::makeFace(FreeformPart& part, std::uint32_t face, bool whole)
 bool FreeformParts::isThere(const FreeformPart& part, double s, double t) const {
     if (!part.crossed) return true;
     const FreeformShape::Nurbs& nurbs = *shape_.nurbs();
-    return nurbs.surfaces[part.face].region().side(part.origin + s * part.alongU + t * part.alongV) != TrimSide::kTrimmedAway;
+    return nurbs.surfaces[part.face].region().side(part.origin + s * part.alongU + t * part.alongV) !=
+           TrimSide::kTrimmedAway;
 }
 
 /// False: trimming takes all of it away.
 bool FreeformParts::settleTrim(FreeformPart& part) const {
     if (!part.crossed) return true;
     const Vec2d upper = part.origin + part.alongU + part.alongV;
-    const RectangleSide side = shape_.nurbs()->surfaces[part.face].region().side(ParameterRectangle{{part.origin.x(), upper.x()}, {part.origin.y(), upper.y()}});
+    const RectangleSide side = shape_.nurbs()->surfaces[part.face].region().side(
+        ParameterRectangle{{part.origin.x(), upper.x()}, {part.origin.y(), upper.y()}});
     part.crossed = side == RectangleSide::kCrossed;
     return side != RectangleSide::kTrimmedAway;
 }
@@ -282,7 +297,8 @@ bool FreeformParts::isSmallest(const FreeformPart& part) const {
 }
 
 /// Quarter `c` of a neighbourhood.
-FreeformPart FreeformParts::quarterOf(const FreeformPart& part, std::span<const Vec3d> points, std::uint32_t c, bool whole) {
+FreeformPart FreeformParts::quarterOf(const FreeformPart& part, std::span<const Vec3d> points, std::uint32_t c,
+                                      bool whole) {
     const bool triangle = part.node->faceSize() == 3;
     const NeighbourhoodGraph::Child& child = shape_.subdivision()->graph->childOf(*part.node, c);
     child.points.apply(points, finer_);
@@ -309,7 +325,8 @@ void FreeformParts::divide(std::uint32_t which) {
     const FreeformPart part = parts_[which];
     switch (part.kind) {
         case FreeformPart::Kind::kGroup:
-            for (std::uint32_t i = 0; i < 2; ++i) parts_.push_back(makeGroup(shape_.nodes()[part.face].first + i, true));
+            for (std::uint32_t i = 0; i < 2; ++i)
+                parts_.push_back(makeGroup(shape_.nodes()[part.face].first + i, true));
             break;
         case FreeformPart::Kind::kPatch:
         case FreeformPart::Kind::kTriangle:
@@ -331,7 +348,8 @@ void FreeformParts::divide(std::uint32_t which) {
 }
 
 std::array<FreeformPart, 2> FreeformParts::halve(const FreeformPart& part) {
-    const auto n = static_cast<std::size_t>(part.degreeU), m = static_cast<std::size_t>(part.degreeV), count = (n + 1) * (m + 1);
+    const auto n = static_cast<std::size_t>(part.degreeU), m = static_cast<std::size_t>(part.degreeV),
+               count = (n + 1) * (m + 1);
     // Along the side that is longer in space, so that parts stay round.
     double longU = 0, longV = 0;
     {
@@ -355,7 +373,8 @@ std::array<FreeformPart, 2> FreeformParts::halve(const FreeformPart& part) {
     const double reach = kSmallestSide * std::max(1.0, part.origin.cwiseAbs().maxCoeff());
     const bool alongU = part.alongV.y() < reach || (part.alongU.x() >= reach && longU >= longV);
 
-    const std::size_t size = count * (part.rational ? 7 : 3), from = part.rational ? 3 : 0, channels = part.rational ? 4 : 3;
+    const std::size_t size = count * (part.rational ? 7 : 3), from = part.rational ? 3 : 0,
+                      channels = part.rational ? 4 : 3;
     FreeformPart low = part, high = part;
     low.divided = high.divided = false;
     low.block = high.block = kNoIndex;
@@ -368,14 +387,16 @@ std::array<FreeformPart, 2> FreeformParts::halve(const FreeformPart& part) {
     for (std::size_t channel = from; channel < from + channels; ++channel) {
         double *lc = l + channel * count, *hc = h + channel * count;
         if (alongU)
-            for (std::size_t j = 0; j <= m; ++j) halveCurve(lc + j * (n + 1), hc + j * (n + 1), static_cast<int>(n + 1), 1);
+            for (std::size_t j = 0; j <= m; ++j)
+                halveCurve(lc + j * (n + 1), hc + j * (n + 1), static_cast<int>(n + 1), 1);
         else
             for (std::size_t i = 0; i <= n; ++i) halveCurve(lc + i, hc + i, static_cast<int>(m + 1), n + 1);
     }
     if (part.rational)
         for (double* half : {l, h})
             for (std::size_t i = 0; i < count; ++i)
-                for (std::size_t axis = 0; axis < 3; ++axis) half[axis * count + i] = half[(3 + axis) * count + i] / half[6 * count + i];
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    half[axis * count + i] = half[(3 + axis) * count + i] / half[6 * count + i];
     Vec2d& side = alongU ? low.alongU : low.alongV;
     side *= 0.5;
     (alongU ? high.alongU : high.alongV) = side;
@@ -396,15 +417,16 @@ std::array<FreeformPart, 2> FreeformParts::halveTriangle(const FreeformPart& par
         times[static_cast<std::size_t>((o + 2) % 3)] = before;
         return BezierTriangle::index(degree, times[1], times[2]);
     };
-    // The edge along which control points are farthest from each other, opposite to corner `o`: an edge that is folded has its ends
-    // together, and would never be halved if these alone were looked at.
+    // The edge along which control points are farthest from each other, opposite to corner `o`: an edge that is folded
+    // has its ends together, and would never be halved if these alone were looked at.
     int o = 0;
     double longest = -1;
     for (int k = 0; k < 3; ++k)
         for (int here = 0; here < degree; ++here) {
             double length = 0;
             for (int i = 0; i < degree - here; ++i) {
-                const std::size_t from = placeOf(k, here, degree - here - i, i), to = placeOf(k, here, degree - here - i - 1, i + 1);
+                const std::size_t from = placeOf(k, here, degree - here - i, i),
+                                  to = placeOf(k, here, degree - here - i - 1, i + 1);
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     const double d = points[axis * count + from] - points[axis * count + to];
                     length += d * d;
@@ -472,7 +494,8 @@ PartPoint FreeformParts::evaluate(const FreeformPart& part, double s, double t) 
             for (int d = degree; d > 1; --d)
                 for (int j = 0; j < d; ++j)
                     for (int i = 0; i + j < d; ++i)
-                        work[BezierTriangle::index(d - 1, i, j)] = (1 - s - t) * work[BezierTriangle::index(d, i, j)] + s * work[BezierTriangle::index(d, i + 1, j)] +
+                        work[BezierTriangle::index(d - 1, i, j)] = (1 - s - t) * work[BezierTriangle::index(d, i, j)] +
+                                                                   s * work[BezierTriangle::index(d, i + 1, j)] +
                                                                    t * work[BezierTriangle::index(d, i, j + 1)];
             out.point[a] = (1 - s - t) * work[0] + s * work[1] + t * work[2];
             out.ds[a] = degree * (work[1] - work[0]);

@@ -12,7 +12,8 @@ namespace tessera {
 namespace {
 
 /// Something of `other` that is within a hull. Where no surfaces meet, a face is inside as a whole or not at all.
-std::optional<FreeformPlace> insideHull(const ConvexHull& hull, const Affine3d& hull_T_other, const FreeformShape& other, FreeformParts& parts, QueryWork& work) {
+std::optional<FreeformPlace> insideHull(const ConvexHull& hull, const Affine3d& hull_T_other,
+                                        const FreeformShape& other, FreeformParts& parts, QueryWork& work) {
     if (!hull_T_other.matrix().allFinite() || hull.dimension() < 3) return std::nullopt;
     std::vector<std::uint32_t> open{parts.root()};
     while (!open.empty() && !work.exhausted()) {
@@ -22,9 +23,12 @@ std::optional<FreeformPlace> insideHull(const ConvexHull& hull, const Affine3d& 
         Box box;
         for (const Vec3d& x : parts.hullOf(parts[p])) box.extend(hull_T_other * x);
         if (!box.overlaps(hull.bounds())) continue;
-        if (parts[p].hasSample && hull.contains(hull_T_other * parts[p].center)) return placeOf(parts[p], parts[p].middle, parts[p].center, Vec3d::Zero());
+        if (parts[p].hasSample && hull.contains(hull_T_other * parts[p].center))
+            return placeOf(parts[p], parts[p].middle, parts[p].center, Vec3d::Zero());
         // Of a face that trimming cuts the sample may be missing: then some of its parts have one.
-        if (parts[p].kind != FreeformPart::Kind::kGroup && (parts[p].hasSample || parts[p].radius < 1e-6 * other.bounds().size().norm())) continue;
+        if (parts[p].kind != FreeformPart::Kind::kGroup &&
+            (parts[p].hasSample || parts[p].radius < 1e-6 * other.bounds().size().norm()))
+            continue;
         parts.divide(p);
         for (std::uint32_t c = 0; c < parts[p].children; ++c) open.push_back(parts[p].firstChild + c);
     }
@@ -32,8 +36,8 @@ std::optional<FreeformPlace> insideHull(const ConvexHull& hull, const Affine3d& 
 }
 
 /// In the shared frame, which is A's.
-std::optional<FreeformPlace> insideEither(const FreeformShape& a, FreeformParts& partsA, const FreeformShape& b, FreeformParts& partsB, const Affine3d& a_T_b, QueryWork& work,
-                                          bool& isOfA) {
+std::optional<FreeformPlace> insideEither(const FreeformShape& a, FreeformParts& partsA, const FreeformShape& b,
+                                          FreeformParts& partsB, const Affine3d& a_T_b, QueryWork& work, bool& isOfA) {
     if (a.hull() != nullptr) {
         isOfA = false;
         if (std::optional<FreeformPlace> in = insideHull(*a.hull(), a_T_b, b, partsB, work)) {
@@ -69,8 +73,10 @@ public:
                 ++work_.boxTests;
                 const std::uint32_t block = parts.blockOf(which), lanes = parts.block(block).count;
                 const Vec3d hint = way_.value_or(pair.along);
-                if (divideA) bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
-                else bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
+                if (divideA)
+                    bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
+                else
+                    bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
                 for (std::uint32_t lane = 0; lane < lanes && !found_; ++lane) {
                     if (gaps_[lane] > 0) continue;
                     const std::uint32_t child = parts.partOf(block, lane);
@@ -133,14 +139,17 @@ private:
         if (isFace(pa) && isFace(pb)) {
             const double reach = bounds_.radiusA(pa) + bounds_.radiusB(pb);
             PlacePair at = bounds_.samples(a, b);
-            // Boxes that meet may still have spheres that do not. Where these do, no point of one is farther from one of the other than this.
+            // Boxes that meet may still have spheres that do not. Where these do, no point of one is farther from one
+            // of the other than this.
             if (at.distance - reach - bounds_.slack() > 0) return;
-            const bool small = (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
+            const bool small =
+                (pa.crossed || pb.crossed ? 8 : 2) * reach <= tolerance_ || (a_.isSmallest(pa) && b_.isSmallest(pb));
             if (small || (at.distance <= tolerance_ && pa.hasSample && pb.hasSample)) {
                 found_ = at;
                 return;
             }
-            if (hasParameters(pa) && hasParameters(pb) && at.distance <= kNearEnough * reach && reach <= kMuchSmaller * descended) {
+            if (hasParameters(pa) && hasParameters(pb) && at.distance <= kNearEnough * reach &&
+                reach <= kMuchSmaller * descended) {
                 ++work_.triangleTests;
                 next.descended = reach;
                 at = bounds_.descend(at, tolerance_, kSteps, kSlow);
@@ -177,13 +186,15 @@ private:
     std::vector<Open> open_, fresh_;
     PartBounds::Gaps gaps_;
     std::optional<PlacePair> found_;
-    std::optional<Vec3d> way_;  ///< between the last nearest points: bodies that are near each other lie beside it almost everywhere
+    std::optional<Vec3d>
+        way_;  ///< between the last nearest points: bodies that are near each other lie beside it almost everywhere
 };
 
 /// Best first by the lower bound.
 class DistanceSearchOfParts {
 public:
-    DistanceSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds, const FreeformDistanceOptions& options, QueryWork& work)
+    DistanceSearchOfParts(FreeformParts& a, FreeformParts& b, const PartBounds& bounds,
+                          const FreeformDistanceOptions& options, QueryWork& work)
         : a_(a), b_(b), bounds_(bounds), options_(options), work_(work) {
         best_.distance = options.upperBound;
     }
@@ -204,15 +215,18 @@ public:
                 least_ = std::min(least_, pair.least);
                 continue;
             }
-            const bool divideA = dividesA(pa, pb, bounds_) ? !(isFace(pa) && a_.isSmallest(pa)) : isFace(pb) && b_.isSmallest(pb);
+            const bool divideA =
+                dividesA(pa, pb, bounds_) ? !(isFace(pa) && a_.isSmallest(pa)) : isFace(pb) && b_.isSmallest(pb);
             FreeformParts& parts = divideA ? a_ : b_;
             const std::uint32_t which = divideA ? pair.a : pair.b;
             if (bounds_.areRigid()) {
                 ++work_.boxTests;
                 const std::uint32_t block = parts.blockOf(which), lanes = parts.block(block).count;
                 const Vec3d hint = way().value_or(pair.along);
-                if (divideA) bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
-                else bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
+                if (divideA)
+                    bounds_.gapsOfA(parts.block(block), pair.b, hint, gaps_);
+                else
+                    bounds_.gapsOfB(parts.block(block), pair.a, hint, gaps_);
                 for (std::uint32_t lane = 0; lane < lanes; ++lane) {
                     const double least = std::max(pair.least, gaps_[lane]);
                     if (least >= cutoff()) {
@@ -243,11 +257,14 @@ public:
 private:
     struct Open {
         double least;
-        double away;  ///< the spheres, below 0 where they overlap
-        std::uint64_t order;  ///< of those that may meet the latest first, which are the smallest: a place where they do ends the search
+        double away;          ///< the spheres, below 0 where they overlap
+        std::uint64_t order;  ///< of those that may meet the latest first, which are the smallest: a place where they
+                              ///< do ends the search
         std::uint32_t a, b;
         Vec3d along;
-        bool operator<(const Open& other) const { return least != other.least ? least > other.least : order < other.order; }
+        bool operator<(const Open& other) const {
+            return least != other.least ? least > other.least : order < other.order;
+        }
     };
 
     [[nodiscard]] double cutoff() const {
@@ -285,7 +302,8 @@ private:
             return;
         }
         ++work_.boxTests;
-        const double away = (bounds_.centerB(b_[b]) - bounds_.centerA(a_[a])).norm() - bounds_.radiusA(a_[a]) - bounds_.radiusB(b_[b]);
+        const double away =
+            (bounds_.centerB(b_[b]) - bounds_.centerA(a_[a])).norm() - bounds_.radiusA(a_[a]) - bounds_.radiusB(b_[b]);
         inspect({std::max({atLeast, away - bounds_.slack(), 0.0}), away, 0, a, b, along});
     }
 
@@ -293,8 +311,10 @@ private:
         ++work_.boxTests;
         const FreeformPart &pa = a_[a], &pb = b_[b];
         PartBounds::Gap gap = bounds_.gap(pa, pb, cutoff(), hint);
-        if (const std::optional<Vec3d> best = way(); best && gap.length < cutoff()) bounds_.offerAlong(pa, pb, *best, gap);
-        inspect({std::max({gap.length, atLeast, 0.0}), gap.apart - bounds_.radiusA(pa) - bounds_.radiusB(pb), 0, a, b, gap.length > 0 ? gap.along : hint.value_or(gap.along)});
+        if (const std::optional<Vec3d> best = way(); best && gap.length < cutoff())
+            bounds_.offerAlong(pa, pb, *best, gap);
+        inspect({std::max({gap.length, atLeast, 0.0}), gap.apart - bounds_.radiusA(pa) - bounds_.radiusB(pb), 0, a, b,
+                 gap.length > 0 ? gap.along : hint.value_or(gap.along)});
     }
 
     void inspect(const Open& next) {
@@ -354,7 +374,8 @@ FreeformTouch FreeformPair::touch(const Affine3d& a_T_b, double tolerance, Query
     return out;
 }
 
-FreeformDistance FreeformPair::distance(const Affine3d& a_T_b, QueryWork& work, const FreeformDistanceOptions& options) {
+FreeformDistance FreeformPair::distance(const Affine3d& a_T_b, QueryWork& work,
+                                        const FreeformDistanceOptions& options) {
     FreeformDistance out;
     const double reach = reachOf(a_, Affine3d::Identity()) + reachOf(b_, a_T_b);
     if (!std::isfinite(reach) || std::isnan(options.tolerance) || std::isnan(options.upperBound)) {

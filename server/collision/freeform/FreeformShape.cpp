@@ -9,7 +9,9 @@ namespace tessera {
 namespace {
 
 /// Each of them: the largest of three where one is no number is any of the others.
-bool isWithin(const Vec3d& p) { return (p.array().abs() <= FreeformShape::kMaxCoordinate).all(); }
+bool isWithin(const Vec3d& p) {
+    return (p.array().abs() <= FreeformShape::kMaxCoordinate).all();
+}
 
 Expected<void> checkControlPoints(std::span<const Vec3d> points) {
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -26,7 +28,8 @@ Box boxAround(std::span<const Vec3d> points) {
 
 }  // namespace
 
-void hullOfNeighbourhood(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points, int levels, std::vector<Vec3d>& hull) {
+void hullOfNeighbourhood(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points,
+                         int levels, std::vector<Vec3d>& hull) {
     if (node.spline && node.spline->count() == 16) {
         std::array<Vec3d, 16> spline;
         for (std::size_t i = 0; i < 16; ++i) spline[i] = node.spline->apply(i, points);
@@ -50,7 +53,8 @@ void hullOfNeighbourhood(NeighbourhoodGraph& graph, const NeighbourhoodGraph::No
 }
 
 Expected<FreeformShape> FreeformShape::ofSubdivision(const ControlMesh& mesh) {
-    if (mesh.scheme == SubdivisionScheme::kBilinear) return fail(ErrorCode::kBadInput, "a bilinear surface is no smooth one; take its triangles");
+    if (mesh.scheme == SubdivisionScheme::kBilinear)
+        return fail(ErrorCode::kBadInput, "a bilinear surface is no smooth one; take its triangles");
     if (const Expected<void> good = checkControlPoints(mesh.positions); !good) return tl::unexpected(good.error());
     Expected<SubdivisionTopology> topology = SubdivisionTopology::build(mesh);
     if (!topology) return tl::unexpected(topology.error());
@@ -68,7 +72,8 @@ Expected<FreeformShape> FreeformShape::ofSubdivision(const ControlMesh& mesh) {
 
 Expected<FreeformShape> FreeformShape::withPositions(std::span<const Vec3d> positions) const {
     if (!subdivision_) return fail(ErrorCode::kBadInput, "only subdivision surfaces share a topology");
-    if (positions.size() != subdivision_->positions.size()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+    if (positions.size() != subdivision_->positions.size())
+        return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
     if (const Expected<void> good = checkControlPoints(positions); !good) return tl::unexpected(good.error());
     FreeformShape shape;
     Subdivision& s = shape.subdivision_.emplace(*subdivision_);
@@ -84,11 +89,13 @@ Expected<FreeformShape> FreeformShape::ofNurbs(std::vector<NurbsSurface> surface
         for (ParameterPatch& p : bezierPatches(surfaces[s])) {
             const RectangleSide side = surfaces[s].region().side(p.over);
             if (side == RectangleSide::kTrimmedAway) continue;
-            NurbsPatch patch{std::move(p.patch), p.over, static_cast<std::uint32_t>(s), true, side == RectangleSide::kCrossed};
+            NurbsPatch patch{std::move(p.patch), p.over, static_cast<std::uint32_t>(s), true,
+                             side == RectangleSide::kCrossed};
             const double weight = patch.patch.points.front().w();
             for (const Vec4d& q : patch.patch.points) {
                 if (!isWithin(q.head<3>() / q.w()))
-                    return fail(ErrorCode::kBadInput, "surface " + std::to_string(s) + ": a control point is not finite, or beyond 1e50");
+                    return fail(ErrorCode::kBadInput,
+                                "surface " + std::to_string(s) + ": a control point is not finite, or beyond 1e50");
                 patch.polynomial = patch.polynomial && q.w() == weight;
             }
             n.patches.push_back(std::move(patch));
@@ -181,7 +188,8 @@ void FreeformShape::divide(std::span<std::uint32_t> faces, std::span<const Box> 
         Eigen::Index axis = 0;
         centers.size().maxCoeff(&axis);
         const std::size_t middle = task.begin + (task.end - task.begin) / 2;
-        std::nth_element(faces.begin() + static_cast<std::ptrdiff_t>(task.begin), faces.begin() + static_cast<std::ptrdiff_t>(middle),
+        std::nth_element(faces.begin() + static_cast<std::ptrdiff_t>(task.begin),
+                         faces.begin() + static_cast<std::ptrdiff_t>(middle),
                          faces.begin() + static_cast<std::ptrdiff_t>(task.end), [&](std::uint32_t a, std::uint32_t b) {
                              const double ca = boxes[a].center()[axis], cb = boxes[b].center()[axis];
                              return ca < cb || (ca == cb && a < b);
@@ -235,7 +243,8 @@ Expected<void> FreeformShape::move(std::span<const Vec3d> positions) {
     if (nurbs_ || hull_) return fail(ErrorCode::kBadInput, "NURBS and hulls are made anew where they change");
     if (const Expected<void> good = checkControlPoints(positions); !good) return good;
     if (subdivision_) {
-        if (positions.size() != subdivision_->positions.size()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+        if (positions.size() != subdivision_->positions.size())
+            return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
         subdivision_->positions.assign(positions.begin(), positions.end());
     } else if (const Expected<void> moved = mesh_.move(positions); !moved) {
         return moved;
@@ -247,11 +256,14 @@ Expected<void> FreeformShape::move(std::span<const Vec3d> positions) {
 
 Expected<void> FreeformShape::move(std::span<const std::uint32_t> points, std::span<const Vec3d> positions) {
     if (!subdivision_) return fail(ErrorCode::kBadInput, "single control points move in subdivision surfaces alone");
-    if (points.size() != positions.size()) return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
+    if (points.size() != positions.size())
+        return fail(ErrorCode::kBadInput, "there are not as many positions as control points");
     if (const Expected<void> good = checkControlPoints(positions); !good) return good;
     Subdivision& s = *subdivision_;
     for (const std::uint32_t p : points)
-        if (p >= s.positions.size()) return fail(ErrorCode::kBadInput, "control point " + std::to_string(p) + ": there are " + std::to_string(s.positions.size()));
+        if (p >= s.positions.size())
+            return fail(ErrorCode::kBadInput,
+                        "control point " + std::to_string(p) + ": there are " + std::to_string(s.positions.size()));
     for (std::size_t i = 0; i < points.size(); ++i) s.positions[points[i]] = positions[i];
     std::vector<std::uint32_t> faces;
     for (const std::uint32_t ptex : s.topology->touchedBy(points)) {
@@ -264,11 +276,15 @@ Expected<void> FreeformShape::move(std::span<const std::uint32_t> points, std::s
 }
 
 std::size_t FreeformShape::memoryBytes() const {
-    std::size_t bytes = nodes_.capacity() * sizeof(Node) + (leafOf_.capacity() + parents_.capacity()) * sizeof(std::uint32_t) + mesh_.memoryBytes();
-    if (subdivision_) bytes += subdivision_->positions.capacity() * sizeof(Vec3d) + subdivision_->faces.capacity() * sizeof(std::uint32_t);
+    std::size_t bytes = nodes_.capacity() * sizeof(Node) +
+                        (leafOf_.capacity() + parents_.capacity()) * sizeof(std::uint32_t) + mesh_.memoryBytes();
+    if (subdivision_)
+        bytes +=
+            subdivision_->positions.capacity() * sizeof(Vec3d) + subdivision_->faces.capacity() * sizeof(std::uint32_t);
     if (nurbs_) {
         for (const NurbsPatch& p : nurbs_->patches) bytes += sizeof p + p.patch.points.capacity() * sizeof(Vec4d);
-        for (const NurbsSurface& s : nurbs_->surfaces) bytes += sizeof s + s.definition().points.capacity() * sizeof(Vec4d);
+        for (const NurbsSurface& s : nurbs_->surfaces)
+            bytes += sizeof s + s.definition().points.capacity() * sizeof(Vec4d);
     }
     return bytes + (hull_ ? hull_->memoryBytes() : 0);
 }

@@ -1,10 +1,11 @@
-/// A body of smooth faces as collision sees it: subdivision surfaces, NURBS with their trims, and, so that they can be asked together,
-/// triangle meshes and convex hulls.
+/// A body of smooth faces as collision sees it: subdivision surfaces, NURBS with their trims, and, so that they can be
+/// asked together, triangle meshes and convex hulls.
 ///
-/// Kept are the control points, where they belong, and a hierarchy of boxes over the faces; no tessellation, no approximation. Queries make
-/// Bézier patches of the faces that they come near to, and halve those (FreeformParts.h). Where a subdivision surface is no polynomial, near
-/// irregular vertices, its bound is the hull of the control points of refinement, which it never leaves, as all masks are weights of 0 or
-/// more. So every bound is conservative without an error that would have to be added.
+/// Kept are the control points, where they belong, and a hierarchy of boxes over the faces; no tessellation, no
+/// approximation. Queries make Bézier patches of the faces that they come near to, and halve those (FreeformParts.h).
+/// Where a subdivision surface is no polynomial, near irregular vertices, its bound is the hull of the control points
+/// of refinement, which it never leaves, as all masks are weights of 0 or more. So every bound is conservative without
+/// an error that would have to be added.
 ///
 /// Any number of threads may read a shape, and ask pairs that it is in, while nobody moves it. Shapes of one
 /// control mesh share what its topology leads to where one is made of the other (`withPositions`).
@@ -30,7 +31,8 @@ public:
     /// Larger control points are refused: squares of distances have to be numbers.
     static constexpr double kMaxCoordinate = 1e50;
 
-    /// Faces are ptex faces (holes have none). Refused: what SubdivisionTopology refuses, the bilinear scheme, a mesh without a face that has a surface.
+    /// Faces are ptex faces (holes have none). Refused: what SubdivisionTopology refuses, the bilinear scheme, a mesh
+    /// without a face that has a surface.
     [[nodiscard]] static Expected<FreeformShape> ofSubdivision(const ControlMesh& mesh);
     /// Faces are the surfaces, by their order; u and v are those of their knots. What is trimmed away is not there.
     [[nodiscard]] static Expected<FreeformShape> ofNurbs(std::vector<NurbsSurface> surfaces);
@@ -39,12 +41,13 @@ public:
     /// Solid: what is inside touches. Faces are those of the hull. Refused where it has none (a point, a segment).
     [[nodiscard]] static Expected<FreeformShape> ofHull(ConvexHull hull);
 
-    /// Another body of the same control mesh, its points elsewhere: they share the topology and what is known of its kinds of neighbourhoods, which is
-    /// most of what a body takes. Of subdivision surfaces alone. Refused as `move` refuses; whoever uses either may move or drop it alone.
+    /// Another body of the same control mesh, its points elsewhere: they share the topology and what is known of its
+    /// kinds of neighbourhoods, which is most of what a body takes. Of subdivision surfaces alone. Refused as `move`
+    /// refuses; whoever uses either may move or drop it alone.
     [[nodiscard]] Expected<FreeformShape> withPositions(std::span<const Vec3d> positions) const;
 
-    /// New places of all control points of a subdivision surface or vertices of a mesh. Nothing changes where it is refused: another number, no
-    /// finite numbers, too large, another kind of shape.
+    /// New places of all control points of a subdivision surface or vertices of a mesh. Nothing changes where it is
+    /// refused: another number, no finite numbers, too large, another kind of shape.
     Expected<void> move(std::span<const Vec3d> positions);
     /// Of some, named in `points`; costs what depends on these and the boxes above.
     Expected<void> move(std::span<const std::uint32_t> points, std::span<const Vec3d> positions);
@@ -55,7 +58,8 @@ public:
     /// Faces that queries look at: of NURBS their Bézier patches.
     [[nodiscard]] std::size_t faceCount() const { return leafOf_.size(); }
     [[nodiscard]] Box bounds() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
-    /// Control points, faces, boxes; without what the topology of a subdivision surface and its kinds of neighbourhoods take.
+    /// Control points, faces, boxes; without what the topology of a subdivision surface and its kinds of neighbourhoods
+    /// take.
     [[nodiscard]] std::size_t memoryBytes() const;
     /// Null for surfaces.
     [[nodiscard]] const ConvexHull* hull() const { return hull_ ? &*hull_ : nullptr; }
@@ -110,9 +114,10 @@ private:
     std::uint64_t moves_ = 0;
 };
 
-/// Points whose hull holds the surface of a neighbourhood: of its regular parts the Bézier points, of the irregular rest, after so many
-/// refinements, the control points.
-void hullOfNeighbourhood(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points, int levels, std::vector<Vec3d>& hull);
+/// Points whose hull holds the surface of a neighbourhood: of its regular parts the Bézier points, of the irregular
+/// rest, after so many refinements, the control points.
+void hullOfNeighbourhood(NeighbourhoodGraph& graph, const NeighbourhoodGraph::Node& node, std::span<const Vec3d> points,
+                         int levels, std::vector<Vec3d>& hull);
 inline constexpr int kHullLevels = 2;
 
 }  // namespace tessera

@@ -17,14 +17,16 @@ struct PartBox {
     Vec3d half = Vec3d::Zero();
 };
 
-/// Parts of a part, some halvings down, which together are all of it. Most of them nobody comes near to: parts are made of those alone (FreeformParts::partOf).
+/// Parts of a part, some halvings down, which together are all of it. Most of them nobody comes near to: parts are made
+/// of those alone (FreeformParts::partOf).
 struct PartBlock {
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-    std::uint32_t of = 0;     ///< the part
-    std::uint32_t count = 0;  ///< of lanes
+    std::uint32_t of = 0;                                  ///< the part
+    std::uint32_t count = 0;                               ///< of lanes
     std::array<std::uint32_t, kernel::kBoxLanes> parts{};  ///< kNone: not made yet
-    std::array<std::uint32_t, kernel::kBoxLanes> ways{};   ///< down to each: two bits for which child, the first above the others; above all a 1
+    std::array<std::uint32_t, kernel::kBoxLanes>
+        ways{};  ///< down to each: two bits for which child, the first above the others; above all a 1
     std::array<double, kernel::kBoxColumns * kernel::kBoxLanes> boxes{};  ///< lanes that are not used are points
 
     void set(std::size_t lane, const PartBox& box) {
@@ -45,8 +47,12 @@ struct PartBlock {
     }
 
 private:
-    [[nodiscard]] double& at(Eigen::Index column, std::size_t lane) { return boxes[static_cast<std::size_t>(column) * kernel::kBoxLanes + lane]; }
-    [[nodiscard]] double at(Eigen::Index column, std::size_t lane) const { return boxes[static_cast<std::size_t>(column) * kernel::kBoxLanes + lane]; }
+    [[nodiscard]] double& at(Eigen::Index column, std::size_t lane) {
+        return boxes[static_cast<std::size_t>(column) * kernel::kBoxLanes + lane];
+    }
+    [[nodiscard]] double at(Eigen::Index column, std::size_t lane) const {
+        return boxes[static_cast<std::size_t>(column) * kernel::kBoxLanes + lane];
+    }
 };
 
 }  // namespace tessera

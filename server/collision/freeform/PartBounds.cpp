@@ -25,7 +25,8 @@ Vec2d clamped(const FreeformPart& part, Vec2d at) {
     return at;
 }
 
-/// Takes away columns along which a step would leave the domain; on the long side of a triangle what is left leads along it.
+/// Takes away columns along which a step would leave the domain; on the long side of a triangle what is left leads
+/// along it.
 void holdAtEdges(const FreeformPart& part, const Vec2d& at, const Vec3d& downhill, Vec3d& ds, Vec3d& dt) {
     const double alongS = ds.dot(downhill), alongT = dt.dot(downhill);
     if (part.kind == FreeformPart::Kind::kTriangle && at.sum() >= 1 - 1e-15 && alongS + alongT > 0) {
@@ -38,7 +39,9 @@ void holdAtEdges(const FreeformPart& part, const Vec2d& at, const Vec3d& downhil
 }
 
 /// Lengths change by less than slack is made for.
-bool isRigid(const Mat3d& m) { return ((m.transpose() * m - Mat3d::Identity()).array().abs() <= 4 * std::numeric_limits<double>::epsilon()).all(); }
+bool isRigid(const Mat3d& m) {
+    return ((m.transpose() * m - Mat3d::Identity()).array().abs() <= 4 * std::numeric_limits<double>::epsilon()).all();
+}
 
 std::optional<Mat3d> normalMap(const Mat3d& linear) {
     Mat3d inverse;
@@ -75,17 +78,20 @@ void PartBounds::place(const Affine3d& a, const Affine3d& b, double reach) {
             const Vec3d n = (*normals)->col(k).normalized();
             if (n.allFinite() && !n.isZero()) axes_[boxAxes_++] = boxAxis(n);
         }
-    // A hull's point is a convex sum of control points, some 50 halvings of which each rounds by half a unit; then a map and a dot product.
+    // A hull's point is a convex sum of control points, some 50 halvings of which each rounds by half a unit; then a
+    // map and a dot product.
     slack_ = 64 * std::numeric_limits<double>::epsilon() * reach;
 }
 
-PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, double enough, const std::optional<Vec3d>& hint) const {
+PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, double enough,
+                                const std::optional<Vec3d>& hint) const {
     const Vec3d ca = centerA(a), cb = centerB(b), between = cb - ca;
     const double apart = between.norm();
     Gap best{apart - radiusA(a) - radiusB(b) - slack_, Vec3d::UnitX(), apart};
     if (apart > 0) best.along = between / apart;
     if (best.length >= enough || !(apart > 0)) return best;
-    if (a.kind == FreeformPart::Kind::kGroup && b.kind == FreeformPart::Kind::kGroup) return boxGap(a, b, between, enough, hint, best);
+    if (a.kind == FreeformPart::Kind::kGroup && b.kind == FreeformPart::Kind::kGroup)
+        return boxGap(a, b, between, enough, hint, best);
     if (hint) {
         offerAlong(a, b, *hint, best);
         if (best.length >= enough) return best;
@@ -94,7 +100,9 @@ PartBounds::Gap PartBounds::gap(const FreeformPart& a, const FreeformPart& b, do
         if (least - most - slack_ > best.length) best = {least - most - slack_, n, apart};
     };
     const auto mostOfA = [&](const Vec3d& n) { return a_.extentAlong(a, toA_ * n).most + n.dot(mapA_.translation()); };
-    const auto leastOfB = [&](const Vec3d& n) { return b_.extentAlong(b, toB_ * n).least + n.dot(mapB_.translation()); };
+    const auto leastOfB = [&](const Vec3d& n) {
+        return b_.extentAlong(b, toB_ * n).least + n.dot(mapB_.translation());
+    };
     if (normalsA_) {
         Vec3d n = *normalsA_ * a.normal;
         const double length = isRigidA_ ? 1 : n.norm();
@@ -125,13 +133,17 @@ void PartBounds::offerAlong(const FreeformPart& a, const FreeformPart& b, const 
     if (length > best.length) best = {length, along, best.apart};
 }
 
-PartBounds::BoxAxis PartBounds::boxAxis(const Vec3d& along) const { return {along, (toA_ * along).cwiseAbs(), (toB_ * along).cwiseAbs()}; }
+PartBounds::BoxAxis PartBounds::boxAxis(const Vec3d& along) const {
+    return {along, (toA_ * along).cwiseAbs(), (toB_ * along).cwiseAbs()};
+}
 
 /// Of two boxes: along their sides, which are the same for all pairs.
-PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough, const std::optional<Vec3d>& hint, Gap best) const {
+PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b, const Vec3d& between, double enough,
+                                   const std::optional<Vec3d>& hint, Gap best) const {
     const Vec3d halfA = a_.boxHalf(a), halfB = b_.boxHalf(b);
     const auto offer = [&](const BoxAxis& axis) {
-        const double apart = axis.along.dot(between), gap = std::abs(apart) - axis.reachA.dot(halfA) - axis.reachB.dot(halfB) - slack_;
+        const double apart = axis.along.dot(between),
+                     gap = std::abs(apart) - axis.reachA.dot(halfA) - axis.reachB.dot(halfB) - slack_;
         if (gap > best.length) best = {gap, apart < 0 ? Vec3d(-axis.along) : axis.along, best.apart};
     };
     if (hint) offer(boxAxis(*hint));
@@ -140,7 +152,8 @@ PartBounds::Gap PartBounds::boxGap(const FreeformPart& a, const FreeformPart& b,
     return best;
 }
 
-void PartBounds::gaps(const PartBlock& block, const PartBox& one, const Affine3d& block_T_one, const Vec3d& hint, Gaps& least) const {
+void PartBounds::gaps(const PartBlock& block, const PartBox& one, const Affine3d& block_T_one, const Vec3d& hint,
+                      Gaps& least) const {
     kernel::BoxOfOne other;
     Eigen::Map<Vec3d>(other.middle) = block_T_one * one.middle;
     Eigen::Map<Mat3d>(other.axes) = block_T_one.linear().lazyProduct(one.axes);
@@ -166,15 +179,20 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps, double s
     const FreeformPart &a = a_[from.a], &b = b_[from.b];
     const bool moveA = hasParameters(a), moveB = hasParameters(b);
     if (!moveA && !moveB) return from;
-    const auto pointOf = [](const FreeformParts& parts, const FreeformPart& part, const Affine3d& map, const Vec2d& at) {
+    const auto pointOf = [](const FreeformParts& parts, const FreeformPart& part, const Affine3d& map,
+                            const Vec2d& at) {
         PartPoint p = parts.evaluate(part, at.x(), at.y());
         p.point = map * p.point;
         p.ds = map.linear() * p.ds;
         p.dt = map.linear() * p.dt;
         return p;
     };
-    const auto pointA = [&](const Vec2d& at) { return moveA ? pointOf(a_, a, mapA_, at) : PartPoint{from.onA, Vec3d::Zero(), Vec3d::Zero()}; };
-    const auto pointB = [&](const Vec2d& at) { return moveB ? pointOf(b_, b, mapB_, at) : PartPoint{from.onB, Vec3d::Zero(), Vec3d::Zero()}; };
+    const auto pointA = [&](const Vec2d& at) {
+        return moveA ? pointOf(a_, a, mapA_, at) : PartPoint{from.onA, Vec3d::Zero(), Vec3d::Zero()};
+    };
+    const auto pointB = [&](const Vec2d& at) {
+        return moveB ? pointOf(b_, b, mapB_, at) : PartPoint{from.onB, Vec3d::Zero(), Vec3d::Zero()};
+    };
     PartPoint onA = pointA(from.inA), onB = pointB(from.inB);
     double damping = 1e-4;
     for (int step = 0; step < steps && from.distance > enough; ++step) {
@@ -182,7 +200,8 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps, double s
         Vec3d as = onA.ds, at = onA.dt, bs = onB.ds, bt = onB.dt;
         holdAtEdges(a, from.inA, off, as, at);
         holdAtEdges(b, from.inB, -off, bs, bt);
-        // The shortest step in parameters that takes A's and B's points to each other as far as their tangents reach: three equations.
+        // The shortest step in parameters that takes A's and B's points to each other as far as their tangents reach:
+        // three equations.
         Mat3d m = as * as.transpose() + at * at.transpose() + bs * bs.transpose() + bt * bt.transpose();
         const double size = m.trace();
         if (!(size > 0)) break;
@@ -191,7 +210,8 @@ PlacePair PartBounds::descend(PlacePair from, double enough, int steps, double s
             Mat3d damped = m / size;
             damped.diagonal().array() += damping;
             const Vec3d pull = damped.inverse() * (off / size);
-            const Vec2d toA = clamped(a, from.inA + Vec2d(as.dot(pull), at.dot(pull))), toB = clamped(b, from.inB - Vec2d(bs.dot(pull), bt.dot(pull)));
+            const Vec2d toA = clamped(a, from.inA + Vec2d(as.dot(pull), at.dot(pull))),
+                        toB = clamped(b, from.inB - Vec2d(bs.dot(pull), bt.dot(pull)));
             if (!toA.allFinite() || !toB.allFinite()) return from;
             const PartPoint nextA = moveA ? pointA(toA) : onA, nextB = moveB ? pointB(toB) : onB;
             const double distance = (nextB.point - nextA.point).norm();

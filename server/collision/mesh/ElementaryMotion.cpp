@@ -227,8 +227,8 @@ Vec3d directionApart(const Triangle& a, const Triangle& b, const NearestPoints& 
             for (const Vec3d& edge : {alongA, alongB}) {
                 const double length = edge.squaredNorm();
                 if (!(length > 0)) continue;
-                // Corner i of A and corner j of B stand for all pairs of which one is on this edge. Square to it twice: of what
-                // is left of a long way the first time, few digits are right, and the edge is long.
+                // Corner i of A and corner j of B stand for all pairs of which one is on this edge. Square to it twice:
+                // of what is left of a long way the first time, few digits are right, and the edge is long.
                 const auto square = [&](const Vec3d& v) -> Vec3d { return v - v.dot(edge) / length * edge; };
                 offer(square(unitOrZero(square(b[j] - a[i]))));
             }

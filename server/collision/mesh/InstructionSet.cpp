@@ -32,9 +32,12 @@ InstructionSet instructionSet() {
 
 std::string_view name(InstructionSet set) {
     switch (set) {
-        case InstructionSet::kSse41: return "sse41";
-        case InstructionSet::kAvx2: return "avx2";
-        case InstructionSet::kAvx512: return "avx512";
+        case InstructionSet::kSse41:
+            return "sse41";
+        case InstructionSet::kAvx2:
+            return "avx2";
+        case InstructionSet::kAvx512:
+            return "avx512";
     }
     return "";
 }

@@ -178,8 +178,8 @@ struct Plain {
     }
 };
 
-/// Where a triangle's edges pass through the other's plane, by the distances of its corners: two ends. False where a sign is
-/// not certain, or an edge runs along the plane so closely that rounding moves its end by more than 1e-7 sizes.
+/// Where a triangle's edges pass through the other's plane, by the distances of its corners: two ends. False where a
+/// sign is not certain, or an edge runs along the plane so closely that rounding moves its end by more than 1e-7 sizes.
 bool piercePlainly(const Triangle& t, const Vec3d& d, double size, Vec3d (&ends)[2]) {
     if (!(d.cwiseAbs().minCoeff() > 1e-9 * size)) return false;
     const bool up[3] = {d[0] > 0, d[1] > 0, d[2] > 0};
@@ -211,7 +211,8 @@ std::optional<TriangleContact> plainCrossing(const Triangle& ta, const Triangle&
     const double a0 = along(endsA[0]), a1 = along(endsA[1]), b0 = along(endsB[0]), b1 = along(endsB[1]);
     const Vec3d &lowA = endsA[a0 <= a1 ? 0 : 1], &highA = endsA[a0 <= a1 ? 1 : 0];
     const Vec3d &lowB = endsB[b0 <= b1 ? 0 : 1], &highB = endsB[b0 <= b1 ? 1 : 0];
-    const double low = std::max(std::min(a0, a1), std::min(b0, b1)), high = std::min(std::max(a0, a1), std::max(b0, b1));
+    const double low = std::max(std::min(a0, a1), std::min(b0, b1)),
+                 high = std::min(std::max(a0, a1), std::max(b0, b1));
     if (!(high - low > 1e-6 * size)) return std::nullopt;
 
     TriangleContact contact;
@@ -220,8 +221,10 @@ std::optional<TriangleContact> plainCrossing(const Triangle& ta, const Triangle&
     contact.point = 0.5 * (contact.from + contact.to);
     // wayOut(a, b, normal of a), and the other way round: the plane of the one is its farthest point.
     const double alongA = -distancesB.minCoeff(), againstB = -distancesA.minCoeff();
-    if (std::abs(alongA - againstB) <= 1e-12 * size) contact.normal = normalOr(a.normal - b.normal, line);
-    else contact.normal = alongA < againstB ? a.normal : Vec3d(-b.normal);
+    if (std::abs(alongA - againstB) <= 1e-12 * size)
+        contact.normal = normalOr(a.normal - b.normal, line);
+    else
+        contact.normal = alongA < againstB ? a.normal : Vec3d(-b.normal);
     return contact;
 }
 
@@ -247,7 +250,9 @@ std::optional<TriangleContact> crossing(const Triangle& a, const Triangle& b, co
     contact.to = high.point;
     contact.point = 0.5 * (low.point + high.point);
     if (low.at > high.at) contact.from = contact.to = contact.point;  // they touch, and rounding parted them
-    const auto off = [&](const Vec3d& p) { return std::max((nearestOnTriangle(a, p) - p).norm(), (nearestOnTriangle(b, p) - p).norm()); };
+    const auto off = [&](const Vec3d& p) {
+        return std::max((nearestOnTriangle(a, p) - p).norm(), (nearestOnTriangle(b, p) - p).norm());
+    };
     if (std::max(off(contact.from), off(contact.to)) > 1e-9 * size) {
         // A needle's plane is not to be had from rounded corners, nor is the line: an end on both triangles will do.
         Vec3d best = contact.point;

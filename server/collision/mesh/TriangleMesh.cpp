@@ -56,8 +56,8 @@ namespace {
 
 constexpr std::size_t kLanes = 8;
 
-/// Whether all of these numbers are 0; not where one is no number. Lane by lane, without a branch within: compilers make
-/// vectors of it.
+/// Whether all of these numbers are 0; not where one is no number. Lane by lane, without a branch within: compilers
+/// make vectors of it.
 template <typename Of>
 bool allZero(const double* numbers, std::size_t count, const Of& of) {
     double sum[kLanes] = {};
@@ -77,7 +77,8 @@ Expected<void> checkCoordinates(std::span<const Vec3d> positions, std::size_t fi
     // One pass that carries on, then one that looks for the place: bad input is rare.
     const double most = TriangleMeshLimits{}.maxCoordinate;
     const double* const coordinates = positions.empty() ? nullptr : positions.data()->data();
-    const bool good = allZero(coordinates, 3 * positions.size(), [most](double x) { return std::abs(x) <= most ? 0.0 : 1.0; });
+    const bool good =
+        allZero(coordinates, 3 * positions.size(), [most](double x) { return std::abs(x) <= most ? 0.0 : 1.0; });
     for (std::size_t i = 0; !good && i < 3 * positions.size(); ++i)
         if (!(std::abs(coordinates[i]) <= most))
             return fail(ErrorCode::kBadInput, "vertex " + std::to_string(first + i / 3) +
@@ -127,8 +128,7 @@ Box boxOfAll(const std::vector<Eigen::Matrix<Scalar, 3, 1>>& vertices) {
 template <typename Scalar>
 void TriangleMesh::take(const Scalar* coordinates, std::size_t vertices) {
     bool asFloats = true;
-    if constexpr (!std::is_same_v<Scalar, float>)
-        asFloats = allFloats(coordinates, 3 * vertices);
+    if constexpr (!std::is_same_v<Scalar, float>) asFloats = allFloats(coordinates, 3 * vertices);
     if (asFloats) {
         floats_.resize(vertices);
         if (vertices != 0)

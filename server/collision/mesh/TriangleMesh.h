@@ -23,7 +23,8 @@ struct TriangleMeshLimits {
 /// The vertices of a mesh, exact doubles; a view.
 class MeshPositions {
 public:
-    MeshPositions(const float* floats, const double* doubles, std::size_t size) : floats_(floats), doubles_(doubles), size_(size) {}
+    MeshPositions(const float* floats, const double* doubles, std::size_t size)
+        : floats_(floats), doubles_(doubles), size_(size) {}
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
@@ -40,7 +41,8 @@ public:
         using pointer = const Vec3d*;
         using reference = Vec3d;
 
-        Iterator(const float* floats, const double* doubles, std::size_t place) : floats_(floats), doubles_(doubles), place_(place) {}
+        Iterator(const float* floats, const double* doubles, std::size_t place)
+            : floats_(floats), doubles_(doubles), place_(place) {}
         Vec3d operator*() const { return at(floats_, doubles_, place_); }
         Iterator& operator++() {
             ++place_;
@@ -72,8 +74,9 @@ private:
     std::size_t size_;
 };
 
-/// Immutable but for `move`. Face = the triangle's index in the order given. Duplicate and degenerate triangles, open and non-manifold
-/// meshes are all right; an empty mesh meets nothing. Coordinates that are floats, the usual case, are kept as floats.
+/// Immutable but for `move`. Face = the triangle's index in the order given. Duplicate and degenerate triangles, open
+/// and non-manifold meshes are all right; an empty mesh meets nothing. Coordinates that are floats, the usual case, are
+/// kept as floats.
 class TriangleMesh {
 public:
     TriangleMesh() = default;
@@ -86,8 +89,8 @@ public:
                                                      std::span<const std::uint32_t> indices,
                                                      const TriangleMeshLimits& limits = {});
 
-    /// Takes new positions, one per vertex; the triangles stay. kBadInput, and nothing is changed, for another number of
-    /// vertices or for coordinates that make() would refuse.
+    /// Takes new positions, one per vertex; the triangles stay. kBadInput, and nothing is changed, for another number
+    /// of vertices or for coordinates that make() would refuse.
     Expected<void> move(std::span<const Vec3d> positions);
     /// The same for the vertices from `first` on; costs what they are, and a pass over all where the box may shrink.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
@@ -98,11 +101,13 @@ public:
     [[nodiscard]] std::size_t faceCount() const { return indices_.size() / 3; }
     [[nodiscard]] std::size_t vertexCount() const { return floats_.empty() ? doubles_.size() : floats_.size(); }
     [[nodiscard]] MeshPositions positions() const {
-        return {floats_.empty() ? nullptr : floats_.data()->data(), doubles_.empty() ? nullptr : doubles_.data()->data(), vertexCount()};
+        return {floats_.empty() ? nullptr : floats_.data()->data(),
+                doubles_.empty() ? nullptr : doubles_.data()->data(), vertexCount()};
     }
     [[nodiscard]] std::span<const std::uint32_t> indices() const { return indices_; }
     [[nodiscard]] std::size_t memoryBytes() const {
-        return floats_.size() * sizeof(Vec3f) + doubles_.size() * sizeof(Vec3d) + indices_.size() * sizeof(std::uint32_t) + used_.size() / 8;
+        return floats_.size() * sizeof(Vec3f) + doubles_.size() * sizeof(Vec3d) +
+               indices_.size() * sizeof(std::uint32_t) + used_.size() / 8;
     }
     [[nodiscard]] std::uint32_t vertexOf(std::uint32_t face, unsigned i) const { return indices_[3 * face + i]; }
     [[nodiscard]] Vec3d corner(std::uint32_t face, unsigned i) const {

@@ -118,7 +118,8 @@ void DifferenceFinder::regroup(std::span<const std::uint32_t> items, std::span<c
                                const InteractionTable& table) {
     const std::size_t coming =
         static_cast<std::size_t>(std::count_if(items.begin(), items.end(), [&](std::uint32_t item) {
-            return table.groupOf[item] != InteractionTable::kNoGroup && (item >= slotOf_.size() || slotOf_[item] == kNoSlot);
+            return table.groupOf[item] != InteractionTable::kNoGroup &&
+                   (item >= slotOf_.size() || slotOf_[item] == kNoSlot);
         }));
     if (fresh_ || !tree_ || items.size() > kShareForAll * 64 + settled_ / kShareForAll) {
         std::vector<Box> boxes = boxes_;

@@ -90,16 +90,16 @@ private:
     std::size_t activeItems_ = 0;     // of these
     std::array<double, 3> origin_{};  // of the keys
 
-    std::vector<std::uint32_t> slotOf_;  // per item; none for those that are of interest to nobody
-    std::vector<std::uint32_t> itemOf_;  // per slot; none: a spare one
-    std::vector<std::uint32_t> spares_;  // slots for what comes, or strays from its neighbours
-    std::vector<std::uint32_t> vacated_; // by strays, in this frame
-    std::size_t holes_ = 0;              // slots that were left, amid others: who came there would stretch a leaf
+    std::vector<std::uint32_t> slotOf_;   // per item; none for those that are of interest to nobody
+    std::vector<std::uint32_t> itemOf_;   // per slot; none: a spare one
+    std::vector<std::uint32_t> spares_;   // slots for what comes, or strays from its neighbours
+    std::vector<std::uint32_t> vacated_;  // by strays, in this frame
+    std::size_t holes_ = 0;               // slots that were left, amid others: who came there would stretch a leaf
     std::size_t expected_ = 0;
-    bool foundAfresh_ = true;            // since changes or pairs were asked for
-    std::vector<PairChange> untold_;     // changes since then, where there were several updates
-    std::size_t slots_ = 0;              // items with a slot, and new places of what leapt in this frame
-    std::vector<float> records_;         // keys by slot, as they come from the boxes
+    bool foundAfresh_ = true;         // since changes or pairs were asked for
+    std::vector<PairChange> untold_;  // changes since then, where there were several updates
+    std::size_t slots_ = 0;           // items with a slot, and new places of what leapt in this frame
+    std::vector<float> records_;      // keys by slot, as they come from the boxes
     SlotBounds cur_, prev_;
     std::vector<float> placed_;  // negated lower bounds when the order was made
     std::array<float, 3> drift_{}, lastDrift_{};

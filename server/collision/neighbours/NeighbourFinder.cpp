@@ -1,8 +1,8 @@
 #include "server/collision/neighbours/NeighbourFinder.h"
 
 #include "common/base/Error.h"
-#include "server/collision/neighbours/PlainFinders.h"
 #include "server/collision/neighbours/DifferenceFinder.h"
+#include "server/collision/neighbours/PlainFinders.h"
 
 namespace tessera {
 

@@ -26,12 +26,13 @@ struct InteractionTable {
     static constexpr std::uint32_t kNoGroup = 0xffffffffu;  ///< of a number that no item has
 
     std::vector<std::uint32_t> groupOf;  ///< per item
-    std::vector<std::uint32_t> bodyOf;   ///< per item: items of one body never interact; none: all are of different ones
-    std::vector<bool> active;            ///< per group: has interests of its own; two passive groups never interact
-    std::vector<bool> interacts;         ///< groups × groups, symmetric
+    std::vector<std::uint32_t> bodyOf;  ///< per item: items of one body never interact; none: all are of different ones
+    std::vector<bool> active;           ///< per group: has interests of its own; two passive groups never interact
+    std::vector<bool> interacts;        ///< groups × groups, symmetric
 
     [[nodiscard]] bool relevant(std::uint32_t itemA, std::uint32_t itemB) const {
-        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]] && (bodyOf.empty() || bodyOf[itemA] != bodyOf[itemB]);
+        return interacts[groupOf[itemA] * active.size() + groupOf[itemB]] &&
+               (bodyOf.empty() || bodyOf[itemA] != bodyOf[itemB]);
     }
     [[nodiscard]] bool activeItem(std::uint32_t item) const { return active[groupOf[item]]; }
     /// One group of n items, each of interest to each.

@@ -50,7 +50,8 @@ void sortNet(std::vector<PairChange>& changes) {
 
 bool PairSet::contains(std::uint32_t a, std::uint32_t b) const {
     const PairChange ends = pairChange(a, b, false);
-    if (const auto late = std::lower_bound(late_.begin(), late_.end(), ends); late != late_.end() && *late >> 1U == ends >> 1U)
+    if (const auto late = std::lower_bound(late_.begin(), late_.end(), ends);
+        late != late_.end() && *late >> 1U == ends >> 1U)
         return (*late & 1U) != 0;
     return std::binary_search(pairs_.begin(), pairs_.end(), NeighbourPair{a, b});
 }

@@ -22,7 +22,8 @@ template <typename Relevant>
     for (std::uint32_t a = 0; a < boxes.size(); ++a) {
         if (boxes[a].empty()) continue;
         for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
-            if (!boxes[b].empty() && boxes[a].overlaps(boxes[b]) && relevant(a, b)) begins.push_back(pairChange(a, b, true));
+            if (!boxes[b].empty() && boxes[a].overlaps(boxes[b]) && relevant(a, b))
+                begins.push_back(pairChange(a, b, true));
     }
     return begins;
 }
@@ -42,8 +43,8 @@ public:
         sound_ = true;
     }
     /// Every pair that began was not there yet, every one that ended was. Where that is not so the changes were found
-    /// from something that is not true, and others may not have been found: nothing is held then, until `clear`, and all
-    /// is to be searched anew. Very few changes are looked at only when they are merged in.
+    /// from something that is not true, and others may not have been found: nothing is held then, until `clear`, and
+    /// all is to be searched anew. Very few changes are looked at only when they are merged in.
     [[nodiscard]] bool sound() const { return sound_; }
 
     /// Takes in the changes of all lists, in any order: what begins is not there yet, what ends is; a pair that does

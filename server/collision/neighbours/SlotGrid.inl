@@ -1,8 +1,8 @@
 // The sweep over a grid. Included by SlotKernels.inl only.
 //
-// A pair of slots is found by the one whose cell comes first in its column (then by column, then by slot). Another box that
-// meets mine, now or before, and comes after me has its cell, in x, between mine and that of my upper bound; in y and z
-// between those of my lower bound less the reach and of my upper bound.
+// A pair of slots is found by the one whose cell comes first in its column (then by column, then by slot). Another box
+// that meets mine, now or before, and comes after me has its cell, in x, between mine and that of my upper bound; in y
+// and z between those of my lower bound less the reach and of my upper bound.
 
 /// Cells that those who meet a box may lie in.
 struct CellRange {

@@ -9,10 +9,13 @@
 namespace tessera::neighbours::TESSERA_KERNELS {
 namespace {
 
+// In this order: each needs what stands before it.
+// clang-format off
 #include "server/collision/neighbours/SlotSimd.inl"
 #include "server/collision/neighbours/SlotKeys.inl"
 #include "server/collision/neighbours/SlotGrid.inl"
 #include "server/collision/neighbours/SlotTree.inl"
+// clang-format on
 
 }  // namespace
 

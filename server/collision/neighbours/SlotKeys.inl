@@ -4,24 +4,40 @@
 /// Lower and upper bounds (three of four lanes count), as double; and as keys.
 #if defined(__AVX2__)
 using D4 = __m256d;
-inline D4 loadLower(const double* box) { return _mm256_loadu_pd(box); }
-inline D4 loadUpper(const double* box) { return _mm256_permute4x64_pd(_mm256_loadu_pd(box + 2), 0x39); }
-inline bool ordered(D4 lower, D4 upper) { return (_mm256_movemask_pd(_mm256_cmp_pd(lower, upper, _CMP_LE_OQ)) & 7) == 7; }
-inline __m128 key(D4 x, D4 origin) { return _mm256_cvtpd_ps(_mm256_sub_pd(x, origin)); }
-inline D4 loadOrigin(const double* origin) { return _mm256_setr_pd(origin[0], origin[1], origin[2], 0); }
+inline D4 loadLower(const double* box) {
+    return _mm256_loadu_pd(box);
+}
+inline D4 loadUpper(const double* box) {
+    return _mm256_permute4x64_pd(_mm256_loadu_pd(box + 2), 0x39);
+}
+inline bool ordered(D4 lower, D4 upper) {
+    return (_mm256_movemask_pd(_mm256_cmp_pd(lower, upper, _CMP_LE_OQ)) & 7) == 7;
+}
+inline __m128 key(D4 x, D4 origin) {
+    return _mm256_cvtpd_ps(_mm256_sub_pd(x, origin));
+}
+inline D4 loadOrigin(const double* origin) {
+    return _mm256_setr_pd(origin[0], origin[1], origin[2], 0);
+}
 #else
 struct D4 {
     __m128d xy, z;
 };
-inline D4 loadLower(const double* box) { return {_mm_loadu_pd(box), _mm_load_sd(box + 2)}; }
-inline D4 loadUpper(const double* box) { return {_mm_loadu_pd(box + 3), _mm_load_sd(box + 5)}; }
+inline D4 loadLower(const double* box) {
+    return {_mm_loadu_pd(box), _mm_load_sd(box + 2)};
+}
+inline D4 loadUpper(const double* box) {
+    return {_mm_loadu_pd(box + 3), _mm_load_sd(box + 5)};
+}
 inline bool ordered(D4 lower, D4 upper) {
     return (_mm_movemask_pd(_mm_cmple_pd(lower.xy, upper.xy)) & _mm_movemask_pd(_mm_cmple_pd(lower.z, upper.z))) == 3;
 }
 inline __m128 key(D4 x, D4 origin) {
     return _mm_movelh_ps(_mm_cvtpd_ps(_mm_sub_pd(x.xy, origin.xy)), _mm_cvtpd_ps(_mm_sub_pd(x.z, origin.z)));
 }
-inline D4 loadOrigin(const double* origin) { return {_mm_loadu_pd(origin), _mm_load_sd(origin + 2)}; }
+inline D4 loadOrigin(const double* origin) {
+    return {_mm_loadu_pd(origin), _mm_load_sd(origin + 2)};
+}
 #endif
 
 void convert(const double* boxes, const uint32_t* slotOf, size_t n, const double* origin, float* records) {
@@ -54,7 +70,8 @@ void spread(const float* records, size_t begin, size_t end, float* cur) {
         }
 }
 
-size_t settle(const float* cur, const float* placed, size_t begin, size_t end, Settlement& settlement, uint32_t* leavers) {
+size_t settle(const float* cur, const float* placed, size_t begin, size_t end, Settlement& settlement,
+              uint32_t* leavers) {
     size_t count = 0;
     F most3[3] = {splat(0.0F), splat(0.0F), splat(0.0F)};
     const F none = splat(0.0F);
@@ -85,7 +102,8 @@ void cells(const CellFrame& frame, const float* cur, size_t n, uint32_t* cell) {
     for (size_t s = 0; s < n; s += kWidth) {
         uint32_t place[3][kWidth];
         for (int a = 0; a < 3; ++a)
-            storeInt(place[a], cellOf(splat(0.0F) - load(cur + keyIndex(static_cast<size_t>(frame.axis[a]), s)), frame, a));
+            storeInt(place[a],
+                     cellOf(splat(0.0F) - load(cur + keyIndex(static_cast<size_t>(frame.axis[a]), s)), frame, a));
         for (size_t k = 0; k < kWidth && s + k < n; ++k)
             cell[s + k] = (place[2][k] * frame.ny + place[1][k]) << frame.xBits | place[0][k];
     }
@@ -110,8 +128,8 @@ inline Keys swept(const Keys& a, const Keys& b) {
     return both;
 }
 
-/// The least of the six sums: positive where boxes overlap, negative where they do not, zero where it is not known. A sum of
-/// floats is exact in its sign.
+/// The least of the six sums: positive where boxes overlap, negative where they do not, zero where it is not known. A
+/// sum of floats is exact in its sign.
 inline F overlap(const Keys& a, const Keys& b) {
     const F x = min(a.bound[0] + b.bound[3], a.bound[3] + b.bound[0]);
     const F y = min(a.bound[1] + b.bound[4], a.bound[4] + b.bound[1]);
@@ -120,8 +138,8 @@ inline F overlap(const Keys& a, const Keys& b) {
 }
 
 /// Slot s, with keys `cur` and `prev` in all lanes, against slots at … (those in `lanes`), to the sink, which has room.
-inline void compare(const Keys& cur, const Keys& prev, const Keys& othersCur, const Keys& othersPrev, size_t s, size_t at,
-                    Bits lanes, PairSink& sink) {
+inline void compare(const Keys& cur, const Keys& prev, const Keys& othersCur, const Keys& othersPrev, size_t s,
+                    size_t at, Bits lanes, PairSink& sink) {
     const F now = overlap(cur, othersCur);
     const F then = overlap(prev, othersPrev);
     const F none = splat(0.0F);
@@ -144,7 +162,8 @@ inline bool compareRange(const SlotArrays& slots, const Keys& cur, const Keys& p
     if (sink.capacity - sink.count < end - begin) return false;
     Bits lanes = ~Bits{0} << begin % kWidth;
     for (size_t at = begin & ~(kWidth - 1); at < end; at += kWidth) {
-        compare(cur, prev, loadKeys(slots.cur, at), loadKeys(slots.prev, at), s, at, lanes & firstLanes(end - at), sink);
+        compare(cur, prev, loadKeys(slots.cur, at), loadKeys(slots.prev, at), s, at, lanes & firstLanes(end - at),
+                sink);
         lanes = ~Bits{0};
     }
     return true;

@@ -9,11 +9,11 @@ namespace tessera::neighbours {
 
 namespace {
 
-constexpr double kTreeDecay = 1.8;          // growth of the leaves at which a new order pays
+constexpr double kTreeDecay = 1.8;      // growth of the leaves at which a new order pays
 constexpr std::size_t kPerTask = 1024;  // boxes to halve
 constexpr std::size_t kLeavesPerTask = 128;
 constexpr std::size_t kFewLeavesOf = 16;  // of leaves: fewer are refitted one by one
-constexpr double kHopeless = 4;  // and at which it is due before the sweep
+constexpr double kHopeless = 4;           // and at which it is due before the sweep
 
 }  // namespace
 

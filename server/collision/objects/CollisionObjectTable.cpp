@@ -11,9 +11,15 @@ ShapeChoice choiceOf(const CollisionObject& object) {
     ShapeChoice choice;
     constexpr double kUsualError = 0.01, kPercent = 0.01;
     switch (object.shape) {
-        case CollisionWords::kHull: choice.representation = Representation::kHull; break;
-        case CollisionWords::kHeightField: choice.representation = Representation::kHeightField; break;
-        case CollisionWords::kPoints: choice.representation = Representation::kPoints; break;
+        case CollisionWords::kHull:
+            choice.representation = Representation::kHull;
+            break;
+        case CollisionWords::kHeightField:
+            choice.representation = Representation::kHeightField;
+            break;
+        case CollisionWords::kPoints:
+            choice.representation = Representation::kPoints;
+            break;
         case CollisionWords::kAutoShape:
             choice.representation = std::nullopt;
             choice.error = kPercent * object.error;
@@ -21,7 +27,9 @@ ShapeChoice choiceOf(const CollisionObject& object) {
         case CollisionWords::kSphericalBezier:
             choice.representation = Representation::kSphericalBezier;
             break;
-        case CollisionWords::kSpherical: choice.representation = Representation::kSpherical; break;
+        case CollisionWords::kSpherical:
+            choice.representation = Representation::kSpherical;
+            break;
         case CollisionWords::kDistanceField:
             choice.representation = Representation::kDistanceField;
             choice.error = object.error > 0 ? kPercent * object.error : kUsualError;
@@ -30,17 +38,33 @@ ShapeChoice choiceOf(const CollisionObject& object) {
             choice.representation = Representation::kFreeform;
             choice.error = kPercent * object.error;
             break;
-        default: break;
+        default:
+            break;
     }
     switch (object.volume) {
-        case CollisionWords::kSphere: choice.volume = VolumeKind::kSphere; break;
-        case CollisionWords::kAabb: choice.volume = VolumeKind::kAabb; break;
-        case CollisionWords::kObb: choice.volume = VolumeKind::kObb; break;
-        case CollisionWords::kDop6: choice.volume = VolumeKind::kDop6; break;
-        case CollisionWords::kDop14: choice.volume = VolumeKind::kDop14; break;
-        case CollisionWords::kDop18: choice.volume = VolumeKind::kDop18; break;
-        case CollisionWords::kDop26: choice.volume = VolumeKind::kDop26; break;
-        default: break;
+        case CollisionWords::kSphere:
+            choice.volume = VolumeKind::kSphere;
+            break;
+        case CollisionWords::kAabb:
+            choice.volume = VolumeKind::kAabb;
+            break;
+        case CollisionWords::kObb:
+            choice.volume = VolumeKind::kObb;
+            break;
+        case CollisionWords::kDop6:
+            choice.volume = VolumeKind::kDop6;
+            break;
+        case CollisionWords::kDop14:
+            choice.volume = VolumeKind::kDop14;
+            break;
+        case CollisionWords::kDop18:
+            choice.volume = VolumeKind::kDop18;
+            break;
+        case CollisionWords::kDop26:
+            choice.volume = VolumeKind::kDop26;
+            break;
+        default:
+            break;
     }
     static_assert(kFinestLevel == CollisionObject::kFinestLevel);
     choice.level = static_cast<unsigned>(object.level);
@@ -54,7 +78,7 @@ void CollisionObjectTable::clear() {
 }
 
 void CollisionObjectTable::follow(const Aspect& aspect, ObjectId core, bool visible, std::uint64_t update,
-                         std::vector<ObjectId>& nodes) {
+                                  std::vector<ObjectId>& nodes) {
     std::uint32_t number = numbers_.find(core);
     if (number != IdTable::kNone) {
         const ObjectId before = entries_[number].node;

@@ -29,7 +29,8 @@ std::optional<End> endOfArrays(const MeshArrays& arrays, const BlobId& from, std
     if (!arrays.positions.resident() || arrays.positions.sizeBytes() % sizeof(float) != 0) return std::nullopt;
     const auto origins = arrays.positions.origins();
     const auto origin = std::ranges::find(origins, from, &Blob::Origin::id);
-    if (origin == origins.end() || arrays.positions.sizeBytes() != 3 * sizeof(float) * count) return endOfAll(arrays.positions.as<float>(), count);
+    if (origin == origins.end() || arrays.positions.sizeBytes() != 3 * sizeof(float) * count)
+        return endOfAll(arrays.positions.as<float>(), count);
     constexpr std::uint64_t kVertex = 3 * sizeof(float);
     const std::size_t first = origin->begin / kVertex,
                       end = std::min<std::size_t>(count, (origin->end + kVertex - 1) / kVertex);
@@ -55,7 +56,8 @@ std::optional<DeformingShapes::Own::SmoothEnd> DeformingShapes::smoothEndOf(cons
     std::size_t end = subdivision->positions.size();
     if (!source->points.resident() || source->points.sizeBytes() != 3 * sizeof(float) * end) return std::nullopt;
     const auto origins = source->points.origins();
-    if (const auto origin = std::ranges::find(origins, own.source->points.id(), &Blob::Origin::id); origin != origins.end()) {
+    if (const auto origin = std::ranges::find(origins, own.source->points.id(), &Blob::Origin::id);
+        origin != origins.end()) {
         out.first = origin->begin / kPoint;
         end = std::min<std::size_t>(end, (origin->end + kPoint - 1) / kPoint);
     }
@@ -64,10 +66,12 @@ std::optional<DeformingShapes::Own::SmoothEnd> DeformingShapes::smoothEndOf(cons
     return out;
 }
 
-std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump, const Drawable& drawable) {
+std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, const MeshArrays& arrays, bool jump,
+                                                              const Drawable& drawable) {
     Own& own = shapes_[key];
     const bool smooth = own.shape && own.shape->smoothSurface() != nullptr;
-    const std::optional<DerivedSource> source = asksForSmooth(key.choice) && drawable ? drawable.source() : std::nullopt;
+    const std::optional<DerivedSource> source =
+        asksForSmooth(key.choice) && drawable ? drawable.source() : std::nullopt;
     // What had no smooth surface may have one of another recipe.
     const bool mayBecomeSmooth = !smooth && source && !(own.source && own.source->recipe == source->recipe);
     if (own.shape && !mayBecomeSmooth && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&

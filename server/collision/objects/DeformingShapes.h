@@ -24,7 +24,8 @@ public:
     /// points) become an end to settle, and the shape stays as it is until then; anything else new is a new shape.
     /// `jump`: new positions are that too. Where the array tells what has changed since (Blob::origins), no other
     /// vertex is looked at.
-    /// `drawable`: whose arrays these are. Smooth surfaces follow their control points, to settle with the triangles; NURBS are made anew.
+    /// `drawable`: whose arrays these are. Smooth surfaces follow their control points, to settle with the triangles;
+    /// NURBS are made anew.
     [[nodiscard]] std::shared_ptr<const CollisionShape> follow(const Key& key, const MeshArrays& arrays, bool jump,
                                                                const Drawable& drawable = {});
     /// Where vertices are about to be: those from `first` on, the others stay.
@@ -47,7 +48,8 @@ private:
         double pointRadius = 0;
         BlobId endPositions;
         std::optional<End> end;
-        /// Where a smooth surface is asked for: what it is made of; and its control points (or all of it) where they are about to be.
+        /// Where a smooth surface is asked for: what it is made of; and its control points (or all of it) where they
+        /// are about to be.
         std::optional<DerivedSource> source;
         struct SmoothEnd {
             DerivedSource source;

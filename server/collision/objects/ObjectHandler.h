@@ -16,9 +16,9 @@
 #include "common/scene/Aspect.h"
 #include "server/collision/neighbours/NeighbourFinder.h"
 #include "server/collision/objects/Body.h"
+#include "server/collision/objects/CollisionObjectTable.h"
 #include "server/collision/objects/DeformingShapes.h"
 #include "server/collision/objects/IdTable.h"
-#include "server/collision/objects/CollisionObjectTable.h"
 #include "server/collision/objects/Part.h"
 #include "server/collision/objects/Place.h"
 #include "server/collision/objects/Relation.h"
@@ -48,8 +48,8 @@ public:
 
     /// After each list applied to the aspect, with that list; null: anything may have changed.
     void update(const Aspect& aspect, const ChangeList* list);
-    /// Whether `update` with this list would leave anything of poses, shapes, interests, or of who takes part, other than
-    /// it is now; poses that the overlay has already are no change.
+    /// Whether `update` with this list would leave anything of poses, shapes, interests, or of who takes part, other
+    /// than it is now; poses that the overlay has already are no change.
     [[nodiscard]] bool wouldChange(const Aspect& aspect, const ChangeList& list) const;
     /// Grows with each time that everything was made anew: numbers of an earlier generation mean nothing; node ids and
     /// pose versions still do.
@@ -140,8 +140,8 @@ public:
     /// Enabled interests beyond the limits: not looked at.
     [[nodiscard]] std::size_t interestsLeftOut() const { return interestsLeftOut_; }
     [[nodiscard]] std::size_t partsSkipped() const { return skipped_; }
-    /// How near to each other two parts may be when a motion stops: what their objects say, the smaller one; where neither
-    /// does, `relative` sizes. World units.
+    /// How near to each other two parts may be when a motion stops: what their objects say, the smaller one; where
+    /// neither does, `relative` sizes. World units.
     [[nodiscard]] double toleranceOf(std::uint32_t a, std::uint32_t b, double size, double relative) const;
     /// Parts whose geometry is not, or cannot be, what their object asks for, by number.
     [[nodiscard]] const std::set<std::uint32_t>& standIns() const { return standIns_; }
@@ -159,7 +159,9 @@ public:
     /// made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeMoved();
     /// Whether nothing of that, nor of the next two, waits to be told.
-    [[nodiscard]] bool nothingNew() const { return movedParts_.empty() && regroupedParts_.empty() && rewordedParts_.empty(); }
+    [[nodiscard]] bool nothingNew() const {
+        return movedParts_.empty() && regroupedParts_.empty() && rewordedParts_.empty();
+    }
     /// Numbers of parts that came, went, or are of another body or group since the last call, ascending; nothing where
     /// everything was made anew.
     [[nodiscard]] std::vector<std::uint32_t> takeRegrouped();

@@ -55,7 +55,8 @@ std::uint32_t ObjectHandler::selfInterestOf(std::uint32_t part) const {
 
 std::vector<std::uint32_t> ObjectHandler::partsWithSelfInterest() const {
     std::vector<std::uint32_t> out;
-    if (std::ranges::none_of(interests_, [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; })) return out;
+    if (std::ranges::none_of(interests_, [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; }))
+        return out;
     for (std::uint32_t part = 0; part < parts_.size(); ++part)
         if (selfInterestOf(part) != kNobody) out.push_back(part);
     return out;

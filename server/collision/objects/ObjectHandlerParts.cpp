@@ -180,9 +180,9 @@ bool isAsAsked(const CollisionShape& shape, const ShapeChoice& choice) {
 }  // namespace
 
 std::string_view ObjectHandler::askedShape(std::uint32_t part) const {
-    static constexpr std::array<std::string_view, kFinestLevel> kLevels{
-        "level 1", "level 2", "level 3", "level 4",  "level 5",  "level 6",
-        "level 7", "level 8", "level 9", "level 10", "level 11", "level 12"};
+    static constexpr std::array<std::string_view, kFinestLevel> kLevels{"level 1", "level 2",  "level 3",  "level 4",
+                                                                        "level 5", "level 6",  "level 7",  "level 8",
+                                                                        "level 9", "level 10", "level 11", "level 12"};
     const ShapeChoice& choice = partTerms_[part].shape.choice;
     const bool otherShape = choice.representation && *choice.representation != parts_[part].shape->representation();
     if (otherShape || choice.level == 0) return nameOf(*choice.representation);

@@ -29,7 +29,7 @@ struct Relation {
     /// What all its interests ask of it together.
     bool contacts = false, dynamic = false, distance = false;
     std::int64_t detail = InterestWords::kYesOrNo;  ///< the most demanding, of those that ask for contacts
-    double threshold = 0;                      ///< the largest, of those that ask for the distance
+    double threshold = 0;                           ///< the largest, of those that ask for the distance
     std::span<const std::uint32_t>
         interests;  ///< indices into ObjectHandler::interests(), ascending; the first decides
 

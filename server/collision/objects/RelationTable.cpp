@@ -64,7 +64,9 @@ RelationTable::Renumbering RelationTable::renumber(std::span<const InterestTerms
     // Few come or go at a time; whoever stands elsewhere is looked for.
     std::vector<std::uint32_t> strays;
     std::uint32_t old = 0;
-    const auto is = [&](std::uint32_t at, std::uint32_t k) { return at < terms_.size() && terms_[at].core == terms[k].core; };
+    const auto is = [&](std::uint32_t at, std::uint32_t k) {
+        return at < terms_.size() && terms_[at].core == terms[k].core;
+    };
     for (std::uint32_t k = 0; k < terms.size(); ++k) {
         if (!is(old, k) && is(old + 1, k)) ++old;
         if (is(old, k))
@@ -140,7 +142,8 @@ void RelationTable::setInterests(std::span<const InterestTerms> terms, std::span
         if (std::ranges::any_of(group.roots, changed) || !sameRoots(group, above)) {
             const std::vector<std::uint32_t> interests = group.interests, held = group.others, before = group.roots;
             sign(group, above);
-            // Whoever comes to be, or ceases to be, on an other side only meets or leaves one whose own interests differ.
+            // Whoever comes to be, or ceases to be, on an other side only meets or leaves one whose own interests
+            // differ.
             const bool own = interests != group.interests || before != group.roots;
             if (own) changed_.push_back(g);
             different[g] = own || held != group.others;

@@ -136,7 +136,8 @@ private:
         if (same) return a.bodies > 1;
         return a.bodies > 0 && b.bodies > 0 && (a.bodies > 1 || b.bodies > 1 || a.bodyMix != b.bodyMix);
     }
-    [[nodiscard]] Renumbering renumber(std::span<const InterestTerms> terms, std::span<const InterestSides> sides) const;
+    [[nodiscard]] Renumbering renumber(std::span<const InterestTerms> terms,
+                                       std::span<const InterestSides> sides) const;
     [[nodiscard]] bool sameRoots(const Group& group, const SideAbove& above) const;
     void keepAsked(const Renumbering& now, const std::vector<bool>& different);
     void note(std::uint32_t group);

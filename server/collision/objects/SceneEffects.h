@@ -32,8 +32,8 @@ struct SceneEffects {
 };
 
 [[nodiscard]] SceneEffects sceneEffectsOf(const ChangeList& list);
-/// Whether what was there before the list may be of interest to others now. A new object disturbs whom it touches, and they see
-/// it as new.
+/// Whether what was there before the list may be of interest to others now. A new object disturbs whom it touches, and
+/// they see it as new.
 [[nodiscard]] bool changesRules(const ChangeList& list);
 
 }  // namespace tessera

@@ -65,10 +65,12 @@ std::size_t trianglesOf(const CollisionShape& shape) {
 
 constexpr double kUsualFreeformError = 1e-4;
 
-std::shared_ptr<CollisionShape> freeformOf(TriangleMesh& mesh, const ShapeChoice& choice, const Drawable& drawable, const TreeOptions& trees) {
+std::shared_ptr<CollisionShape> freeformOf(TriangleMesh& mesh, const ShapeChoice& choice, const Drawable& drawable,
+                                           const TreeOptions& trees) {
     std::optional<FreeformShape> surface = drawable ? smoothShapeOf(drawable) : std::nullopt;
     if (!surface) return nullptr;
-    return CollisionShape::ofFreeform(std::move(*surface), std::move(mesh), choice.error > 0 ? choice.error : kUsualFreeformError, trees);
+    return CollisionShape::ofFreeform(std::move(*surface), std::move(mesh),
+                                      choice.error > 0 ? choice.error : kUsualFreeformError, trees);
 }
 
 }  // namespace
@@ -84,7 +86,8 @@ std::optional<MeshData> octahedraOf(const MeshArrays& points) {
 
 namespace {
 
-/// The first body of a control mesh: later ones share its topology and the plans of its neighbourhoods, most of what making one takes.
+/// The first body of a control mesh: later ones share its topology and the plans of its neighbourhoods, most of what
+/// making one takes.
 struct FirstOfMesh {
     std::optional<FreeformShape> shape;
     [[nodiscard]] std::size_t bytes() const {
@@ -117,15 +120,18 @@ std::optional<FreeformShape> smoothShapeOf(const Drawable& drawable) {
     const std::shared_ptr<const SmoothSurface> smooth = drawable.smoothSurface();
     if (!smooth) return std::nullopt;
     const auto* mesh = std::get_if<ControlMesh>(&smooth->surface);
-    const std::size_t faces = mesh ? mesh->faceSizes.size() : std::get<NurbsSurface>(smooth->surface).definition().points.size();
+    const std::size_t faces =
+        mesh ? mesh->faceSizes.size() : std::get<NurbsSurface>(smooth->surface).definition().points.size();
     if (faces > kMostFreeformFaces) return std::nullopt;
     if (mesh)
         if (const std::optional<DerivedSource> source = drawable.source()) return smoothShapeOf(*mesh, source->recipe);
-    Expected<FreeformShape> made = mesh ? FreeformShape::ofSubdivision(*mesh) : FreeformShape::ofNurbs({std::get<NurbsSurface>(smooth->surface)});
+    Expected<FreeformShape> made =
+        mesh ? FreeformShape::ofSubdivision(*mesh) : FreeformShape::ofNurbs({std::get<NurbsSurface>(smooth->surface)});
     return made ? std::optional(std::move(*made)) : std::nullopt;
 }
 
-std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
+std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays, const ShapeChoice& choice,
+                                                        const Drawable& drawable) {
     // What is not here yet may come: nothing is remembered about it.
     if (!resident(arrays)) return nullptr;
     const bool points = arrays.primitive == Primitive::kPoints;
@@ -153,7 +159,8 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
             return shape(arrays, withoutLevel(choice));
         }
         if (wanted == Representation::kDistanceField || (!wanted && choice.error > 0))
-            if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees)) made = *field;
+            if (const auto field = CollisionShape::ofDistanceField(std::move(*mesh), choice.error, trees))
+                made = *field;
         if (freeform) made = freeformOf(*mesh, choice, drawable, trees);
         if (wanted == Representation::kSphericalBezier)
             if (const auto patches = CollisionShape::ofSphericalBezier(std::move(*mesh), trees)) made = *patches;
@@ -207,7 +214,8 @@ bool ShapeCache::drop(const Key& key) {
     return true;
 }
 
-std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice, const Drawable& drawable) {
+std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
+                                                     const Drawable& drawable) {
     std::optional<TriangleMesh> mesh = meshOf(arrays);
     if (!mesh) return nullptr;
     const TreeOptions trees{.volume = choice.volume.value_or(kAutomaticDeformingVolume)};

@@ -18,7 +18,8 @@ namespace tessera {
 /// What collides of points: the octahedra that are seen of them. Nothing where their arrays are absent or malformed.
 [[nodiscard]] std::optional<MeshData> octahedraOf(const MeshArrays& points);
 
-/// Larger ones are taken as their triangles: faces of a control mesh, or control points of a NURBS surface. Measured: README.md.
+/// Larger ones are taken as their triangles: faces of a control mesh, or control points of a NURBS surface. Measured:
+/// README.md.
 inline constexpr std::size_t kMostFreeformFaces = std::size_t{1} << 17;
 /// Whether what deforms is to be a smooth surface, where it has one.
 [[nodiscard]] inline bool asksForSmooth(const ShapeChoice& choice) {
@@ -65,12 +66,12 @@ public:
     }
     /// Lets go of it. False: it does not, because somebody holds it beside the cache and the caller.
     [[nodiscard]] bool drop(const Key& key);
-    /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or what suits and
-    /// an error is allowed.
+    /// One of its own, for a geometry that will deform: triangles, or the smooth surface where that is asked for, or
+    /// what suits and an error is allowed.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ownShape(const MeshArrays& arrays, const ShapeChoice& choice,
                                                                   const Drawable& drawable = {});
-    /// The box around the vertices of a geometry, around points with their radius, without making its shape. Empty where the
-    /// array is absent.
+    /// The box around the vertices of a geometry, around points with their radius, without making its shape. Empty
+    /// where the array is absent.
     [[nodiscard]] Box bounds(const MeshArrays& arrays);
 
     /// Lets go of shapes that only the cache holds, where they exceed the limit.

@@ -23,7 +23,8 @@ CoreKind kindOf(const Object& core) {
     return CoreKind::kOther;
 }
 
-/// The children that a node shows of which it does not show all, in their order. What users see of levels of detail is no matter.
+/// The children that a node shows of which it does not show all, in their order. What users see of levels of detail is
+/// no matter.
 std::optional<std::vector<ObjectId>> chosen(const Aspect& aspect, const Node& node) {
     const auto seen = seenChildren(node.core ? aspect.find(node.core) : Object(), node.children.size());
     if (!seen) return std::nullopt;

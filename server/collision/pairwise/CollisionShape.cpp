@@ -281,7 +281,8 @@ const TriangleTree& CollisionShape::centreTree() const {
             indices.insert(indices.end(), {ball, ball, ball});
         }
         Expected<TriangleMesh> centres = TriangleMesh::make(std::span<const double>(positions), indices);
-        TESSERA_CHECK(centres.has_value(), "centres lie in the box of a mesh, or where a map of one that is a mesh takes them");
+        TESSERA_CHECK(centres.has_value(),
+                      "centres lie in the box of a mesh, or where a map of one that is a mesh takes them");
         centreTree_.tree = std::make_unique<TriangleTree>(std::move(*centres), TreeOptions{.volume = kAutomaticVolume});
     });
     return *centreTree_.tree;
@@ -383,7 +384,8 @@ void CollisionShape::moveGroups(std::size_t first, std::span<const Vec3d> positi
     movedVertices_ += positions.size();
     if (restingGroups_) deformingGroups_ = std::move(restingGroups_);
     if (deformingGroups_) {
-        const bool asked = std::ranges::any_of(trees_, [](const LazyTree& lazy) { return lazy.tree && lazy.movedEnd == 0; });
+        const bool asked =
+            std::ranges::any_of(trees_, [](const LazyTree& lazy) { return lazy.tree && lazy.movedEnd == 0; });
         movesWithTrees_ = asked ? movesWithTrees_ + 1 : 0;
         if (movesWithTrees_ >= kMovesWithTrees) {
             deformingGroups_.reset();
@@ -394,7 +396,8 @@ void CollisionShape::moveGroups(std::size_t first, std::span<const Vec3d> positi
         return;
     }
     // Once, and where this is not the first time.
-    const bool worthIt = movesWithTrees_ < kMovesWithTrees && movedVertices_ >= kMovesBeforeGroups * mesh_->vertexCount();
+    const bool worthIt =
+        movesWithTrees_ < kMovesWithTrees && movedVertices_ >= kMovesBeforeGroups * mesh_->vertexCount();
     if (worthIt) deformingGroups_ = std::make_unique<DeformingSurface>(*mesh_);
 }
 

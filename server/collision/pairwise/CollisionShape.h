@@ -44,8 +44,8 @@ struct ShapeChoice {
     std::optional<Representation> representation = Representation::kTriangles;  ///< none: what suits the geometry
     std::optional<VolumeKind> volume;  ///< of trees of triangles; none: what suits best (kAutomaticVolume …)
     unsigned level = 0;                ///< above 0: triangles are taken as balls that cover them
-    /// Of distance fields, freeform, and what suits the geometry: by how much distances may be wrong, in diagonals of its box.
-    /// 0 of what suits: not at all.
+    /// Of distance fields, freeform, and what suits the geometry: by how much distances may be wrong, in diagonals of
+    /// its box. 0 of what suits: not at all.
     double error = 0;
 
     auto operator<=>(const ShapeChoice&) const = default;
@@ -85,8 +85,8 @@ public:
     /// A surface that is looked at by directions from within (../spherical); the answers of its triangles.
     [[nodiscard]] static std::shared_ptr<CollisionShape> ofSphericalField(TriangleMesh mesh,
                                                                           const TreeOptions& trees = {});
-    /// A surface whose distances are known on a lattice: wrong by `error` diagonals of its box at most, 0.001 to 0.2. What
-    /// touches is asked of its triangles. Leaves the mesh where it is and says why where there is no such field.
+    /// A surface whose distances are known on a lattice: wrong by `error` diagonals of its box at most, 0.001 to 0.2.
+    /// What touches is asked of its triangles. Leaves the mesh where it is and says why where there is no such field.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofDistanceField(TriangleMesh&& mesh, double error,
                                                                                    const TreeOptions& trees = {});
 
@@ -96,10 +96,10 @@ public:
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofSphericalBezier(TriangleMesh&& mesh,
                                                                                      const TreeOptions& trees = {});
 
-    /// A smooth surface that is looked at as itself (../freeform), to `error` diagonals of the box of its triangles: with these, `drawn`,
-    /// points and grids are compared, free bodies fall, and they are the faces that answers name.
-    [[nodiscard]] static std::shared_ptr<CollisionShape> ofFreeform(FreeformShape surface, TriangleMesh drawn, double error,
-                                                                    const TreeOptions& trees = {});
+    /// A smooth surface that is looked at as itself (../freeform), to `error` diagonals of the box of its triangles:
+    /// with these, `drawn`, points and grids are compared, free bodies fall, and they are the faces that answers name.
+    [[nodiscard]] static std::shared_ptr<CollisionShape> ofFreeform(FreeformShape surface, TriangleMesh drawn,
+                                                                    double error, const TreeOptions& trees = {});
 
     [[nodiscard]] Representation representation() const { return representation_; }
     /// What answers name: faces. Of a hull its own, so that all queries about surfaces work on it; of points the
@@ -139,10 +139,14 @@ public:
     /// As the triangles are now: after a move it follows when it is asked for.
     [[nodiscard]] const SphericalBezierBound* sphericalBezier() const;
 
-    /// As queries of smooth bodies take it: a smooth surface itself, a hull as a solid, all else as its triangles. Made when first asked for.
+    /// As queries of smooth bodies take it: a smooth surface itself, a hull as a solid, all else as its triangles. Made
+    /// when first asked for.
     [[nodiscard]] const FreeformShape& freeform() const;
-    /// Of a smooth surface: what is told to touch is no farther apart, and distances are no more wrong, in its frame. 0 of all else.
-    [[nodiscard]] double freeformTolerance() const { return smooth_ ? freeformError_ * mesh_->bounds().size().norm() : 0; }
+    /// Of a smooth surface: what is told to touch is no farther apart, and distances are no more wrong, in its frame. 0
+    /// of all else.
+    [[nodiscard]] double freeformTolerance() const {
+        return smooth_ ? freeformError_ * mesh_->bounds().size().norm() : 0;
+    }
 
     /// Of the triangles, as they are now. `volume()` is the kind that was asked for.
     [[nodiscard]] const TriangleTree& tree() const { return tree(options_.volume); }
@@ -150,8 +154,8 @@ public:
     /// Whether `tree()` has been asked for, by any thread, and is there: of what never moves it costs nothing then.
     [[nodiscard]] bool hasTree() const { return trees_[static_cast<std::size_t>(options_.volume)].made; }
     [[nodiscard]] VolumeKind volume() const { return options_.volume; }
-    /// Of a cover: the centres of its balls as triangles without size, by the balls' numbers. Its boxes fit a surface as
-    /// those of a PointSet do not: nearest balls are found with a tenth of the work. Made when first asked for.
+    /// Of a cover: the centres of its balls as triangles without size, by the balls' numbers. Its boxes fit a surface
+    /// as those of a PointSet do not: nearest balls are found with a tenth of the work. Made when first asked for.
     [[nodiscard]] const TriangleTree& centreTree() const;
     /// Which faces share edges, and whether they enclose a volume. Made when first asked for; after a move it is first
     /// looked whether it still holds (a pass over all vertices). Stays where it is until the next move.
@@ -159,8 +163,8 @@ public:
     /// Groups of triangles that follow moves at a fraction of what trees cost (../spherical_bezier); what touches is
     /// the same. A shape whose vertices move again and again chooses them itself: after as many moved vertices as
     /// kMovesBeforeGroups times all. From then on its trees are brought up to date when they are asked for; where they
-    /// are asked for in kMovesWithTrees moves on end it is trees alone again, for good. What never moves has groups, too, made
-    /// when first asked for.
+    /// are asked for in kMovesWithTrees moves on end it is trees alone again, for good. What never moves has groups,
+    /// too, made when first asked for.
     [[nodiscard]] const DeformingSurface& groups() const;
     [[nodiscard]] bool followsByGroups() const { return deformingGroups_ != nullptr; }
     [[nodiscard]] bool hasGroups() const { return deformingGroups_ != nullptr || (!deforms_ && movedVertices_ == 0); }
@@ -184,8 +188,8 @@ public:
     /// The same of the vertices from `first` on; costs what is above them in trees of k-DOPs.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
-    /// The smooth surface that its triangles are of now: its control points from `first` on, or another one. Whoever moves it moves the
-    /// triangles, too. As FreeformShape::move; nothing changes where it is refused.
+    /// The smooth surface that its triangles are of now: its control points from `first` on, or another one. Whoever
+    /// moves it moves the triangles, too. As FreeformShape::move; nothing changes where it is refused.
     Expected<void> moveControlPoints(std::size_t first, std::span<const Vec3d> positions);
     void setSmoothSurface(FreeformShape surface);
 
@@ -218,7 +222,7 @@ private:
     std::optional<HeightField> field_;
     std::optional<PointSet> points_;
     std::vector<std::uint32_t> coveredFaces_;  // of a cover: one for each ball
-    Vec3d ballCentre_ = Vec3d::Zero();  // of a hull
+    Vec3d ballCentre_ = Vec3d::Zero();         // of a hull
     double ballRadius_ = 0;
     mutable std::array<LazyTree, kVolumeKinds> trees_;
     mutable LazyTree centreTree_;

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
+#include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/ConservativeBox.h"
 #include "server/collision/pairwise/HullPairs.h"
-#include "server/collision/mesh/TriangleContact.h"
 #include "server/collision/pairwise/SurfacePairs.h"
 #include "server/collision/spherical/DistanceLattice.h"
 

@@ -17,13 +17,15 @@
 namespace tessera::freeform_pairs {
 namespace {
 
-/// Of the triangles that are drawn the nearest to a point of the surface, in its frame: boxes around it that grow until one has some, then
-/// as far as the nearest of these.
+/// Of the triangles that are drawn the nearest to a point of the surface, in its frame: boxes around it that grow until
+/// one has some, then as far as the nearest of these.
 std::uint32_t nearestDrawn(const CollisionShape& shape, const Vec3d& point) {
     const TriangleTree& tree = shape.tree();
     const Box bounds = shape.mesh().bounds();
     const double size = bounds.size().norm(), farthest = size + (point - bounds.center()).norm();
-    const auto around = [&](double reach) { return Box{point - Vec3d::Constant(reach), point + Vec3d::Constant(reach)}; };
+    const auto around = [&](double reach) {
+        return Box{point - Vec3d::Constant(reach), point + Vec3d::Constant(reach)};
+    };
     std::vector<std::uint32_t> faces;
     double reach = 1e-3 * size;
     for (; faces.empty(); reach *= 4) {
@@ -84,14 +86,17 @@ PairTouch asWholes(Touch touch) {
 constexpr std::uint64_t kMostTestsOfAPlace = 20'000;
 
 /// An empty mesh is no body to ../freeform; to trees it meets nothing.
-bool anyIsEmpty(const CollisionShape& a, const CollisionShape& b) { return a.faceCount() == 0 || b.faceCount() == 0; }
+bool anyIsEmpty(const CollisionShape& a, const CollisionShape& b) {
+    return a.faceCount() == 0 || b.faceCount() == 0;
+}
 
-/// What one question may do of the work that is left. A test of parts takes as long as some tests of boxes, and leaves parts behind: a
-/// question that never ends, as that of two coaxial cylinders, is not to take all memory.
+/// What one question may do of the work that is left. A test of parts takes as long as some tests of boxes, and leaves
+/// parts behind: a question that never ends, as that of two coaxial cylinders, is not to take all memory.
 class ShareOfWork {
 public:
     explicit ShareOfWork(QueryWork& whole, std::uint64_t most = kMostTestsOfAQuestion) : whole_(whole) {
-        const std::uint64_t left = (whole.limit - std::min(whole.limit, whole.boxTests + whole.triangleTests)) / kBoxesOfATest;
+        const std::uint64_t left =
+            (whole.limit - std::min(whole.limit, whole.boxTests + whole.triangleTests)) / kBoxesOfATest;
         own_.limit = std::min(most, left);
         takesAll_ = left <= most;
     }
@@ -132,11 +137,13 @@ PairTouch touch(const CollisionShape& a, const CollisionShape& b, const Affine3d
     PairTouch out = asWholes(found.touch);
     if (found.touch != Touch::kYes || found.inside) return out;
     out.faces = {facesAt(a, b, found.a, found.b, Affine3d::Identity(), a_T_b.inverse())};
-    out.places = {{0.5 * (found.a.point + found.b.point), normalBetween(found.a, found.b), patchOf(a, found.a), patchOf(b, found.b)}};
+    out.places = {{0.5 * (found.a.point + found.b.point), normalBetween(found.a, found.b), patchOf(a, found.a),
+                   patchOf(b, found.b)}};
     return out;
 }
 
-PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most, const PairEffort& effort) {
+PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, std::size_t most,
+                   const PairEffort& effort) {
     if (anyIsEmpty(a, b)) return surface_pairs::contacts(a, b, a_T_b, most, effort);
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
@@ -151,7 +158,9 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
     for (std::size_t i = 0; i < found.contacts.size(); ++i)
         named.emplace_back(facesAt(a, b, found.contacts[i].a, found.contacts[i].b, Affine3d::Identity(), b_T_a), i);
     std::ranges::sort(named);
-    named.erase(std::unique(named.begin(), named.end(), [](const auto& one, const auto& other) { return one.first == other.first; }), named.end());
+    named.erase(std::unique(named.begin(), named.end(),
+                            [](const auto& one, const auto& other) { return one.first == other.first; }),
+                named.end());
     PairTouch out;
     out.touch = Touch::kYes;
     out.complete = found.complete;
@@ -167,7 +176,8 @@ PairTouch contacts(const CollisionShape& a, const CollisionShape& b, const Affin
 
 PatchPlace patchAt(const CollisionShape& shape, const Vec3d& point) {
     if (shape.smoothSurface() == nullptr) return {};
-    const std::array<double, 9> corners{point.x(), point.y(), point.z(), point.x(), point.y(), point.z(), point.x(), point.y(), point.z()};
+    const std::array<double, 9> corners{point.x(), point.y(), point.z(), point.x(), point.y(),
+                                        point.z(), point.x(), point.y(), point.z()};
     const std::array<std::uint32_t, 3> face{0, 1, 2};
     Expected<TriangleMesh> alone = TriangleMesh::make(std::span<const double>(corners), face);
     if (!alone) return {};
@@ -175,23 +185,28 @@ PatchPlace patchAt(const CollisionShape& shape, const Vec3d& point) {
     if (!place) return {};
     FreeformPair pair(*shape.smoothSurface(), *place);
     QueryWork work{.limit = kMostTestsOfAPlace};
-    const FreeformDistance near = pair.distance(Affine3d::Identity(), work, {.tolerance = 1e-3 * shape.freeformTolerance()});
+    const FreeformDistance near =
+        pair.distance(Affine3d::Identity(), work, {.tolerance = 1e-3 * shape.freeformTolerance()});
     // What is as near everywhere, the middle of a sphere, has no place.
     return std::isfinite(near.distance) ? patchOf(shape, near.a) : PatchPlace{};
 }
 
-Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work, const DistanceOptions& options) {
+Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work,
+                  const DistanceOptions& options) {
     if (anyIsEmpty(a, b)) return surface_pairs::distance(a, b, a_T_b, work, options);
     FreeformPair pair(a.freeform(), b.freeform());
     const double tolerance = toleranceOf(a, b, a_T_b);
     const FreeformDistance found =
-        pair.distance(a_T_b, ShareOfWork(work), {.tolerance = std::max(tolerance, options.tolerance), .upperBound = options.upperBound});
+        pair.distance(a_T_b, ShareOfWork(work),
+                      {.tolerance = std::max(tolerance, options.tolerance), .upperBound = options.upperBound});
     Distance out;
     out.faces = {kWhole, kWhole};
     out.onA = found.a.point;
     out.onB = found.b.point;
-    // What could not be told within the tolerance is told with a larger error, as long as it is known to be more than nothing.
-    if (!found.complete && (found.farther || !std::isfinite(found.distance) || !(found.distance > 0) || !(found.least > 0))) {
+    // What could not be told within the tolerance is told with a larger error, as long as it is known to be more than
+    // nothing.
+    if (!found.complete &&
+        (found.farther || !std::isfinite(found.distance) || !(found.distance > 0) || !(found.least > 0))) {
         out.complete = false;
         out.distance = std::isfinite(found.least) ? found.least : 0;
         return out;
@@ -209,9 +224,10 @@ Distance distance(const CollisionShape& a, const CollisionShape& b, const Affine
     return out;
 }
 
-Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b, const BodyMotion& motionB, QueryWork& work,
-                    const ImpactOptions& options) {
-    if (anyIsEmpty(a, b) || !options.supports.empty() || !options.within.empty() || options.margin != 0 || options.marginGrowth != 0)
+Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const CollisionShape& b,
+                    const BodyMotion& motionB, QueryWork& work, const ImpactOptions& options) {
+    if (anyIsEmpty(a, b) || !options.supports.empty() || !options.within.empty() || options.margin != 0 ||
+        options.marginGrowth != 0)
         return surface_pairs::firstContact(a, motionA, b, motionB, work, options);
     FreeformPair pair(a.freeform(), b.freeform());
     const FreeformImpact found = pair.firstContact(motionA, motionB, options.tolerance, ShareOfWork(work));
@@ -232,9 +248,11 @@ Impact firstContact(const CollisionShape& a, const BodyMotion& motionA, const Co
     const std::optional<double> scale = similarityScale(worldA);
     if (scale && found.distance > 0) {
         const double apart = found.distance / *scale;
-        const FreeformDistance near = pair.distance(worldA.inverse() * worldB, ShareOfWork(work, kMostTestsOfANormal), {.tolerance = 1e-6 * apart, .upperBound = apart * (1 + 1e-9)});
+        const FreeformDistance near = pair.distance(worldA.inverse() * worldB, ShareOfWork(work, kMostTestsOfANormal),
+                                                    {.tolerance = 1e-6 * apart, .upperBound = apart * (1 + 1e-9)});
         const double rounding = 1e-12 * (std::abs(near.a.point.cwiseAbs().maxCoeff()) + a.bounds().size().norm());
-        if (near.complete && !near.farther && near.a.face != kNoIndex && near.b.face != kNoIndex && near.distance > rounding) {
+        if (near.complete && !near.farther && near.a.face != kNoIndex && near.b.face != kNoIndex &&
+            near.distance > rounding) {
             for (const auto& [place, of] : {std::pair(&onA, &near.a), std::pair(&onB, &near.b)}) {
                 *place = *of;
                 place->point = worldA * of->point;
@@ -289,13 +307,16 @@ PairDepth depth(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
     for (double less = std::max(tolerance, 1e-12 * far);; less *= 2) {
         out.error = std::min(less, *out.depth);
         if (less >= *out.depth) return out;
-        const FreeformTouch still = pair.touch(a.world.inverse() * gone(b.world, (*out.depth - less) * normal), 0, ShareOfWork(work));
+        const FreeformTouch still =
+            pair.touch(a.world.inverse() * gone(b.world, (*out.depth - less) * normal), 0, ShareOfWork(work));
         if (still.touch == Touch::kUnknown) return PairDepth{};
         if (still.touch == Touch::kYes) return out;
     }
 }
 
-bool answersFor(const CollisionShape& a, const CollisionShape& b) { return pairMethods(a, b).touch == touch && !anyIsEmpty(a, b); }
+bool answersFor(const CollisionShape& a, const CollisionShape& b) {
+    return pairMethods(a, b).touch == touch && !anyIsEmpty(a, b);
+}
 
 double provenGap(const PlacedShape& a, const PlacedShape& b, double most, QueryWork& work) {
     if (!invertible(a.world) || !invertible(b.world)) return 0;
@@ -304,7 +325,8 @@ double provenGap(const PlacedShape& a, const PlacedShape& b, double most, QueryW
     FreeformPair pair(a.shape.freeform(), b.shape.freeform());
     // Half of what there is will do.
     const FreeformDistance found =
-        pair.distance(a.world.inverse() * b.world, ShareOfWork(work), {.tolerance = 0, .relative = 0.5, .upperBound = most * shrinks * (1 + 1e-12)});
+        pair.distance(a.world.inverse() * b.world, ShareOfWork(work),
+                      {.tolerance = 0, .relative = 0.5, .upperBound = most * shrinks * (1 + 1e-12)});
     if (found.farther) return most;
     if (!(found.least > 0)) return 0;
     return std::min(most, found.least / shrinks * (1 - 1e-12));
@@ -328,15 +350,18 @@ std::optional<NearestPlaces> nearestPlaces(const PlacedShape& a, const PlacedSha
     }
     const Affine3d a_T_b = a.world.inverse() * b.world;
     FreeformPair pair(a.shape.freeform(), b.shape.freeform());
-    const FreeformDistance near = pair.distance(a_T_b, ShareOfWork(work, kMostTestsOfANormal), {.tolerance = 0, .relative = 1e-6});
+    const FreeformDistance near =
+        pair.distance(a_T_b, ShareOfWork(work, kMostTestsOfANormal), {.tolerance = 0, .relative = 1e-6});
     if (!std::isfinite(near.distance) || near.a.face == kNoIndex || near.b.face == kNoIndex) return std::nullopt;
     const Vec3d pointA = a.world * near.a.point, pointB = a.world * near.b.point, between = pointB - pointA;
     NearestPlaces out;
     out.distance = between.norm();
     const double rounding = 1e-12 * (pointA.cwiseAbs().maxCoeff() + a.shape.boxIn(a.world).size().norm());
     const bool unique = near.complete && out.distance > rounding && similarityScale(a.world).has_value();
-    const Vec3d normal = unique ? between : Vec3d(a.world.linear().inverse().transpose() * normalBetween(near.a, near.b));
-    out.place = {0.5 * (pointA + pointB), normal.stableNormalized(), patchOf(a.shape, near.a), patchOf(b.shape, near.b)};
+    const Vec3d normal =
+        unique ? between : Vec3d(a.world.linear().inverse().transpose() * normalBetween(near.a, near.b));
+    out.place = {0.5 * (pointA + pointB), normal.stableNormalized(), patchOf(a.shape, near.a),
+                 patchOf(b.shape, near.b)};
     out.faces = facesAt(a.shape, b.shape, near.a, near.b, Affine3d::Identity(), a_T_b.inverse());
     return out;
 }

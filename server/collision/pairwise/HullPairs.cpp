@@ -108,7 +108,8 @@ Distance distanceToSurface(const CollisionShape& a, const CollisionShape& b, con
     return orWithin(surfaceMethods(a, b).distance(a, b, a_T_b, work, options), a, b, a_T_b, work);
 }
 
-Distance orWithin(Distance out, const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b, QueryWork& work) {
+Distance orWithin(Distance out, const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
+                  QueryWork& work) {
     if (!out.complete || out.distance == 0) return out;
     const Touch within = inside(a, b, a_T_b, a.hull() != nullptr, work);
     if (within == Touch::kUnknown) out.complete = false;

@@ -16,7 +16,7 @@ TouchMethod touchSurface;
 ContactsMethod contactsWithSurface;
 DistanceMethod distanceToSurface;
 /// What is found of their surfaces; 0 where the surface is within the hull.
-[[nodiscard]] Distance orWithin(Distance ofSurfaces, const CollisionShape& a, const CollisionShape& b, const Affine3d& a_T_b,
-                                QueryWork& work);
+[[nodiscard]] Distance orWithin(Distance ofSurfaces, const CollisionShape& a, const CollisionShape& b,
+                                const Affine3d& a_T_b, QueryWork& work);
 
 }  // namespace tessera::hull_pairs

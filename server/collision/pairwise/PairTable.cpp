@@ -161,11 +161,13 @@ constexpr Table makeTable() {
     set(kSpherical, kHeightField, kFields);
     set(kSpherical, kPoints, points);
     // A grid has no tree, and a ball is looked up in a tree as fast as in a lattice.
-    for (const Representation other : {kTriangles, kSpherical, kDistanceField}) set(kDistanceField, other, kDistanceFields);
+    for (const Representation other : {kTriangles, kSpherical, kDistanceField})
+        set(kDistanceField, other, kDistanceFields);
     set(kDistanceField, kHull, kHullAndDistanceField);
     set(kDistanceField, kHeightField, kFields);
     set(kDistanceField, kPoints, points);
-    for (const Representation other : {kTriangles, kHull, kSpherical, kDistanceField, kFreeform}) set(kFreeform, other, kFreeforms);
+    for (const Representation other : {kTriangles, kHull, kSpherical, kDistanceField, kFreeform})
+        set(kFreeform, other, kFreeforms);
     // A smooth surface would have to walk along all of a grid, or a cloud: its triangles do.
     set(kFreeform, kHeightField, byTreesOf(kFields));
     set(kFreeform, kPoints, byTreesOf(points));
@@ -185,15 +187,16 @@ constexpr Table kTable = makeTable();
 constexpr bool complete(const Table& table) {
     for (const auto& row : table)
         for (const PairMethods& of : row)
-            if (of.touch == nullptr || of.contacts == nullptr || of.distance == nullptr ||
-                of.firstContact == nullptr || of.depth == nullptr)
+            if (of.touch == nullptr || of.contacts == nullptr || of.distance == nullptr || of.firstContact == nullptr ||
+                of.depth == nullptr)
                 return false;
     return true;
 }
 static_assert(complete(kTable), "each two representations need an entry that answers all five questions");
 
 Representation surfaceOf(const CollisionShape& shape) {
-    return shape.hull() || shape.distanceField() || shape.smoothSurface() ? Representation::kTriangles : shape.representation();
+    return shape.hull() || shape.distanceField() || shape.smoothSurface() ? Representation::kTriangles
+                                                                          : shape.representation();
 }
 
 /// A's world pose is a similarity.
@@ -203,7 +206,7 @@ WorldDistance measured(const PlacedShape& a, double scale, const PlacedShape& b,
     options.tolerance /= scale;
     const Distance found =
         pairMethods(a.shape, b.shape).distance(a.shape, b.shape, a.world.inverse() * b.world, work, options);
-    return {found.distance * scale,           found.faces,   a.world * found.onA, a.world * found.onB,
+    return {found.distance * scale,           found.faces,    a.world * found.onA, a.world * found.onB,
             found.farther || !found.complete, found.complete, found.error * scale};
 }
 
@@ -302,11 +305,9 @@ double coverError(const PlacedShape& a, const PlacedShape& b) {
         const double stretch = other.shape.isCover() && invertible(frame.world)
                                    ? largestStretch(frame.world.linear().inverse() * other.world.linear())
                                    : 0;
-        return largestStretch(frame.world.linear()) *
-               (frame.shape.coverError() + stretch * other.shape.coverError());
+        return largestStretch(frame.world.linear()) * (frame.shape.coverError() + stretch * other.shape.coverError());
     };
-    if (a.shape.points() != nullptr && b.shape.points() != nullptr)
-        return std::max(seenFrom(a, b), seenFrom(b, a));
+    if (a.shape.points() != nullptr && b.shape.points() != nullptr) return std::max(seenFrom(a, b), seenFrom(b, a));
     return a.shape.isCover() ? seenFrom(a, b) : seenFrom(b, a);
 }
 
@@ -314,7 +315,8 @@ double touchError(const PlacedShape& a, const PlacedShape& b) {
     const bool ofB = inFrameOfB(a, b);
     const PlacedShape &frame = ofB ? b : a, &other = ofB ? a : b;
     if (pairMethods(frame.shape, other.shape).touch != freeform_pairs::touch) return coverError(a, b);
-    return largestStretch(frame.world.linear()) * freeform_pairs::toleranceOf(frame.shape, other.shape, frame.world.inverse() * other.world);
+    return largestStretch(frame.world.linear()) *
+           freeform_pairs::toleranceOf(frame.shape, other.shape, frame.world.inverse() * other.world);
 }
 
 PairTouch touchOf(const PlacedShape& a, const PlacedShape& b, const PairEffort& effort) {
@@ -333,7 +335,9 @@ PairTouch contactsOf(const PlacedShape& a, const PlacedShape& b, std::size_t mos
 }
 
 Touch drawnTouching(const PlacedShape& a, const PlacedShape& b, QueryWork& work) {
-    const auto drawn = [](const CollisionShape& shape) { return shape.smoothSurface() ? Representation::kTriangles : shape.representation(); };
+    const auto drawn = [](const CollisionShape& shape) {
+        return shape.smoothSurface() ? Representation::kTriangles : shape.representation();
+    };
     const PairEffort effort{work};
     if (inFrameOfB(a, b)) return touchBy(pairMethods(drawn(b.shape), drawn(a.shape)), b, a, effort).touch;
     return touchBy(pairMethods(drawn(a.shape), drawn(b.shape)), a, b, effort).touch;

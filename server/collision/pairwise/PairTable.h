@@ -1,8 +1,9 @@
 /// The pairwise stage: the five questions that two shapes are asked, answered by the entry of a table for what the two
 /// are looked at as.
 ///
-/// A new representation is a new row and a new column; a pair without an entry does not compile. What nothing that the two
-/// are looked at as answers better is answered by the trees of their triangles, and `byTrees` says which questions these are.
+/// A new representation is a new row and a new column; a pair without an entry does not compile. What nothing that the
+/// two are looked at as answers better is answered by the trees of their triangles, and `byTrees` says which questions
+/// these are.
 #pragma once
 
 #include <cstdint>
@@ -65,7 +66,8 @@ struct PairTouch {
     /// Pairs of faces that meet; 1 where solids meet as wholes: two hulls, or a hull and what is within it.
     std::uint64_t count = 0;
     std::vector<FacePair> faces;  ///< ascending, the first of them; none where solids meet as wholes
-    std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`; in A's frame, from touchOf and contactsOf in the world
+    std::vector<MeetingPlace> places =
+        {};  ///< of smooth surfaces one for each of `faces`; in A's frame, from touchOf and contactsOf in the world
 };
 
 struct PairDepth {
@@ -120,8 +122,8 @@ struct PairMethods {
     DepthMethod* depth = nullptr;
     /// Answered by trees of the two's triangles, although they are not both looked at as these.
     Questions byTrees = kNoQuestion;
-    /// These answers are wrong by at most what they say (Distance::error, PairDepth::error). All others are exact (lengths
-    /// to rounding) of what the shapes are looked at as; points: PointPairs.h; covers of surfaces: coverError.
+    /// These answers are wrong by at most what they say (Distance::error, PairDepth::error). All others are exact
+    /// (lengths to rounding) of what the shapes are looked at as; points: PointPairs.h; covers of surfaces: coverError.
     Questions approximate = kNoQuestion;
 };
 
@@ -129,17 +131,19 @@ struct PairMethods {
 [[nodiscard]] inline const PairMethods& pairMethods(const CollisionShape& a, const CollisionShape& b) {
     return pairMethods(a.representation(), b.representation());
 }
-/// Exact answers about surfaces: hulls by their faces, not as solids; distance fields and smooth surfaces by their triangles.
+/// Exact answers about surfaces: hulls by their faces, not as solids; distance fields and smooth surfaces by their
+/// triangles.
 [[nodiscard]] const PairMethods& surfaceMethods(const CollisionShape& a, const CollisionShape& b);
 
 [[nodiscard]] std::string_view nameOf(Representation representation);
 
-/// How far what is told of two may be from the surfaces that they cover, world units: what is farther apart is not told to
-/// touch, and distances are too small by at most this, never too large. Nothing bounds the depth. 0: neither is a
+/// How far what is told of two may be from the surfaces that they cover, world units: what is farther apart is not told
+/// to touch, and distances are too small by at most this, never too large. Nothing bounds the depth. 0: neither is a
 /// cover.
 [[nodiscard]] double coverError(const PlacedShape& a, const PlacedShape& b);
 
-/// What is told to touch is no farther apart than this, world units: coverError, or the tolerance of smooth surfaces. 0: it meets.
+/// What is told to touch is no farther apart than this, world units: coverError, or the tolerance of smooth surfaces.
+/// 0: it meets.
 [[nodiscard]] double touchError(const PlacedShape& a, const PlacedShape& b);
 
 // The questions as the pipeline and the responses ask them: of shapes in the world. The frame of the predicates is that

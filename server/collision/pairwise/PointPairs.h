@@ -30,7 +30,8 @@ struct Methods {
 /// Of one pair that touches in these poses. Of a cover's ball the face is one of the surface in it.
 [[nodiscard]] PairContact contact(const PlacedShape& a, const PlacedShape& b, const FacePair& faces);
 
-/// Where a direction of the world leaves the octahedron of a point (of no cover): face 8 · point + octant, and the place on it.
+/// Where a direction of the world leaves the octahedron of a point (of no cover): face 8 · point + octant, and the
+/// place on it.
 struct OnOctahedron {
     std::uint32_t face = 0;
     Vec2d uv = Vec2d::Zero();

@@ -1,5 +1,5 @@
-/// Spherical fields against triangles and each other: which faces meet, looked up by directions. The answers of the same
-/// triangles' trees.
+/// Spherical fields against triangles and each other: which faces meet, looked up by directions. The answers of the
+/// same triangles' trees.
 #pragma once
 
 #include "server/collision/pairwise/PairTable.h"

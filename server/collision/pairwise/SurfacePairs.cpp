@@ -23,7 +23,8 @@ bool byGroups(const CollisionShape& a, const CollisionShape& b) {
     constexpr std::size_t kMostTimesLarger = 16;
     if (!a.followsByGroups() && !b.followsByGroups()) return false;
     if (!a.hasGroups() || !b.hasGroups()) return false;
-    const std::size_t follows = std::max(a.followsByGroups() ? a.faceCount() : 0, b.followsByGroups() ? b.faceCount() : 0);
+    const std::size_t follows =
+        std::max(a.followsByGroups() ? a.faceCount() : 0, b.followsByGroups() ? b.faceCount() : 0);
     return std::max(a.faceCount(), b.faceCount()) <= kMostTimesLarger * follows;
 }
 

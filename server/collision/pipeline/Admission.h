@@ -18,8 +18,8 @@ struct Mover {
 
 [[nodiscard]] TentativeTransform withValue(TentativeTransform t, const Pose& value);
 
-/// Leaves transforms where they are committed, where what a step has come to is nothing that they can say (numbers that are not
-/// finite, a rotation that is none), and names them.
+/// Leaves transforms where they are committed, where what a step has come to is nothing that they can say (numbers that
+/// are not finite, a rotation that is none), and names them.
 [[nodiscard]] std::vector<ObjectId> holdBack(std::vector<TentativeTransform>& accepted, const Aspect& committed);
 /// Cuts velocities to CollisionObject::kFastest, what is not finite to none, and names the nodes of those bodies.
 [[nodiscard]] std::vector<ObjectId> holdBack(std::vector<BodyVelocity>& velocities, const Aspect& committed);

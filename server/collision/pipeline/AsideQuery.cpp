@@ -64,8 +64,8 @@ void AsidePick::answer(const std::atomic<bool>* stop) {
         const Ray localRay{local * ray_.origin, local.linear() * ray_.direction};
         const std::optional<RayHit> hit = castRay(shape->tree(), localRay, limit, budget.work);
         if (!hit || (best && (hit->t > best->t || (hit->t == best->t && of->rank < thing.rank)))) continue;
-        best = PickHit{
-            .node = thing.node, .face = hit->face, .point = ray_.origin + hit->t * ray_.direction, .t = hit->t};
+        best =
+            PickHit{.node = thing.node, .face = hit->face, .point = ray_.origin + hit->t * ray_.direction, .t = hit->t};
         of = &thing;
         limit = hit->t;
     }

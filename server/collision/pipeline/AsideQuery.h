@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "common/math/Ray.h"
 #include "common/change/Value.h"
+#include "common/math/Ray.h"
 #include "server/collision/objects/ShapeCache.h"
 #include "server/collision/pipeline/SceneHits.h"
 

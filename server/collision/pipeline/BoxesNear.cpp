@@ -10,11 +10,12 @@ BoxesNear::BoxesNear(std::vector<Item> items) {
     if (items.empty()) return;
     std::ranges::sort(items, {}, [](const Item& item) { return std::tuple(item.company, item.item); });
     nodes_.reserve(2 * items.size());
-    for (const Item& item : items)
-        nodes_.push_back({.box = item.box, .company = item.company, .item = item.item});
+    for (const Item& item : items) nodes_.push_back({.box = item.box, .company = item.company, .item = item.item});
     std::vector<std::uint32_t> tops, members;
     for (std::uint32_t begin = 0, end = 0; begin < items.size(); begin = end) {
-        for (end = begin + 1; end < items.size() && items[begin].company != kAlone && items[end].company == items[begin].company;) ++end;
+        for (end = begin + 1;
+             end < items.size() && items[begin].company != kAlone && items[end].company == items[begin].company;)
+            ++end;
         members.clear();
         for (std::uint32_t i = begin; i < end; ++i) members.push_back(i);
         tops.push_back(join(members, items[begin].company));
@@ -37,8 +38,9 @@ std::uint32_t BoxesNear::join(std::span<std::uint32_t> roots, std::uint32_t comp
     Eigen::Index axis = 0;
     middles.size().maxCoeff(&axis);
     const auto half = static_cast<std::ptrdiff_t>(roots.size() / 2);
-    std::nth_element(roots.begin(), roots.begin() + half, roots.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return std::pair(middle(a, axis), a) < std::pair(middle(b, axis), b); });
+    std::nth_element(roots.begin(), roots.begin() + half, roots.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair(middle(a, axis), a) < std::pair(middle(b, axis), b);
+    });
     const std::uint32_t left = join(roots.first(static_cast<std::size_t>(half)), company);
     const std::uint32_t right = join(roots.subspan(static_cast<std::size_t>(half)), company);
     nodes_.push_back({.box = box, .company = company, .left = left, .right = right});

@@ -9,9 +9,9 @@
 
 namespace tessera {
 
-/// A binary tree of boxes, made once. Each company of several has a subtree of its own, so a question of one of its members costs
-/// nothing for the others, however they lie in each other. Making it costs n log n, a question what it meets and the way there.
-/// Not thread-safe.
+/// A binary tree of boxes, made once. Each company of several has a subtree of its own, so a question of one of its
+/// members costs nothing for the others, however they lie in each other. Making it costs n log n, a question what it
+/// meets and the way there. Not thread-safe.
 class BoxesNear {
 public:
     static constexpr std::uint32_t kAlone = 0xffffffffu;  ///< of no company
@@ -30,9 +30,9 @@ public:
 private:
     struct Node {
         Box box;
-        std::uint32_t company = kAlone;        ///< of all below it, where that is one
-        std::uint32_t left = 0, right = 0;     ///< equal: a leaf
-        std::uint32_t item = 0;                ///< of a leaf
+        std::uint32_t company = kAlone;     ///< of all below it, where that is one
+        std::uint32_t left = 0, right = 0;  ///< equal: a leaf
+        std::uint32_t item = 0;             ///< of a leaf
     };
     [[nodiscard]] std::uint32_t join(std::span<std::uint32_t> roots, std::uint32_t company);
 

@@ -129,14 +129,15 @@ StepResult CollisionPipeline::step(const Aspect& committed, std::span<const Tent
     return impl_->run(committed, wanted, replies, seconds);
 }
 
-std::vector<std::pair<ObjectId, ObjectId>> CollisionPipeline::overlaps(const Aspect& committed, std::span<const ObjectId> transforms,
-                                                                         Deforming deforming) {
+std::vector<std::pair<ObjectId, ObjectId>> CollisionPipeline::overlaps(const Aspect& committed,
+                                                                       std::span<const ObjectId> transforms,
+                                                                       Deforming deforming) {
     impl_->handler.dropOverlay(committed);
     return impl_->overlapsNow(transforms, deforming);
 }
 
-std::vector<std::vector<std::pair<ObjectId, ObjectId>>> CollisionPipeline::overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
-                                                                                           Against against) {
+std::vector<std::vector<std::pair<ObjectId, ObjectId>>> CollisionPipeline::overlapsAfter(
+    const Aspect& committed, std::span<const PosedTransforms> moves, Against against) {
     impl_->handler.dropOverlay(committed);
     return impl_->overlapsAfter(committed, moves, against);
 }

@@ -1,8 +1,8 @@
 /// The collision pipeline: what the frame loop asks before it commits a motion.
 ///
-/// Object handler (who takes part, where) → neighbour finding (whose boxes meet) → responses (how far may motions go, where do
-/// free bodies go) → pairwise (whose triangles meet, how far apart) → events. Values in, values out: the pipeline changes no
-/// scene.
+/// Object handler (who takes part, where) → neighbour finding (whose boxes meet) → responses (how far may motions go,
+/// where do free bodies go) → pairwise (whose triangles meet, how far apart) → events. Values in, values out: the
+/// pipeline changes no scene.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ class AsideNearest;
 class AsidePick;
 class CollisionShape;
 
-/// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and replies
-/// give the same results and counters, for any number of workers.
+/// One thread owns it (the sim thread). Deterministic: the same scene history, wishes (in any order within a step) and
+/// replies give the same results and counters, for any number of workers.
 class CollisionPipeline {
 public:
     /// `workers` may be null; else it must outlive the pipeline.
@@ -45,25 +45,28 @@ public:
     /// be said by one list. Before the first step: once with null (or the list that made the scene).
     void sceneChanged(const Aspect& aspect, const ChangeList* list);
 
-    /// Looks at `committed` (the scene that sceneChanged has seen) with the wishes laid over it, and lets free bodies move on
-    /// for `seconds`; 0: time stands, and they with it.
+    /// Looks at `committed` (the scene that sceneChanged has seen) with the wishes laid over it, and lets free bodies
+    /// move on for `seconds`; 0: time stands, and they with it.
     [[nodiscard]] StepResult step(const Aspect& committed, std::span<const TentativeTransform> wanted,
                                   std::span<const Reply> replies = {}, double seconds = kSecondsPerFrame);
 
     /// Of what the scene deforms in this frame, before the step: the shape as it was before, or nothing at all.
     enum class Deforming : std::uint8_t { kAsBefore, kLeftOut };
-    /// Which parts touch that motions of these Transforms would keep apart: each carried part against all that is not carried with it, in the scene
-    /// that sceneChanged has seen. Pairs of the nodes that bear them, the lower id first, ascending. What the work was not enough for counts as
-    /// touching. After a step, until something changes, it costs a look at the neighbours; else one at the box of each part.
-    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlaps(const Aspect& committed, std::span<const ObjectId> transforms,
+    /// Which parts touch that motions of these Transforms would keep apart: each carried part against all that is not
+    /// carried with it, in the scene that sceneChanged has seen. Pairs of the nodes that bear them, the lower id first,
+    /// ascending. What the work was not enough for counts as touching. After a step, until something changes, it costs
+    /// a look at the neighbours; else one at the box of each part.
+    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlaps(const Aspect& committed,
+                                                                      std::span<const ObjectId> transforms,
                                                                       Deforming deforming = Deforming::kAsBefore);
     /// Transforms and the local values that they would have.
     using PosedTransforms = std::vector<std::pair<ObjectId, Pose>>;
-    /// The same if these had been put there one after the other: for each, what touches once it and those before it are there. Against everything, at
-    /// the cost of a look at the box of each part for each; or, where no two carry the same part, among the parts alone that any of them carry.
+    /// The same if these had been put there one after the other: for each, what touches once it and those before it are
+    /// there. Against everything, at the cost of a look at the box of each part for each; or, where no two carry the
+    /// same part, among the parts alone that any of them carry.
     enum class Against : std::uint8_t { kEverything, kThemselves };
-    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
-                                                                                        Against against);
+    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(
+        const Aspect& committed, std::span<const PosedTransforms> moves, Against against);
 
     /// Boxes that these two have looked at so far.
     [[nodiscard]] std::uint64_t boxesLookedAt() const;

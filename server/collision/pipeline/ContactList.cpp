@@ -47,10 +47,13 @@ Contact contactAt(const ObjectHandler& handler, const Touching& touching, const 
                   const ContactRegions& regions) {
     const Part& a = handler.parts()[touching.partA];
     const Part& b = handler.parts()[touching.partB];
-    const auto at = faces == nullptr ? 0 : static_cast<std::size_t>(std::ranges::lower_bound(touching.faces, *faces) - touching.faces.begin());
+    const auto at =
+        faces == nullptr
+            ? 0
+            : static_cast<std::size_t>(std::ranges::lower_bound(touching.faces, *faces) - touching.faces.begin());
     const bool placed = faces != nullptr && at < touching.places.size();
-    Contact contact = placed                               ? contactOfPlace(a, b, touching.worldA, touching.worldB, *faces, touching.places[at])
-                      : faces                              ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
+    Contact contact = placed  ? contactOfPlace(a, b, touching.worldA, touching.worldB, *faces, touching.places[at])
+                      : faces ? contactOfFaces(a, b, touching.worldA, touching.worldB, *faces)
                       : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, touching)
                                                            : contactWithin(a, b);
     if (faces != nullptr && !regions.regionOf.empty()) {
@@ -233,7 +236,8 @@ std::vector<Contact> ContactList::list(const ObjectHandler& handler, const Descr
             accounts.push_back(&resting);
             ++rests;
         }
-        for (; next < touching_.size() && nodesOf(touching_[next]) == pair; ++next) accounts.push_back(&touching_[next]);
+        for (; next < touching_.size() && nodesOf(touching_[next]) == pair; ++next)
+            accounts.push_back(&touching_[next]);
         for (const Touching* touching : accounts) leftOut += unnamed(*touching);
         account(accounts, faces);
         regions.clear();
@@ -244,8 +248,7 @@ std::vector<Contact> ContactList::list(const ObjectHandler& handler, const Descr
                 continue;
             }
             const auto known = std::ranges::find(regions, touching, [](const auto& r) { return r.first; });
-            contacts.push_back(
-                contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two, known->second));
+            contacts.push_back(contactAt(handler, *touching, touching->faces.empty() ? nullptr : &two, known->second));
         }
     }
     for (; next < touching_.size(); ++next) notReached += touching_[next].faceCount;

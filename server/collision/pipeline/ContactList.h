@@ -22,7 +22,7 @@ struct Touching {
     ObjectId interest;
     double time = 1;
     HullContact* known = nullptr;  ///< of two hulls, in the poses in which they are now: what is known of the contact
-    bool allFaces = false;  ///< all that meet in these poses are there, as triangles
+    bool allFaces = false;         ///< all that meet in these poses are there, as triangles
     std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`
 };
 
@@ -77,7 +77,7 @@ private:
 
     std::map<NodePair, std::uint32_t> resting_;  // by number
     std::vector<Resting> restingOf_;             // per number
-    std::uint64_t faceCount_ = 0, listed_ = 0;  // of all that rest
+    std::uint64_t faceCount_ = 0, listed_ = 0;   // of all that rest
     std::map<NodePair, bool> before_;    // of those that came or went: whether they touched when it was last written
     std::vector<NodePair> addedBefore_;  // then, ascending
     std::vector<Touching> touching_;     // of the step, then of the page

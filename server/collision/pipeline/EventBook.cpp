@@ -20,7 +20,8 @@ PairEvent plainEvent(const Key& key, Phase phase) {
     return event;
 }
 
-/// Two ascending lists as one; of two entries with one key that of `special`. `plain(entry)` makes an entry of the rest.
+/// Two ascending lists as one; of two entries with one key that of `special`. `plain(entry)` makes an entry of the
+/// rest.
 template <typename Entry, typename Rest, typename Plain>
 std::vector<Entry> merged(const Rest& rest, const std::vector<Entry>& special, std::size_t most, const Plain& plain) {
     std::vector<Entry> out;

@@ -14,8 +14,8 @@
 namespace tessera {
 
 /// Remembers the last frame in ids of the scene, so that it survives any change of structure: a pair whose object is
-/// deleted, hidden or no longer of interest ends. What rests is kept from frame to frame: a frame costs what has come, gone or
-/// is told besides. Not thread-safe.
+/// deleted, hidden or no longer of interest ends. What rests is kept from frame to frame: a frame costs what has come,
+/// gone or is told besides. Not thread-safe.
 class EventBook {
 public:
     using Key = std::tuple<ObjectId, ObjectId, ObjectId>;  ///< interest, objectA, objectB
@@ -39,7 +39,7 @@ public:
     /// Of a frame that ends. Numbers are of the lists, at most so many entries each.
     struct Page {
         std::size_t events = 0, distances = 0, leftOut = 0;
-        std::vector<PairEvent> eventChanges;        ///< in order
+        std::vector<PairEvent> eventChanges;  ///< in order
         std::vector<PairDistance> distanceChanges;
         DistanceList::Near near;
     };
@@ -65,16 +65,16 @@ private:
     void turnEvents(std::span<const Touching> besides, Page& page);
     void turnDistances(const Before& before, Page& page);
 
-    std::vector<OfPair> ofPair_;  // by number
+    std::vector<OfPair> ofPair_;            // by number
     std::map<Key, std::uint32_t> resting_;  // how many pairs of parts
     std::map<Key, bool> restedBefore_;      // of those that came or went since the page: whether they rested then
     Besides besides_;                       // of the page
     std::vector<PairEvent> special_;        // of the page: all but those that merely rest on; ascending
     std::map<Key, std::vector<NearPair>> nearOf_;
-    std::set<Key> nearChanged_;                // since the page
-    std::map<Key, PairDistance> near_;         // of the page
-    std::multiset<double> leastFirst_;         // their distances
-    std::vector<PairDistance> specialNear_;    // of the page: that began or ended; ascending
+    std::set<Key> nearChanged_;              // since the page
+    std::map<Key, PairDistance> near_;       // of the page
+    std::multiset<double> leastFirst_;       // their distances
+    std::vector<PairDistance> specialNear_;  // of the page: that began or ended; ascending
 };
 
 }  // namespace tessera

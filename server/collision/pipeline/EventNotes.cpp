@@ -34,8 +34,8 @@ void noteResting(EventBook& book, const ObjectHandler& handler, std::uint32_t nu
             known.distance - known.error <= interest.threshold)
             near.push_back({interest.core, objectA, objectB, Phase::kStays, known.distance, pair.nodeA, pair.nodeB,
                             drawnFace(pair.a, known.faces.a, known.pointB - known.pointA),
-                            drawnFace(pair.b, known.faces.b, known.pointA - known.pointB), known.pointA,
-                            known.pointB, known.error});
+                            drawnFace(pair.b, known.faces.b, known.pointA - known.pointB), known.pointA, known.pointB,
+                            known.error});
     }
     book.rests(number, std::move(touching), std::move(near));
 }

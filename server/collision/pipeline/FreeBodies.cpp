@@ -17,7 +17,9 @@ ContactLaw lawOf(std::int64_t response) {
 
 /// All of one kind of volume, whatever their objects ask for: what is divided anew for each question would cost more
 /// than any kind saves. All trees of what deforms follow it.
-const TriangleTree& treeOf(const CollisionShape& shape) { return shape.tree(kAutomaticVolume); }
+const TriangleTree& treeOf(const CollisionShape& shape) {
+    return shape.tree(kAutomaticVolume);
+}
 
 Pose poseOf(const Transform& t) {
     return {t.translation, t.rotation, t.scale};

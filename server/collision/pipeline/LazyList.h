@@ -9,9 +9,9 @@
 
 namespace tessera {
 
-/// Reads like a vector. What it holds is known by number at once and made by the first who looks; copies share that. Whoever
-/// makes them lets go of those that nobody wants to see before what they would be made from changes (LateItems::makeNow for
-/// those that somebody still holds). One thread at a time, as whoever makes them.
+/// Reads like a vector. What it holds is known by number at once and made by the first who looks; copies share that.
+/// Whoever makes them lets go of those that nobody wants to see before what they would be made from changes
+/// (LateItems::makeNow for those that somebody still holds). One thread at a time, as whoever makes them.
 template <typename T>
 class LazyList {
 public:

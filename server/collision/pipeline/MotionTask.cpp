@@ -51,8 +51,8 @@ void MotionTask::run(const MotionTools& tools, std::uint64_t limit) {
     }
     trial_.emplace(
         tools.handler, mover_.wish.transform, mover_.way, pairs,
-        [&](std::uint32_t a, std::uint32_t b) { return touchingAtStart(tools, a, b); },
-        tools.limits.stopTolerance, work_, pairsTested_);
+        [&](std::uint32_t a, std::uint32_t b) { return touchingAtStart(tools, a, b); }, tools.limits.stopTolerance,
+        work_, pairsTested_);
     resolution_ = (slides ? tools.slide : tools.stop).resolve(*trial_);
 }
 

@@ -50,7 +50,8 @@ const PartTraits& Neighbourhood::traitsOfGroup(const ObjectHandler& handler, std
     Row& row = traits_[group];
     if (row.version == relations.version()) return row.traits;
     const std::optional<std::span<const std::uint32_t>> changed = relations.changedSince(row.version);
-    const bool afresh = !changed || changed->size() > relations.groupNumbers() || std::ranges::find(*changed, group) != changed->end();
+    const bool afresh =
+        !changed || changed->size() > relations.groupNumbers() || std::ranges::find(*changed, group) != changed->end();
     row.version = relations.version();
     row.asked.resize(relations.groupNumbers(), 0);
     if (afresh) {

@@ -18,8 +18,8 @@ struct PartTraits {
     bool obstructed = false;  ///< something may be in the way of its motion
     bool dynamic = false;     ///< when it touches on its way is of interest
     bool rollback = false;
-    bool slides = false;      ///< a motion may be led along a surface
-    double margin = 0;        ///< others that are nearer than this are to be found
+    bool slides = false;  ///< a motion may be led along a surface
+    double margin = 0;    ///< others that are nearer than this are to be found
 };
 
 /// Not thread-safe.
@@ -34,8 +34,8 @@ public:
     [[nodiscard]] const PartTraits& traitsCarried(const ObjectHandler& handler, std::uint32_t transform);
 
     /// Brings the memory up to date: the pairs of parts of interest that may meet in this frame. `ways`: of transforms
-    /// that are still to be moved. Parts nearer than the thresholds of interests in distances count. True where anything
-    /// has moved, come, gone or been asked for since the last call.
+    /// that are still to be moved. Parts nearer than the thresholds of interests in distances count. True where
+    /// anything has moved, come, gone or been asked for since the last call.
     bool find(ObjectHandler& handler, std::span<const Mover> ways, FreeBodies& bodies, double seconds,
               PairMemory& memory);
     /// Of the handler, when `find` was called last.
@@ -55,7 +55,7 @@ private:
     /// Of a group: what it may meet asks of it, group by group, so that a change costs what has changed.
     struct Row {
         std::uint64_t version = 0;
-        std::vector<std::uint8_t> asked;  // per other group: bits of what is asked
+        std::vector<std::uint8_t> asked;       // per other group: bits of what is asked
         std::array<std::uint32_t, 4> count{};  // per bit: of how many
         double margin = 0;
         PartTraits traits;

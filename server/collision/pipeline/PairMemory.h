@@ -17,9 +17,9 @@ struct TouchAnswer {
     std::uint64_t versionA = 0, versionB = 0;  ///< 0: nothing is known
     bool all = false;                          ///< all faces were asked for; else one pair of them
     bool touching = false;
-    bool complete = true;         ///< false: the work was exhausted; not touching then means nothing
-    std::uint64_t faceCount = 0;  ///< pairs of faces found; of two hulls 1
-    std::vector<FacePair> faces;  ///< ascending; the first of them. Of two hulls none
+    bool complete = true;              ///< false: the work was exhausted; not touching then means nothing
+    std::uint64_t faceCount = 0;       ///< pairs of faces found; of two hulls 1
+    std::vector<FacePair> faces;       ///< ascending; the first of them. Of two hulls none
     std::vector<MeetingPlace> places;  ///< world; as PairTouch::places
 
     [[nodiscard]] bool holds(const Part& a, const Part& b, bool wantAll) const {
@@ -36,7 +36,7 @@ struct DistanceAnswer {
     double distance = 0;  ///< world units
     FacePair faces;
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
-    double error = 0;  ///< as PairDistance::error
+    double error = 0;                                      ///< as PairDistance::error
 };
 
 /// Where two hulls touch that do, in the poses that the versions name. World.

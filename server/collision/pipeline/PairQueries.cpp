@@ -84,8 +84,8 @@ Contact contactOfFaces(const Part& a, const Part& b, const Affine3d& worldA, con
     return contact;
 }
 
-Contact contactOfPlace(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB, const FacePair& faces,
-                       const MeetingPlace& place) {
+Contact contactOfPlace(const Part& a, const Part& b, const Affine3d& worldA, const Affine3d& worldB,
+                       const FacePair& faces, const MeetingPlace& place) {
     const PlacedShape placedA{*a.shape, worldA}, placedB{*b.shape, worldB};
     Contact contact;
     contact.error = touchError(placedA, placedB);

@@ -10,12 +10,12 @@
 
 namespace tessera {
 
-/// Runs query(state, work) for these pairs (indices into `states`), shared among the workers (which may be null). Each may take
-/// what is left of the work at the start of its batch, and batches are cut by what their pairs are expected to take, so results do
-/// not depend on the number of threads.
+/// Runs query(state, work) for these pairs (indices into `states`), shared among the workers (which may be null). Each
+/// may take what is left of the work at the start of its batch, and batches are cut by what their pairs are expected to
+/// take, so results do not depend on the number of threads.
 template <typename Query>
-void forPairs(const ObjectHandler& handler, std::span<PairState> states, std::span<const std::uint32_t> pairs, Workers* workers,
-              QueryWork& work, const Query& query) {
+void forPairs(const ObjectHandler& handler, std::span<PairState> states, std::span<const std::uint32_t> pairs,
+              Workers* workers, QueryWork& work, const Query& query) {
     constexpr std::size_t kPairsPerBatch = 2048, kPairsPerTask = 32;
     const auto faces = [&](std::uint32_t part) { return handler.parts()[part].shape->faceCount(); };
     const auto expected = [&](const PairState& pair) {
@@ -26,7 +26,8 @@ void forPairs(const ObjectHandler& handler, std::span<PairState> states, std::sp
         const std::uint64_t used = work.boxTests + work.triangleTests;
         const std::uint64_t left = work.limit - std::min(work.limit, used);
         std::uint64_t promised = 0;
-        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left); ++end)
+        for (end = begin; end < pairs.size() && end - begin < kPairsPerBatch && (end == begin || promised < left);
+             ++end)
             promised += expected(states[pairs[end]]);
         works.assign(end - begin, QueryWork{.limit = left});
         const auto task = [&](std::size_t index) {

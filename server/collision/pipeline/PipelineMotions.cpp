@@ -51,7 +51,8 @@ std::vector<std::uint32_t> CollisionPipeline::Impl::pairsCarried(std::span<const
 }
 
 /// Whether a pair stands in the way of a transform that carries one of its parts.
-bool CollisionPipeline::Impl::obstacle(std::uint32_t a, std::uint32_t b, const Relation& relation, ObjectId transform) const {
+bool CollisionPipeline::Impl::obstacle(std::uint32_t a, std::uint32_t b, const Relation& relation,
+                                       ObjectId transform) const {
     switch (relation.response) {
         case InterestWords::kReport:
             return false;
@@ -127,7 +128,8 @@ MotionTask CollisionPipeline::Impl::taskOf(const Mover& mover) const {
         const Relation relation = relationOf(pair);
         if (relation.response == InterestWords::kReport) continue;
         // Two that are carried together are as far apart as before.
-        if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair.a, pair.b, relation, mover.wish.transform)) continue;
+        if (carrierOf(pair.a) == carrierOf(pair.b) || !obstacle(pair.a, pair.b, relation, mover.wish.transform))
+            continue;
         obstructions.push_back({{pair.a, pair.b, relation.response == InterestWords::kSlide}, k});
     }
     return {handler, mover, std::move(obstructions)};
@@ -188,7 +190,8 @@ void CollisionPipeline::Impl::ask(const MotionTrial& trial, const Resolution& re
         question.wanted = mover.way.end;
         const Part& a = part(o.partA);
         const Part& b = part(o.partB);
-        const Contact where = !hit.places.empty() ? contactOfPlace(a, b, hit.worldA, hit.worldB, hit.faces.front(), hit.places.front())
+        const Contact where = !hit.places.empty()
+                                  ? contactOfPlace(a, b, hit.worldA, hit.worldB, hit.faces.front(), hit.places.front())
                               : !hit.faces.empty() ? contactOfFaces(a, b, hit.worldA, hit.worldB, hit.faces.front())
                               : a.shape->hull() && b.shape->hull() ? contactOfHulls(a, b, hit.worldA, hit.worldB)
                                                                    : Contact{};

@@ -45,11 +45,13 @@ CollisionPipeline::Impl::Carriers CollisionPipeline::Impl::carriersOf(std::span<
 /// Calls visit(part, other, pair) for parts that may touch. `pair` is the number of their pair, or kNobody where there
 /// is none. `others`: only these are of interest. Parts that are carried together may be left out.
 template <typename Visit>
-void CollisionPipeline::Impl::forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others, const Visit& visit) {
+void CollisionPipeline::Impl::forNeighbours(const Carriers& carriers,
+                                            std::optional<std::span<const std::uint32_t>> others, const Visit& visit) {
     // The pairs are those of the last step. They are complete as long as nothing has come, gone or moved since.
     if (!others && neighbourhood.generation() == handler.generation() && handler.nothingNew()) {
         for (const std::uint32_t i : carriers.parts)
-            for (const std::uint32_t k : memory.pairsOf(i)) visit(i, memory.states()[k].a == i ? memory.states()[k].b : memory.states()[k].a, k);
+            for (const std::uint32_t k : memory.pairsOf(i))
+                visit(i, memory.states()[k].a == i ? memory.states()[k].b : memory.states()[k].a, k);
         return;
     }
     const std::span<const Part> parts = handler.parts();
@@ -106,19 +108,22 @@ Overlapping CollisionPipeline::Impl::overlapsNow(std::span<const ObjectId> trans
                                                  std::optional<std::span<const std::uint32_t>> others) {
     const Carriers carriers = carriersOf(transforms);
     const auto deforms = [&](std::uint32_t i) {
-        return deforming == Deforming::kLeftOut && std::ranges::binary_search(handler.deformations(), i, {}, &PartDeformation::part);
+        return deforming == Deforming::kLeftOut &&
+               std::ranges::binary_search(handler.deformations(), i, {}, &PartDeformation::part);
     };
     Overlapping found;
     QueryWork work;
     work.limit = limits.maxTests;
     forNeighbours(carriers, others, [&](std::uint32_t i, std::uint32_t other, std::uint32_t k) {
         if (carriers.together(i, other) || deforms(i) || deforms(other)) return;
-        if (touchesNow(i, other, carriers.of.at(i).transform, k, work)) found.emplace_back(std::minmax(part(i).node, part(other).node));
+        if (touchesNow(i, other, carriers.of.at(i).transform, k, work))
+            found.emplace_back(std::minmax(part(i).node, part(other).node));
     });
     return sorted(std::move(found));
 }
 
-bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t k, QueryWork& work) const {
+bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t k,
+                                         QueryWork& work) const {
     if (!part(i).solid() || !part(other).solid() || !part(i).worldBox.overlaps(part(other).worldBox)) return false;
     const Relation relation = handler.relation(std::min(i, other), std::max(i, other));
     const bool isA = relation.firstIsObject == (i < other);
@@ -131,7 +136,8 @@ bool CollisionPipeline::Impl::touchesNow(std::uint32_t i, std::uint32_t other, O
     return touchOf({*part(a).shape, part(a).world}, {*part(b).shape, part(b).world}, {work}).touch != Touch::kNo;
 }
 
-std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
+std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& committed,
+                                                                std::span<const PosedTransforms> moves,
                                                                 Against against) {
     std::vector<ObjectId> all;
     for (const PosedTransforms& move : moves)
@@ -147,7 +153,8 @@ std::vector<Overlapping> CollisionPipeline::Impl::overlapsAfter(const Aspect& co
             handler.overlay(transform, localOf(pose));
             moved.push_back(transform);
         }
-        after.push_back(themselves ? overlapsNow(moved, Deforming::kAsBefore, everybody.parts) : overlapsNow(moved, Deforming::kAsBefore));
+        after.push_back(themselves ? overlapsNow(moved, Deforming::kAsBefore, everybody.parts)
+                                   : overlapsNow(moved, Deforming::kAsBefore));
     }
     handler.dropOverlay(committed);
     return after;

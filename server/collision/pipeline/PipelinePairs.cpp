@@ -155,9 +155,10 @@ void CollisionPipeline::Impl::tellStops(Step& step) {
         if (touching.time < 1 && !touching.faces.empty()) {
             const Part &a = part(touching.partA), &b = part(touching.partB);
             const FacePair& faces = touching.faces.front();
-            const Contact where = touching.places.empty()
-                                      ? contactOfFaces(a, b, touching.worldA, touching.worldB, faces)
-                                      : contactOfPlace(a, b, touching.worldA, touching.worldB, faces, touching.places.front());
+            const Contact where =
+                touching.places.empty()
+                    ? contactOfFaces(a, b, touching.worldA, touching.worldB, faces)
+                    : contactOfPlace(a, b, touching.worldA, touching.worldB, faces, touching.places.front());
             when.point = where.point;
             when.normal = where.normal;
         }

@@ -84,13 +84,16 @@ struct CollisionPipeline::Impl {
     struct Carriers;
     [[nodiscard]] Carriers carriersOf(std::span<const ObjectId> transforms);
     template <typename Visit>
-    void forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others, const Visit& visit);
+    void forNeighbours(const Carriers& carriers, std::optional<std::span<const std::uint32_t>> others,
+                       const Visit& visit);
     /// `pair`: the number of the two in the memory, or kNobody.
-    [[nodiscard]] bool touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t pair, QueryWork& work) const;
-    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlapsNow(std::span<const ObjectId> transforms, Deforming deforming,
-                                                                         std::optional<std::span<const std::uint32_t>> others = std::nullopt);
-    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(const Aspect& committed, std::span<const PosedTransforms> moves,
-                                                                                        Against against);
+    [[nodiscard]] bool touchesNow(std::uint32_t i, std::uint32_t other, ObjectId transform, std::uint32_t pair,
+                                  QueryWork& work) const;
+    [[nodiscard]] std::vector<std::pair<ObjectId, ObjectId>> overlapsNow(
+        std::span<const ObjectId> transforms, Deforming deforming,
+        std::optional<std::span<const std::uint32_t>> others = std::nullopt);
+    [[nodiscard]] std::vector<std::vector<std::pair<ObjectId, ObjectId>>> overlapsAfter(
+        const Aspect& committed, std::span<const PosedTransforms> moves, Against against);
     void rollBack(Step& step);
     [[nodiscard]] MotionTask taskOf(const Mover& mover) const;
     void move(Step& step);

@@ -22,8 +22,8 @@ std::vector<RollbackContact> firstRollbackContacts(const ObjectHandler& handler,
         const WayBound boundA = boundWay(handler, pair.partA, wayOf), boundB = boundWay(handler, pair.partB, wayOf);
         Candidate of{pair,
                      {},
-                     restingTerms(handler.toleranceOf(pair.partA, pair.partB, size, stopTolerance), boundA.length + boundB.length, boundA.curvature > 0,
-                                  boundB.curvature > 0)};
+                     restingTerms(handler.toleranceOf(pair.partA, pair.partB, size, stopTolerance),
+                                  boundA.length + boundB.length, boundA.curvature > 0, boundB.curvature > 0)};
         if (pair.touching) {
             const FacePairs faces = surfaceFacesTouching({*a.shape, a.world}, {*b.shape, b.world}, work);
             // Hulls wholly within each other, or the work was not enough.

@@ -21,8 +21,9 @@ struct RollbackContact {
     Impact impact;
 };
 
-/// Everything being on its way. Where pairs touch already: faces that were apart and are not flush with what any of these
-/// pairs rests on, or what gets deeper. Hulls wholly within each other are left out: a stop's rules are for those.
+/// Everything being on its way. Where pairs touch already: faces that were apart and are not flush with what any of
+/// these pairs rests on, or what gets deeper. Hulls wholly within each other are left out: a stop's rules are for
+/// those.
 [[nodiscard]] std::vector<RollbackContact> firstRollbackContacts(const ObjectHandler& handler,
                                                                  std::span<const RollbackPair> pairs,
                                                                  const WayLookup& wayOf, double stopTolerance,

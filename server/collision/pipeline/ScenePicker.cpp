@@ -59,7 +59,6 @@ constexpr std::uint64_t kLookAtThing = 8;
 /// That may be looked at to put a question together.
 constexpr std::uint64_t kMostBoxes = 16 * AsideQuery::kMostThings;
 
-
 }  // namespace
 
 /// Empty where nothing can be hit.
@@ -169,7 +168,9 @@ std::optional<PickHit> ScenePicker::pick(const Aspect& aspect, ObjectHandler& ha
     const MeshArrays arrays = drawableOf(aspect, handler.places()[bestPlace].core).arrays();
     kept_.used(shapes_->unmade(arrays).shape);
     if (!patience) (void)kept_.takeReleased();
-    if (const std::optional<HitDetails> details = detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point)) best->details = *details;
+    if (const std::optional<HitDetails> details =
+            detailsOf(arrays, worldTransform(aspect, best->node), best->face, best->point))
+        best->details = *details;
     return best;
 }
 
@@ -181,7 +182,8 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
         ++work.boxTests;
         return !work.exhausted() && around.overlaps(box);
     };
-    tree_.forItems(wanted, [](const Box&) { return 0.0; }, [&](std::uint32_t number) { near.push_back(number); });
+    tree_.forItems(
+        wanted, [](const Box&) { return 0.0; }, [&](std::uint32_t number) { near.push_back(number); });
     const std::size_t before = faces.size();
     const auto giveUp = [&] {
         faces.resize(before);
@@ -201,7 +203,8 @@ bool ScenePicker::facesIn(const Aspect& aspect, ObjectHandler& handler, const Bo
         const Affine3d world = above.world(place.node);
         // What is flattened has no map back; all of it is looked at.
         Box local = shape->mesh().bounds();
-        if (const Affine3d back = world.inverse(); !isFlattened(world) && back.matrix().allFinite()) local = boxAround(back, box);
+        if (const Affine3d back = world.inverse(); !isFlattened(world) && back.matrix().allFinite())
+            local = boxAround(back, box);
         found.clear();
         if (!facesNear(shape->tree(), local, work, found)) return giveUp();
         for (const std::uint32_t face : found) {
@@ -244,12 +247,11 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
         const Affine3d world = above.world(at.node);
         const std::optional<NearestFace> found = nearestFace(shape->tree(), world, place, work, limit);
         if (!found || (best && found->distance == best->distance && !handler.precedes(number, bestPlace))) return limit;
-        best = NearestSurface{
-            .node = at.node,
-            .face = found->face,
-            .point = found->point,
-            .distance = found->distance,
-            .error = errorOf(arrays, *shape, found->face, world)};
+        best = NearestSurface{.node = at.node,
+                              .face = found->face,
+                              .point = found->point,
+                              .distance = found->distance,
+                              .error = errorOf(arrays, *shape, found->face, world)};
         bestPlace = number;
         return limit = found->distance;
     });
@@ -263,8 +265,8 @@ std::optional<NearestSurface> ScenePicker::nearest(const Aspect& aspect, ObjectH
     return best;
 }
 
-AsideQuery::Thing ScenePicker::thingAt(const ObjectHandler& handler, std::uint32_t number,
-                                       const MeshArrays& arrays, const Affine3d& world) {
+AsideQuery::Thing ScenePicker::thingAt(const ObjectHandler& handler, std::uint32_t number, const MeshArrays& arrays,
+                                       const Affine3d& world) {
     AsideQuery::Thing thing{.node = handler.places()[number].node,
                             .rank = handler.rankOf(number),
                             .box = boxAround(world, shapes_->bounds(arrays)),

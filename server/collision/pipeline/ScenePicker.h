@@ -32,10 +32,10 @@ public:
     [[nodiscard]] std::optional<PickHit> pick(const Aspect& aspect, ObjectHandler& handler, const Ray& ray,
                                               PickPatience* patience = nullptr);
 
-    /// Appends the triangles of all that a pick looks at, in world coordinates: all that meet `box`, and some more of those
-    /// whose own boxes overlap it; what is flattened too. Lines have none. False: the work was exhausted, and nothing is
-    /// appended. A box counts as a box test, of the scene's tree and of the trees of geometries alike.
-    /// Nor where a tree is to be made first; of `patience` nothing else counts.
+    /// Appends the triangles of all that a pick looks at, in world coordinates: all that meet `box`, and some more of
+    /// those whose own boxes overlap it; what is flattened too. Lines have none. False: the work was exhausted, and
+    /// nothing is appended. A box counts as a box test, of the scene's tree and of the trees of geometries alike. Nor
+    /// where a tree is to be made first; of `patience` nothing else counts.
     [[nodiscard]] bool facesIn(const Aspect& aspect, ObjectHandler& handler, const Box& box, QueryWork& work,
                                std::vector<Triangle>& faces, PickPatience* patience = nullptr);
 
@@ -73,7 +73,7 @@ private:
     [[nodiscard]] Box boxOf(const Aspect& aspect, const Place& place, WorldTransforms& worlds);
 
     std::shared_ptr<ShapeCache> shapes_;
-    PickTree tree_;                        // by place
+    PickTree tree_;  // by place
     KeptShapes kept_;
     std::vector<std::uint32_t> laidOver_;  // places in it that stood elsewhere in the handler than in the scene
 };

@@ -28,8 +28,8 @@ bool SelfContacts::follow(const ObjectHandler& handler, std::span<const std::uin
     if (generation_ != handler.generation() || interests_ != handler.interestsVersion()) {
         generation_ = handler.generation();
         interests_ = handler.interestsVersion();
-        anyInterest_ =
-            std::ranges::any_of(handler.interests(), [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; });
+        anyInterest_ = std::ranges::any_of(handler.interests(),
+                                           [](const InterestTerms& i) { return i.mode == InterestWords::kSelf; });
         std::map<std::uint32_t, Known> before;
         for (const std::uint32_t part : handler.partsWithSelfInterest()) {
             if (const auto old = known_.find(part); old != known_.end()) before.insert(known_.extract(old));
@@ -73,9 +73,10 @@ std::vector<Touching> SelfContacts::contacts(const ObjectHandler& handler) const
         touching.partA = touching.partB = part;
         touching.worldA = touching.worldB = of.world;
         touching.interest = interest.core;
-        const std::size_t wanted = interest.detail == InterestWords::kAllFaces  ? known.faces.size()
-                                   : interest.detail == InterestWords::kYesOrNo ? 1
-                                                                           : static_cast<std::size_t>(interest.detail);
+        const std::size_t wanted = interest.detail == InterestWords::kAllFaces ? known.faces.size()
+                                   : interest.detail == InterestWords::kYesOrNo
+                                       ? 1
+                                       : static_cast<std::size_t>(interest.detail);
         touching.faces.assign(known.faces.begin(),
                               known.faces.begin() + static_cast<std::ptrdiff_t>(std::min(known.faces.size(), wanted)));
         touching.faceCount = interest.detail == InterestWords::kAllFaces ? known.count : touching.faces.size();

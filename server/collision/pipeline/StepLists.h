@@ -22,7 +22,8 @@ public:
         std::function<std::vector<PairDistance>()> distances;
     };
     /// To a result of that step. What somebody holds is given again.
-    void give(const ContactList::Page& contacts, const EventBook::Page& events, const Makers& makers, StepResult& result);
+    void give(const ContactList::Page& contacts, const EventBook::Page& events, const Makers& makers,
+              StepResult& result);
     /// Before what they are made from changes: those that somebody holds are made.
     void close();
     /// The same where that is so of contacts alone; whether anybody waits for them.

@@ -41,29 +41,29 @@ struct Contact {
     static constexpr std::uint32_t kNoFace = 0xffffffffu;  ///< of a hull: no triangle of the file
     static constexpr double kNoDepth = -1;
 
-    ObjectId objectA, objectB;  ///< the nodes that bear the geometry; A is part of an interest's object
+    ObjectId objectA, objectB;           ///< the nodes that bear the geometry; A is part of an interest's object
     std::uint32_t faceA = 0, faceB = 0;  ///< as they are drawn: of points those of their octahedra, 8 · point + octant
-    Vec3d point = Vec3d::Zero();   ///< world
-    Vec3d normal = Vec3d::Zero();  ///< world, unit length, from A to B
-    /// How deep the two are in each other along the normal, world units: of the region that the contact bounds, where both
-    /// are closed and all their contacts are known, or of two hulls. Else kNoDepth.
+    Vec3d point = Vec3d::Zero();         ///< world
+    Vec3d normal = Vec3d::Zero();        ///< world, unit length, from A to B
+    /// How deep the two are in each other along the normal, world units: of the region that the contact bounds, where
+    /// both are closed and all their contacts are known, or of two hulls. Else kNoDepth.
     double depth = kNoDepth;
     /// Where on the faces: corner 0 + u · (corner 1 - corner 0) + v · (corner 2 - corner 0).
     Vec2d uvA = Vec2d::Zero(), uvB = Vec2d::Zero();
-    /// Of what is looked at as the smooth surface that it is: the surface's own face (a ptex face, a NURBS by its number) and
-    /// the parameters there. kNoFace: it is looked at as something else, or runs into itself.
+    /// Of what is looked at as the smooth surface that it is: the surface's own face (a ptex face, a NURBS by its
+    /// number) and the parameters there. kNoFace: it is looked at as something else, or runs into itself.
     std::uint32_t patchA = kNoFace, patchB = kNoFace;
     Vec2d patchUvA = Vec2d::Zero(), patchUvB = Vec2d::Zero();
-    double error = 0;              ///< the point may be off by so much, world units; 0: it is exact to rounding
-    ObjectId interest;             ///< the one that decides about the pair
-    double time = 1;               ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way,
-                                   ///< in later frames too, as long as both stay
+    double error = 0;   ///< the point may be off by so much, world units; 0: it is exact to rounding
+    ObjectId interest;  ///< the one that decides about the pair
+    double time = 1;    ///< when in the frame's motion: 1 at its end; less for what stopped a motion on its way,
+                        ///< in later frames too, as long as both stay
 };
 
 enum class Phase : std::uint8_t { kBegan, kStays, kEnded };
 
-/// Two objects of an interest touch, or have just ceased to. For modes kPseudoDynamic and kDynamic; of a static interest only
-/// the contacts are told. `objectA`, `objectB`: their topmost nodes.
+/// Two objects of an interest touch, or have just ceased to. For modes kPseudoDynamic and kDynamic; of a static
+/// interest only the contacts are told. `objectA`, `objectB`: their topmost nodes.
 struct PairEvent {
     ObjectId interest, objectA, objectB;
     Phase phase = Phase::kBegan;
@@ -73,27 +73,27 @@ struct PairEvent {
     bool through = false;  ///< kDynamic: touched on the way and are apart at its end (phase kEnded in the same frame)
 };
 
-/// How far two objects of a kDistance interest are apart. Listed while they are nearer than its threshold, and once more
-/// (phase kEnded, numbers of the last time) when they are not.
+/// How far two objects of a kDistance interest are apart. Listed while they are nearer than its threshold, and once
+/// more (phase kEnded, numbers of the last time) when they are not.
 struct PairDistance {
     ObjectId interest, objectA, objectB;
     Phase phase = Phase::kBegan;
-    double distance = 0;       ///< 0: they touch
-    ObjectId nodeA, nodeB;     ///< geometry-bearing nodes of the nearest faces
+    double distance = 0;    ///< 0: they touch
+    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes of the nearest faces
     std::uint32_t faceA = 0, faceB = 0;
     Vec3d pointA = Vec3d::Zero(), pointB = Vec3d::Zero();  ///< world
-    /// Of distance fields: the truth is within this of `distance`, world units; then no faces are named (kNoFace), and what
-    /// may be within the threshold is listed. 0: exact to rounding.
+    /// Of distance fields: the truth is within this of `distance`, world units; then no faces are named (kNoFace), and
+    /// what may be within the threshold is listed. 0: exact to rounding.
     double error = 0;
 };
 
-/// A motion has been stopped by a kAsk interest: what shall become of it? It stands until a Reply comes or the interest's
-/// patience is over.
+/// A motion has been stopped by a kAsk interest: what shall become of it? It stands until a Reply comes or the
+/// interest's patience is over.
 struct Question {
     std::uint64_t id = 0;  ///< grows; never given twice by one pipeline
     ObjectId interest, objectA, objectB;
-    ObjectId transform;     ///< that wanted to move
-    Pose present, wanted;   ///< its local values: where it stopped, where it wanted to be
+    ObjectId transform;                                   ///< that wanted to move
+    Pose present, wanted;                                 ///< its local values: where it stopped, where it wanted to be
     Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();  ///< world, from A to B
 };
 
@@ -107,8 +107,8 @@ struct BodyVelocity {
 /// become faster than CollisionObject::kFastest goes at that speed, one that would have left what numbers tell stays.
 struct NotLookedAt {
     enum class Reason : std::uint8_t { kWork, kSteps, kNotFinite, kTooFast };
-    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node, of kNotFinite it may
-                          ///< be a Transform that stayed where it was
+    ObjectId nodeA, nodeB;  ///< geometry-bearing nodes; B none: a whole motion of A; of kTooFast A is a body's node, of
+                            ///< kNotFinite it may be a Transform that stayed where it was
     Reason reason = Reason::kWork;
 };
 
@@ -143,8 +143,8 @@ struct StepCounters {
     std::uint64_t notLookedAt = 0;      ///< pairs and motions left undecided because a limit was reached
     std::uint64_t contactsLeftOut = 0;  ///< found, but beyond maxContacts
     std::uint64_t eventsLeftOut = 0;
-    std::uint64_t unanswered = 0;       ///< questions whose patience ended in this step
-    std::uint64_t standIns = 0;         ///< geometries that are taken for something else than is asked for
+    std::uint64_t unanswered = 0;  ///< questions whose patience ended in this step
+    std::uint64_t standIns = 0;    ///< geometries that are taken for something else than is asked for
 };
 
 /// What began, stays and ended. What began or ended is known without the others.
@@ -199,20 +199,20 @@ private:
 /// The lists of contacts, events and distances are made when first asked for: until the next step begins, or the scene
 /// is told of, by the pipeline itself for those that somebody holds; CollisionPipeline::forgetLists lets go of them.
 struct StepResult {
-    /// Ascending by transform, one for each wish that names a Transform, and one for each free body that moved: the values to
-    /// commit. Committing a value equal to the present one is harmless.
+    /// Ascending by transform, one for each wish that names a Transform, and one for each free body that moved: the
+    /// values to commit. Committing a value equal to the present one is harmless.
     std::vector<TentativeTransform> accepted;
     /// Ascending by core: free bodies whose velocities are no longer what their core says.
     std::vector<BodyVelocity> velocities;
     /// Transforms that did not get (all the way) where they were wanted, ascending. Wishes that cannot be granted at
     /// all (not finite, a zero or sign-changing scale, no such Transform) are here too.
     std::vector<ObjectId> stopped;
-    /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB); of
-    /// points by these.
+    /// What touches now, and what stopped a motion at its first touch. Ascending by (objectA, objectB, faceA, faceB);
+    /// of points by these.
     LazyList<Contact> contacts;
-    PhaseList<PairEvent> events;  ///< ascending by (interest, objectA, objectB)
-    DistanceList distances;       ///< ascending by (interest, objectA, objectB)
-    std::vector<Question> questions;      ///< asked in this step
+    PhaseList<PairEvent> events;      ///< ascending by (interest, objectA, objectB)
+    DistanceList distances;           ///< ascending by (interest, objectA, objectB)
+    std::vector<Question> questions;  ///< asked in this step
     /// Pairs of objects that touch now and did not in the last step, by any interest.
     std::uint64_t contactsBegun = 0;
     std::vector<NotLookedAt> notLookedAt;

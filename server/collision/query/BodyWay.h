@@ -18,8 +18,8 @@ struct BodyMoment {
     [[nodiscard]] Vec3d velocity(const Vec3d& x) const { return turning * x + drift; }
 };
 
-/// x(t) = T(t) + R(t)·S(t)·M·x; T and S linear, R(t) = exp(t [ω]) R(0) with a constant ω, as a slerp is; M, the body's own
-/// map of its mesh, does not change. Or a product of such maps, where others carry it.
+/// x(t) = T(t) + R(t)·S(t)·M·x; T and S linear, R(t) = exp(t [ω]) R(0) with a constant ω, as a slerp is; M, the body's
+/// own map of its mesh, does not change. Or a product of such maps, where others carry it.
 class BodyWay {
 public:
     explicit BodyWay(const BodyMotion& motion);
@@ -46,7 +46,9 @@ public:
     }
 
     /// How far from the body's origin M puts a point, and all points within `radius` of one.
-    [[nodiscard]] double reachOf(const Vec3d& x) const { return inner_ ? (innerLinear_ * x + innerShift_).norm() : x.norm(); }
+    [[nodiscard]] double reachOf(const Vec3d& x) const {
+        return inner_ ? (innerLinear_ * x + innerShift_).norm() : x.norm();
+    }
     [[nodiscard]] double reachAround(const Vec3d& x, double radius) const {
         return reachOf(x) + innerStretch_ * radius;
     }
@@ -55,8 +57,8 @@ public:
     [[nodiscard]] double acceleration(double reach) const {
         return carried() ? bend_.of(reach) : (angle_ * angle_ * stretch_ + 2 * angle_ * swelling_) * reach;
     }
-    /// Of n · x'' for a unit n: |R''| = ω², |R'| = ω, S'' = T'' = 0, so that x'' is square to the axis at any moment; of
-    /// what is carried nothing is known of its direction.
+    /// Of n · x'' for a unit n: |R''| = ω², |R'| = ω, S'' = T'' = 0, so that x'' is square to the axis at any moment;
+    /// of what is carried nothing is known of its direction.
     [[nodiscard]] double accelerationAlong(const Vec3d& n, double reach) const {
         return acceleration(reach) * (carried() ? 1 : n.cross(axis_).norm() + 1e-15);
     }
@@ -68,8 +70,8 @@ public:
         return carried() ? speed_.of(reach)
                          : n.dot(shift_) + (angle_ * stretch_ * n.cross(axis_).norm() + swelling_) * reach;
     }
-    /// A direction that turns with the body, of unit length: where it is, how it changes, and `turn`, a bound of its rate
-    /// whose square bounds the second derivative.
+    /// A direction that turns with the body, of unit length: where it is, how it changes, and `turn`, a bound of its
+    /// rate whose square bounds the second derivative.
     struct Turned {
         Vec3d direction, rate;
         double turn;

@@ -22,12 +22,14 @@ Box boxOfTriangle(const Triangle& t) {
 }
 
 /// Newton's way to the first contact with one obstacle, before `limit`.
-std::optional<CapsuleHit> firstTouch(const Capsule& body, const Vec3d& way, double length, const Triangle& obstacle, double limit) {
+std::optional<CapsuleHit> firstTouch(const Capsule& body, const Vec3d& way, double length, const Triangle& obstacle,
+                                     double limit) {
     double t = 0;
     for (int step = 0; step < kCapsuleSteps; ++step) {
         const SegmentGap gap = gapBetween(body.a + t * way, body.b + t * way, obstacle);
         // Later only rounding brings them together: they were apart before.
-        if (gap.distance == 0) return t == 0 ? std::nullopt : std::optional(CapsuleHit{.t = t, .normal = -way / length});
+        if (gap.distance == 0)
+            return t == 0 ? std::nullopt : std::optional(CapsuleHit{.t = t, .normal = -way / length});
         const double slope = gap.normal.dot(way), free = gap.distance - body.radius;
         if (slope >= -kCapsuleSlope * length) return std::nullopt;
         if (free <= kCapsuleTouch * body.radius) return CapsuleHit{.t = t, .normal = gap.normal};
@@ -44,7 +46,8 @@ SegmentGap gapBetween(const Vec3d& a, const Vec3d& b, const Triangle& t) {
     const double sideA = normal.dot(a - t[0]), sideB = normal.dot(b - t[0]);
     // Only what lies on both sides of the plane, or so near it that rounding cannot tell, may pass through.
     const double slack = 1e-12 * normal.norm() * ((a - t[0]).norm() + (b - t[0]).norm());
-    if (!(sideA > slack && sideB > slack) && !(sideA < -slack && sideB < -slack) && trianglesIntersect({a, b, b}, t)) return {};
+    if (!(sideA > slack && sideB > slack) && !(sideA < -slack && sideB < -slack) && trianglesIntersect({a, b, b}, t))
+        return {};
     SegmentGap best{.distance = std::numeric_limits<double>::infinity()};
     const auto take = [&](const Vec3d& onSegment, const Vec3d& onTriangle) {
         const Vec3d between = onSegment - onTriangle;

@@ -23,7 +23,8 @@ BodyContacts contactsBetween(const TriangleTree& a, const TriangleTree& b, const
         const std::size_t first = task * kContactsPerTask, end = std::min(found.pairs.size(), first + kContactsPerTask);
         for (std::size_t i = first; i < end; ++i) {
             const FacePair& pair = found.pairs[i];
-            out.contacts[i] = {pair, contactOf(a.mesh().triangle(pair.a), transformed(a_T_b, b.mesh().triangle(pair.b)))};
+            out.contacts[i] = {pair,
+                               contactOf(a.mesh().triangle(pair.a), transformed(a_T_b, b.mesh().triangle(pair.b)))};
         }
     };
     const std::size_t tasks = (found.pairs.size() + kContactsPerTask - 1) / kContactsPerTask;

@@ -19,7 +19,8 @@ struct BodyContacts {
 };
 
 /// One contact for each pair that allTouching finds, the first `most` of them.
-[[nodiscard]] BodyContacts contactsBetween(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                           std::size_t most = ~std::size_t{0}, const TouchOptions& options = {});
+[[nodiscard]] BodyContacts contactsBetween(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                           QueryWork& work, std::size_t most = ~std::size_t{0},
+                                           const TouchOptions& options = {});
 
 }  // namespace tessera

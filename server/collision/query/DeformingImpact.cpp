@@ -89,12 +89,15 @@ public:
 
     /// A leaf's triangles as they begin and as they end.
     void gather(ChildRef leaf, kernel::StraightLeaf& out) const {
-        gather(leaf, [&](std::uint32_t face) { return start(face); }, out.start);
-        gather(leaf, [&](std::uint32_t face) { return end(face); }, out.end);
+        gather(
+            leaf, [&](std::uint32_t face) { return start(face); }, out.start);
+        gather(
+            leaf, [&](std::uint32_t face) { return end(face); }, out.end);
     }
     /// As they are at a moment, for what looks at the start alone.
     void gatherAt(ChildRef leaf, double t, kernel::StraightLeaf& out) const {
-        gather(leaf, [&](std::uint32_t face) { return at(face, t); }, out.start);
+        gather(
+            leaf, [&](std::uint32_t face) { return at(face, t); }, out.start);
     }
 
 private:
@@ -187,8 +190,9 @@ public:
 private:
     static constexpr std::uint32_t kDecided = 0xffffffffu;
 
-    /// What meets as it begins is found in the order of the whole search, but without following those faces that certainly
-    /// are apart then: most of those whose boxes meet. Nothing where none meets, or the whole search has to tell.
+    /// What meets as it begins is found in the order of the whole search, but without following those faces that
+    /// certainly are apart then: most of those whose boxes meet. Nothing where none meets, or the whole search has to
+    /// tell.
     std::optional<Impact> touchingAtStart() {
         constexpr std::uint64_t kPlenty = 1u << 22;
         if (work_.boxTests + work_.triangleTests + kPlenty > work_.limit) return std::nullopt;
@@ -225,8 +229,8 @@ private:
             .hit;
     }
 
-    /// A part of A lies on one side of the planes that the faces of a leaf of B are in as they begin, farther off than the
-    /// tolerance, all along (or only looked at then). So none of its faces ever hits one of those.
+    /// A part of A lies on one side of the planes that the faces of a leaf of B are in as they begin, farther off than
+    /// the tolerance, all along (or only looked at then). So none of its faces ever hits one of those.
     [[nodiscard]] bool besidePlanes(const MovingBox& part, ChildRef leafB) {
         kernel::StraightBox box;
         for (int i = 0; i < 3; ++i) {
@@ -277,8 +281,8 @@ private:
         });
     }
 
-    /// found(face of A, face of B) for the pairs of two leaves that no direction shows apart all along (or as they begin,
-    /// where only that is looked at).
+    /// found(face of A, face of B) for the pairs of two leaves that no direction shows apart all along (or as they
+    /// begin, where only that is looked at).
     template <typename Found>
     void eachMeeting(ChildRef refA, ChildRef refB, Found&& found) {
         const kernel::StraightLeaf& a = leavesA_.of(refA, [&](kernel::StraightLeaf& out) { a_.gather(refA, out); });
@@ -383,11 +387,11 @@ private:
     const kernel::ImpactKernels& kernels_ = kernel::impactKernels();
     QueryWork& work_;
     double slack_ = 0, tolerance_ = 0;
-    double margin_ = 0;  ///< of a gap along a direction that shows two faces apart
-    bool startOnly_ = false;    ///< what is apart then is not looked at
+    double margin_ = 0;       ///< of a gap along a direction that shows two faces apart
+    bool startOnly_ = false;  ///< what is apart then is not looked at
     PerLeaf<kernel::StraightLeaf> leavesA_, leavesB_;
     PerLeaf<kernel::LeafPlanes> planes_;  ///< of B
-    double earliest_ = kNever;  ///< of the pairs that have been decided
+    double earliest_ = kNever;            ///< of the pairs that have been decided
     ImpactSearch search_;
 };
 

@@ -31,9 +31,9 @@ struct Distance {
     double error = 0;
 };
 
-/// The nearest points of two bodies. Of trees with volumes of two shapes the smaller mesh is divided anew, in the kind of
-/// the other tree, which costs a build. `a_T_b`: any finite affine map from B's frame to A's.
-[[nodiscard]] Distance distanceBetween(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                       const DistanceOptions& options = {});
+/// The nearest points of two bodies. Of trees with volumes of two shapes the smaller mesh is divided anew, in the kind
+/// of the other tree, which costs a build. `a_T_b`: any finite affine map from B's frame to A's.
+[[nodiscard]] Distance distanceBetween(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                       QueryWork& work, const DistanceOptions& options = {});
 
 }  // namespace tessera

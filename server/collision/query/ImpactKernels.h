@@ -48,19 +48,19 @@ struct PlacedBox {
     float radius, swelling;  ///< of the sphere around it
 };
 
-/// Four triangles whose corners go straight: rows as of a leaf (kLeafRows of kLeafFaces), in double. Where there are fewer,
-/// any numbers will do.
+/// Four triangles whose corners go straight: rows as of a leaf (kLeafRows of kLeafFaces), in double. Where there are
+/// fewer, any numbers will do.
 struct StraightLeaf {
     double start[kLeafRows * kLeafFaces], end[kLeafRows * kLeafFaces];
 };
 
-/// The planes of four triangles as they begin (lanes 0 to 3) and, along the same normals, those triangles as they end (4 to
-/// 7). Where there are fewer, the first again.
+/// The planes of four triangles as they begin (lanes 0 to 3) and, along the same normals, those triangles as they end
+/// (4 to 7). Where there are fewer, the first again.
 struct alignas(64) LeafPlanes {
     static constexpr unsigned kLanes = 2 * kLeafFaces;
     double normal[3][kLanes], size[3][kLanes];  ///< and how large its coordinates are
     double corner[3][kLanes];                   ///< the first of each triangle
-    double low[kLanes], high[kLanes];           ///< of the others along the normal, seen from there, and a margin beside
+    double low[kLanes], high[kLanes];  ///< of the others along the normal, seen from there, and a margin beside
 };
 
 /// A box as it begins and as it ends.
@@ -80,9 +80,10 @@ struct ImpactKernels {
     /// The same for the triangles of two leaves: times[4 i + j] for triangle i of A's leaf and j of B's. Of no meaning
     /// where there is no triangle.
     void (*leafTimes)(const float* cornersA, const float* cornersB, const ImpactFrame& f, float* times);
-    /// Bit 4 i + j: no direction that is square to a face or to two edges at the start shows triangle i of A and j of B farther
-    /// apart than the margin all along. Between two gaps along one direction that gap is never less than the smaller one.
-    /// Those of triangles that are not there are of no meaning. The margin holds what rounding does to a corner, 64 times.
+    /// Bit 4 i + j: no direction that is square to a face or to two edges at the start shows triangle i of A and j of B
+    /// farther apart than the margin all along. Between two gaps along one direction that gap is never less than the
+    /// smaller one. Those of triangles that are not there are of no meaning. The margin holds what rounding does to a
+    /// corner, 64 times.
     std::uint32_t (*meetingOnTheWay)(const StraightLeaf& a, const StraightLeaf& b, double margin);
     /// The same at the start alone; `end` is not read.
     std::uint32_t (*meetingAtStart)(const StraightLeaf& a, const StraightLeaf& b, double margin);

@@ -223,8 +223,8 @@ void nodeTimes(const TreeView& tree, const MovingFrame& m, std::uint32_t index, 
     const F distance = sqrt(dot(way, way));
     longest.consider(
         distance - (radius * m.stretch + (one.radius + near)),
-        dot(way, velocity) / max(distance, splat(1e-30f)) - (radius * m.swelling + (one.swelling + nearing)),
-        anyBend, f);
+        dot(way, velocity) / max(distance, splat(1e-30f)) - (radius * m.swelling + (one.swelling + nearing)), anyBend,
+        f);
     store(times, longest.time());
 }
 
@@ -301,14 +301,16 @@ struct EightPairs {
     }
     /// Where B lies beyond A along a direction, and where before it, farther off than that.
     TESSERA_INLINE void sides(const W3& n, D wide, Bits& beyond, Bits& before) const {
-        const D p = dot(n, a1), q = dot(n, a2), r0 = dot(n, b0), r1 = dot(n, b1), r2 = dot(n, b2), zero = splatDouble(0);
+        const D p = dot(n, a1), q = dot(n, a2), r0 = dot(n, b0), r1 = dot(n, b1), r2 = dot(n, b2),
+                zero = splatDouble(0);
         beyond = greater(min(min(r0, r1), r2) - max(max(p, q), zero), wide);
         before = greater(min(min(p, q), zero) - max(max(r0, r1), r2), wide);
     }
 };
 
 template <bool kThroughout>
-TESSERA_INLINE Bits eightMeeting(const double* startA, const double* startB, const double* endA, const double* endB, double margin) {
+TESSERA_INLINE Bits eightMeeting(const double* startA, const double* startB, const double* endA, const double* endB,
+                                 double margin) {
     const EightPairs start(startA, startB), end(kThroughout ? endA : startA, kThroughout ? endB : startB);
     Bits left = 0xffu;
     const auto look = [&](const W3& n) {
@@ -345,7 +347,8 @@ bool besidePlanes(const LeafPlanes& planes, const StraightBox& box, bool through
         middle = middle + loadDouble(planes.normal[i]) * (spreadTwo(box.centre[i]) - loadDouble(planes.corner[i]));
         half = half + loadDouble(planes.size[i]) * spreadTwo(box.half[i]);
     }
-    Bits beyond = greater(middle - half, loadDouble(planes.high)), before = greater(loadDouble(planes.low), middle + half);
+    Bits beyond = greater(middle - half, loadDouble(planes.high)),
+         before = greater(loadDouble(planes.low), middle + half);
     if (throughout) {
         beyond &= beyond >> kLeafFaces;
         before &= before >> kLeafFaces;

@@ -62,25 +62,32 @@ PairFrame pairFrame(const TreeStorage& ta, const TreeStorage& tb, const Affine3d
         f.scale = 1;
         return f;
     }
-    f.similarity = scale > 1e-9 && (gram - scale * scale * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * scale * scale;
+    f.similarity =
+        scale > 1e-9 && (gram - scale * scale * Mat3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * scale * scale;
     f.scale = f.similarity ? static_cast<float>(scale) : 1;
     setRows(f.linear, own.linear());
     setRows(f.axes, f.similarity ? Mat3d(own.linear() / scale) : Mat3d(own.linear()));
     for (int i = 0; i < 3; ++i) f.translation[i] = static_cast<float>(own.translation()[i]);
-    const double stretch = f.similarity ? scale : own.linear().norm();  // Frobenius' norm bounds the largest singular value
+    const double stretch =
+        f.similarity ? scale : own.linear().norm();  // Frobenius' norm bounds the largest singular value
     f.stretch = static_cast<float>(stretch * (1 + 1e-6));
     // The coordinates that a_T_b itself is rounded in count too: those of the exact test are near |a_T_b · x|.
-    const double inDouble = 1e-15 * ta.unit * (a_T_b.linear().cwiseAbs() * (tb.centre.cwiseAbs() + Vec3d::Constant(1 / tb.unit)) +
-                                               a_T_b.translation().cwiseAbs() + ta.centre.cwiseAbs()).norm();
+    const double inDouble = 1e-15 * ta.unit *
+                            (a_T_b.linear().cwiseAbs() * (tb.centre.cwiseAbs() + Vec3d::Constant(1 / tb.unit)) +
+                             a_T_b.translation().cwiseAbs() + ta.centre.cwiseAbs())
+                                .norm();
     const double slack = kSlack * (ta.radius + stretch * tb.radius + own.translation().norm()) + inDouble;
     f.slack = static_cast<float>(slack * (1 + 1e-6));
     f.slackB = f.similarity ? static_cast<float>(slack / scale * (1 + 1e-6)) : 1e30f;
-    // A in B's frame too, where that pays: for boxes always, for k-DOPs where B's are plates that look fat in A's frame.
-    const bool plates = realignment == Realignment::kInBothFrames || (realignment != Realignment::kInOneFrame && tb.thin);
+    // A in B's frame too, where that pays: for boxes always, for k-DOPs where B's are plates that look fat in A's
+    // frame.
+    const bool plates =
+        realignment == Realignment::kInBothFrames || (realignment != Realignment::kInOneFrame && tb.thin);
     f.bothWays = f.similarity && (plates || shapeOf(tb.options.volume) == kernel::Shape::kDop6);
     if (ta.options.volume == VolumeKind::kSphere || ta.options.volume == VolumeKind::kObb) return f;
     const DirectionSet set = directionsOf(ta.options.volume);
-    const PlaneChoice choice = realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
+    const PlaneChoice choice =
+        realignment == Realignment::kBoxEnclosure ? PlaneChoice::kBoxEnclosure : PlaneChoice::kThreePlanes;
     realignPlanes(f.bInA, set, own, tb.radius, f.stretch, choice);
     if (f.bothWays) realignPlanes(f.aInB, set, own.inverse(Eigen::Affine), ta.radius, (1 + 1e-6) / scale, choice);
     return f;
@@ -95,7 +102,8 @@ kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree&
         whole.upper[i] = static_cast<double>(tb.volumes[i].lane[0]);
         whole.lower[i] = -static_cast<double>(tb.volumes[n + i].lane[0]);
     }
-    const FloatProfileLookup lookup = forKernels(ProfileLookup::make(shape, shape.directions, ownMap(a.storage(), tb, a_T_b)), whole);
+    const FloatProfileLookup lookup =
+        forKernels(ProfileLookup::make(shape, shape.directions, ownMap(a.storage(), tb, a_T_b)), whole);
     kernel::ProfileLookups out{};
     out.entries = static_cast<std::uint32_t>(shape.size());
     for (std::size_t i = 0; i < 2 * n; ++i) {
@@ -118,10 +126,11 @@ PairMap pairMap(const Box& boundsA, const Box& boundsB, const Affine3d& a_T_b) {
         map.translation[row] = a_T_b.translation()[row];
     }
     const auto magnitude = [](const Box& box) { return Vec3d(box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs())); };
-    // With u = 2^-53: B's corners are mapped here and by Eigen to 4 u reach each, differences and products of lengths up to
-    // 2 r add their own; all together stay below 2000 u reach r², and the exact predicate's own filter is content too.
-    const Vec3d reach = 2 * magnitude(boundsA) + a_T_b.linear().cwiseAbs() * magnitude(boundsB) +
-                        a_T_b.translation().cwiseAbs();
+    // With u = 2^-53: B's corners are mapped here and by Eigen to 4 u reach each, differences and products of lengths
+    // up to 2 r add their own; all together stay below 2000 u reach r², and the exact predicate's own filter is content
+    // too.
+    const Vec3d reach =
+        2 * magnitude(boundsA) + a_T_b.linear().cwiseAbs() * magnitude(boundsB) + a_T_b.translation().cwiseAbs();
     map.doubt = 0x1p-41 * reach.maxCoeff();
     return map;
 }

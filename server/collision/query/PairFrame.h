@@ -10,8 +10,8 @@ namespace tessera {
 /// Of the k-DOPs of a tree; the axes' of all else.
 [[nodiscard]] DirectionSet directionsOf(VolumeKind kind);
 
-/// Of trees that are not empty. For maps that no float can hold, the slack is so large that every volume and every pair of
-/// triangles passes: slow, but the answers stay right.
+/// Of trees that are not empty. For maps that no float can hold, the slack is so large that every volume and every pair
+/// of triangles passes: slow, but the answers stay right.
 [[nodiscard]] kernel::PairFrame pairFrame(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
                                           Realignment realignment = Realignment::kThreePlanes);
 
@@ -20,7 +20,8 @@ namespace tessera {
                                           Realignment realignment = Realignment::kThreePlanes);
 
 /// For walks by table: B's profiles in A's frame. Of trees that are not empty, B's with profiles.
-[[nodiscard]] kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b);
+[[nodiscard]] kernel::ProfileLookups profileLookups(const TriangleTree& a, const TriangleTree& b,
+                                                    const Affine3d& a_T_b);
 
 /// For deciding about pairs of faces in double. Where it overflows, `doubt` is infinite and nothing is decided.
 [[nodiscard]] kernel::PairMap pairMap(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b);

@@ -114,7 +114,8 @@ private:
                 high = std::max(high, s);
             }
             if (low < 0 && high > 0) continue;
-            const double du = std::abs(normal.dot(u - c.other[0])), dv = std::abs(normal.dot(v - c.other[0])), length = (v - u).norm();
+            const double du = std::abs(normal.dot(u - c.other[0])), dv = std::abs(normal.dot(v - c.other[0])),
+                         length = (v - u).norm();
             const double share = du + dv > 0 ? du / (du + dv) : 0.5;
             tell(mesh_.vertexOf(c.face, i), {share * length, side[i] == inside_, c.contact});
             tell(mesh_.vertexOf(c.face, j), {(1 - share) * length, side[j] == inside_, c.contact});
@@ -151,8 +152,10 @@ private:
             return;
         }
         const auto [place, isNew] = reached_.emplace(face, contact);
-        if (isNew) waiting_.push_back(face);
-        else regions_.join(place->second, contact);
+        if (isNew)
+            waiting_.push_back(face);
+        else
+            regions_.join(place->second, contact);
     }
     void flood(std::vector<Point>& points) {
         while (!waiting_.empty()) {
@@ -172,11 +175,12 @@ private:
     int inside_;
     Groups& regions_;
     std::unordered_set<std::uint32_t> crossed_;
-    std::vector<std::uint32_t> faces_;                        ///< that are crossed
-    std::unordered_map<std::uint32_t, Label> labels_;         ///< by place
-    std::unordered_set<std::uint64_t> pierced_;               ///< edges
+    std::vector<std::uint32_t> faces_;                 ///< that are crossed
+    std::unordered_map<std::uint32_t, Label> labels_;  ///< by place
+    std::unordered_set<std::uint64_t> pierced_;        ///< edges
     std::vector<Joint> joints_;
-    std::unordered_map<std::uint32_t, std::size_t> reached_;  ///< faces wholly inside, by a contact that bounds their patch
+    std::unordered_map<std::uint32_t, std::size_t>
+        reached_;  ///< faces wholly inside, by a contact that bounds their patch
     std::vector<std::uint32_t> waiting_;
 };
 
@@ -205,7 +209,8 @@ PenetrationRegions penetrationRegions(const TriangleMesh& a, const SurfaceTopolo
     }
     Groups regions(contacts.size());
     std::vector<Point> points;
-    // orient3d is positive on the side that a triangle's corners are seen counter-clockwise from: outside, if not mirrored.
+    // orient3d is positive on the side that a triangle's corners are seen counter-clockwise from: outside, if not
+    // mirrored.
     Patches(a, topologyA, Affine3d::Identity(), turn > 0 ? -1 : 1, regions).collect(ofA, points);
     Patches(b, topologyB, a_T_b, -1, regions).collect(ofB, points);
 

@@ -34,13 +34,13 @@ Rows rowsOf(DirectionSet set) {
 }
 
 const Rows& rowsBySigns(DirectionSet set) {
-    static const std::array<Rows, 4> rows = {rowsOf(DirectionSet::k6), rowsOf(DirectionSet::k14), rowsOf(DirectionSet::k18),
-                                             rowsOf(DirectionSet::k26)};
+    static const std::array<Rows, 4> rows = {rowsOf(DirectionSet::k6), rowsOf(DirectionSet::k14),
+                                             rowsOf(DirectionSet::k18), rowsOf(DirectionSet::k26)};
     return rows[static_cast<std::size_t>(set)];
 }
 
-/// The size of a coordinate with its axis and sign in the lowest bits (as step + kZero, 4 to 22): order by size is order
-/// of these numbers, without branches, which nobody could predict.
+/// The size of a coordinate with its axis and sign in the lowest bits (as step + kZero, 4 to 22): order by size is
+/// order of these numbers, without branches, which nobody could predict.
 constexpr std::uint64_t kCode = 31;
 std::uint64_t sized(double x, int axis) {
     const std::uint64_t bits = std::bit_cast<std::uint64_t>(x), negative = bits >> 63;
@@ -67,7 +67,8 @@ Sum weigh(std::uint64_t x, std::uint64_t y, std::uint64_t z, double a, double b,
         // Both cases at once: (a + b - c) / 2 is b + rest / 2.
         const double rest = a - b - c, inner = 0.5 * std::min(rest, 0.0);
         const std::uint64_t isInner = std::uint64_t{0} - (std::bit_cast<std::uint64_t>(inner) >> 63);
-        return {{x ^ ((x ^ (y + z - kZero)) & isInner), x + y - kZero, x + z - kZero}, {std::max(rest, -inner), b + inner, c + inner}};
+        return {{x ^ ((x ^ (y + z - kZero)) & isInner), x + y - kZero, x + z - kZero},
+                {std::max(rest, -inner), b + inner, c + inner}};
     }
     if constexpr (Set == DirectionSet::k26) return {{x, x + y - kZero, x + y + z - 2 * kZero}, {a - b, b - c, c}};
     return {{x, y, z}, {a, b, c}};
@@ -100,8 +101,8 @@ void weighAll(kernel::Realigned& out, const Rows& rows, std::size_t n, const Mat
 
 void realignPlanes(kernel::Realigned& out, DirectionSet set, const Affine3d& to_T_from, double radius, double stretch,
                    PlaneChoice choice) {
-    // A bound is three products and the offset: 6 · 2^-24 of the sum of their sizes (forKernels of volume/Realignment.h).
-    // That sum is at most 3 stretch · radius for the products, whatever the formula, and √3 |T|.
+    // A bound is three products and the offset: 6 · 2^-24 of the sum of their sizes (forKernels of
+    // volume/Realignment.h). That sum is at most 3 stretch · radius for the products, whatever the formula, and √3 |T|.
     const Mat3d m = to_T_from.linear();
     const Vec3d t = to_T_from.translation();
     const double slack = 0x1p-21 * (5 * stretch * radius + 2 * t.norm()) + 0x1p-120;
@@ -109,10 +110,14 @@ void realignPlanes(kernel::Realigned& out, DirectionSet set, const Affine3d& to_
     const std::size_t n = directionCount(set);
     if (choice == PlaneChoice::kBoxEnclosure) return weighAll<DirectionSet::k6>(out, rows, n, m, t, slack);
     switch (set) {
-        case DirectionSet::k6: return weighAll<DirectionSet::k6>(out, rows, n, m, t, slack);
-        case DirectionSet::k14: return weighAll<DirectionSet::k14>(out, rows, n, m, t, slack);
-        case DirectionSet::k18: return weighAll<DirectionSet::k18>(out, rows, n, m, t, slack);
-        case DirectionSet::k26: return weighAll<DirectionSet::k26>(out, rows, n, m, t, slack);
+        case DirectionSet::k6:
+            return weighAll<DirectionSet::k6>(out, rows, n, m, t, slack);
+        case DirectionSet::k14:
+            return weighAll<DirectionSet::k14>(out, rows, n, m, t, slack);
+        case DirectionSet::k18:
+            return weighAll<DirectionSet::k18>(out, rows, n, m, t, slack);
+        case DirectionSet::k26:
+            return weighAll<DirectionSet::k26>(out, rows, n, m, t, slack);
     }
 }
 

@@ -170,8 +170,7 @@ private:
             const double gap = lowest(n, pair.b) + lowest(-n, pair.a) - 2 * margin_;
             // Nearer than that rounding would choose the direction.
             if (gap > -1.75 * margin_) apart = n;
-            const double bend =
-                a_.way.accelerationAlong(n, pair.reachA) + b_.way.accelerationAlong(n, pair.reachB);
+            const double bend = a_.way.accelerationAlong(n, pair.reachA) + b_.way.accelerationAlong(n, pair.reachB);
             free = pair.timeApart(n, 2 * margin_ + thickness_.at(item.t), 2 * margin_ + thickness_.growth(), bend);
         }
         const bool passed = item.depth != 0 && supports_->behind(apart, item.t, item.depth);

@@ -1,4 +1,5 @@
-/// Triangles of tree leaves as the kernels for straight ways take them (ImpactKernels.h). For the queries of this folder.
+/// Triangles of tree leaves as the kernels for straight ways take them (ImpactKernels.h). For the queries of this
+/// folder.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,8 @@ inline void setTriangle(double* rows, std::size_t place, const Triangle& t) {
 }
 
 /// Beside its plane is what is farther off than the margin, a length.
-inline void setPlane(kernel::LeafPlanes& out, std::size_t place, const Triangle& start, const Triangle& end, double margin) {
+inline void setPlane(kernel::LeafPlanes& out, std::size_t place, const Triangle& start, const Triangle& end,
+                     double margin) {
     const Vec3d n = (start[1] - start[0]).cross(start[2] - start[0]);
     const double wide = margin * n.norm();
     const auto set = [&](std::size_t lane, const Triangle& t) {

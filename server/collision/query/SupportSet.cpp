@@ -123,8 +123,8 @@ double SupportSet::heldFor(const MovingPair& pair, double t, const Support& supp
         for (std::size_t j = 0; j < 3; ++j) {
             const Vec3d away = pair.b[j] - pair.a[i];
             const double gap = d.direction.dot(away) + overlap - 2 * margin_ - thickness_.at(t);
-            const double rate =
-                d.direction.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) - 2 * margin_ - thickness_.growth();
+            const double rate = d.direction.dot(pair.velocityB[j] - pair.velocityA[i]) + d.rate.dot(away) -
+                                2 * margin_ - thickness_.growth();
             held = std::min(held, timeUntilZero(gap, rate, bend));
         }
     return held;

@@ -27,7 +27,8 @@ SurfaceTopology::SurfaceTopology(const TriangleMesh& mesh)
     std::vector<HalfEdge> edges;
     edges.reserve(across_.size());
     for (std::uint32_t i = 0; i < across_.size(); ++i) {
-        const std::uint32_t face = i / 3, from = place_[mesh.vertexOf(face, i % 3)], to = place_[mesh.vertexOf(face, (i + 1) % 3)];
+        const std::uint32_t face = i / 3, from = place_[mesh.vertexOf(face, i % 3)],
+                            to = place_[mesh.vertexOf(face, (i + 1) % 3)];
         edges.push_back({std::min(from, to), std::max(from, to), i, from < to});
     }
     std::sort(edges.begin(), edges.end(), [](const HalfEdge& x, const HalfEdge& y) {

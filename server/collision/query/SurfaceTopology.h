@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Made once per mesh; a deformation that leaves equal vertices equal, and others apart, leaves it valid. Vertices in one
-/// place are one vertex (meshes with seams repeat them). Immutable: any number of threads.
+/// Made once per mesh; a deformation that leaves equal vertices equal, and others apart, leaves it valid. Vertices in
+/// one place are one vertex (meshes with seams repeat them). Immutable: any number of threads.
 class SurfaceTopology {
 public:
     static constexpr std::uint32_t kNone = 0xffffffffU;
@@ -19,11 +19,14 @@ public:
     /// Is it still that of its mesh, whose vertices have moved? One pass over all vertices.
     [[nodiscard]] bool holds(const TriangleMesh& mesh) const;
 
-    /// Every edge belongs to two triangles that run along it in opposite ways: there is an inside, and winding tells which
-    /// side it is on. (Not asked: is it the side of finite volume, and does the surface cut itself?) No for an empty mesh.
+    /// Every edge belongs to two triangles that run along it in opposite ways: there is an inside, and winding tells
+    /// which side it is on. (Not asked: is it the side of finite volume, and does the surface cut itself?) No for an
+    /// empty mesh.
     [[nodiscard]] bool closed() const { return closed_; }
     /// The triangle across the edge from corner i to the next; kNone where there is none or more than one.
-    [[nodiscard]] std::uint32_t across(std::uint32_t face, unsigned i) const { return across_[std::size_t{3} * face + i]; }
+    [[nodiscard]] std::uint32_t across(std::uint32_t face, unsigned i) const {
+        return across_[std::size_t{3} * face + i];
+    }
     /// Equal for vertices in one place.
     [[nodiscard]] std::uint32_t place(std::uint32_t vertex) const { return place_[vertex]; }
 

@@ -36,10 +36,10 @@ struct BodyMotion {
     [[nodiscard]] Affine3d placeAt(double t) const;
 };
 
-/// A direction in which two bodies rest on each other, as a shelf and what stands on it. A pair of faces that comes within
-/// the tolerance is held by it, instead of being a hit, where it overlaps along it by little (how far B would have to go
-/// along it to leave A behind); then that overlap is bounded at every moment of the way, by the same bounds on rates that
-/// keep faces apart. Where it would grow the pair is a hit.
+/// A direction in which two bodies rest on each other, as a shelf and what stands on it. A pair of faces that comes
+/// within the tolerance is held by it, instead of being a hit, where it overlaps along it by little (how far B would
+/// have to go along it to leave A behind); then that overlap is bounded at every moment of the way, by the same bounds
+/// on rates that keep faces apart. Where it would grow the pair is a hit.
 struct Support {
     enum class Turns { kNo, kWithA, kWithB };
 
@@ -63,10 +63,10 @@ struct ImpactOptions {
     std::span<const Support> supports = {};
     /// Pairs that are left out, ascending. Rigid motions.
     std::span<const FacePair> within = {};
-    /// Contact is where the distance is this much, as if both bodies were thicker by it together, at t = 0; and by so much
-    /// more at t = 1, linearly in between (balls that grow). In units of the shared frame. Negative at some moment, or no
-    /// finite numbers: nothing is known. What Impact and Support call distance and overlap is that of the thickened bodies;
-    /// points and normals are those of the bare ones. Rigid motions.
+    /// Contact is where the distance is this much, as if both bodies were thicker by it together, at t = 0; and by so
+    /// much more at t = 1, linearly in between (balls that grow). In units of the shared frame. Negative at some
+    /// moment, or no finite numbers: nothing is known. What Impact and Support call distance and overlap is that of the
+    /// thickened bodies; points and normals are those of the bare ones. Rigid motions.
     double margin = 0;
     double marginGrowth = 0;
 };

@@ -13,8 +13,8 @@ bool hasNode(const TreeStorage& tree, kernel::Slot slot) {
 
 }  // namespace
 
-TouchedPair TouchFront::firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                      const TouchOptions& options) {
+TouchedPair TouchFront::firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                      QueryWork& work, const TouchOptions& options) {
     using touch::Search;
     if (a.storage().empty() || b.storage().empty()) return {};
     if (work.exhausted()) return {Touch::kUnknown, {}};

@@ -21,9 +21,13 @@ constexpr std::uint32_t kMostPutOff = 2048;
 /// Few tasks leave threads waiting for the last; many have each its costs.
 constexpr std::uint32_t kTasks = 64;
 
-std::uint64_t sum(const QueryWork& work) { return work.boxTests + work.triangleTests; }
+std::uint64_t sum(const QueryWork& work) {
+    return work.boxTests + work.triangleTests;
+}
 
-void append(std::vector<FacePair>& to, const std::vector<FacePair>& from) { to.insert(to.end(), from.begin(), from.end()); }
+void append(std::vector<FacePair>& to, const std::vector<FacePair>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
 
 /// The upper levels here, what they leave in tasks that do not depend on the number of threads. Each task adds to the
 /// counters what it would have added in a walk by one thread, so their sum is that of such a walk. False: the work does
@@ -118,8 +122,10 @@ FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine
     spent = byOne(spent);
     if (!out.complete && spent.limit < work.limit) {
         spent = work;
-        if (allByMany(pair, *options.workers, spent, out.pairs)) out.complete = true;
-        else spent = byOne(work);
+        if (allByMany(pair, *options.workers, spent, out.pairs))
+            out.complete = true;
+        else
+            spent = byOne(work);
     }
     spent.limit = work.limit;
     work = spent;

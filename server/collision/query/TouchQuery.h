@@ -1,9 +1,9 @@
 /// Which triangles of two bodies meet?
 ///
 /// `a_T_b` maps B's frame to A's; any finite affine map will do (non-uniform scale, mirroring and flattening included).
-/// Every yes and no is trianglesIntersect's on A's vertices and on B's vertices mapped to A's frame in double, so answers
-/// do not depend on the kind of tree, the instruction set or the number of threads. Every query counts its work and gives
-/// up, saying so, where the count passes its limit.
+/// Every yes and no is trianglesIntersect's on A's vertices and on B's vertices mapped to A's frame in double, so
+/// answers do not depend on the kind of tree, the instruction set or the number of threads. Every query counts its work
+/// and gives up, saying so, where the count passes its limit.
 #pragma once
 
 #include "common/math/Types.h"
@@ -19,7 +19,7 @@ class Workers;
 enum class Realignment : std::uint8_t {
     kBoxEnclosure,  ///< of its axis-aligned box
     kThreePlanes,   ///< weighted sums of three of its planes; in both frames where B's tree has many plates
-    kTable,         ///< its support profile, where B's tree was built with them (TreeOptions::profiles); else three planes
+    kTable,  ///< its support profile, where B's tree was built with them (TreeOptions::profiles); else three planes
     // For comparisons: what kThreePlanes chooses from.
     kInOneFrame,
     kInBothFrames,
@@ -47,7 +47,7 @@ struct TouchedPair {
 };
 [[nodiscard]] TouchedPair firstTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
                                         QueryWork& work, const TouchOptions& options = {});
-[[nodiscard]] FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, QueryWork& work,
-                                    const TouchOptions& options = {});
+[[nodiscard]] FacePairs allTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                                    QueryWork& work, const TouchOptions& options = {});
 
 }  // namespace tessera

@@ -56,7 +56,9 @@ TreePair::TreePair(const TriangleTree& ta, const TriangleTree& tb, const Affine3
     }
 }
 
-bool TreePair::rootsOverlap() const { return overlap_(a, b, frame, kRoots); }
+bool TreePair::rootsOverlap() const {
+    return overlap_(a, b, frame, kRoots);
+}
 
 bool TreePair::meets(FacePair pair) const {
     return trianglesIntersect(meshA.triangle(pair.a), transformed(a_T_b, meshB.triangle(pair.b)));
@@ -124,7 +126,8 @@ void Search::take(QueryWork& work) const {
 
 bool Search::decide() {
     std::array<std::uint8_t, kCapacity / 8> meeting, open;
-    pair_.kernels.decide(pair_.viewA, pair_.viewB, pair_.map, facesA_.data(), facesB_.data(), sink_.count, meeting.data(), open.data());
+    pair_.kernels.decide(pair_.viewA, pair_.viewB, pair_.map, facesA_.data(), facesB_.data(), sink_.count,
+                         meeting.data(), open.data());
     for (std::uint32_t group = 0; 8 * group < sink_.count; ++group) {
         for (unsigned left = meeting[group] | open[group]; left != 0; left &= left - 1) {
             const unsigned bit = static_cast<unsigned>(std::countr_zero(left));

@@ -1,5 +1,5 @@
-/// What the touch queries share: the pair of trees as the kernels see them, and the list of candidates. For the queries of
-/// this folder only.
+/// What the touch queries share: the pair of trees as the kernels see them, and the list of candidates. For the queries
+/// of this folder only.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace tessera::touch {
     return a.mesh().faceCount() <= b.mesh().faceCount();
 }
 
-/// Two trees that are not empty, in one pose. Read only; any number of threads. Kernels compare volumes of one shape: of
-/// two shapes the smaller mesh is divided anew, in the kind of the other tree, which costs a build.
+/// Two trees that are not empty, in one pose. Read only; any number of threads. Kernels compare volumes of one shape:
+/// of two shapes the smaller mesh is divided anew, in the kind of the other tree, which costs a build.
 class TreePair {
     std::optional<TriangleTree> ofOneShape_;
 
@@ -49,7 +49,8 @@ private:
     kernel::ProfileLookups lookups_;
 };
 
-/// Walks down and decides what the kernels leave: eight pairs of faces at once in double, exactly where that cannot tell.
+/// Walks down and decides what the kernels leave: eight pairs of faces at once in double, exactly where that cannot
+/// tell.
 class Search {
 public:
     enum class For { kAny, kAll };

@@ -68,8 +68,8 @@ Halves cut(const Pieces& whole, int axis, double at) {
     return out;
 }
 
-/// Whether a ball of this radius holds all of it, and where; the centre goes towards the farthest corner in ever shorter
-/// steps (Badoiu and Clarkson, Smaller core-sets for balls, SODA 2003).
+/// Whether a ball of this radius holds all of it, and where; the centre goes towards the farthest corner in ever
+/// shorter steps (Badoiu and Clarkson, Smaller core-sets for balls, SODA 2003).
 std::optional<Vec3d> ballAround(const Pieces& pieces, const Box& box, double radius) {
     constexpr int kSteps = 12;
     Vec3d centre = box.center();

@@ -23,9 +23,9 @@ struct BallCoverLimits {
 };
 
 /// Every point of every triangle lies in a ball, and every ball holds a point of a triangle: what is farther from the
-/// surface than two radii is in none. The surface is cut by planes along the axes until what is left of it on either side fits
-/// in a ball. So there are about area / radius² of them, and one for each bit that lies alone, however small the
-/// triangles are. The same for the same mesh, always. Centres are floats where the radius leaves room for that.
+/// surface than two radii is in none. The surface is cut by planes along the axes until what is left of it on either
+/// side fits in a ball. So there are about area / radius² of them, and one for each bit that lies alone, however small
+/// the triangles are. The same for the same mesh, always. Centres are floats where the radius leaves room for that.
 ///
 /// kBadInput: no triangles; balls that are too small beside the coordinates (their places are not numbers), or a mesh
 /// smaller than 1e-100 but larger than a point. kLimit: more balls, or more work, than allowed.

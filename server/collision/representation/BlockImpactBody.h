@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "server/collision/representation/BodyParts.h"
 #include "server/collision/query/RigidImpactSearch.h"
+#include "server/collision/representation/BodyParts.h"
 
 namespace tessera {
 

@@ -7,9 +7,7 @@
 
 namespace tessera {
 
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 // Sorted corners in the six orders; a half with order 0 is missing.
 const std::array<HeightField::CellShape, HeightField::kCellShapes> HeightField::kShapes = [] {

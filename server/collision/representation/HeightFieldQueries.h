@@ -10,11 +10,11 @@
 #include <optional>
 #include <span>
 
-#include "server/collision/representation/HeightField.h"
 #include "server/collision/query/ContactQuery.h"
 #include "server/collision/query/DistanceQuery.h"
 #include "server/collision/query/RayQuery.h"
 #include "server/collision/query/TimeOfImpact.h"
+#include "server/collision/representation/HeightField.h"
 
 namespace tessera {
 

@@ -4,9 +4,9 @@
 #include <limits>
 #include <utility>
 
+#include "server/collision/query/RayTriangle.h"
 #include "server/collision/representation/FieldTouch.h"
 #include "server/collision/representation/HeightFieldQueries.h"
-#include "server/collision/query/RayTriangle.h"
 
 namespace tessera {
 

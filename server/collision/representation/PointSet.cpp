@@ -8,9 +8,7 @@
 
 namespace tessera {
 
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 Expected<PointSet> PointSet::make(std::span<const Vec3d> points, double radius, const PointSetLimits& limits) {
     if (points.size() > limits.maxPoints)

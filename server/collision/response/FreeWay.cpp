@@ -165,7 +165,12 @@ std::vector<Hit> hitsOf(const MotionTrial& trial, const FreeWay& way) {
             if (!contact.hit) continue;
             const auto nearest = trial.nearestPlaces(k, contact.t);
             const MeetingPlace place = nearest ? nearest->place : MeetingPlace{contact.point, contact.normal, {}, {}};
-            hits.push_back({k, {nearest ? nearest->faces : contact.faces}, trial.worldOfA(k, contact.t), trial.worldOfB(k, contact.t), contact.t, {place}});
+            hits.push_back({k,
+                            {nearest ? nearest->faces : contact.faces},
+                            trial.worldOfA(k, contact.t),
+                            trial.worldOfB(k, contact.t),
+                            contact.t,
+                            {place}});
             continue;
         }
         double where = way.blockedAt;

@@ -22,7 +22,8 @@ struct FreeWay {
 
 /// Up to `limit` at most.
 [[nodiscard]] FreeWay freeWay(const MotionTrial& trial, double limit);
-/// Whether a motion that was stopped by some obstacles has come away from where it began by nothing that counts, against one of them.
+/// Whether a motion that was stopped by some obstacles has come away from where it began by nothing that counts,
+/// against one of them.
 [[nodiscard]] bool leadsNowhere(const MotionTrial& trial, std::span<const std::size_t> by, const Pose& accepted);
 /// May the motion end at a fraction of a way that is free up to some later one?
 [[nodiscard]] bool mayEndAt(const MotionTrial& trial, double fraction);

@@ -138,8 +138,8 @@ MotionTrial::Pair MotionTrial::pairOf(const ObstaclePair& parts) {
     return pair;
 }
 
-/// What is nearer than a hundredth of the stop tolerance matters: a motion begins to close up to half of what is left, so that it is
-/// never used up.
+/// What is nearer than a hundredth of the stop tolerance matters: a motion begins to close up to half of what is left,
+/// so that it is never used up.
 double MotionTrial::smoothGap(std::size_t obstacle) const {
     smoothGaps_.resize(std::max(smoothGaps_.size(), obstacle + 1));
     std::optional<double>& known = smoothGaps_[obstacle];
@@ -148,7 +148,8 @@ double MotionTrial::smoothGap(std::size_t obstacle) const {
     if (!freeform_pairs::answersFor(shapeA(obstacle), shapeB(obstacle))) return 0;
     ++queries_;
     const Affine3d worldA = worldOfA(obstacle, 0), worldB = worldOfB(obstacle, 0);
-    known = freeform_pairs::provenGap({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB}, 0.02 * tolerance(obstacle), work_);
+    known = freeform_pairs::provenGap({shapeA(obstacle), worldA}, {shapeB(obstacle), worldB},
+                                      0.02 * tolerance(obstacle), work_);
     return *known;
 }
 
@@ -172,7 +173,8 @@ bool MotionTrial::leadsNowhere(std::size_t obstacle, const Pose& pose) const {
                                              way_.start.translation.cwiseAbs().maxCoeff()});
         const double least = std::max(kTogether * tolerance(obstacle), kGrain * coordinates);
         for (unsigned corner = 0; corner < 8; ++corner) {
-            const Vec3d p(corner & 1U ? bounds.upper.x() : bounds.lower.x(), corner & 2U ? bounds.upper.y() : bounds.lower.y(),
+            const Vec3d p(corner & 1U ? bounds.upper.x() : bounds.lower.x(),
+                          corner & 2U ? bounds.upper.y() : bounds.lower.y(),
                           corner & 4U ? bounds.upper.z() : bounds.lower.z());
             if (!((to * p - from * p).norm() <= least)) return false;
         }
@@ -252,7 +254,8 @@ bool MotionTrial::addNearRests() const {
     bool added = false;
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
         const double together = kTogether * tolerance(k);
-        if (obstacles_[k].touchingAtStart != 0 || smooth(k) || !(pairs_[k].meet.first * length(k) <= together)) continue;
+        if (obstacles_[k].touchingAtStart != 0 || smooth(k) || !(pairs_[k].meet.first * length(k) <= together))
+            continue;
         const Affine3d worldA = worldOfA(k, 0), worldB = worldOfB(k, 0), a_T_world = worldA.inverse();
         if (!a_T_world.matrix().allFinite()) continue;
         ++queries_;

@@ -43,8 +43,7 @@ public:
     /// slide, `pairs` must hold all whose boxes on all ways (boxOnAllWays with `slides`) meet.
     /// `stopTolerance`: see CollisionLimits.
     MotionTrial(const ObjectHandler& handler, ObjectId transform, const Way& way, std::span<const ObstaclePair> pairs,
-                const TouchingAtStart& touchingAtStart, double stopTolerance, QueryWork& work,
-                std::uint64_t& queries);
+                const TouchingAtStart& touchingAtStart, double stopTolerance, QueryWork& work, std::uint64_t& queries);
 
     /// The same transform on another way, that begins somewhere on this one: against all pairs anew.
     [[nodiscard]] MotionTrial leg(const Way& way) const;
@@ -69,8 +68,8 @@ public:
         return handler_.toleranceOf(o.partA, o.partB, size(obstacle), stopTolerance_);
     }
 
-    /// Whether a pose of the transform takes the pair from its start by no more than is taken for touching (kTogether), or than the coordinates there can
-    /// tell: that is no way at all.
+    /// Whether a pose of the transform takes the pair from its start by no more than is taken for touching (kTogether),
+    /// or than the coordinates there can tell: that is no way at all.
     [[nodiscard]] bool leadsNowhere(std::size_t obstacle, const Pose& pose) const;
 
     /// Solid: hulls that are within each other touch, too.
@@ -80,11 +79,13 @@ public:
     /// rests on something; or when what rests gets deeper (Impact::support >= 0). Its t is a fraction of the whole way;
     /// faces within a millionth of the tolerance count as touching.
     [[nodiscard]] Impact firstContact(std::size_t obstacle, double upTo) const;
-    /// Whether the pair is kept apart as the smooth surfaces that it is of (FreeformPairs.h), instead of face by face: it is apart at the
-    /// start, by more than rounding. Then it is apart where `touching` says kNo, and nothing of it rests or is stuck.
+    /// Whether the pair is kept apart as the smooth surfaces that it is of (FreeformPairs.h), instead of face by face:
+    /// it is apart at the start, by more than rounding. Then it is apart where `touching` says kNo, and nothing of it
+    /// rests or is stuck.
     [[nodiscard]] bool smooth(std::size_t obstacle) const { return smoothGap(obstacle) > 0; }
     /// Of such a pair: the places that are nearest, in the world.
-    [[nodiscard]] std::optional<freeform_pairs::NearestPlaces> nearestPlaces(std::size_t obstacle, double fraction) const;
+    [[nodiscard]] std::optional<freeform_pairs::NearestPlaces> nearestPlaces(std::size_t obstacle,
+                                                                             double fraction) const;
     /// Whether anything rests here or is stuck, before the motion begins.
     [[nodiscard]] bool rests(std::size_t obstacle) const;
     /// At a fraction: does nothing touch but what is flush with what it rests on, or was stuck from the start?

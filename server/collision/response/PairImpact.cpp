@@ -136,23 +136,26 @@ private:
         return along(chains_.a.asCarriedMotion(), chains_.b.asCarriedMotion(), Mat3d::Identity());
     }
 
-    /// A fraction after which the two have certainly passed each other; not above 0: they are so from the start. What grows, turns and goes straight
-    /// stays within a ball that goes straight.
+    /// A fraction after which the two have certainly passed each other; not above 0: they are so from the start. What
+    /// grows, turns and goes straight stays within a ball that goes straight.
     double partToLookAt(const BodyMotion& a, const BodyMotion& b) const {
         if (!a.carriers.empty() || !b.carriers.empty()) return 1;
         const auto radius = [](const CollisionShape& shape, const BodyMotion& motion) {
-            const double scale = std::max(motion.start.scale.cwiseAbs().maxCoeff(), motion.end.scale.cwiseAbs().maxCoeff());
+            const double scale =
+                std::max(motion.start.scale.cwiseAbs().maxCoeff(), motion.end.scale.cwiseAbs().maxCoeff());
             return radiusOf(shape.bounds(), motion.body_T_mesh) * scale;
         };
         // Twice: with room for the tolerance, for rounding, and for what is smooth beside what is drawn of it.
         const double near = 2 * (radius(a_.shape(), a) + radius(b_.shape(), b)) + 8 * tolerance_;
-        const Vec3d from = b.start.translation - a.start.translation, way = b.end.translation - a.end.translation - from;
+        const Vec3d from = b.start.translation - a.start.translation,
+                    way = b.end.translation - a.end.translation - from;
         const double length = way.stableNorm();
         const double last = near / length - from.dot(way / length) / length;
         return length > 0 && std::isfinite(last) ? std::min(1.0, last) : 1;
     }
 
-    /// The search goes by the coarsest coordinates that it meets, and those far away are coarse: what comes after the last meeting is cut off.
+    /// The search goes by the coarsest coordinates that it meets, and those far away are coarse: what comes after the
+    /// last meeting is cut off.
     Impact along(const BodyMotion& wholeA, const BodyMotion& wholeB, const Mat3d& turnsIn) {
         constexpr double kWorthCutting = 0.25;
         const double part = partToLookAt(wholeA, wholeB);
@@ -171,7 +174,8 @@ private:
         const ImpactOptions options{
             .tolerance = tolerance_ / stretchOf(turnsIn), .supports = supports, .within = within_};
         if (smooth_) return smoothAlong(a, b, part, options, world_T_frame);
-        return told(ofWhole(surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), a, b_.shape(), b, work_, options), part));
+        return told(ofWhole(
+            surfaceMethods(a_.shape(), b_.shape()).firstContact(a_.shape(), a, b_.shape(), b, work_, options), part));
     }
 
     static Impact ofWhole(Impact found, double part) {
@@ -179,7 +183,8 @@ private:
         return found;
     }
 
-    Impact smoothAlong(const BodyMotion& a, const BodyMotion& b, double part, const ImpactOptions& options, const Mat3d& world_T_frame) {
+    Impact smoothAlong(const BodyMotion& a, const BodyMotion& b, double part, const ImpactOptions& options,
+                       const Mat3d& world_T_frame) {
         Impact found = ofWhole(freeform_pairs::firstContact(a_.shape(), a, b_.shape(), b, work_, options), part);
         if (!found.hit) return found;
         found.point = world_T_frame * found.point + chains_.shared.at(found.t).translation();
@@ -344,7 +349,8 @@ private:
 };
 
 Impact search(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
-              std::span<const PartDeformation> deformations, const WayLookup& wayOf, double tolerance, QueryWork& work) {
+              std::span<const PartDeformation> deformations, const WayLookup& wayOf, double tolerance,
+              QueryWork& work) {
     if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
     return PairSearch(handler, partA, partB, deformations, wayOf, tolerance, work).run();
 }
@@ -361,8 +367,8 @@ Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std:
     return search(handler, partA, partB, {}, wayOf, tolerance, work);
 }
 
-Impact firstSmoothContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB, const WayLookup& wayOf,
-                          double tolerance, QueryWork& work) {
+Impact firstSmoothContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
+                          const WayLookup& wayOf, double tolerance, QueryWork& work) {
     if (!handler.parts()[partA].solid() || !handler.parts()[partB].solid()) return {};
     return PairSearch(handler, partA, partB, {}, wayOf, tolerance, work).runSmooth();
 }

@@ -23,8 +23,8 @@ namespace tessera {
 [[nodiscard]] Impact firstRigidContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
                                        const WayLookup& wayOf, double tolerance, QueryWork& work);
 
-/// The same of parts that smooth surfaces answer for (FreeformPairs.h), as these; the faces are those drawn where they meet. What begins
-/// within the tolerance is a hit at 0.
+/// The same of parts that smooth surfaces answer for (FreeformPairs.h), as these; the faces are those drawn where they
+/// meet. What begins within the tolerance is a hit at 0.
 [[nodiscard]] Impact firstSmoothContact(const ObjectHandler& handler, std::uint32_t partA, std::uint32_t partB,
                                         const WayLookup& wayOf, double tolerance, QueryWork& work);
 

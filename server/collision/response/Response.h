@@ -15,7 +15,7 @@ struct Hit {
     std::vector<FacePair> faces;
     Affine3d worldA = Affine3d::Identity();
     Affine3d worldB = Affine3d::Identity();
-    double fraction = 0;  ///< of the way, where that was
+    double fraction = 0;                    ///< of the way, where that was
     std::vector<MeetingPlace> places = {};  ///< of smooth surfaces one for each of `faces`
 };
 

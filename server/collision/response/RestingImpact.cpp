@@ -22,10 +22,9 @@ Impact firstNewContact(const ObjectHandler& handler, std::uint32_t partA, std::u
     for (int round = 0;; ++round) {
         std::vector<Support> supports = rest.supports;
         shareSupports(supports, shared, false, terms.tolerance);
-        const Impact found =
-            supports.empty() && rest.within.empty()
-                ? firstRigidContact(handler, partA, partB, wayOf, near, work)
-                : firstContactBeside(handler, partA, partB, wayOf, near, supports, rest.within, work);
+        const Impact found = supports.empty() && rest.within.empty()
+                                 ? firstRigidContact(handler, partA, partB, wayOf, near, work)
+                                 : firstContactBeside(handler, partA, partB, wayOf, near, supports, rest.within, work);
         if (!found.hit || found.support >= 0 || round == kRounds) return found;
         if (found.t * terms.length > together) return found;
         const WorldFaces start = worldFaces({*a.shape, a.world}, {*b.shape, b.world}, found.faces);

@@ -104,8 +104,7 @@ private:
             const Impact& contact = way.contacts[i];
             if (!contact.hit || contact.support >= 0) continue;
             const double wanted = 0.5 * trial.tolerance(k);
-            const double gap =
-                trial.rests(k) ? trial.gapOf(k, contact.faces, way.reached) : trial.gap(k, way.reached);
+            const double gap = trial.rests(k) ? trial.gapOf(k, contact.faces, way.reached) : trial.gap(k, way.reached);
             const double rest = way.contacts[i].t - way.reached;
             // The gap closes evenly, but for turns: these are for mayEndAt.
             if (gap < wanted && gap > 0 && rest > 0) back = std::min(back, way.contacts[i].t - rest * wanted / gap);

@@ -11,7 +11,8 @@ public:
         Resolution resolution;
         resolution.accepted = trial.way().at(way.reached);
         resolution.stopped = way.reached < 1;
-        if (resolution.stopped && leadsNowhere(trial, way.by, resolution.accepted)) resolution.accepted = trial.way().start;
+        if (resolution.stopped && leadsNowhere(trial, way.by, resolution.accepted))
+            resolution.accepted = trial.way().start;
         resolution.undecided = way.undecided;
         if (resolution.stopped) resolution.hits = hitsOf(trial, way);
         return resolution;

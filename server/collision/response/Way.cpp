@@ -78,8 +78,7 @@ Box boxOnAllWays(const ObjectHandler& handler, std::uint32_t partNumber, const W
     if (bound.bends <= kMaxBends) {
         // Without rotation the pose is linear in each fraction, so its extremes are at the ends.
         std::vector<std::uint32_t> chain;  // from the part to the root
-        for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].frame())
-            chain.push_back(at);
+        for (std::uint32_t at = part.place; at != Place::kNone; at = handler.places()[at].frame()) chain.push_back(at);
         for (unsigned ends = 0; ends < 1u << bound.bends; ++ends) {
             Affine3d world = Affine3d::Identity();
             int bend = 0;

@@ -73,5 +73,4 @@ private:
     std::uint32_t carrier_ = Place::kNone;
 };
 
-
 }  // namespace tessera

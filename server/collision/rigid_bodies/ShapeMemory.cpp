@@ -37,8 +37,8 @@ const SurfaceData& ShapeMemory::of(const TriangleTree& tree, const ConvexHull* h
     std::unique_ptr<SurfaceData>& data = surfaces_[&tree];
     const TriangleMesh& mesh = tree.mesh();
     const bool known = data != nullptr && data->vertices == mesh.vertexCount() && data->faces == mesh.faceCount() &&
-                       data->moves == mesh.moves() &&
-                       data->solid.has_value() == (hull != nullptr) && same(data->bounds, mesh.bounds()) &&
+                       data->moves == mesh.moves() && data->solid.has_value() == (hull != nullptr) &&
+                       same(data->bounds, mesh.bounds()) &&
                        (hull == nullptr || data->solid->corners.size() == hull->vertices().size());
     if (!known) {
         std::unique_ptr<SurfaceData> fresh = make(tree, hull);

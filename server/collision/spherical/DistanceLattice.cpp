@@ -30,11 +30,12 @@ struct EdgeCrossing {
     int turn;  ///< +1: out of the body, upwards
 };
 
-/// Every place's winding number, as a bit: not 0. Columns along the third axis; where a column meets the projection of an
-/// edge exactly, one of the triangles beside it has it, whichever way they are turned.
+/// Every place's winding number, as a bit: not 0. Columns along the third axis; where a column meets the projection of
+/// an edge exactly, one of the triangles beside it has it, whichever way they are turned.
 class Sides {
 public:
-    Sides(const TreeStorage& tree, const LatticeView& view) : view_(view), columns_(static_cast<std::size_t>(view.size[0]) * static_cast<std::size_t>(view.size[1])) {
+    Sides(const TreeStorage& tree, const LatticeView& view)
+        : view_(view), columns_(static_cast<std::size_t>(view.size[0]) * static_cast<std::size_t>(view.size[1])) {
         const TriangleMesh& mesh = *tree.mesh;
         for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
             std::array<Vec3d, 3> p;
@@ -44,8 +45,11 @@ public:
     }
     /// For the places of one column, upwards.
     void column(std::int32_t i, std::int32_t j, std::vector<bool>& inside) {
-        std::vector<EdgeCrossing>& all = columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) + static_cast<std::size_t>(i)];
-        std::sort(all.begin(), all.end(), [](const EdgeCrossing& a, const EdgeCrossing& b) { return a.height > b.height; });
+        std::vector<EdgeCrossing>& all =
+            columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) +
+                     static_cast<std::size_t>(i)];
+        std::sort(all.begin(), all.end(),
+                  [](const EdgeCrossing& a, const EdgeCrossing& b) { return a.height > b.height; });
         inside.assign(static_cast<std::size_t>(view_.size[2]), false);
         int winding = 0;
         std::size_t next = 0;
@@ -83,8 +87,11 @@ private:
                     in = side > 0 || (side == 0 && (b[1] > a[1] || (b[1] == a[1] && b[0] < a[0])));
                 }
                 if (!in) continue;
-                const double height = n[2] != 0 ? p[0][2] - (n[0] * (at[0] - p[0][0]) + n[1] * (at[1] - p[0][1])) / n[2] : p[0][2];
-                columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) + static_cast<std::size_t>(i)].push_back({height, turn});
+                const double height =
+                    n[2] != 0 ? p[0][2] - (n[0] * (at[0] - p[0][0]) + n[1] * (at[1] - p[0][1])) / n[2] : p[0][2];
+                columns_[static_cast<std::size_t>(j) * static_cast<std::size_t>(view_.size[0]) +
+                         static_cast<std::size_t>(i)]
+                    .push_back({height, turn});
             }
     }
 
@@ -103,9 +110,12 @@ void overTasks(Workers* workers, std::size_t count, const Task& task) {
 Expected<DistanceLattice> DistanceLattice::make(const TriangleTree& tree, const DistanceLatticeOptions& options) {
     const TreeStorage& s = tree.storage();
     if (s.empty()) return fail(ErrorCode::kBadInput, "a mesh without triangles has no distances");
-    if (s.options.volume != VolumeKind::kObb) return fail(ErrorCode::kBadInput, "a lattice of distances needs a tree of oriented boxes");
-    if (!(options.error >= 0.001 && options.error <= 0.2)) return fail(ErrorCode::kBadInput, "an error that is not between 0.001 and 0.2 of the size");
-    if (!(options.reach >= 0 && options.reach <= 10)) return fail(ErrorCode::kBadInput, "a reach that is not between 0 and 10 of the size");
+    if (s.options.volume != VolumeKind::kObb)
+        return fail(ErrorCode::kBadInput, "a lattice of distances needs a tree of oriented boxes");
+    if (!(options.error >= 0.001 && options.error <= 0.2))
+        return fail(ErrorCode::kBadInput, "an error that is not between 0.001 and 0.2 of the size");
+    if (!(options.reach >= 0 && options.reach <= 10))
+        return fail(ErrorCode::kBadInput, "a reach that is not between 0 and 10 of the size");
 
     DistanceLattice out;
     out.tree_ = &tree;
@@ -119,7 +129,8 @@ Expected<DistanceLattice> DistanceLattice::make(const TriangleTree& tree, const 
     v.spacing = static_cast<float>(spacing);
     double places = 1;
     for (int r = 0; r < 3; ++r) {
-        const double from = low[r] - options.reach * size - 0.5 * spacing, to = high[r] + options.reach * size + 0.5 * spacing;
+        const double from = low[r] - options.reach * size - 0.5 * spacing,
+                     to = high[r] + options.reach * size + 0.5 * spacing;
         v.size[r] = std::max(2, static_cast<std::int32_t>(std::ceil((to - from) / spacing)) + 1);
         v.origin[r] = static_cast<float>(from);
         // The surface itself is rounded to floats.
@@ -128,7 +139,9 @@ Expected<DistanceLattice> DistanceLattice::make(const TriangleTree& tree, const 
         places *= v.size[r];
     }
     if (places > static_cast<double>(kMostPlaces))
-        return fail(ErrorCode::kLimit, std::to_string(static_cast<std::uint64_t>(std::min(places, 1e18))) + " places of a lattice, at most " + std::to_string(kMostPlaces) + ": take a larger error");
+        return fail(ErrorCode::kLimit, std::to_string(static_cast<std::uint64_t>(std::min(places, 1e18))) +
+                                           " places of a lattice, at most " + std::to_string(kMostPlaces) +
+                                           ": take a larger error");
     out.values_.resize(static_cast<std::size_t>(places));
     const double farthest = spacing * Vec3d(v.size[0], v.size[1], v.size[2]).norm();
     v.unit = static_cast<float>(farthest / kValueSteps);
@@ -147,13 +160,16 @@ Expected<DistanceLattice> DistanceLattice::make(const TriangleTree& tree, const 
             if (sides) sides->column(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j), inside);
             float last = static_cast<float>(2 * farthest);
             for (std::int32_t k = 0; k < v.size[2]; ++k) {
-                const float p[3] = {v.origin[0] + v.spacing * static_cast<float>(i), v.origin[1] + v.spacing * static_cast<float>(j),
+                const float p[3] = {v.origin[0] + v.spacing * static_cast<float>(i),
+                                    v.origin[1] + v.spacing * static_cast<float>(j),
                                     v.origin[2] + v.spacing * static_cast<float>(k)};
                 // From the place below it is one step farther at most.
-                last = measure(view, p, std::min(last + v.spacing * 1.0001F + 1e-6F, static_cast<float>(2 * farthest)), tolerance);
+                last = measure(view, p, std::min(last + v.spacing * 1.0001F + 1e-6F, static_cast<float>(2 * farthest)),
+                               tolerance);
                 const float middle = std::max(0.0F, last - 0.5F * tolerance);
                 const float value = std::round((inside[static_cast<std::size_t>(k)] ? -middle : middle) / v.unit);
-                out.values_[(static_cast<std::size_t>(k) * depth + j) * width + i] = static_cast<std::int16_t>(std::clamp(value, -32767.0F, 32767.0F));
+                out.values_[(static_cast<std::size_t>(k) * depth + j) * width + i] =
+                    static_cast<std::int16_t>(std::clamp(value, -32767.0F, 32767.0F));
             }
         }
     });
@@ -166,7 +182,9 @@ kernel::LatticeView DistanceLattice::view() const {
     return v;
 }
 
-double DistanceLattice::spacing() const { return static_cast<double>(view_.spacing) / tree_->storage().unit; }
+double DistanceLattice::spacing() const {
+    return static_cast<double>(view_.spacing) / tree_->storage().unit;
+}
 
 Expected<DistanceBound> DistanceLattice::at(const Vec3d& place) const {
     if (!place.allFinite()) return fail(ErrorCode::kBadInput, "a place that is not finite");
@@ -179,9 +197,11 @@ Expected<DistanceBound> DistanceLattice::at(const Vec3d& place) const {
     for (int r = 0; r < 3; ++r) {
         const double from = static_cast<double>(view_.origin[r]), step = static_cast<double>(view_.spacing);
         kept[r] = std::clamp(own[r], from, from + step * (view_.size[r] - 1));
-        cell[static_cast<std::size_t>(r)] = std::min(static_cast<std::int32_t>((kept[r] - from) / step), view_.size[r] - 2);
+        cell[static_cast<std::size_t>(r)] =
+            std::min(static_cast<std::int32_t>((kept[r] - from) / step), view_.size[r] - 2);
         inside[r] = kept[r] - from - step * cell[static_cast<std::size_t>(r)];
-        const double out = std::max({0.0, static_cast<double>(view_.boxLower[r]) - own[r], own[r] - static_cast<double>(view_.boxUpper[r])});
+        const double out = std::max(
+            {0.0, static_cast<double>(view_.boxLower[r]) - own[r], own[r] - static_cast<double>(view_.boxUpper[r])});
         box += out * out;
     }
     const double away = (own - kept).norm();
@@ -194,7 +214,9 @@ Expected<DistanceBound> DistanceLattice::at(const Vec3d& place) const {
             at[static_cast<std::size_t>(r)] = static_cast<std::size_t>(cell[static_cast<std::size_t>(r)] + up);
             way[r] = up != 0 ? static_cast<double>(view_.spacing) - inside[r] : inside[r];
         }
-        const double known = values_[(at[2] * static_cast<std::size_t>(view_.size[1]) + at[1]) * static_cast<std::size_t>(view_.size[0]) + at[0]] *
+        const double known = values_[(at[2] * static_cast<std::size_t>(view_.size[1]) + at[1]) *
+                                         static_cast<std::size_t>(view_.size[0]) +
+                                     at[0]] *
                              static_cast<double>(view_.unit);
         bound.lower = std::max(bound.lower, known - way.norm());
         bound.upper = std::min(bound.upper, known + way.norm());
@@ -211,7 +233,8 @@ Vec3d DistanceLattice::gradient(const Vec3d& place) const {
     const double step = spacing();
     Vec3d out = Vec3d::Zero();
     for (int r = 0; r < 3; ++r) {
-        const Expected<DistanceBound> below = at(place - step * Vec3d::Unit(r)), above = at(place + step * Vec3d::Unit(r));
+        const Expected<DistanceBound> below = at(place - step * Vec3d::Unit(r)),
+                                      above = at(place + step * Vec3d::Unit(r));
         if (!below || !above) return Vec3d::Zero();
         out[r] = above->distance() - below->distance();
     }

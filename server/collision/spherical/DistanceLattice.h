@@ -1,9 +1,10 @@
-/// How far is a place from a surface, and on which side: known on a lattice, and from there to a stated error everywhere.
+/// How far is a place from a surface, and on which side: known on a lattice, and from there to a stated error
+/// everywhere.
 ///
-/// A signed distance changes by no more than the way (it is 1-Lipschitz). So eight known corners of a cell bound it at every
-/// place in it: from below by the largest of (known - way), from above by the least of (known + way). Nothing is assumed of
-/// the surface. Where it encloses a volume (SurfaceTopology::closed), places that it winds about have negative distances;
-/// else all distances are positive.
+/// A signed distance changes by no more than the way (it is 1-Lipschitz). So eight known corners of a cell bound it at
+/// every place in it: from below by the largest of (known - way), from above by the least of (known + way). Nothing is
+/// assumed of the surface. Where it encloses a volume (SurfaceTopology::closed), places that it winds about have
+/// negative distances; else all distances are positive.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +35,14 @@ struct DistanceBound {
     [[nodiscard]] double error() const { return 0.5 * (upper - lower); }
 };
 
-/// Immutable; any number of threads. Its tree must outlive it and must not change: for what deforms it is made anew (20 to
-/// 600 times a tree's build: README.md).
+/// Immutable; any number of threads. Its tree must outlive it and must not change: for what deforms it is made anew (20
+/// to 600 times a tree's build: README.md).
 class DistanceLattice {
 public:
-    /// kBadInput: an empty mesh, options out of range, a tree that is not one of oriented boxes. kLimit: more than 16 million
-    /// places.
-    [[nodiscard]] static Expected<DistanceLattice> make(const TriangleTree& tree, const DistanceLatticeOptions& options = {});
+    /// kBadInput: an empty mesh, options out of range, a tree that is not one of oriented boxes. kLimit: more than 16
+    /// million places.
+    [[nodiscard]] static Expected<DistanceLattice> make(const TriangleTree& tree,
+                                                        const DistanceLatticeOptions& options = {});
 
     [[nodiscard]] const TriangleTree& tree() const { return *tree_; }
     /// Distances inside are negative.
@@ -69,36 +71,39 @@ private:
 };
 
 struct SignedDistance {
-    /// The least signed distance of a point of one surface from the other body. Apart: how far. Where they meet: minus how deep
-    /// the deepest point of a surface is in the other body. The truth is within `error` of it.
+    /// The least signed distance of a point of one surface from the other body. Apart: how far. Where they meet: minus
+    /// how deep the deepest point of a surface is in the other body. The truth is within `error` of it.
     double distance = 0;
     double error = 0;
-    Vec3d point = Vec3d::Zero();   ///< of a surface, or in a small box of it: less than twice the error from the least; in A's frame
-    /// From A to B there, unit length; zero where there is none. The lattice's: within 50 degrees where the surfaces' radii are
-    /// thirteen times the error, and of little worth where they are smaller.
+    Vec3d point = Vec3d::Zero();  ///< of a surface, or in a small box of it: less than twice the error from the least;
+                                  ///< in A's frame
+    /// From A to B there, unit length; zero where there is none. The lattice's: within 50 degrees where the surfaces'
+    /// radii are thirteen times the error, and of little worth where they are smaller.
     Vec3d normal = Vec3d::Zero();
-    bool complete = true;          ///< false: the work was exhausted; the error is what it then is
-    bool exact = false;            ///< asked of the trees: too far for the lattices
-    bool farther = false;          ///< nothing is nearer than the upper bound, if there was one; `distance` is the bound then
+    bool complete = true;  ///< false: the work was exhausted; the error is what it then is
+    bool exact = false;    ///< asked of the trees: too far for the lattices
+    bool farther = false;  ///< nothing is nearer than the upper bound, if there was one; `distance` is the bound then
 };
 
-/// Of two bodies; `a_T_b` a similarity, mirrored too. The error is at most the larger of what the lattices were made for, in
-/// A's lengths, and where a surface is seen through rounding or lies between places that cannot tell its sides, up to a
-/// quarter more; it is always stated. Depths need both lattices signed; with one that is not, what is inside it counts as
-/// outside. kBadInput: a map that is no similarity, or that is not finite or out of range.
-[[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b, const Affine3d& a_T_b,
-                                                      QueryWork& work);
+/// Of two bodies; `a_T_b` a similarity, mirrored too. The error is at most the larger of what the lattices were made
+/// for, in A's lengths, and where a surface is seen through rounding or lies between places that cannot tell its sides,
+/// up to a quarter more; it is always stated. Depths need both lattices signed; with one that is not, what is inside it
+/// counts as outside. kBadInput: a map that is no similarity, or that is not finite or out of range.
+[[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b,
+                                                      const Affine3d& a_T_b, QueryWork& work);
 
-// Of one body that has a lattice, and the surface of another that has none; under any finite affine map. All in the field's
-// frame and lengths; `point` is on the other's surface, `normal` goes from the field's body to it. kBadInput: maps that are
-// not finite, or out of range; a tree that is not one of oriented boxes.
+// Of one body that has a lattice, and the surface of another that has none; under any finite affine map. All in the
+// field's frame and lengths; `point` is on the other's surface, `normal` goes from the field's body to it. kBadInput:
+// maps that are not finite, or out of range; a tree that is not one of oriented boxes.
 
-/// How far two surfaces are apart: 0 where they meet, more where one is within the other. The error is at most the field's.
-[[nodiscard]] Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
-                                                       double upperBound, QueryWork& work);
-/// The least signed distance of a point of the other surface from the field's body; the other way round nothing is asked.
-/// kBadInput, too: a field without sides.
-[[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
-                                                      QueryWork& work);
+/// How far two surfaces are apart: 0 where they meet, more where one is within the other. The error is at most the
+/// field's.
+[[nodiscard]] Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other,
+                                                       const Affine3d& field_T_other, double upperBound,
+                                                       QueryWork& work);
+/// The least signed distance of a point of the other surface from the field's body; the other way round nothing is
+/// asked. kBadInput, too: a field without sides.
+[[nodiscard]] Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other,
+                                                      const Affine3d& field_T_other, QueryWork& work);
 
 }  // namespace tessera

@@ -20,9 +20,12 @@ extern const PointDistance kPointDistance;
 
 FieldKernels fieldKernels(InstructionSet set) {
     switch (set) {
-        case InstructionSet::kAvx512: return {avx512::kFieldWalk, avx512::kLatticeWalk, avx512::kPointDistance};
-        case InstructionSet::kAvx2: return {avx2::kFieldWalk, avx2::kLatticeWalk, avx2::kPointDistance};
-        case InstructionSet::kSse41: break;
+        case InstructionSet::kAvx512:
+            return {avx512::kFieldWalk, avx512::kLatticeWalk, avx512::kPointDistance};
+        case InstructionSet::kAvx2:
+            return {avx2::kFieldWalk, avx2::kLatticeWalk, avx2::kPointDistance};
+        case InstructionSet::kSse41:
+            break;
     }
     return {sse41::kFieldWalk, sse41::kLatticeWalk, sse41::kPointDistance};
 }

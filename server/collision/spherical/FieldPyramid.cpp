@@ -8,7 +8,8 @@
 namespace tessera {
 
 std::size_t FieldPartStorage::memoryBytes() const {
-    std::size_t bytes = start.size() * sizeof(std::uint32_t) + faces.size() * (sizeof(std::uint32_t) + 4 * sizeof(std::int16_t));
+    std::size_t bytes =
+        start.size() * sizeof(std::uint32_t) + faces.size() * (sizeof(std::uint32_t) + 4 * sizeof(std::int16_t));
     for (const auto& level : texels) bytes += level.size() * sizeof(kernel::FieldTexel);
     return bytes;
 }
@@ -20,7 +21,8 @@ using kernel::FieldTexel;
 
 constexpr float kSteps = 32700, kRadiusSteps = 65500;
 constexpr FieldTexel kEmptyTexel = {{0, 0, 0}, 32767, -32768, 65535, 0, 0};
-/// Sums and products of a dozen floats of a part's size: 2^-24 each. Less than what a query allows for (FieldTouch.cpp).
+/// Sums and products of a dozen floats of a part's size: 2^-24 each. Less than what a query allows for
+/// (FieldTouch.cpp).
 constexpr float kBoundSlack = 1e-6F;
 
 /// The sum of what is seen through a texel of areas times normals, all turned away from the centre.
@@ -107,7 +109,8 @@ private:
         constexpr std::size_t kTask = 1024;
         const std::size_t tasks = (count + kTask - 1) / kTask;
         const auto task = [&](std::size_t i) { range(i * kTask, std::min(count, (i + 1) * kTask)); };
-        if (workers_ != nullptr && tasks > 1) workers_->run(tasks, task);
+        if (workers_ != nullptr && tasks > 1)
+            workers_->run(tasks, task);
         else
             for (std::size_t i = 0; i < tasks; ++i) task(i);
     }
@@ -178,13 +181,15 @@ private:
             if (c.lower > c.upper) continue;
             const Vec3f m = normalOf(c);
             const float alpha = n.dot(m) / std::max(m.squaredNorm(), 1e-20F);
-            const float a = alpha * static_cast<float>(c.lower) * v.planeUnit, b = alpha * static_cast<float>(c.upper) * v.planeUnit;
-            const float r0 = static_cast<float>(c.inner) * v.radiusUnit, r1 = static_cast<float>(c.outer) * v.radiusUnit;
+            const float a = alpha * static_cast<float>(c.lower) * v.planeUnit,
+                        b = alpha * static_cast<float>(c.upper) * v.planeUnit;
+            const float r0 = static_cast<float>(c.inner) * v.radiusUnit,
+                        r1 = static_cast<float>(c.outer) * v.radiusUnit;
             const float s0 = left + static_cast<float>(k & 1) * half, t0 = bottom + static_cast<float>(k >> 1) * half;
             // Triangles that are not clipped stick out of their texel, by less than one of the finest.
             const float beyond = 2.0F / static_cast<float>(1 << raster_.level);
-            const Bounds rest = overPiece(Vec3f(n - alpha * m), static_cast<unsigned>(face), s0 - beyond, s0 + half + beyond,
-                                          t0 - beyond, t0 + half + beyond, r0, r1);
+            const Bounds rest = overPiece(Vec3f(n - alpha * m), static_cast<unsigned>(face), s0 - beyond,
+                                          s0 + half + beyond, t0 - beyond, t0 + half + beyond, r0, r1);
             least = std::min(least, std::min(a, b) + rest.least);
             most = std::max(most, std::max(a, b) + rest.most);
             inner = std::min(inner, r0);
@@ -223,7 +228,8 @@ private:
         for (const FieldTexel& t : part_.texels[level]) {
             if (t.lower > t.upper) continue;
             const double thick = (static_cast<double>(t.upper) - t.lower) * static_cast<double>(v.planeUnit);
-            const double width = static_cast<double>(t.outer) * static_cast<double>(v.radiusUnit) * 1.5 / static_cast<double>(1 << level);
+            const double width = static_cast<double>(t.outer) * static_cast<double>(v.radiusUnit) * 1.5 /
+                                 static_cast<double>(1 << level);
             sum += width > 0 ? thick / width : 0;
             ++count;
         }
@@ -240,8 +246,8 @@ private:
 
 }  // namespace
 
-void fillPart(FieldPartStorage& part, std::span<const Corners> triangles, std::span<const std::uint32_t> faces, unsigned level,
-              Workers* workers) {
+void fillPart(FieldPartStorage& part, std::span<const Corners> triangles, std::span<const std::uint32_t> faces,
+              unsigned level, Workers* workers) {
     kernel::FieldPart& v = part.view;
     float radius = 0;
     for (const Corners& t : triangles)
@@ -272,8 +278,8 @@ void fillPart(FieldPartStorage& part, std::span<const Corners> triangles, std::s
         float square = 0;
         for (const Vec3f& x : p) square = std::max(square, (x - kept).squaredNorm());
         const float r = std::ceil(std::sqrt(square) / v.ballUnit + 0.1F);
-        balls[i] = {static_cast<std::int16_t>(place[0]), static_cast<std::int16_t>(place[1]), static_cast<std::int16_t>(place[2]),
-                    static_cast<std::uint16_t>(std::min(r, 65535.0F))};
+        balls[i] = {static_cast<std::int16_t>(place[0]), static_cast<std::int16_t>(place[1]),
+                    static_cast<std::int16_t>(place[2]), static_cast<std::uint16_t>(std::min(r, 65535.0F))};
     }
     const std::size_t count = raster.entries.size(), padded = count + kernel::kWidth;
     part.faces.resize(count);

@@ -67,14 +67,18 @@ private:
         return 2 * c + (sign < 0 ? 1U : 0U);
     }
     [[nodiscard]] int texelOf(float place) const {
-        return std::clamp(static_cast<int>(std::floor((std::clamp(place, -1.0F, 1.0F) + 1) * 0.5F * static_cast<float>(size_))), 0, size_ - 1);
+        return std::clamp(
+            static_cast<int>(std::floor((std::clamp(place, -1.0F, 1.0F) + 1) * 0.5F * static_cast<float>(size_))), 0,
+            size_ - 1);
     }
     [[nodiscard]] std::uint32_t texel(unsigned face, int s, int t) const {
         return (face << (2 * level_)) + (static_cast<std::uint32_t>(t) << level_) + static_cast<std::uint32_t>(s);
     }
     void emit(const RasterEntry& entry) {
-        if (out_.entries.size() >= most_) out_.full = true;
-        else out_.entries.push_back(entry);
+        if (out_.entries.size() >= most_)
+            out_.full = true;
+        else
+            out_.entries.push_back(entry);
     }
 
     void addOn(unsigned face, std::uint32_t triangle, const Corners& p) {
@@ -177,7 +181,8 @@ Raster rasterise(std::span<const Corners> triangles, unsigned level, Workers* wo
     const std::size_t chunks = (triangles.size() + kChunk - 1) / kChunk;
     std::vector<Chunk> done(chunks);
     for (;; --level) {
-        const std::size_t most = level == 0 ? ~std::size_t{0} : kMostEntriesPerTriangle * triangles.size() + kEntriesBeside;
+        const std::size_t most =
+            level == 0 ? ~std::size_t{0} : kMostEntriesPerTriangle * triangles.size() + kEntriesBeside;
         const auto task = [&](std::size_t i) {
             done[i] = {};
             const std::size_t first = i * kChunk, end = std::min(triangles.size(), first + kChunk);
@@ -185,7 +190,8 @@ Raster rasterise(std::span<const Corners> triangles, unsigned level, Workers* wo
             ChunkRaster raster(triangles, level, most, done[i]);
             for (std::size_t k = first; k < end && !done[i].full; ++k) raster.add(static_cast<std::uint32_t>(k));
         };
-        if (workers != nullptr && chunks > 1) workers->run(chunks, task);
+        if (workers != nullptr && chunks > 1)
+            workers->run(chunks, task);
         else
             for (std::size_t i = 0; i < chunks; ++i) task(i);
         std::size_t sum = 0;

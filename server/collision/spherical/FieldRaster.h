@@ -29,8 +29,8 @@ using Corners = std::array<Vec3f, 3>;
 /// A triangle, or what of it is in a texel's pyramid, for it.
 struct RasterEntry {
     static constexpr std::uint32_t kWhole = 0xffffffffU;
-    std::uint32_t texel;     ///< face · 4^level + place
-    std::uint32_t triangle;  ///< a place in the list given
+    std::uint32_t texel;           ///< face · 4^level + place
+    std::uint32_t triangle;        ///< a place in the list given
     std::uint32_t first = kWhole;  ///< of its clipped corners; kWhole: the triangle sticks out by less than a texel
     std::uint32_t count = 3;
 };
@@ -43,8 +43,8 @@ struct Raster {
 };
 
 /// Coordinates about the centre. Every point of every triangle is in the pyramid of a texel that has an entry of the
-/// triangle, and, where that is clipped, in the hull of its corners; both to within 2e-6 of the texel's place. The level
-/// falls from the one given until there are at most twelve entries per triangle (and 4096); level 0 needs six.
+/// triangle, and, where that is clipped, in the hull of its corners; both to within 2e-6 of the texel's place. The
+/// level falls from the one given until there are at most twelve entries per triangle (and 4096); level 0 needs six.
 /// The same for any number of threads. A clip that goes through the centre is not clipped there: it is seen everywhere.
 [[nodiscard]] Raster rasterise(std::span<const Corners> triangles, unsigned level, Workers* workers);
 

@@ -28,8 +28,8 @@ struct FieldPartStorage {
 namespace spherical {
 
 /// `triangles`: about the centre; `faces`: what each is called.
-void fillPart(FieldPartStorage& part, std::span<const Corners> triangles, std::span<const std::uint32_t> faces, unsigned level,
-              Workers* workers);
+void fillPart(FieldPartStorage& part, std::span<const Corners> triangles, std::span<const std::uint32_t> faces,
+              unsigned level, Workers* workers);
 
 }  // namespace spherical
 }  // namespace tessera

@@ -20,7 +20,8 @@ using kernel::FieldWalk;
 using kernel::FieldWalkFrame;
 using kernel::FieldWalkSink;
 
-/// As in ../query: some dozen roundings of 2^-24 of the lengths involved; and the field's own (FieldRaster.h, FieldPyramid.cpp).
+/// As in ../query: some dozen roundings of 2^-24 of the lengths involved; and the field's own (FieldRaster.h,
+/// FieldPyramid.cpp).
 constexpr double kFieldSlack = 1e-5;
 /// Beyond this, cubes of lengths leave float.
 constexpr double kMostFieldStretch = 1e9;
@@ -68,14 +69,17 @@ std::optional<FieldWalkFrame> walkFrame(const Roles& roles, const Affine3d& a_T_
     frame.parts = roles.field.views().data();
     frame.partCount = static_cast<unsigned>(roles.field.views().size());
     for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column) frame.linear[3 * row + column] = static_cast<float>(own(row, column));
+        for (int column = 0; column < 3; ++column)
+            frame.linear[3 * row + column] = static_cast<float>(own(row, column));
     for (unsigned part = 0; part < frame.partCount; ++part)
-        for (int k = 0; k < 3; ++k) frame.translation[part][k] = static_cast<float>(shift[k] - roles.field.offset(part)[k]);
-    // The exact test maps B to A in double: what that rounds, in A's lengths, seen in the field's. And the map round, whose rounding
-    // grows with its condition.
+        for (int k = 0; k < 3; ++k)
+            frame.translation[part][k] = static_cast<float>(shift[k] - roles.field.offset(part)[k]);
+    // The exact test maps B to A in double: what that rounds, in A's lengths, seen in the field's. And the map round,
+    // whose rounding grows with its condition.
     const TreeStorage &ta = roles.walkedIsA ? w : f, &tb = roles.walkedIsA ? f : w;
     const double lengthsA = (a_T_b.linear().cwiseAbs() * (tb.centre.cwiseAbs() + Vec3d::Constant(1 / tb.unit)) +
-                             a_T_b.translation().cwiseAbs() + ta.centre.cwiseAbs() + Vec3d::Constant(1 / ta.unit)).norm();
+                             a_T_b.translation().cwiseAbs() + ta.centre.cwiseAbs() + Vec3d::Constant(1 / ta.unit))
+                                .norm();
     const double toField = (roles.walkedIsA ? inverse.norm() : 1) * f.unit;
     const double inDouble = 1e-15 * (8 + 8 * condition) * lengthsA * toField;
     const double slack = kFieldSlack * (f.radius + stretch * w.radius + shift.norm()) + inDouble;
@@ -169,7 +173,8 @@ private:
             Vec3d p;
             for (int r = 0; r < 3; ++r)
                 p[r] = static_cast<double>(m[3 * r]) * own[0] + static_cast<double>(m[3 * r + 1]) * own[1] +
-                       static_cast<double>(m[3 * r + 2]) * own[2] + static_cast<double>(frame_.translation[0][r]) + roles_.field.offset(0)[r];
+                       static_cast<double>(m[3 * r + 2]) * own[2] + static_cast<double>(frame_.translation[0][r]) +
+                       roles_.field.offset(0)[r];
             box.extend(f.centre + p / f.unit);
         }
         const Vec3d slack = Vec3d::Constant(2 * static_cast<double>(frame_.slack) / f.unit);
@@ -207,9 +212,15 @@ private:
     std::vector<std::uint32_t> near_;
 };
 
-bool empty(const Roles& roles) { return roles.walked.storage().empty() || roles.field.views().empty(); }
-const TriangleTree& treeA(const Roles& r) { return r.walkedIsA ? r.walked : r.field.tree(); }
-const TriangleTree& treeB(const Roles& r) { return r.walkedIsA ? r.field.tree() : r.walked; }
+bool empty(const Roles& roles) {
+    return roles.walked.storage().empty() || roles.field.views().empty();
+}
+const TriangleTree& treeA(const Roles& r) {
+    return r.walkedIsA ? r.walked : r.field.tree();
+}
+const TriangleTree& treeB(const Roles& r) {
+    return r.walkedIsA ? r.field.tree() : r.walked;
+}
 
 TouchedPair first(const Roles& roles, const Affine3d& a_T_b, QueryWork& work, const TouchOptions& options) {
     if (empty(roles)) return {};

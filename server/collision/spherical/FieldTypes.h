@@ -30,8 +30,8 @@ struct FieldPart {
     unsigned finest;                             ///< level
     float radius;                                ///< nothing is farther from the centre
     float normalUnit, planeUnit, radiusUnit;     ///< what one step of normal, lower and upper, inner and outer is
-    /// Of each texel of the finest level the triangles in its pyramid: entries start[texel] … start[texel + 1], each with
-    /// a ball around the triangle (x y z r in steps of ballUnit).
+    /// Of each texel of the finest level the triangles in its pyramid: entries start[texel] … start[texel + 1], each
+    /// with a ball around the triangle (x y z r in steps of ballUnit).
     const std::uint32_t* start;
     const std::uint32_t* faces;
     const std::int16_t* ballX;
@@ -46,9 +46,9 @@ struct FieldWalkFrame {
     TreeView tree;
     const FieldPart* parts;
     unsigned partCount;
-    float linear[9];                            ///< tree's own coordinates to the field's, row by row
-    float translation[kMostFieldParts][3];      ///< to each part's
-    float slack;                                ///< more than what rounding can do to any position, in the field's lengths
+    float linear[9];                        ///< tree's own coordinates to the field's, row by row
+    float translation[kMostFieldParts][3];  ///< to each part's
+    float slack;                            ///< more than what rounding can do to any position, in the field's lengths
 };
 
 struct FieldWalkSink {
@@ -84,18 +84,18 @@ struct LatticeView {
 struct LatticeFrame {
     TreeView tree;  ///< of oriented boxes
     LatticeView lattice;
-    TreeView surface;           ///< what the lattice is of
-    float linear[9];            ///< tree's own coordinates to the surface's, row by row: a similarity
+    TreeView surface;  ///< what the lattice is of
+    float linear[9];   ///< tree's own coordinates to the surface's, row by row: a similarity
     float translation[3];
-    float scale;                ///< of it
-    float slack;                ///< more than what rounding can do to any position
+    float scale;  ///< of it
+    float slack;  ///< more than what rounding can do to any position
 };
 
 /// How near the tree's surface comes to the lattice's, or how deep it gets: the least signed distance of its points.
 struct LatticeSink {
-    float width;        ///< wanted: upper - lower at most
-    float lower, upper; ///< out: the least is between them
-    float point[3];     ///< out: a point of the tree's surface near that, in the surface's coordinates
+    float width;         ///< wanted: upper - lower at most
+    float lower, upper;  ///< out: the least is between them
+    float point[3];      ///< out: a point of the tree's surface near that, in the surface's coordinates
     std::uint64_t nodeTests, triangleTests;
     std::uint64_t limit;
     bool exhausted;

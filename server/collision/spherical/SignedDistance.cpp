@@ -1,4 +1,5 @@
-// Two bodies: one's tree is walked, its boxes looked up in the other's lattice; and, where they meet, the other way round.
+// Two bodies: one's tree is walked, its boxes looked up in the other's lattice; and, where they meet, the other way
+// round.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,8 +21,9 @@ struct OneSide {
 };
 
 /// `scale`: at least the largest stretch of the map. `most`: nothing farther is of interest.
-OneSide oneSide(const TriangleTree& walked, const DistanceLattice& lattice, const Affine3d& lattice_T_walked, double scale, double width,
-                QueryWork& work, bool sides = true, double most = std::numeric_limits<double>::infinity()) {
+OneSide oneSide(const TriangleTree& walked, const DistanceLattice& lattice, const Affine3d& lattice_T_walked,
+                double scale, double width, QueryWork& work, bool sides = true,
+                double most = std::numeric_limits<double>::infinity()) {
     const TreeStorage &w = walked.storage(), &l = lattice.tree().storage();
     kernel::LatticeFrame frame{};
     frame.tree = w.view();
@@ -31,7 +33,8 @@ OneSide oneSide(const TriangleTree& walked, const DistanceLattice& lattice, cons
     const Mat3d linear = lattice_T_walked.linear() * (l.unit / w.unit);
     const Vec3d shift = (lattice_T_walked * w.centre - l.centre) * l.unit;
     for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column) frame.linear[3 * row + column] = static_cast<float>(linear(row, column));
+        for (int column = 0; column < 3; ++column)
+            frame.linear[3 * row + column] = static_cast<float>(linear(row, column));
         frame.translation[row] = static_cast<float>(shift[row]);
     }
     const double stretch = scale * l.unit / w.unit;
@@ -68,7 +71,8 @@ double scaleOf(const Affine3d& m) {
 Expected<double> walkable(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other) {
     const TreeStorage &f = field.tree().storage(), &o = other.storage();
     if (o.empty()) return fail(ErrorCode::kBadInput, "a mesh without triangles has no distances");
-    if (o.options.volume != VolumeKind::kObb) return fail(ErrorCode::kBadInput, "distances need a tree of oriented boxes");
+    if (o.options.volume != VolumeKind::kObb)
+        return fail(ErrorCode::kBadInput, "distances need a tree of oriented boxes");
     const double stretch = stretchOf(field_T_other.linear());
     if (!field_T_other.matrix().allFinite() || !(stretch > 1e-9 && stretch < 1e9))
         return fail(ErrorCode::kBadInput, "distances need a finite map that stretches by 1e-9 to 1e9");
@@ -87,8 +91,8 @@ SignedDistance exhausted() {
 
 }  // namespace
 
-Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
-                                         double upperBound, QueryWork& work) {
+Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const TriangleTree& other,
+                                         const Affine3d& field_T_other, double upperBound, QueryWork& work) {
     const Expected<double> stretch = walkable(field, other, field_T_other);
     if (!stretch) return tl::unexpected(stretch.error());
     if (work.exhausted()) return exhausted();
@@ -122,8 +126,8 @@ Expected<SignedDistance> surfaceDistance(const DistanceLattice& field, const Tri
     return out;
 }
 
-Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other, const Affine3d& field_T_other,
-                                        QueryWork& work) {
+Expected<SignedDistance> signedDistance(const DistanceLattice& field, const TriangleTree& other,
+                                        const Affine3d& field_T_other, QueryWork& work) {
     const Expected<double> stretch = walkable(field, other, field_T_other);
     if (!stretch) return tl::unexpected(stretch.error());
     if (!field.isSigned()) return fail(ErrorCode::kBadInput, "an open surface has no inside");
@@ -138,11 +142,15 @@ Expected<SignedDistance> signedDistance(const DistanceLattice& field, const Tria
     return out;
 }
 
-Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b, const Affine3d& a_T_b, QueryWork& work) {
+Expected<SignedDistance> signedDistance(const DistanceLattice& a, const DistanceLattice& b, const Affine3d& a_T_b,
+                                        QueryWork& work) {
     const double scale = scaleOf(a_T_b);
-    if (scale == 0) return fail(ErrorCode::kBadInput, "signed distances need a map of rotation, uniform scale and translation, within 1e-9 to 1e9");
+    if (scale == 0)
+        return fail(ErrorCode::kBadInput,
+                    "signed distances need a map of rotation, uniform scale and translation, within 1e-9 to 1e9");
     const Affine3d b_T_a = a_T_b.inverse(Eigen::Affine);
-    if (!(a_T_b.translation().norm() <= 1e6 * (a.tree().storage().radius / a.tree().storage().unit + scale * b.tree().storage().radius / b.tree().storage().unit)))
+    if (!(a_T_b.translation().norm() <= 1e6 * (a.tree().storage().radius / a.tree().storage().unit +
+                                               scale * b.tree().storage().radius / b.tree().storage().unit)))
         return fail(ErrorCode::kBadInput, "bodies a million times farther apart than they are large");
     if (work.exhausted()) return exhausted();
     SignedDistance out;
@@ -154,7 +162,8 @@ Expected<SignedDistance> signedDistance(const DistanceLattice& a, const Distance
     Vec3d point = a_T_b * first.point, normal = -(a_T_b.linear() * b.gradient(first.point));
     out.complete = first.complete;
     // A's surface is apart from B, but a piece of B may be within A. Without a sign the first was all.
-    const bool apart = !a.isSigned() || (lower > 0 && !a.tree().mesh().bounds().overlaps(b.tree().mesh().bounds().transformed(a_T_b)));
+    const bool apart =
+        !a.isSigned() || (lower > 0 && !a.tree().mesh().bounds().overlaps(b.tree().mesh().bounds().transformed(a_T_b)));
     if (!apart) {
         const OneSide second = oneSide(b.tree(), a, a_T_b, scale, width, work);
         out.complete = out.complete && second.complete;

@@ -13,7 +13,7 @@ namespace {
 
 using spherical::Corners;
 
-constexpr double kLengthPerCentre = 5;  ///< in widths (README.md)
+constexpr double kLengthPerCentre = 5;     ///< in widths (README.md)
 constexpr double kTrianglesPerTexel = 11;  ///< of their own; with those that reach in it is about twice that
 constexpr std::size_t kSample = 2048;
 
@@ -66,7 +66,8 @@ Vec3f chooseCentre(std::span<const Corners> triangles) {
 
 }  // namespace
 
-SphericalField::SphericalField(const TriangleTree& tree, const SphericalFieldOptions& options) : tree_(&tree), options_(options) {
+SphericalField::SphericalField(const TriangleTree& tree, const SphericalFieldOptions& options)
+    : tree_(&tree), options_(options) {
     rebuild();
 }
 SphericalField::~SphericalField() = default;
@@ -96,8 +97,10 @@ void SphericalField::rebuild() {
     int longest = 0;
     const float length = size.maxCoeff(&longest);
     const float width = std::max({size[(longest + 1) % 3], size[(longest + 2) % 3], 0.05F * length});
-    unsigned centres = options_.centres != 0 ? options_.centres
-                                             : static_cast<unsigned>(std::lround(length > 0 ? static_cast<double>(length / width) / kLengthPerCentre : 0));
+    unsigned centres = options_.centres != 0
+                           ? options_.centres
+                           : static_cast<unsigned>(
+                                 std::lround(length > 0 ? static_cast<double>(length / width) / kLengthPerCentre : 0));
     centres = std::clamp(centres, 1U, kernel::kMostFieldParts);
 
     std::vector<std::vector<std::uint32_t>> facesOf(centres);
@@ -118,7 +121,8 @@ void SphericalField::rebuild() {
             for (Vec3f& x : p) x -= centre;
         auto part = std::make_unique<FieldPartStorage>();
         part->offset = centre.cast<double>();
-        const unsigned level = options_.level < 0 ? defaultLevel(faces.size()) : static_cast<unsigned>(std::min(options_.level, 8));
+        const unsigned level =
+            options_.level < 0 ? defaultLevel(faces.size()) : static_cast<unsigned>(std::min(options_.level, 8));
         spherical::fillPart(*part, seen, faces, level, options_.workers);
         views_.push_back(part->view);
         loose += part->looseness * static_cast<double>(part->occupied);
@@ -131,8 +135,12 @@ void SphericalField::rebuild() {
 Vec3d SphericalField::centre(std::size_t i) const {
     return tree_->storage().centre + parts_[i]->offset / tree_->storage().unit;
 }
-unsigned SphericalField::finestLevel(std::size_t i) const { return views_[i].finest; }
-const Vec3d& SphericalField::offset(std::size_t part) const { return parts_[part]->offset; }
+unsigned SphericalField::finestLevel(std::size_t i) const {
+    return views_[i].finest;
+}
+const Vec3d& SphericalField::offset(std::size_t part) const {
+    return parts_[part]->offset;
+}
 
 std::size_t SphericalField::memoryBytes() const {
     std::size_t bytes = 0;
@@ -147,7 +155,8 @@ std::size_t SphericalField::entryCount() const {
 
 Expected<FieldShell> SphericalField::shell(std::size_t centre, const Vec3d& direction, unsigned level) const {
     if (centre >= parts_.size())
-        return fail(ErrorCode::kBadInput, "there is no centre " + std::to_string(centre) + " among " + std::to_string(parts_.size()));
+        return fail(ErrorCode::kBadInput,
+                    "there is no centre " + std::to_string(centre) + " among " + std::to_string(parts_.size()));
     if (!direction.allFinite() || direction.isZero(0)) return fail(ErrorCode::kBadInput, "a direction that is none");
     const kernel::FieldPart& v = views_[centre];
     level = std::min(level, v.finest);
@@ -156,7 +165,9 @@ Expected<FieldShell> SphericalField::shell(std::size_t centre, const Vec3d& dire
     d.cwiseAbs().maxCoeff(&axis);
     const unsigned face = 2 * static_cast<unsigned>(axis) + (d[axis] < 0 ? 1U : 0U);
     const double half = 0.5 * static_cast<double>(1 << level), last = static_cast<double>((1 << level) - 1);
-    const auto texel = [&](double place) { return static_cast<std::size_t>(std::clamp(std::floor((place + 1) * half), 0.0, last)); };
+    const auto texel = [&](double place) {
+        return static_cast<std::size_t>(std::clamp(std::floor((place + 1) * half), 0.0, last));
+    };
     const double z = std::abs(d[axis]);
     const std::size_t s = texel(d[(axis + 1) % 3] / z), t = texel(d[(axis + 2) % 3] / z);
     const kernel::FieldTexel& found = v.texels[level][(std::size_t{face} << (2 * level)) + (t << level) + s];

@@ -1,5 +1,5 @@
-/// Many boxes, each side in an array of its own, and the test of all of them against one: the bounds of what deforms are
-/// made anew in each frame, so they are kept as flat as can be. SSE2, which every x86-64 has. For this folder only.
+/// Many boxes, each side in an array of its own, and the test of all of them against one: the bounds of what deforms
+/// are made anew in each frame, so they are kept as flat as can be. SSE2, which every x86-64 has. For this folder only.
 #pragma once
 
 #include <immintrin.h>

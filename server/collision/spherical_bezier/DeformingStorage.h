@@ -41,7 +41,9 @@ struct DeformingStorage {
         const double* const p = positions.data() + std::size_t{3} * indices[std::size_t{3} * face + i];
         return {p[0], p[1], p[2]};
     }
-    [[nodiscard]] Triangle triangle(std::uint32_t face) const { return {corner(face, 0), corner(face, 1), corner(face, 2)}; }
+    [[nodiscard]] Triangle triangle(std::uint32_t face) const {
+        return {corner(face, 0), corner(face, 1), corner(face, 2)};
+    }
 };
 
 }  // namespace tessera

@@ -67,7 +67,8 @@ void nameVertices(DeformingStorage& s) {
         here.erase(std::unique(here.begin(), here.end()), here.end());
         for (std::size_t i = s.groupStart[g]; i < s.groupStart[g + 1]; ++i)
             for (unsigned k = 0; k < 3; ++k) {
-                const auto place = std::lower_bound(here.begin(), here.end(), s.indices[std::size_t{3} * s.faces[i] + k]);
+                const auto place =
+                    std::lower_bound(here.begin(), here.end(), s.indices[std::size_t{3} * s.faces[i] + k]);
                 s.corners.push_back(static_cast<std::uint8_t>(place - here.begin()));
             }
         s.vertices.insert(s.vertices.end(), here.begin(), here.end());
@@ -86,7 +87,8 @@ void nameVertices(DeformingStorage& s) {
 /// Vertices that no triangle uses do not count.
 Box boxOfCorners(const DeformingStorage& s) {
     Box box;
-    for (const std::uint32_t v : s.vertices) box.extend(Eigen::Map<const Vec3d>(s.positions.data() + std::size_t{3} * v));
+    for (const std::uint32_t v : s.vertices)
+        box.extend(Eigen::Map<const Vec3d>(s.positions.data() + std::size_t{3} * v));
     return box;
 }
 
@@ -181,8 +183,8 @@ Expected<void> check(std::size_t first, std::span<const Vec3d> positions) {
     if (good == count) return {};
     for (std::size_t i = 0; i < count; ++i)
         if (!(std::abs(numbers[i]) <= most))
-            return fail(ErrorCode::kBadInput,
-                        "vertex " + std::to_string(first + i / 3) + " has a coordinate that is not finite or too large");
+            return fail(ErrorCode::kBadInput, "vertex " + std::to_string(first + i / 3) +
+                                                  " has a coordinate that is not finite or too large");
     return {};
 }
 
@@ -221,8 +223,9 @@ Expected<void> DeformingSurface::move(std::span<const Vec3d> positions) {
 Expected<void> DeformingSurface::move(std::size_t first, std::span<const Vec3d> positions) {
     DeformingStorage& s = *storage_;
     if (first > vertexCount() || positions.size() > vertexCount() - first)
-        return fail(ErrorCode::kBadInput, std::to_string(positions.size()) + " positions from vertex " + std::to_string(first) +
-                                              " on for " + std::to_string(vertexCount()) + " vertices");
+        return fail(ErrorCode::kBadInput, std::to_string(positions.size()) + " positions from vertex " +
+                                              std::to_string(first) + " on for " + std::to_string(vertexCount()) +
+                                              " vertices");
     if (Expected<void> good = check(first, positions); !good) return good;
     if (positions.empty()) return {};
     std::memcpy(s.positions.data() + 3 * first, positions.data()->data(), 3 * positions.size() * sizeof(double));
@@ -246,8 +249,12 @@ Expected<void> DeformingSurface::move(std::size_t first, std::span<const Vec3d> 
     return {};
 }
 
-std::size_t DeformingSurface::faceCount() const { return storage_->faces.size(); }
-std::size_t DeformingSurface::vertexCount() const { return storage_->positions.size() / 3; }
+std::size_t DeformingSurface::faceCount() const {
+    return storage_->faces.size();
+}
+std::size_t DeformingSurface::vertexCount() const {
+    return storage_->positions.size() / 3;
+}
 
 Box DeformingSurface::bounds() const {
     const DeformingStorage& s = *storage_;

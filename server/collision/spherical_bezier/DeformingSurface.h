@@ -2,8 +2,8 @@
 ///
 /// The triangles are divided once, into groups of at most 64 that are neighbours in the first shape. What follows a
 /// deformation is one box per group, and one per sixteen groups: nothing is divided again, nothing is refitted above.
-/// Whatever a query needs more exactly, it makes of the few groups that it looks into (DeformingTouch.h). The groups keep
-/// being right in any shape; they are tight where neighbours stay neighbours.
+/// Whatever a query needs more exactly, it makes of the few groups that it looks into (DeformingTouch.h). The groups
+/// keep being right in any shape; they are tight where neighbours stay neighbours.
 #pragma once
 
 #include <cstddef>
@@ -28,11 +28,11 @@ public:
     DeformingSurface(DeformingSurface&&) noexcept;
     DeformingSurface& operator=(DeformingSurface&&) noexcept;
 
-    /// Takes new positions, one per vertex of the mesh, in its units. kBadInput, and nothing is changed, for another number
-    /// of them and for coordinates that TriangleMesh::make would refuse.
+    /// Takes new positions, one per vertex of the mesh, in its units. kBadInput, and nothing is changed, for another
+    /// number of them and for coordinates that TriangleMesh::make would refuse.
     Expected<void> move(std::span<const Vec3d> positions);
-    /// The same for the vertices from `first` on. Costs these, the groups that they are in, and a pass over the boxes of
-    /// sixteen groups; a pass over all where the shape outgrows the coordinates of its boxes.
+    /// The same for the vertices from `first` on. Costs these, the groups that they are in, and a pass over the boxes
+    /// of sixteen groups; a pass over all where the shape outgrows the coordinates of its boxes.
     Expected<void> move(std::size_t first, std::span<const Vec3d> positions);
 
     [[nodiscard]] std::size_t faceCount() const;

@@ -30,8 +30,8 @@ struct OwnMap {
     OwnMap(const DeformingStorage& a, const DeformingStorage& b, const Affine3d& a_T_b) {
         // Beyond this, floats may overflow.
         constexpr double kMostStretch = 1e9;
-        // A position goes through at most a dozen roundings of 2^-24 of the lengths that are added: its own, those of the
-        // map's numbers, three products, three sums. This is 67 of them, as in query/PairFrame.cpp.
+        // A position goes through at most a dozen roundings of 2^-24 of the lengths that are added: its own, those of
+        // the map's numbers, three products, three sums. This is 67 of them, as in query/PairFrame.cpp.
         constexpr double kSlack = 4e-6;
         const Mat3d linear = a_T_b.linear() * (a.unit / b.unit);
         const Vec3d translation = (a_T_b * b.centre - a.centre) * a.unit;
@@ -39,8 +39,10 @@ struct OwnMap {
         bool usable = std::max(stretch, translation.norm()) <= kMostStretch;
         // What the exact test's own rounding of a_T_b · x does, seen from here.
         const double inDouble =
-            1e-15 * a.unit * (a_T_b.linear().cwiseAbs() * (b.centre.cwiseAbs() + Vec3d::Constant(b.radius / b.unit)) +
-                              a_T_b.translation().cwiseAbs() + a.centre.cwiseAbs()).norm();
+            1e-15 * a.unit *
+            (a_T_b.linear().cwiseAbs() * (b.centre.cwiseAbs() + Vec3d::Constant(b.radius / b.unit)) +
+             a_T_b.translation().cwiseAbs() + a.centre.cwiseAbs())
+                .norm();
         const double total = kSlack * (a.radius + stretch * b.radius + translation.norm()) + inDouble;
         usable = usable && total < 1e30;
         const auto pack = [&](const Vec3d& v) {
@@ -56,7 +58,8 @@ struct OwnMap {
         offset = pack(translation);
     }
     [[nodiscard]] __m128 operator()(__m128 p) const {
-        const __m128 x = _mm_mul_ps(column[0], _mm_shuffle_ps(p, p, 0x00)), y = _mm_mul_ps(column[1], _mm_shuffle_ps(p, p, 0x55));
+        const __m128 x = _mm_mul_ps(column[0], _mm_shuffle_ps(p, p, 0x00)),
+                     y = _mm_mul_ps(column[1], _mm_shuffle_ps(p, p, 0x55));
         const __m128 z = _mm_mul_ps(column[2], _mm_shuffle_ps(p, p, 0xaa));
         return _mm_add_ps(_mm_add_ps(x, y), _mm_add_ps(z, offset));
     }
@@ -108,7 +111,9 @@ struct GroupPair {
     float depth;  ///< the least side of what their boxes share
 };
 
-kernel::MeshView viewOf(const DeformingStorage& s) { return {s.positions.data(), s.indices.data(), nullptr}; }
+kernel::MeshView viewOf(const DeformingStorage& s) {
+    return {s.positions.data(), s.indices.data(), nullptr};
+}
 
 }  // namespace grouped
 
@@ -156,8 +161,8 @@ struct DeformingTouch::Walk {
 
 bool DeformingTouch::Walk::decide() {
     std::array<std::uint8_t, kCapacity / 8> meeting, open;
-    kernel::treeKernels().decide(viewOf(*a), viewOf(*b), map, candidateA.data(), candidateB.data(), candidates, meeting.data(),
-                                 open.data());
+    kernel::treeKernels().decide(viewOf(*a), viewOf(*b), map, candidateA.data(), candidateB.data(), candidates,
+                                 meeting.data(), open.data());
     const std::uint32_t count = candidates;
     candidates = 0;
     for (std::uint32_t eight = 0; 8 * eight < count; ++eight)
@@ -237,7 +242,8 @@ bool DeformingTouch::Walk::run() {
     moved.resize(b->vertices.size());
     movedBox.resize(groupsB);
     const Box4 wholeA = a->whole.grown(toA.slack);
-    const BoxRows rowsA = a->boxes.rows(), blockRowsA = a->blocks.rows(), rowsB = b->boxes.rows(), blockRowsB = b->blocks.rows();
+    const BoxRows rowsA = a->boxes.rows(), blockRowsA = a->blocks.rows(), rowsB = b->boxes.rows(),
+                  blockRowsB = b->blocks.rows();
     // Calls `each` with the groups of A whose boxes overlap this one; true where that wants no more.
     const auto overlapping = [&](const Box4& box, auto&& each) {
         for (std::size_t four = 0; four < blocksA; four += 4)
@@ -245,7 +251,8 @@ bool DeformingTouch::Walk::run() {
                 const std::size_t first = 16 * (four + static_cast<std::size_t>(std::countr_zero(blocks)));
                 work->boxTests += 16;
                 for (unsigned bits = rowsA.overlapping16(first, box); bits != 0; bits &= bits - 1)
-                    if (each(static_cast<std::uint32_t>(first + static_cast<std::size_t>(std::countr_zero(bits))))) return true;
+                    if (each(static_cast<std::uint32_t>(first + static_cast<std::size_t>(std::countr_zero(bits)))))
+                        return true;
             }
         return false;
     };
@@ -295,7 +302,8 @@ namespace {
 
 /// Sets a walk up; false where nothing can meet because one of them is empty.
 template <typename Walk>
-bool prepare(Walk& walk, const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work, bool any) {
+bool prepare(Walk& walk, const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work,
+             bool any) {
     walk.a = &a.storage();
     walk.b = &b.storage();
     walk.a_T_b = &a_T_b;
@@ -310,13 +318,15 @@ bool prepare(Walk& walk, const DeformingSurface& a, const DeformingSurface& b, c
 
 }  // namespace
 
-TouchedPair DeformingTouch::first(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work) {
+TouchedPair DeformingTouch::first(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b,
+                                  QueryWork& work) {
     if (!prepare(*walk_, a, b, a_T_b, work, true)) return {};
     if (walk_->run()) return {Touch::kYes, walk_->found.front()};
     return {work.exhausted() ? Touch::kUnknown : Touch::kNo, {}};
 }
 
-FacePairs DeformingTouch::all(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work) {
+FacePairs DeformingTouch::all(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b,
+                              QueryWork& work) {
     FacePairs out;
     if (!prepare(*walk_, a, b, a_T_b, work, false)) return out;
     (void)walk_->run();

@@ -1,8 +1,9 @@
 /// Which triangles of two deforming bodies meet?
 ///
-/// Answers are those of TouchQuery.h on trees of the same vertices, to the bit: every yes and no is trianglesIntersect's.
-/// B's groups are mapped into A's frame, first by their boxes, those that are left vertex by vertex; pairs of groups whose
-/// boxes overlap are looked at deepest first, and within them only triangles that reach into both boxes.
+/// Answers are those of TouchQuery.h on trees of the same vertices, to the bit: every yes and no is
+/// trianglesIntersect's. B's groups are mapped into A's frame, first by their boxes, those that are left vertex by
+/// vertex; pairs of groups whose boxes overlap are looked at deepest first, and within them only triangles that reach
+/// into both boxes.
 #pragma once
 
 #include <memory>
@@ -21,10 +22,13 @@ public:
     DeformingTouch(DeformingTouch&&) noexcept;
     DeformingTouch& operator=(DeformingTouch&&) noexcept;
 
-    /// `a_T_b`: any finite affine map from B's frame to A's. kUnknown: the work was exhausted before anything was found.
-    [[nodiscard]] TouchedPair first(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work);
+    /// `a_T_b`: any finite affine map from B's frame to A's. kUnknown: the work was exhausted before anything was
+    /// found.
+    [[nodiscard]] TouchedPair first(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b,
+                                    QueryWork& work);
     /// Every pair, ascending.
-    [[nodiscard]] FacePairs all(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b, QueryWork& work);
+    [[nodiscard]] FacePairs all(const DeformingSurface& a, const DeformingSurface& b, const Affine3d& a_T_b,
+                                QueryWork& work);
 
 private:
     struct Walk;

@@ -22,7 +22,9 @@ Vec3d sideTowards(const Vec3d& x, const Vec3d& y, const Vec3d& z) {
 SphereLayout::SphereLayout(unsigned levels) : levels_(std::min(levels, kMostLevels)) {
     for (unsigned octant = 0; octant < 8; ++octant) {
         const auto sign = [&](unsigned bit) { return (octant >> bit & 1U) != 0 ? -1.0 : 1.0; };
-        triangles_.push_back(SphericalTriangle::make({sign(0) * Vec3d::UnitX(), sign(1) * Vec3d::UnitY(), sign(2) * Vec3d::UnitZ()}).value());
+        triangles_.push_back(
+            SphericalTriangle::make({sign(0) * Vec3d::UnitX(), sign(1) * Vec3d::UnitY(), sign(2) * Vec3d::UnitZ()})
+                .value());
     }
     for (unsigned level = 0;; ++level) {
         std::vector<Node>& nodes = nodes_.emplace_back();
@@ -41,8 +43,9 @@ SphereLayout::SphereLayout(unsigned levels) : levels_(std::min(levels, kMostLeve
         triangles_ = std::move(parts);
     }
 
-    // Corners that are the same come out within rounding of each other; the grid is far coarser than that and far finer than a
-    // triangle. Coordinates lie nowhere near the middle between two of its lines but by ill luck, which the test would show.
+    // Corners that are the same come out within rounding of each other; the grid is far coarser than that and far finer
+    // than a triangle. Coordinates lie nowhere near the middle between two of its lines but by ill luck, which the test
+    // would show.
     std::map<std::array<long, 3>, std::uint32_t> byPlace;
     const auto point = [&](const Vec3d& direction) {
         std::array<long, 3> key{};
@@ -56,7 +59,8 @@ SphereLayout::SphereLayout(unsigned levels) : levels_(std::min(levels, kMostLeve
         for (std::size_t i = 0; i < 3; ++i) points_[t][i] = point(triangles_[t].corner(i));
     for (std::size_t t = 0; t < triangles_.size(); ++t)
         for (std::size_t i = 0; i < 3; ++i)
-            points_[t][3 + i] = point((triangles_[t].corner((i + 1) % 3) + triangles_[t].corner((i + 2) % 3)).normalized());
+            points_[t][3 + i] =
+                point((triangles_[t].corner((i + 1) % 3) + triangles_[t].corner((i + 2) % 3)).normalized());
 }
 
 SpherePlace SphereLayout::locate(const Vec3d& v) const {

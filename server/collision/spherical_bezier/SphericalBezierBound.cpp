@@ -11,7 +11,8 @@ namespace tessera {
 
 namespace {
 
-/// Directions so near an edge (the sine of the angle) are taken to be on both sides: a thousand times what rounding does.
+/// Directions so near an edge (the sine of the angle) are taken to be on both sides: a thousand times what rounding
+/// does.
 constexpr double kInside = 1e-12;
 /// Added to every lift, of the body's radius: what is left of rounding when forms and coefficients are multiplied out.
 constexpr double kRounding = 1e-11;
@@ -27,7 +28,9 @@ Mat3d inCoordinates(const std::array<double, 6>& c) {
 }  // namespace
 
 SphericalBezierBound::SphericalBezierBound(const TriangleMesh& mesh, const SphericalBezierOptions& options)
-    : mesh_(mesh), layout_(options.levels), centre_(options.centre.value_or(mesh.faceCount() > 0 ? mesh.bounds().center() : Vec3d::Zero())) {
+    : mesh_(mesh),
+      layout_(options.levels),
+      centre_(options.centre.value_or(mesh.faceCount() > 0 ? mesh.bounds().center() : Vec3d::Zero())) {
     const std::size_t patches = layout_.triangles().size();
     corners_.resize(mesh_.vertexCount());
     patches_.resize(patches);
@@ -54,7 +57,8 @@ void SphericalBezierBound::fit() {
 }
 
 void SphericalBezierBound::fitCoefficients() {
-    // The radius in each of the layout's directions: that of the vertex whose direction is nearest, among all that are used.
+    // The radius in each of the layout's directions: that of the vertex whose direction is nearest, among all that are
+    // used.
     std::vector<double> radius(fitted_.size(), 0), nearest(fitted_.size(), -2);
     std::vector<std::vector<std::uint32_t>> patchesOf(fitted_.size());
     for (std::uint32_t t = 0; t < layout_.points().size(); ++t)
@@ -94,7 +98,8 @@ void SphericalBezierBound::fitCoefficients() {
             fitted_[points[i]] = radius[points[i]];
             const std::size_t one = (i + 1) % 3, two = (i + 2) % 3;
             const double squares = (domain.corner(one) + domain.corner(two)).squaredNorm();
-            fitted_[points[3 + i]] = 0.5 * (radius[points[3 + i]] * squares - radius[points[one]] - radius[points[two]]);
+            fitted_[points[3 + i]] =
+                0.5 * (radius[points[3 + i]] * squares - radius[points[one]] - radius[points[two]]);
         }
     }
     for (std::size_t t = 0; t < patches_.size(); ++t) {
@@ -129,7 +134,8 @@ void SphericalBezierBound::visit(std::uint32_t face, Each&& each) const {
         each(onlyPatch_[face]);
         return;
     }
-    const Corner &a = corners_[mesh_.vertexOf(face, 0)], &b = corners_[mesh_.vertexOf(face, 1)], &c = corners_[mesh_.vertexOf(face, 2)];
+    const Corner &a = corners_[mesh_.vertexOf(face, 0)], &b = corners_[mesh_.vertexOf(face, 1)],
+                 &c = corners_[mesh_.vertexOf(face, 2)];
     if (a.inside && b.inside && c.inside)
         layout_.visit({a.offset, b.offset, c.offset}, {a.patch, b.patch, c.patch}, each);
     else
@@ -137,7 +143,8 @@ void SphericalBezierBound::visit(std::uint32_t face, Each&& each) const {
 }
 
 void SphericalBezierBound::list(std::uint32_t face) {
-    const Corner &a = corners_[mesh_.vertexOf(face, 0)], &b = corners_[mesh_.vertexOf(face, 1)], &c = corners_[mesh_.vertexOf(face, 2)];
+    const Corner &a = corners_[mesh_.vertexOf(face, 0)], &b = corners_[mesh_.vertexOf(face, 1)],
+                 &c = corners_[mesh_.vertexOf(face, 2)];
     const bool alone = a.patch == b.patch && b.patch == c.patch && a.inside && b.inside && c.inside;
     onlyPatch_[face] = alone ? a.patch : kSeveral;
     visit(face, [&](std::uint32_t patch) { patches_[patch].faces.push_back(face); });
@@ -155,7 +162,8 @@ void SphericalBezierBound::findLift(std::uint32_t patch) {
         double least = 0;
         bool directed = true;
         if (onlyPatch_[face] != kSeveral) {
-            const double spread = std::max({(c[0]->direction - c[1]->direction).squaredNorm(), (c[1]->direction - c[2]->direction).squaredNorm(),
+            const double spread = std::max({(c[0]->direction - c[1]->direction).squaredNorm(),
+                                            (c[1]->direction - c[2]->direction).squaredNorm(),
                                             (c[2]->direction - c[0]->direction).squaredNorm()});
             least = std::min({c[0]->value, c[1]->value, c[2]->value}) - 0.5 * fittedNorms_[patch] * spread;
             nearest = std::min({nearest, c[0]->along, c[1]->along, c[2]->along});
@@ -170,7 +178,8 @@ void SphericalBezierBound::findLift(std::uint32_t patch) {
                 farthest = std::max(farthest, c[i]->offset.dot(axis));
             }
         }
-        // A corner at the centre has no direction, and a negative bound is none where the coordinates sum to more than 1.
+        // A corner at the centre has no direction, and a negative bound is none where the coordinates sum to more
+        // than 1.
         if (!directed || least < 0) least = fittedLowest_[patch];
         need = std::max(need, radius - least);
         largest = std::max(largest, radius);
@@ -200,8 +209,8 @@ void SphericalBezierBound::finish(std::uint32_t patch) {
     bound.formNorm = bound.form.norm();
     const double most = *std::max_element(c.begin(), c.end());
     bound.upper = std::min(largest_[patch], std::max(most, most / (domain.height() * domain.height())));
-    // The cone between two planes across its axis: the ball whose centre is as far from both rims, or on the farther plane
-    // where that would be beyond it. The cone's half-angle has the height as its cosine.
+    // The cone between two planes across its axis: the ball whose centre is as far from both rims, or on the farther
+    // plane where that would be beyond it. The cone's half-angle has the height as its cosine.
     const double tangent2 = std::max(0.0, 1 / (domain.height() * domain.height()) - 1);
     const double low = bound.nearest, high = std::max(low, std::min(bound.farthest, bound.upper));
     const double middle = std::min(0.5 * (low + high) * (1 + tangent2), high);
@@ -226,7 +235,8 @@ Expected<void> SphericalBezierBound::move(std::span<const Vec3d> positions) {
 
 Expected<void> SphericalBezierBound::move(std::size_t first, std::span<const Vec3d> positions) {
     if (Expected<void> moved = mesh_.move(first, positions); !moved) return moved;
-    std::vector<std::uint32_t> faces(faces_.begin() + facesStart_[first], faces_.begin() + facesStart_[first + positions.size()]);
+    std::vector<std::uint32_t> faces(faces_.begin() + facesStart_[first],
+                                     faces_.begin() + facesStart_[first + positions.size()]);
     std::sort(faces.begin(), faces.end());
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     // Off the lists that they were on, as they were.
@@ -239,7 +249,8 @@ Expected<void> SphericalBezierBound::move(std::size_t first, std::span<const Vec
     };
     unique(changed);
     for (const std::uint32_t patch : changed)
-        std::erase_if(patches_[patch].faces, [&](std::uint32_t face) { return std::binary_search(faces.begin(), faces.end(), face); });
+        std::erase_if(patches_[patch].faces,
+                      [&](std::uint32_t face) { return std::binary_search(faces.begin(), faces.end(), face); });
     place(first, positions.size());
     for (const std::uint32_t face : faces) {
         list(face);

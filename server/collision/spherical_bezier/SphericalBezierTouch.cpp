@@ -52,8 +52,8 @@ bool mayMeetBall(const SphericalBezierBound& body, const Vec3d& centre, double r
     return false;
 }
 
-std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const SphericalBezierBound& b, const Affine3d& a_T_b,
-                                          QueryWork& work) {
+std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const SphericalBezierBound& b,
+                                          const Affine3d& a_T_b, QueryWork& work) {
     std::vector<PatchPair> left;
     const std::vector<SphericalTriangle>&domainsA = a.layout().triangles(), &domainsB = b.layout().triangles();
     const double scale = scaleOfSimilarity(a_T_b);
@@ -62,7 +62,8 @@ std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const S
     const Mat3d linear = a_T_b.linear();
     const Mat3d back = similar ? Mat3d(linear.transpose() / (scale * scale)) : Mat3d::Identity();
     const Vec3d offset = a_T_b * b.centre() - a.centre();
-    const double rounding = 1e-15 * ((linear.cwiseAbs() * b.centre().cwiseAbs()).norm() + a_T_b.translation().norm() + a.centre().norm());
+    const double rounding =
+        1e-15 * ((linear.cwiseAbs() * b.centre().cwiseAbs()).norm() + a_T_b.translation().norm() + a.centre().norm());
     struct Ball {
         Vec3d centre;
         double radius;
@@ -71,18 +72,21 @@ std::vector<PatchPair> patchesThatMayMeet(const SphericalBezierBound& a, const S
     for (std::size_t q = 0; q < domainsB.size(); ++q) {
         const PatchBound& bound = b.patches()[q];
         ballsB[q].centre = linear * bound.ballCentre + offset;
-        ballsB[q].radius = scale * bound.ballRadius + kSlack * (ballsB[q].centre.norm() + scale * bound.ballCentre.norm()) + rounding;
+        ballsB[q].radius =
+            scale * bound.ballRadius + kSlack * (ballsB[q].centre.norm() + scale * bound.ballCentre.norm()) + rounding;
     }
     for (std::uint32_t p = 0; p < domainsA.size(); ++p) {
         const PatchBound& boundA = a.patches()[p];
         if (boundA.faces.empty()) continue;
         const Vec3d centre = back * (boundA.ballCentre - offset);
-        const double radius = similar ? (boundA.ballRadius + rounding + kSlack * (boundA.ballCentre.norm() + offset.norm())) / scale : 0;
+        const double radius =
+            similar ? (boundA.ballRadius + rounding + kSlack * (boundA.ballCentre.norm() + offset.norm())) / scale : 0;
         for (std::uint32_t q = 0; q < domainsB.size(); ++q) {
             const PatchBound& boundB = b.patches()[q];
             if (boundB.faces.empty()) continue;
             ++work.boxTests;
-            if (similar && !(mayMeet(domainsB[q], boundB, centre, radius) && mayMeet(domainsA[p], boundA, ballsB[q].centre, ballsB[q].radius)))
+            if (similar && !(mayMeet(domainsB[q], boundB, centre, radius) &&
+                             mayMeet(domainsA[p], boundA, ballsB[q].centre, ballsB[q].radius)))
                 continue;
             left.push_back({p, q});
         }

@@ -11,7 +11,8 @@ Expected<SphericalTriangle> SphericalTriangle::make(const std::array<Vec3d, 3>& 
     for (std::size_t i = 0; i < 3; ++i) {
         const double largest = directions[i].cwiseAbs().maxCoeff();
         if (!(directions[i].allFinite() && largest > 0))
-            return fail(ErrorCode::kBadInput, "corner " + std::to_string(i) + " of a spherical triangle is no direction");
+            return fail(ErrorCode::kBadInput,
+                        "corner " + std::to_string(i) + " of a spherical triangle is no direction");
         // First by the largest: squares of tiny and of huge numbers are none.
         t.corners_[i] = (directions[i] / largest).normalized();
     }
@@ -46,11 +47,14 @@ void reduce(std::vector<double>& c, unsigned degree, const Vec3d& b) {
 
 }  // namespace
 
-Expected<SphericalPatch> SphericalPatch::make(const SphericalTriangle& domain, unsigned degree, std::vector<double> coefficients) {
+Expected<SphericalPatch> SphericalPatch::make(const SphericalTriangle& domain, unsigned degree,
+                                              std::vector<double> coefficients) {
     if (degree > kMostDegree)
-        return fail(ErrorCode::kBadInput, "a spherical patch of degree " + std::to_string(degree) + ", at most " + std::to_string(kMostDegree));
+        return fail(ErrorCode::kBadInput, "a spherical patch of degree " + std::to_string(degree) + ", at most " +
+                                              std::to_string(kMostDegree));
     if (coefficients.size() != coefficientCount(degree))
-        return fail(ErrorCode::kBadInput, std::to_string(coefficients.size()) + " coefficients for degree " + std::to_string(degree));
+        return fail(ErrorCode::kBadInput,
+                    std::to_string(coefficients.size()) + " coefficients for degree " + std::to_string(degree));
     for (const double c : coefficients)
         if (!std::isfinite(c)) return fail(ErrorCode::kBadInput, "a coefficient of a spherical patch is not finite");
     return SphericalPatch(domain, degree, std::move(coefficients));
@@ -83,8 +87,11 @@ SphericalPatch SphericalPatch::over(const SphericalTriangle& domain) const {
 std::array<SphericalTriangle, 4> splitAtEdges(const SphericalTriangle& t) {
     const Vec3d &a = t.corner(0), &b = t.corner(1), &c = t.corner(2);
     const Vec3d ab = a + b, bc = b + c, ca = c + a;
-    // A triangle smaller than half the sphere has no opposite corners, so its edges have middles; parts of it are smaller.
-    const auto part = [](const Vec3d& x, const Vec3d& y, const Vec3d& z) { return SphericalTriangle::make({x, y, z}).value(); };
+    // A triangle smaller than half the sphere has no opposite corners, so its edges have middles; parts of it are
+    // smaller.
+    const auto part = [](const Vec3d& x, const Vec3d& y, const Vec3d& z) {
+        return SphericalTriangle::make({x, y, z}).value();
+    };
     return {part(a, ab, ca), part(ab, b, bc), part(ca, bc, c), part(bc, ca, ab)};
 }
 

@@ -7,9 +7,9 @@
 
 namespace tessera::kernel {
 
-inline constexpr unsigned kWidth = 16;         ///< children of a node
-inline constexpr unsigned kLeafFaces = 4;      ///< triangles of a leaf, at most
-inline constexpr unsigned kLeafRows = 9;       ///< x, y, z of three corners
+inline constexpr unsigned kWidth = 16;     ///< children of a node
+inline constexpr unsigned kLeafFaces = 4;  ///< triangles of a leaf, at most
+inline constexpr unsigned kLeafRows = 9;   ///< x, y, z of three corners
 inline constexpr unsigned kMostHalfPlanes = 26;
 inline constexpr std::uint32_t kNoChild = 0xffffffffu;
 inline constexpr std::uint32_t kLeafBit = 0x80000000u;
@@ -51,15 +51,15 @@ struct ProfileLookups {
 
 /// The relative pose of one query, for trees in their own coordinates.
 struct PairFrame {
-    float linear[9];       ///< B to A, row by row
+    float linear[9];  ///< B to A, row by row
     float translation[3];
-    float axes[9];         ///< linear / scale, for a similarity; else linear
-    float scale;           ///< of a similarity; else 1
-    float stretch;         ///< no length grows by more
+    float axes[9];  ///< linear / scale, for a similarity; else linear
+    float scale;    ///< of a similarity; else 1
+    float stretch;  ///< no length grows by more
     bool similarity;
-    float slack;           ///< more than what rounding can do to any position, in A's lengths
-    float slackB;          ///< the same in B's lengths
-    bool bothWays;         ///< b_T_a exists: k-DOPs may be compared in B's frame too
+    float slack;                    ///< more than what rounding can do to any position, in A's lengths
+    float slackB;                   ///< the same in B's lengths
+    bool bothWays;                  ///< b_T_a exists: k-DOPs may be compared in B's frame too
     const ProfileLookups* lookups;  ///< for walks by table
     Realigned bInA, aInB;
 };
@@ -85,8 +85,8 @@ struct SlotPair {
 
 /// Where a walk puts what it finds, and what it has done.
 struct TouchSink {
-    /// Pairs of faces that may meet. `flush` is called when there are `enough`; it empties the list and returns true to end
-    /// the walk. Room for kLeafPairs more is needed. What is left at the end is the caller's.
+    /// Pairs of faces that may meet. `flush` is called when there are `enough`; it empties the list and returns true to
+    /// end the walk. Room for kLeafPairs more is needed. What is left at the end is the caller's.
     std::uint32_t* facesA;
     std::uint32_t* facesB;
     std::uint32_t count;
@@ -114,8 +114,8 @@ struct DistanceSink {
     /// Of no interest: pairs farther apart than this. Falls as the walk finds nearer ones; less the tolerance.
     float bound;
     float tolerance;
-    /// Pairs of faces that may be the nearest, each at least `atLeast` apart. `decide` is called when the list is full; it
-    /// empties it and may lower `bound`.
+    /// Pairs of faces that may be the nearest, each at least `atLeast` apart. `decide` is called when the list is full;
+    /// it empties it and may lower `bound`.
     std::uint32_t* facesA;
     std::uint32_t* facesB;
     float* atLeast;
@@ -137,28 +137,30 @@ enum class Shape : std::uint8_t { kSphere, kObb, kDop6, kDop14, kDop18, kDop26 }
 inline constexpr unsigned kShapes = 6;
 
 /// Walks down from one overlapping pair of slots. levels: how deep to go before pairs are put into `later`.
-using TouchWalk = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start, unsigned levels,
-                           TouchSink& sink);
+using TouchWalk = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start,
+                           unsigned levels, TouchSink& sink);
 /// Do the volumes of a pair of slots overlap?
 using SlotTest = bool (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair pair);
 
-using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start, DistanceSink& sink);
+using DistanceWalk = void (*)(const TreeView& a, const TreeView& b, const PairFrame& frame, SlotPair start,
+                              DistanceSink& sink);
 
-/// Which pairs of faces meet, each where trianglesIntersect says so: bit i of meeting[j] for pair 8 j + i. Where the bit
-/// of `open` is set that was not decided: they touch, or nearly.
+/// Which pairs of faces meet, each where trianglesIntersect says so: bit i of meeting[j] for pair 8 j + i. Where the
+/// bit of `open` is set that was not decided: they touch, or nearly.
 using DecidePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
-                             const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting, std::uint8_t* open);
+                             const std::uint32_t* facesB, std::uint32_t count, std::uint8_t* meeting,
+                             std::uint8_t* open);
 
-/// Bounds of the distances of pairs of faces, in A's model's lengths; they hold what nearestPoints says. Room for the next
-/// multiple of eight is needed. Any finite numbers; of those that are larger than 1e50 nothing is known.
+/// Bounds of the distances of pairs of faces, in A's model's lengths; they hold what nearestPoints says. Room for the
+/// next multiple of eight is needed. Any finite numbers; of those that are larger than 1e50 nothing is known.
 using MeasurePairs = void (*)(const MeshView& a, const MeshView& b, const PairMap& map, const std::uint32_t* facesA,
                               const std::uint32_t* facesB, std::uint32_t count, double* atLeast, double* atMost);
 
 inline constexpr unsigned kNodeFaces = kWidth * kLeafFaces;  ///< triangles of a lowest node, at most
 inline constexpr unsigned kBins = 16;
 
-/// A triangle's box while a mesh is divided: x y z of -lower and the face, x y z of upper and 0. So every union is a largest.
-/// As a number, face + kFaceBias is a normal one: sums of denormal ones would be slow.
+/// A triangle's box while a mesh is divided: x y z of -lower and the face, x y z of upper and 0. So every union is a
+/// largest. As a number, face + kFaceBias is a normal one: sums of denormal ones would be slow.
 struct alignas(32) BoxItem {
     static constexpr std::uint32_t kFaceBias = 0x40000000u;
     float side[8];
@@ -191,8 +193,10 @@ struct LeafDivision {
 struct DivisionKernels {
     void (*fillBins)(const BoxItem* items, std::uint32_t count, Bins& bins);
     /// Puts the items in order; `left` and `right` have room for as many as go there. Bins may be null.
-    void (*part)(const BoxItem* from, std::uint32_t count, const Cut& cut, BoxItem* left, BoxItem* right, Bins* binsLeft, Bins* binsRight);
-    /// As few leaves as they can be, for more triangles than one holds and at most kNodeFaces: cuts between whole leaves.
+    void (*part)(const BoxItem* from, std::uint32_t count, const Cut& cut, BoxItem* left, BoxItem* right,
+                 Bins* binsLeft, Bins* binsRight);
+    /// As few leaves as they can be, for more triangles than one holds and at most kNodeFaces: cuts between whole
+    /// leaves.
     void (*intoLeaves)(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out);
 };
 

@@ -25,7 +25,8 @@ private:
         for (unsigned lane = 0; lane < kWidth; ++lane) {
             const kernel::ChildRef ref = tree_.children[std::size_t{node} * kWidth + lane];
             std::vector<std::uint32_t> below;
-            if (ref != kernel::kNoChild) below = (ref & kernel::kLeafBit) != 0 ? ofLeaf((ref & ~kernel::kLeafBit) >> 2) : fitNode(ref);
+            if (ref != kernel::kNoChild)
+                below = (ref & kernel::kLeafBit) != 0 ? ofLeaf((ref & ~kernel::kLeafBit) >> 2) : fitNode(ref);
             put(node, lane, below);
             all.insert(all.end(), below.begin(), below.end());
         }
@@ -74,13 +75,15 @@ private:
 }  // namespace
 
 ProfileShape profileShape(VolumeKind kind) {
-    const DirectionSet set = kind == VolumeKind::kDop14 ? DirectionSet::k14 : kind == VolumeKind::kDop26 ? DirectionSet::k26 : DirectionSet::k18;
+    const DirectionSet set = kind == VolumeKind::kDop14   ? DirectionSet::k14
+                             : kind == VolumeKind::kDop26 ? DirectionSet::k26
+                                                          : DirectionSet::k18;
     return {.directions = set, .sectors = 4, .bins = 8};
 }
 
 bool hasProfiles(const TreeOptions& options) {
-    return options.profiles &&
-           (options.volume == VolumeKind::kDop14 || options.volume == VolumeKind::kDop18 || options.volume == VolumeKind::kDop26);
+    return options.profiles && (options.volume == VolumeKind::kDop14 || options.volume == VolumeKind::kDop18 ||
+                                options.volume == VolumeKind::kDop26);
 }
 
 void fitProfiles(TreeStorage& tree, std::span<const OwnPosition> positions) {

@@ -10,8 +10,8 @@ namespace tessera {
 [[nodiscard]] bool hasProfiles(const TreeOptions& options);
 [[nodiscard]] ProfileShape profileShape(VolumeKind kind);
 
-/// After fitVolumes, where the options ask for them; else empties the arrays. Slow beside it: some three microseconds per
-/// vertex and level.
+/// After fitVolumes, where the options ask for them; else empties the arrays. Slow beside it: some three microseconds
+/// per vertex and level.
 void fitProfiles(TreeStorage& tree, std::span<const OwnPosition> positions);
 
 }  // namespace tessera

@@ -15,7 +15,8 @@ struct alignas(16) OwnPosition {
     float xyz0[4];
 };
 
-/// What a refit of some vertices needs to know: made when it is first asked for, about 30 bytes per vertex and 50 per node.
+/// What a refit of some vertices needs to know: made when it is first asked for, about 30 bytes per vertex and 50 per
+/// node.
 struct RefitIndex {
     std::vector<std::uint32_t> leafStart, leaves;  ///< of each vertex the leaves that its triangles are in
     std::vector<std::uint32_t> nodeOfLeaf, parent;
@@ -48,10 +49,12 @@ struct TreeStorage {
     std::optional<RefitIndex> refits;
     /// Node 0 has one child, the whole. Empty for an empty mesh.
     std::vector<kernel::ChildRef> children;
-    std::vector<std::uint32_t> leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer; their corners repeat the first's
+    std::vector<std::uint32_t>
+        leafFaces;  ///< kLeafFaces per leaf, kNoFace where there are fewer; their corners repeat the first's
     std::vector<VolumeRow> volumes;
     std::vector<LeafRow> corners;
-    /// Support profiles, where the options ask for them: centre x y z and step per node, and its entries (ProfileFit.h).
+    /// Support profiles, where the options ask for them: centre x y z and step per node, and its entries
+    /// (ProfileFit.h).
     std::vector<VolumeRow> profileRows;
     std::vector<ByteRow> profileTables;
 
@@ -59,8 +62,11 @@ struct TreeStorage {
     [[nodiscard]] std::size_t nodeCount() const { return children.size() / kernel::kWidth; }
     [[nodiscard]] std::size_t leafCount() const { return leafFaces.size() / kernel::kLeafFaces; }
     [[nodiscard]] kernel::TreeView view() const {
-        return {volumes.empty() ? nullptr : volumes.data()->lane, children.data(), corners.empty() ? nullptr : corners.data()->lane,
-                leafFaces.data(), profileRows.empty() ? nullptr : profileRows.data()->lane,
+        return {volumes.empty() ? nullptr : volumes.data()->lane,
+                children.data(),
+                corners.empty() ? nullptr : corners.data()->lane,
+                leafFaces.data(),
+                profileRows.empty() ? nullptr : profileRows.data()->lane,
                 profileTables.empty() ? nullptr : profileTables.data()->lane};
     }
 };

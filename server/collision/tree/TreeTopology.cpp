@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 
-
 namespace tessera {
 namespace {
 
@@ -28,8 +27,12 @@ constexpr double kMostGrowth = 13;
 /// How full a lowest node is, about.
 constexpr double kUsualFaces = 50;
 
-std::uint32_t faceOf(const TreeItem& item) { return __builtin_bit_cast(std::uint32_t, item.side[3]) - TreeItem::kFaceBias; }
-float centre2(const TreeItem& item, unsigned axis) { return item.side[4 + axis] - item.side[axis]; }
+std::uint32_t faceOf(const TreeItem& item) {
+    return __builtin_bit_cast(std::uint32_t, item.side[3]) - TreeItem::kFaceBias;
+}
+float centre2(const TreeItem& item, unsigned axis) {
+    return item.side[4 + axis] - item.side[axis];
+}
 
 /// What holds some triangles, and twice their centres.
 struct Bounds {
@@ -59,8 +62,9 @@ struct Bounds {
         const __m128 s = _mm_add_ps(below, above), y = _mm_shuffle_ps(s, s, _MM_SHUFFLE(3, 0, 2, 1));
         const __m128 products = _mm_mul_ps(s, y);  // xy yz zx
         if (rule == SplitRule::kMinimumVolume) return _mm_cvtss_f32(_mm_mul_ss(products, _mm_movehl_ps(s, s)));
-        return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1))),
-                                        _mm_movehl_ps(products, products)));
+        return _mm_cvtss_f32(
+            _mm_add_ss(_mm_add_ss(products, _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1))),
+                       _mm_movehl_ps(products, products)));
     }
 };
 
@@ -99,8 +103,12 @@ struct Piece {
 
 class Divider {
 public:
-    Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule, InstructionSet set)
-        : rule_(rule), faces_(static_cast<std::uint32_t>(indices.size() / 3)), items_(new TreeItem[2 * std::size_t{faces_}]), kernels_(kernel::treeKernels(set).division) {
+    Divider(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule,
+            InstructionSet set)
+        : rule_(rule),
+          faces_(static_cast<std::uint32_t>(indices.size() / 3)),
+          items_(new TreeItem[2 * std::size_t{faces_}]),
+          kernels_(kernel::treeKernels(set).division) {
         for (std::uint32_t face = 0; face < faces_; ++face) {
             const std::uint32_t* const corner = &indices[3 * std::size_t{face}];
             const __m128 a = _mm_load_ps(positions[corner[0]].xyz0), b = _mm_load_ps(positions[corner[1]].xyz0),
@@ -143,10 +151,14 @@ private:
 
     [[nodiscard]] CutRule cutRule() const {
         switch (rule_) {
-            case SplitRule::kMinimumVolume: return CutRule::kVolume;
-            case SplitRule::kLongestSideMedian: return CutRule::kMedian;
-            case SplitRule::kLongestSideMean: return CutRule::kMean;
-            case SplitRule::kSurfaceArea: break;
+            case SplitRule::kMinimumVolume:
+                return CutRule::kVolume;
+            case SplitRule::kLongestSideMedian:
+                return CutRule::kMedian;
+            case SplitRule::kLongestSideMean:
+                return CutRule::kMean;
+            case SplitRule::kSurfaceArea:
+                break;
         }
         return CutRule::kSurface;
     }
@@ -172,7 +184,8 @@ private:
 
     kernel::ChildRef leaf(const TreeItem* items, const std::uint8_t* order, unsigned count) {
         const std::uint32_t index = static_cast<std::uint32_t>(out_.leafFaces.size() / kLeafFaces);
-        for (unsigned i = 0; i < kLeafFaces; ++i) out_.leafFaces.push_back(i < count ? faceOf(items[order[i]]) : TreeStorage::kNoFace);
+        for (unsigned i = 0; i < kLeafFaces; ++i)
+            out_.leafFaces.push_back(i < count ? faceOf(items[order[i]]) : TreeStorage::kNoFace);
         return kernel::kLeafBit | index << 2 | (count - 1);
     }
 
@@ -219,13 +232,15 @@ private:
             split(left, pieces[count], level);
             size[order[best]] = left.all.measure(SplitRule::kSurfaceArea);
             size[count] = pieces[count].all.measure(SplitRule::kSurfaceArea);
-            std::copy_backward(order.begin() + static_cast<std::ptrdiff_t>(best) + 1, order.begin() + count, order.begin() + count + 1);
+            std::copy_backward(order.begin() + static_cast<std::ptrdiff_t>(best) + 1, order.begin() + count,
+                               order.begin() + count + 1);
             order[best + 1] = count;
         }
         return node(pieces, order, kWidth, level);
     }
 
-    kernel::ChildRef node(Pieces& pieces, const std::array<std::uint8_t, kWidth>& order, std::size_t count, std::size_t level) {
+    kernel::ChildRef node(Pieces& pieces, const std::array<std::uint8_t, kWidth>& order, std::size_t count,
+                          std::size_t level) {
         const std::uint32_t node = newNode();
         for (std::size_t i = 0; i < count; ++i) {
             const kernel::ChildRef ref = subtree(pieces[order[i]], level + 1);
@@ -238,10 +253,13 @@ private:
     void split(Piece& piece, Piece& right, std::size_t level) {
         if (!piece.hasExtent() || level > kLevelsOfChoice) return splitByCount(piece, right);
         switch (rule_) {
-            case SplitRule::kLongestSideMedian: return splitByCount(piece, right);
-            case SplitRule::kLongestSideMean: return splitByMean(piece, right);
+            case SplitRule::kLongestSideMedian:
+                return splitByCount(piece, right);
+            case SplitRule::kLongestSideMean:
+                return splitByMean(piece, right);
             case SplitRule::kSurfaceArea:
-            case SplitRule::kMinimumVolume: break;
+            case SplitRule::kMinimumVolume:
+                break;
         }
         splitByBins(piece, right);
     }
@@ -250,10 +268,11 @@ private:
     void splitByCount(Piece& piece, Piece& right) {
         const unsigned axis = piece.bins.axis;
         const auto half = static_cast<std::uint32_t>((piece.count / 2 + kNodeFaces - 1) / kNodeFaces * kNodeFaces);
-        std::nth_element(piece.items, piece.items + half, piece.items + piece.count, [axis](const TreeItem& a, const TreeItem& b) {
-            const float x = centre2(a, axis), y = centre2(b, axis);
-            return x != y ? x < y : faceOf(a) < faceOf(b);
-        });
+        std::nth_element(piece.items, piece.items + half, piece.items + piece.count,
+                         [axis](const TreeItem& a, const TreeItem& b) {
+                             const float x = centre2(a, axis), y = centre2(b, axis);
+                             return x != y ? x < y : faceOf(a) < faceOf(b);
+                         });
         cut(piece, right, half);
     }
 
@@ -263,7 +282,8 @@ private:
         double sum = 0;
         for (const TreeItem* i = piece.items; i != end; ++i) sum += static_cast<double>(centre2(*i, axis));
         const float mean = static_cast<float>(sum / piece.count);
-        TreeItem* const middle = std::partition(piece.items, end, [&](const TreeItem& item) { return centre2(item, axis) < mean; });
+        TreeItem* const middle =
+            std::partition(piece.items, end, [&](const TreeItem& item) { return centre2(item, axis) < mean; });
         if (middle == piece.items || middle == end) return splitByCount(piece, right);
         cut(piece, right, static_cast<std::uint32_t>(middle - piece.items));
     }
@@ -342,7 +362,8 @@ private:
 
 }  // namespace
 
-TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule, InstructionSet set) {
+TreeTopology divide(std::span<const OwnPosition> positions, std::span<const std::uint32_t> indices, SplitRule rule,
+                    InstructionSet set) {
     return Divider(positions, indices, rule, set).divide();
 }
 

@@ -38,9 +38,15 @@ TriangleTree::~TriangleTree() = default;
 TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
 TriangleTree& TriangleTree::operator=(TriangleTree&&) noexcept = default;
 
-const TriangleMesh& TriangleTree::mesh() const { return *storage_->mesh; }
-const TreeOptions& TriangleTree::options() const { return storage_->options; }
-std::size_t TriangleTree::depth() const { return storage_->depth; }
+const TriangleMesh& TriangleTree::mesh() const {
+    return *storage_->mesh;
+}
+const TreeOptions& TriangleTree::options() const {
+    return storage_->options;
+}
+std::size_t TriangleTree::depth() const {
+    return storage_->depth;
+}
 
 void TriangleTree::rebuild() {
     TreeStorage& tree = *storage_;
@@ -83,16 +89,21 @@ void TriangleTree::refitted(std::size_t first, std::size_t count) {
         refitted();
 }
 
-double TriangleTree::decay() const { return storage_->builtCost > 0 ? storage_->cost / storage_->builtCost : 1; }
+double TriangleTree::decay() const {
+    return storage_->builtCost > 0 ? storage_->cost / storage_->builtCost : 1;
+}
 
 std::size_t TriangleTree::memoryBytes() const {
     const TreeStorage& tree = *storage_;
     return sizeof(TreeStorage) + tree.mesh->memoryBytes() + tree.children.capacity() * sizeof(kernel::ChildRef) +
-           tree.leafFaces.capacity() * sizeof(std::uint32_t) + tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
-           tree.corners.capacity() * sizeof(TreeStorage::LeafRow) + tree.profileRows.capacity() * sizeof(TreeStorage::VolumeRow) +
+           tree.leafFaces.capacity() * sizeof(std::uint32_t) +
+           tree.volumes.capacity() * sizeof(TreeStorage::VolumeRow) +
+           tree.corners.capacity() * sizeof(TreeStorage::LeafRow) +
+           tree.profileRows.capacity() * sizeof(TreeStorage::VolumeRow) +
            tree.profileTables.capacity() * sizeof(TreeStorage::ByteRow) +
            (tree.refits ? (tree.refits->leafStart.capacity() + tree.refits->leaves.capacity() +
-                           tree.refits->nodeOfLeaf.capacity() + tree.refits->parent.capacity()) * sizeof(std::uint32_t) +
+                           tree.refits->nodeOfLeaf.capacity() + tree.refits->parent.capacity()) *
+                                  sizeof(std::uint32_t) +
                               tree.refits->nodes.capacity() * sizeof(kernel::FitNode)
                         : 0);
 }

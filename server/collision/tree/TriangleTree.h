@@ -17,17 +17,17 @@ inline constexpr std::size_t kVolumeKinds = 7;
 
 /// How a set of triangles is divided in two; a node is three or four such divisions deep.
 enum class SplitRule : std::uint8_t {
-    kSurfaceArea,         ///< binned surface-area heuristic (the default)
-    kLongestSideMedian,   ///< half of the triangles to each side
-    kLongestSideMean,     ///< at the mean of their centres
-    kMinimumVolume,       ///< least sum of volume · count over the bins
+    kSurfaceArea,        ///< binned surface-area heuristic (the default)
+    kLongestSideMedian,  ///< half of the triangles to each side
+    kLongestSideMean,    ///< at the mean of their centres
+    kMinimumVolume,      ///< least sum of volume · count over the bins
 };
 
 struct TreeOptions {
     VolumeKind volume = VolumeKind::kObb;
     SplitRule split = SplitRule::kSurfaceArea;
-    /// Support profiles beside k-DOPs of 14, 18 and 26 directions, for queries with Realignment::kTable. Five to ten times
-    /// the memory, a hundred times the time of a build.
+    /// Support profiles beside k-DOPs of 14, 18 and 26 directions, for queries with Realignment::kTable. Five to ten
+    /// times the memory, a hundred times the time of a build.
     bool profiles = false;
 };
 
@@ -54,12 +54,12 @@ public:
     Expected<void> refit(std::span<const Vec3d> positions);
     /// The mesh has been moved already.
     void refitted();
-    /// Of it `count` vertices from `first` on: costs what is above these (of oriented boxes and spheres all that is below
-    /// that, of k-DOPs nothing more), unless the tree's coordinates fit no more or an eighth of all has moved; the first time
-    /// a pass over all.
+    /// Of it `count` vertices from `first` on: costs what is above these (of oriented boxes and spheres all that is
+    /// below that, of k-DOPs nothing more), unless the tree's coordinates fit no more or an eighth of all has moved;
+    /// the first time a pass over all.
     void refitted(std::size_t first, std::size_t count);
-    /// How much looser the volumes have become since the last build: their surfaces over the whole's, 1 at once after it.
-    /// Above kRebuildAbove queries are dearer by an eighth to a quarter (measured, README.md), and a rebuild pays.
+    /// How much looser the volumes have become since the last build: their surfaces over the whole's, 1 at once after
+    /// it. Above kRebuildAbove queries are dearer by an eighth to a quarter (measured, README.md), and a rebuild pays.
     [[nodiscard]] double decay() const;
     static constexpr double kRebuildAbove = 1.6;
     /// Divides the mesh, as it is now, anew.

@@ -61,12 +61,15 @@ public:
     void Close(Assimp::IOStream* stream) override { delete stream; }
 
 private:
-    /// Libraries of materials as tools of other systems name them. Not others: of many names assimp only tries whether there is such a file.
+    /// Libraries of materials as tools of other systems name them. Not others: of many names assimp only tries whether
+    /// there is such a file.
     Expected<std::string> pathOf(const std::string& name) const {
         Expected<std::string> exact = files_.resolve(name);
         constexpr std::string_view kLibrary = ".mtl";
-        const std::string_view ending = std::string_view(name).substr(name.size() - std::min(name.size(), kLibrary.size()));
-        if (exact || !std::ranges::equal(ending, kLibrary, {}, [](unsigned char c) { return std::tolower(c); })) return exact;
+        const std::string_view ending =
+            std::string_view(name).substr(name.size() - std::min(name.size(), kLibrary.size()));
+        if (exact || !std::ranges::equal(ending, kLibrary, {}, [](unsigned char c) { return std::tolower(c); }))
+            return exact;
         Expected<FolderFiles::Found> found = files_.find(name);
         return found ? Expected<std::string>(std::move(found->path)) : exact;
     }

@@ -21,9 +21,10 @@ std::string textureFile(const aiMaterial& material, aiTextureType kind) {
 }
 
 ImageMessage::Wrap mapModeOf(int mode) {
-    return mode == aiTextureMapMode_Mirror  ? ImageMessage::MIRROR
-           : mode == aiTextureMapMode_Wrap ? ImageMessage::REPEAT
-                                           : ImageMessage::CLAMP;  // a decal, too: what is around it is none of its pixels
+    return mode == aiTextureMapMode_Mirror ? ImageMessage::MIRROR
+           : mode == aiTextureMapMode_Wrap
+               ? ImageMessage::REPEAT
+               : ImageMessage::CLAMP;  // a decal, too: what is around it is none of its pixels
 }
 
 template <typename T>
@@ -32,8 +33,8 @@ T property(const aiMaterial& material, const char* key, unsigned kind, unsigned 
     return material.Get(key, kind, index, value) == aiReturn_SUCCESS ? value : otherwise;
 }
 
-/// Assimp's origin is the lower left corner of the picture, ours the upper left one; its v moves were turned around with the
-/// coordinates themselves, its v scales were not.
+/// Assimp's origin is the lower left corner of the picture, ours the upper left one; its v moves were turned around
+/// with the coordinates themselves, its v scales were not.
 void setTextureTransform(const aiUVTransform& transform, ImageMessage& image) {
     const double scaleV = transform.mScaling.y;
     const double offsetU = transform.mTranslation.x, offsetV = 1.0 - scaleV + transform.mTranslation.y;
@@ -93,8 +94,10 @@ std::string AssimpMaterials::name(unsigned index) {
 void AssimpMaterials::setColors(const aiMaterial& material, proto::scene::Material& message) {
     aiString called;
     material.Get(AI_MATKEY_NAME, called);
-    const BoundedNumbers numbers(scene_, fmt::format("{} '{}'", message.name(), std::string_view(called.C_Str()).substr(0, 80)));
-    const auto set = [&](std::string_view name, const auto& from, double most, double otherwise, proto::scene::Color& to) {
+    const BoundedNumbers numbers(
+        scene_, fmt::format("{} '{}'", message.name(), std::string_view(called.C_Str()).substr(0, 80)));
+    const auto set = [&](std::string_view name, const auto& from, double most, double otherwise,
+                         proto::scene::Color& to) {
         to.set_r(numbers.between(0, most, name, from.r, otherwise));
         to.set_g(numbers.between(0, most, name, from.g, otherwise));
         to.set_b(numbers.between(0, most, name, from.b, otherwise));
@@ -108,9 +111,11 @@ void AssimpMaterials::setColors(const aiMaterial& material, proto::scene::Materi
     message.mutable_base_color()->set_a(std::min(opacity, 1.0f));
     if (opacity < 1.0f) message.set_alpha_mode(proto::scene::Material::BLEND);
     aiColor3D emissive(0.0f, 0.0f, 0.0f);
-    if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS) set("the glow", emissive, 1e9, 0, *message.mutable_emissive());
+    if (material.Get(AI_MATKEY_COLOR_EMISSIVE, emissive) == aiReturn_SUCCESS)
+        set("the glow", emissive, 1e9, 0, *message.mutable_emissive());
     float number = 0.0f;
-    if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS) message.set_metallic(numbers.share("the metal", number, 0));
+    if (material.Get(AI_MATKEY_METALLIC_FACTOR, number) == aiReturn_SUCCESS)
+        message.set_metallic(numbers.share("the metal", number, 0));
     if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, number) == aiReturn_SUCCESS)
         message.set_roughness(numbers.share("the roughness", number, 0.6));
     else if (material.Get(AI_MATKEY_SHININESS, number) == aiReturn_SUCCESS && number > 0.0f)
@@ -154,8 +159,8 @@ void AssimpMaterials::setMetalRoughness(const aiMaterial& material, proto::scene
     if (!wanted) return;
     message.set_metallic_roughness_image(
         metal == roughness ? imageOf("texture " + metal, *wanted, [&] { return decode(metal); })
-                           : imageOf(fmt::format("the texture of metal '{}' and roughness '{}'", metal, roughness), *wanted,
-                                     [&] { return decodePacked(metal, roughness); }));
+                           : imageOf(fmt::format("the texture of metal '{}' and roughness '{}'", metal, roughness),
+                                     *wanted, [&] { return decodePacked(metal, roughness); }));
     if (message.metallic_roughness_image().empty()) return;
     // The numbers multiply the picture. Where files say none, or 0, they mean the picture alone.
     if (!metal.empty() && message.metallic() == 0) message.set_metallic(1);
@@ -188,7 +193,8 @@ std::string AssimpMaterials::imageOf(const std::string& picture, const ImageMess
                                      const std::function<Expected<DecodedImage>()>& decode) {
     std::string& name = images_[{picture, wanted.SerializeAsString()}];
     if (!name.empty()) return name;
-    const Expected<ImageMessage*> added = pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, decode);
+    const Expected<ImageMessage*> added =
+        pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, decode);
     if (!added) {
         scene_.note(fmt::format("{} is left out: {}", picture, added.error().message));
         return {};
@@ -245,13 +251,16 @@ Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, c
         if (file.empty()) continue;
         Expected<DecodedImage> part = decode(file);
         if (!part) return part;
-        if (part->compressed()) return fail(ErrorCode::kBadInput, fmt::format("'{}' is compressed, and cannot be joined with another", file));
+        if (part->compressed())
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("'{}' is compressed, and cannot be joined with another", file));
         packed.widthPx = std::max(packed.widthPx, part->widthPx);
         packed.heightPx = std::max(packed.heightPx, part->heightPx);
         packed.halved = packed.halved || part->halved;
         parts.emplace_back(channel, std::move(*part));
     }
-    packed.rgba.assign(static_cast<std::size_t>(packed.widthPx) * static_cast<std::size_t>(packed.heightPx) * 4, std::byte{255});
+    packed.rgba.assign(static_cast<std::size_t>(packed.widthPx) * static_cast<std::size_t>(packed.heightPx) * 4,
+                       std::byte{255});
     for (const auto& [channel, part] : parts) setChannel(part, channel, packed);
     return packed;
 }

@@ -20,7 +20,11 @@ public:
     /// `sidesUnknown`: the format does not say whether a face has a back.
     AssimpMaterials(const aiScene& source, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown,
                     PlainScene& scene)
-        : source_(source), files_(files), limits_(limits), sidesUnknown_(sidesUnknown), scene_(scene),
+        : source_(source),
+          files_(files),
+          limits_(limits),
+          sidesUnknown_(sidesUnknown),
+          scene_(scene),
           pictures_(scene, limits) {}
 
     /// Adds the material the first time. Empty where there is none of this number.
@@ -35,7 +39,8 @@ private:
     /// Names each kind of texture that is none of these.
     void noteOthers(const aiMaterial& material, const std::set<aiTextureType>& taken);
     /// The Image of the first of these kinds that the material has; empty with a note where it can't be had.
-    std::string image(const aiMaterial& material, std::initializer_list<aiTextureType> kinds, std::set<aiTextureType>& taken);
+    std::string image(const aiMaterial& material, std::initializer_list<aiTextureType> kinds,
+                      std::set<aiTextureType>& taken);
     /// The Image that shows a picture so; empty with a note where it can't be had.
     std::string imageOf(const std::string& picture, const proto::scene::Image& wanted,
                         const std::function<Expected<DecodedImage>()>& decode);
@@ -52,7 +57,8 @@ private:
     PlainScene& scene_;
     Pictures pictures_;
     std::set<unsigned> materials_;
-    std::map<std::pair<std::string, std::string>, std::string> images_;  ///< by picture, and what the message says besides
+    std::map<std::pair<std::string, std::string>, std::string>
+        images_;  ///< by picture, and what the message says besides
 };
 
 }  // namespace tessera

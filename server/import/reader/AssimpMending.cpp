@@ -31,7 +31,7 @@ public:
         }
         scene_.mNumMeshes = kept;
         if (scene_.mNumMaterials == 0 || scene_.mMaterials == nullptr) {
-            scene_.mMaterials = new aiMaterial*[1]{new aiMaterial};
+            scene_.mMaterials = new aiMaterial* [1] { new aiMaterial };
             scene_.mNumMaterials = 1;
         }
         for (unsigned m = 0; m < kept; ++m)
@@ -40,7 +40,8 @@ public:
                 say("materials that do not exist");
             }
         mendNodes(places);
-        keep(scene_.mAnimations, scene_.mNumAnimations, "animations that are none", [](const aiAnimation* animation) { return animation != nullptr; });
+        keep(scene_.mAnimations, scene_.mNumAnimations, "animations that are none",
+             [](const aiAnimation* animation) { return animation != nullptr; });
         for (aiAnimation* animation : std::span(scene_.mAnimations, scene_.mNumAnimations)) {
             const auto sound = [](const auto* channel) { return channel != nullptr; };
             keep(animation->mChannels, animation->mNumChannels, "channels that are none", sound);
@@ -78,7 +79,8 @@ private:
         const bool had = mesh->mNumFaces > 0;
         keep(mesh->mFaces, mesh->mNumFaces, "faces of vertices that do not exist", [&](const aiFace& face) {
             return face.mIndices != nullptr && face.mNumIndices > 0 &&
-                   std::all_of(face.mIndices, face.mIndices + face.mNumIndices, [&](unsigned vertex) { return vertex < vertices; });
+                   std::all_of(face.mIndices, face.mIndices + face.mNumIndices,
+                               [&](unsigned vertex) { return vertex < vertices; });
         });
         if (had && mesh->mNumFaces == 0) return false;
         keep(mesh->mBones, mesh->mNumBones, "bones that are none", [](const aiBone* bone) { return bone != nullptr; });
@@ -98,7 +100,8 @@ private:
             open.pop_back();
             keep(node->mMeshes, node->mNumMeshes, "places of meshes that do not exist",
                  [&](unsigned mesh) { return mesh < places.size() && places[mesh] >= 0; });
-            for (unsigned& mesh : std::span(node->mMeshes, node->mNumMeshes)) mesh = static_cast<unsigned>(places[mesh]);
+            for (unsigned& mesh : std::span(node->mMeshes, node->mNumMeshes))
+                mesh = static_cast<unsigned>(places[mesh]);
             keep(node->mChildren, node->mNumChildren, "nodes that are none, or there twice",
                  [&](const aiNode* child) { return child != nullptr && seen.insert(child).second; });
             open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
@@ -119,10 +122,12 @@ std::vector<std::string> leaveOutUnsound(aiScene& scene) {
         if (mesh == nullptr || mesh->mVertices == nullptr || mesh->mFaces == nullptr || mesh->mNumFaces == 0) continue;
         const std::span<aiVector3D> vertices(mesh->mVertices, mesh->mNumVertices);
         const auto stood = [&](std::size_t vertex) { return stands(&vertices[vertex].x); };
-        LeftOutParts leftOut(fmt::format("mesh {}{}{}", m, mesh->mName.length > 0 ? " " : "", mesh->mName.C_Str()), "faces");
+        LeftOutParts leftOut(fmt::format("mesh {}{}{}", m, mesh->mName.length > 0 ? " " : "", mesh->mName.C_Str()),
+                             "faces");
         const std::span<aiFace> faces(mesh->mFaces, mesh->mNumFaces);
         const auto end = std::remove_if(faces.begin(), faces.end(), [&](const aiFace& face) {
-            return face.mIndices != nullptr && !leftOut.keeps(std::span(face.mIndices, face.mNumIndices), vertices.size(), stood);
+            return face.mIndices != nullptr &&
+                   !leftOut.keeps(std::span(face.mIndices, face.mNumIndices), vertices.size(), stood);
         });
         mesh->mNumFaces = static_cast<unsigned>(end - faces.begin());
         if (const std::string text = leftOut.text(); !text.empty()) said.push_back(text);

@@ -31,10 +31,13 @@ bool splitParts(const Affine3d& map, Vec3d& translation, Quatd& rotation, Vec3d&
     }
     rotation = Quatd(turn).normalized();
     translation = map.translation();
-    return (rotation.toRotationMatrix() * scale.asDiagonal() - linear).cwiseAbs().maxCoeff() <= 1e-3 * std::max(linear.cwiseAbs().maxCoeff(), 1e-30);
+    return (rotation.toRotationMatrix() * scale.asDiagonal() - linear).cwiseAbs().maxCoeff() <=
+           1e-3 * std::max(linear.cwiseAbs().maxCoeff(), 1e-30);
 }
 
-bool isTriangles(const aiMesh& mesh) { return (mesh.mPrimitiveTypes & (aiPrimitiveType_TRIANGLE | aiPrimitiveType_POLYGON)) != 0; }
+bool isTriangles(const aiMesh& mesh) {
+    return (mesh.mPrimitiveTypes & (aiPrimitiveType_TRIANGLE | aiPrimitiveType_POLYGON)) != 0;
+}
 
 /// What a vertex can be brought back from: anything else makes points of surfaces, or nothing at all.
 bool isSoundBind(const Affine3d& bind) {
@@ -53,12 +56,14 @@ std::string shownName(const std::string& text) {
 /// Of one target: times in ticks, ascending, and weights there.
 using MorphCurve = std::vector<std::pair<double, double>>;
 
-/// A key speaks of some targets, and those of FBX of the few whose own curve has a key then: between them the others go on.
+/// A key speaks of some targets, and those of FBX of the few whose own curve has a key then: between them the others go
+/// on.
 std::vector<MorphCurve> morphCurves(const aiMeshMorphAnim& source, std::size_t targets) {
     std::vector<MorphCurve> curves(targets);
     for (unsigned k = 0; k < source.mNumKeys; ++k)
         for (unsigned i = 0; i < source.mKeys[k].mNumValuesAndWeights; ++i)
-            if (const unsigned target = source.mKeys[k].mValues[i]; target < targets && std::isfinite(source.mKeys[k].mTime))
+            if (const unsigned target = source.mKeys[k].mValues[i];
+                target < targets && std::isfinite(source.mKeys[k].mTime))
                 curves[target].emplace_back(source.mKeys[k].mTime, source.mKeys[k].mWeights[i]);
     for (MorphCurve& curve : curves) std::ranges::stable_sort(curve, {}, &std::pair<double, double>::first);
     return curves;
@@ -111,7 +116,8 @@ void AssimpMotion::name(const char* named) {
     const aiNode* node = find(named);
     if (!node || !keys_.try_emplace(node, lastKey_ + 1).second) return;
     ++lastKey_;
-    if (ambiguous_.contains(named)) odd("names of bones or channels that several nodes have mean the first of them", named);
+    if (ambiguous_.contains(named))
+        odd("names of bones or channels that several nodes have mean the first of them", named);
 }
 
 void AssimpMotion::odd(const std::string& what, const std::string& where) {
@@ -119,13 +125,14 @@ void AssimpMotion::odd(const std::string& what, const std::string& where) {
     if (count++ == 0) first = shownName(where);
 }
 
-proto::scene::Node* AssimpMotion::place(const std::function<proto::scene::Node*()>& make, const std::string& name, const aiNode& node,
-                                        const Affine3d& parent_T_node) {
+proto::scene::Node* AssimpMotion::place(const std::function<proto::scene::Node*()>& make, const std::string& name,
+                                        const aiNode& node, const Affine3d& parent_T_node) {
     proto::scene::Node* placed = nullptr;
     if (animated_.contains(&node)) {
         Vec3d translation, scale;
         Quatd rotation;
-        if (!splitParts(parent_T_node, translation, rotation, scale)) odd("nodes that are animated and sheared lose the shear", node.mName.C_Str());
+        if (!splitParts(parent_T_node, translation, rotation, scale))
+            odd("nodes that are animated and sheared lose the shear", node.mName.C_Str());
         placed = make();
         placed->set_name(name);
         setTransform(*placed->mutable_transform(), translation, rotation, scale);
@@ -178,7 +185,8 @@ void AssimpMotion::bindJoints(const aiMesh& mesh, Bound& bound) {
         Affine3d bind = affineOf(bone.mOffsetMatrix);
         std::uint32_t joint = 0;
         if (!node || !isSoundBind(bind)) {
-            odd(node ? "bones whose offset matrix is singular or no numbers move nothing" : "bones that no node is called after move nothing",
+            odd(node ? "bones whose offset matrix is singular or no numbers move nothing"
+                     : "bones that no node is called after move nothing",
                 bone.mName.C_Str());
             joint = atRest();
         } else if (const auto before = known.find(node); before == known.end()) {
@@ -249,8 +257,9 @@ void AssimpMotion::bindMorphs(const aiMesh& mesh, Bound& bound) {
     if (mesh.HasNormals() && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes, turns))
         bound.morphNormals = scene_.addBlob(bytesOfNumbers(morphDeltas(mesh, true)));
     // Of FBX assimp makes a target of each step of a channel; only such have weights of their own, the channel's.
-    bound.stepsBetween = ending_ == ".fbx" && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes,
-                                                          [](const aiAnimMesh* target) { return target->mWeight != 1.0f; });
+    bound.stepsBetween =
+        ending_ == ".fbx" && std::any_of(mesh.mAnimMeshes, mesh.mAnimMeshes + mesh.mNumAnimMeshes,
+                                         [](const aiAnimMesh* target) { return target->mWeight != 1.0f; });
     for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
         float weight = mesh.mAnimMeshes[t]->mWeight;
         // Of FBX assimp says 1 of each target that has no steps between, whatever the file does.
@@ -258,12 +267,14 @@ void AssimpMotion::bindMorphs(const aiMesh& mesh, Bound& bound) {
             scene_.note("how far morph targets of FBX are at rest is not known: they are at 0");
             weight = 0;
         }
-        if (!(std::abs(weight) <= 1e15f)) scene_.note("weights of morph targets that are no numbers within 1e15 count as zero");
+        if (!(std::abs(weight) <= 1e15f))
+            scene_.note("weights of morph targets that are no numbers within 1e15 count as zero");
         bound.morphWeights.push_back(std::abs(weight) <= 1e15f ? weight : 0.0f);
     }
 }
 
-void AssimpMotion::addSkin(proto::scene::Node& child, proto::scene::Node& placed, const aiNode& node, unsigned mesh, const std::string& name) {
+void AssimpMotion::addSkin(proto::scene::Node& child, proto::scene::Node& placed, const aiNode& node, unsigned mesh,
+                           const std::string& name) {
     const Bound& parts = bound(mesh);
     proto::scene::Skin& skin = *child.mutable_skin();
     skin.set_mesh(name);
@@ -291,15 +302,18 @@ void AssimpMotion::addSkin(proto::scene::Node& child, proto::scene::Node& placed
     if (called.length > 0 && called != node.mName) morphed_.emplace(called.C_Str(), Morphed{lastKey_, mesh});
 }
 
-/// In the order of time, without what makes no sense. Two keys of one time are a jump: the later one comes a moment later.
+/// In the order of time, without what makes no sense. Two keys of one time are a jump: the later one comes a moment
+/// later.
 template <typename Key, typename Read>
-AssimpMotion::Track AssimpMotion::track(const Key* keys, unsigned count, double ticksPerSecond, std::size_t width, Read&& read) {
+AssimpMotion::Track AssimpMotion::track(const Key* keys, unsigned count, double ticksPerSecond, std::size_t width,
+                                        Read&& read) {
     Track result;
     result.width = width;
     if (!keys) return result;
     std::vector<unsigned> order;
     for (unsigned k = 0; k < count; ++k) order.push_back(k);
-    if (!std::is_sorted(order.begin(), order.end(), [&](unsigned a, unsigned b) { return keys[a].mTime < keys[b].mTime; })) {
+    if (!std::is_sorted(order.begin(), order.end(),
+                        [&](unsigned a, unsigned b) { return keys[a].mTime < keys[b].mTime; })) {
         std::erase_if(order, [&](unsigned k) { return !std::isfinite(keys[k].mTime); });
         std::ranges::stable_sort(order, [&](unsigned a, unsigned b) { return keys[a].mTime < keys[b].mTime; });
         scene_.note("keys of an animation that are not in the order of time are played in it");
@@ -309,26 +323,31 @@ AssimpMotion::Track AssimpMotion::track(const Key* keys, unsigned count, double 
     for (std::size_t i = 0; i < order.size(); ++i) {
         double seconds = keys[order[i]].mTime / ticksPerSecond - shift_;
         read(keys[order[i]], value.data());
-        if (!(std::abs(seconds) <= kLatestSeconds) || !std::ranges::all_of(value, [](double v) { return std::abs(v) <= 1e15; })) {
+        if (!(std::abs(seconds) <= kLatestSeconds) ||
+            !std::ranges::all_of(value, [](double v) { return std::abs(v) <= 1e15; })) {
             ++unsound;
             continue;
         }
         const bool again = !result.times.empty() && seconds <= result.times.back();
-        if (again && i + 1 < order.size() && keys[order[i + 1]].mTime == keys[order[i]].mTime) continue;  // of more than two the first and the last
+        if (again && i + 1 < order.size() && keys[order[i + 1]].mTime == keys[order[i]].mTime)
+            continue;  // of more than two the first and the last
         if (again) seconds = std::nextafter(result.times.back(), kLatestSeconds * 2);
         result.times.push_back(seconds);
         result.values.insert(result.values.end(), value.begin(), value.end());
     }
     if (unsound + (count - order.size()) > 0)
-        scene_.note("keys of an animation with numbers that are not finite, beyond 1e15 or later than 1e9 s are left out");
+        scene_.note(
+            "keys of an animation with numbers that are not finite, beyond 1e15 or later than 1e9 s are left out");
     return result;
 }
 
 void AssimpMotion::keep(Track track, std::uint32_t target, const char* field) {
     if (track.times.empty()) return;
-    if (!driven_.insert({target, field}).second) return odd("fields that an animation drives twice follow the first channel", field);
+    if (!driven_.insert({target, field}).second)
+        return odd("fields that an animation drives twice follow the first channel", field);
     bool same = true;  // writers of files say every frame of what never moves
-    for (std::size_t i = track.width; i < track.values.size() && same; ++i) same = track.values[i] == track.values[i - track.width];
+    for (std::size_t i = track.width; i < track.values.size() && same; ++i)
+        same = track.values[i] == track.values[i - track.width];
     if (same) {
         track.times.resize(1);
         track.values.resize(track.width);
@@ -344,7 +363,8 @@ void AssimpMotion::holdUntilTheEnd() {
     Track& latest = *std::ranges::max_element(tracks_, {}, [](const Track& track) { return track.times.back(); });
     if (!(latest.times.back() < length_)) return;
     latest.times.push_back(length_);
-    latest.values.insert(latest.values.end(), latest.values.end() - static_cast<std::ptrdiff_t>(latest.width), latest.values.end());
+    latest.values.insert(latest.values.end(), latest.values.end() - static_cast<std::ptrdiff_t>(latest.width),
+                         latest.values.end());
 }
 
 proto::scene::Animation AssimpMotion::written() {
@@ -369,7 +389,9 @@ void AssimpMotion::addChannel(const aiNodeAnim& source, double ticksPerSecond) {
     if (!node) return odd("channels of an animation that name no node are left out", source.mNodeName.C_Str());
     if (std::max({source.mNumPositionKeys, source.mNumRotationKeys, source.mNumScalingKeys}) > kMaxKeysPerChannel)
         return odd("channels of an animation with more than a million keys are left out", source.mNodeName.C_Str());
-    const auto vector = [](const aiVectorKey& key, double* to) { to[0] = key.mValue.x, to[1] = key.mValue.y, to[2] = key.mValue.z; };
+    const auto vector = [](const aiVectorKey& key, double* to) {
+        to[0] = key.mValue.x, to[1] = key.mValue.y, to[2] = key.mValue.z;
+    };
     const auto quaternion = [this](const aiQuatKey& key, double* to) {
         to[0] = key.mValue.w, to[1] = key.mValue.x, to[2] = key.mValue.y, to[3] = key.mValue.z;
         mendRotationKey(scene_, std::span<double, 4>(to, 4));
@@ -381,7 +403,8 @@ void AssimpMotion::addChannel(const aiNodeAnim& source, double ticksPerSecond) {
         const bool early = track.times.front() > 0 && source.mPreState >= aiAnimBehaviour_LINEAR;
         const bool late = track.times.back() < length_ && source.mPostState >= aiAnimBehaviour_LINEAR;
         if (early || late)
-            odd("channels that would go on before their first or after their last key stand still there", source.mNodeName.C_Str());
+            odd("channels that would go on before their first or after their last key stand still there",
+                source.mNodeName.C_Str());
         keep(std::move(track), target, field);
     };
     add(track(source.mPositionKeys, source.mNumPositionKeys, ticksPerSecond, 3, vector), "translation");
@@ -394,17 +417,22 @@ void AssimpMotion::addMorphChannel(const aiMeshMorphAnim& source, double ticksPe
     auto range = morphed_.equal_range(named);
     // FBX: the node's name, a star, the number of its mesh.
     if (range.first == range.second) range = morphed_.equal_range(named.substr(0, named.rfind('*')));
-    if (range.first == range.second) return odd("channels of weights that name no mesh with morph targets are left out", named);
-    if (source.mNumKeys > kMaxKeysPerChannel) return odd("channels of an animation with more than a million keys are left out", named);
+    if (range.first == range.second)
+        return odd("channels of weights that name no mesh with morph targets are left out", named);
+    if (source.mNumKeys > kMaxKeysPerChannel)
+        return odd("channels of an animation with more than a million keys are left out", named);
     for (auto part = range.first; part != range.second; ++part) {
         if (bounds_.at(part->second.mesh).stepsBetween) {
-            odd("channels of weights of FBX meshes whose morph targets have steps between are left out: which steps belong together is not known", named);
+            odd("channels of weights of FBX meshes whose morph targets have steps between are left out: which steps "
+                "belong together is not known",
+                named);
             continue;
         }
         const std::vector<float>& atRest = bounds_.at(part->second.mesh).morphWeights;
         const std::vector<MorphCurve> curves = morphCurves(source, atRest.size());
         const auto weights = [&](const aiMeshMorphKey& key, double* to) {
-            for (std::size_t t = 0; t < atRest.size(); ++t) to[t] = curves[t].empty() ? static_cast<double>(atRest[t]) : weightAt(curves[t], key.mTime);
+            for (std::size_t t = 0; t < atRest.size(); ++t)
+                to[t] = curves[t].empty() ? static_cast<double>(atRest[t]) : weightAt(curves[t], key.mTime);
             for (unsigned i = 0; i < key.mNumValuesAndWeights; ++i) {
                 if (key.mValues[i] < atRest.size())
                     to[key.mValues[i]] = key.mWeights[i];
@@ -421,11 +449,13 @@ void AssimpMotion::addMorphChannel(const aiMeshMorphAnim& source, double ticksPe
 }
 
 void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
-    const std::string name = source.mName.length > 0 ? shownName(source.mName.C_Str()) : fmt::format("animation {}", number);
+    const std::string name =
+        source.mName.length > 0 ? shownName(source.mName.C_Str()) : fmt::format("animation {}", number);
     double ticksPerSecond = source.mTicksPerSecond;
     if (!(ticksPerSecond > 0) || !std::isfinite(ticksPerSecond)) {
-        scene_.note(ticksPerSecond == 0 ? std::string("the file says no pace of its animations: 25 ticks a second are taken")
-                                        : fmt::format("animation {} is of {} ticks a second: 25 are taken", name, ticksPerSecond));
+        scene_.note(ticksPerSecond == 0
+                        ? std::string("the file says no pace of its animations: 25 ticks a second are taken")
+                        : fmt::format("animation {} is of {} ticks a second: 25 are taken", name, ticksPerSecond));
         ticksPerSecond = 25;
     }
     // It begins at 0 s at the latest, and ends with its last key or where the file says, whichever is later.
@@ -443,7 +473,8 @@ void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
         look(source.mChannels[c]->mRotationKeys, source.mChannels[c]->mNumRotationKeys);
         look(source.mChannels[c]->mScalingKeys, source.mChannels[c]->mNumScalingKeys);
     }
-    for (unsigned c = 0; c < source.mNumMorphMeshChannels; ++c) look(source.mMorphMeshChannels[c]->mKeys, source.mMorphMeshChannels[c]->mNumKeys);
+    for (unsigned c = 0; c < source.mNumMorphMeshChannels; ++c)
+        look(source.mMorphMeshChannels[c]->mKeys, source.mMorphMeshChannels[c]->mNumKeys);
     if (first < 0) scene_.note(fmt::format("animation {} begins {:.3g} s before 0: it is moved to 0", name, -first));
     // Of a Half-Life model assimp takes the frames of a second for those of all it has.
     const double told = ending_ == ".mdl" ? last : source.mDuration / ticksPerSecond;
@@ -452,7 +483,8 @@ void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
     driven_.clear();
     tracks_.clear();
     for (unsigned c = 0; c < source.mNumChannels; ++c) addChannel(*source.mChannels[c], ticksPerSecond);
-    for (unsigned c = 0; c < source.mNumMorphMeshChannels; ++c) addMorphChannel(*source.mMorphMeshChannels[c], ticksPerSecond);
+    for (unsigned c = 0; c < source.mNumMorphMeshChannels; ++c)
+        addMorphChannel(*source.mMorphMeshChannels[c], ticksPerSecond);
     if (source.mNumMeshChannels > 0) scene_.note("animations that swap whole meshes are left out");
     holdUntilTheEnd();
     animations_.add(name, written());
@@ -461,7 +493,8 @@ void AssimpMotion::addAnimation(const aiAnimation& source, std::size_t number) {
 void AssimpMotion::finish() {
     for (unsigned a = 0; a < source_.mNumAnimations; ++a) addAnimation(*source_.mAnimations[a], a);
     animations_.finish();
-    for (const auto& [what, seen] : odd_) scene_.note(fmt::format("{} ({}, the first of '{}')", what, seen.first, seen.second));
+    for (const auto& [what, seen] : odd_)
+        scene_.note(fmt::format("{} ({}, the first of '{}')", what, seen.first, seen.second));
 }
 
 }  // namespace tessera

@@ -1,4 +1,5 @@
-/// What moves in a file that assimp reads: bones become the joints of Skins, mesh variants their morph targets, channels key frames.
+/// What moves in a file that assimp reads: bones become the joints of Skins, mesh variants their morph targets,
+/// channels key frames.
 #pragma once
 
 #include <assimp/matrix4x4.h>
@@ -32,11 +33,13 @@ public:
     /// Whether a bone or a channel names this node: then it is made, whatever else it is good for.
     [[nodiscard]] bool isNamed(const aiNode& node) const { return keys_.contains(&node); }
     /// The node's place, with its key. An animated one has the three parts that channels replace.
-    proto::scene::Node* place(const std::function<proto::scene::Node*()>& make, const std::string& name, const aiNode& node, const Affine3d& parent_T_node);
+    proto::scene::Node* place(const std::function<proto::scene::Node*()>& make, const std::string& name,
+                              const aiNode& node, const Affine3d& parent_T_node);
     /// Whether bones or morph targets deform the mesh; what has no triangles stays at rest, which is said.
     [[nodiscard]] bool deforms(const aiMesh& mesh);
     /// Makes `child` the Skin of the mesh that is called `name`, as `node` places it. `placed`: the parent of `child`.
-    void addSkin(proto::scene::Node& child, proto::scene::Node& placed, const aiNode& node, unsigned mesh, const std::string& name);
+    void addSkin(proto::scene::Node& child, proto::scene::Node& placed, const aiNode& node, unsigned mesh,
+                 const std::string& name);
     /// The animations, and what there was to say.
     void finish();
 
@@ -79,17 +82,17 @@ private:
     PlainScene& scene_;
     std::string ending_;
     AnimationNodes animations_;
-    std::map<std::string, const aiNode*> nodes_;     ///< the first of each name
+    std::map<std::string, const aiNode*> nodes_;  ///< the first of each name
     std::set<std::string> ambiguous_;
-    std::map<const aiNode*, std::uint32_t> keys_;    ///< of the nodes that are named
+    std::map<const aiNode*, std::uint32_t> keys_;  ///< of the nodes that are named
     std::set<const aiNode*> animated_;
     std::uint32_t lastKey_ = 0;
-    std::map<unsigned, Bound> bounds_;               ///< by mesh
+    std::map<unsigned, Bound> bounds_;  ///< by mesh
     struct Morphed {
         std::uint32_t key;
         unsigned mesh;
     };
-    std::multimap<std::string, Morphed> morphed_;    ///< by the names of the node and of the mesh
+    std::multimap<std::string, Morphed> morphed_;  ///< by the names of the node and of the mesh
     std::map<std::string, std::pair<std::size_t, std::string>> odd_;
     // Of the animation that is being made.
     double shift_ = 0, length_ = 0;  ///< s

@@ -16,11 +16,11 @@
 #include <span>
 
 #include "server/import/reader/AssimpFiles.h"
-#include "server/import/reader/AssimpMending.h"
-#include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/AssimpMaterials.h"
+#include "server/import/reader/AssimpMending.h"
 #include "server/import/reader/AssimpMotion.h"
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SoundParts.h"
 #include "server/import/reader/VolumeFiles.h"
@@ -35,8 +35,12 @@ bool isBarePoints(const aiMesh& mesh) {
 
 class AssimpConverter {
 public:
-    AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown, const std::string& lowerEnding)
-        : source_(scene), limits_(limits), materials_(scene, files, limits, sidesUnknown, scene_), motion_(scene, scene_, lowerEnding) {}
+    AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown,
+                    const std::string& lowerEnding)
+        : source_(scene),
+          limits_(limits),
+          materials_(scene, files, limits, sidesUnknown, scene_),
+          motion_(scene, scene_, lowerEnding) {}
 
     Expected<PlainScene> convert() {
         if (source_.mNumCameras > 0) scene_.note("cameras of this format are left out");
@@ -149,7 +153,8 @@ private:
             }
         // Faces have been looked at; bare points have none.
         if (data.primitive == Primitive::kPoints)
-            if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty()) scene_.noteMissing(leftOut);
+            if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty())
+                scene_.noteMissing(leftOut);
         if (data.empty()) return;
         usable_.insert(index);
         scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
@@ -192,8 +197,9 @@ Assimp::Importer& newImporter(const FolderFiles& files, BeforeAssimp& before) {
     return importer;
 }
 
-/// Of a Half-Life model assimp 5.2.5 lists all bones below one node, and says by mParent alone whose child each is: here each comes below its parent, as
-/// long as that leads up to the root. The scene is never deleted (see below), so neither are the lists that it had.
+/// Of a Half-Life model assimp 5.2.5 lists all bones below one node, and says by mParent alone whose child each is:
+/// here each comes below its parent, as long as that leads up to the root. The scene is never deleted (see below), so
+/// neither are the lists that it had.
 void hangUnderParents(const aiScene& scene) {
     struct Hung {
         aiNode* node;
@@ -235,7 +241,8 @@ std::string readEndings(const Assimp::Importer& importer) {
     for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
     std::string all;
     importer.GetExtensionList(all);  // "*.3ds;*.dae;…"
-    for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1)) endings.insert(all.substr(at, all.find(';', at) - at));
+    for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1))
+        endings.insert(all.substr(at, all.find(';', at) - at));
     return fmt::format("{}", fmt::join(endings, ", "));
 }
 
@@ -243,9 +250,11 @@ std::string readEndings(const Assimp::Importer& importer) {
 std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
     // FBX counts its axes from 0, and assimp leaves them as they are.
-    if (int axis = 0; scene.mMetaData != nullptr && scene.mMetaData->Get("UpAxis", axis)) return axis == 2 ? kZ : axis == 1 ? kY : kUnknown;
+    if (int axis = 0; scene.mMetaData != nullptr && scene.mMetaData->Get("UpAxis", axis))
+        return axis == 2 ? kZ : axis == 1 ? kY : kUnknown;
     // Assimp turns these until Y is up, and not those, whose Z always is.
-    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask", ".dxf"}, notTurned = {".3mf", ".blend"};
+    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask", ".dxf"},
+                                       notTurned = {".3mf", ".blend"};
     return turned.contains(lowerEnding) ? kY : notTurned.contains(lowerEnding) ? kZ : kUnknown;
 }
 
@@ -285,7 +294,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     Assimp::Importer& importer = newImporter(files, before);
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
-        return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'; read are {}", extension, readEndings(importer)));
+        return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'; read are {}",
+                                                         extension, readEndings(importer)));
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
     std::vector<std::string> leftOut;
@@ -315,8 +325,9 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
         scene = read(again);
         if (scene != nullptr && scene->mRootNode != nullptr) {
             const std::set<std::string> gone = mendScene(const_cast<aiScene&>(*scene));
-            mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}", reason.substr(kInvalid.size()),
-                                 gone.empty() ? "" : "; left out are ", fmt::join(gone, ", "));
+            mended = fmt::format("assimp finds fault with it ({}): what is sound of it is shown{}{}",
+                                 reason.substr(kInvalid.size()), gone.empty() ? "" : "; left out are ",
+                                 fmt::join(gone, ", "));
             const unsigned unchecked = ofFaces & ~static_cast<unsigned>(aiProcess_ValidateDataStructure);
             if (scene->mNumMeshes > 0) {
                 scene = again.ApplyPostProcessing(aiProcess_FlipUVs | unchecked);
@@ -336,7 +347,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     std::string lower = extension;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    Expected<PlainScene> converted = AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
+    Expected<PlainScene> converted =
+        AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
     if (!converted) return converted;
     for (const std::string& note : before.notes()) converted->note(note);
     for (const std::string& note : leftOut) converted->noteMissing(note);

@@ -52,12 +52,15 @@ Expected<void> checkSmd(std::string_view text, std::vector<std::string>& notes) 
             std::uint64_t links = 0;
             if (words.size() < 10 || !isNumber(words[9], links)) continue;
             if (links > words.size() || words.size() < 10 + 2 * links)
-                return failInLine(lines.line(), fmt::format("a corner announces {} bones, and names {}", links, (words.size() - 10) / 2));
+                return failInLine(lines.line(), fmt::format("a corner announces {} bones, and names {}", links,
+                                                            (words.size() - 10) / 2));
         }
     }
     // It goes on for ever in this one alone.
     if (section == "nodes") return failInLine(begun, "the section 'nodes' has no end");
-    if (!section.empty()) notes.push_back(fmt::format("the section '{}' (line {}) has no end: it is cut off", section.substr(0, 40), begun));
+    if (!section.empty())
+        notes.push_back(
+            fmt::format("the section '{}' (line {}) has no end: it is cut off", section.substr(0, 40), begun));
     return {};
 }
 
@@ -80,14 +83,16 @@ public:
         };
         const auto sized = [&](Items& items) -> Expected<void> {
             const std::optional<std::uint64_t> said = number(1);
-            if (!said || *said > mostItems_) return failInLine(at, fmt::format("{} is more than the file has lines", words[0]));
+            if (!said || *said > mostItems_)
+                return failInLine(at, fmt::format("{} is more than the file has lines", words[0]));
             items = {std::vector<bool>(*said), at};
             return {};
         };
         const auto declared = [&](Items& items, const char* of) -> Expected<std::uint64_t> {
             const std::optional<std::uint64_t> said = number(1);
             if (!said || *said >= items.there.size())
-                return failInLine(at, fmt::format("'{}' names none of the {} {} announced", wordAt(words, 1), items.there.size(), of));
+                return failInLine(at, fmt::format("'{}' names none of the {} {} announced", wordAt(words, 1),
+                                                  items.there.size(), of));
             items.there[*said] = true;
             return *said;
         };
@@ -103,18 +108,22 @@ public:
             const Expected<std::uint64_t> which = declared(verts_, "vertices");
             if (!which) return tl::unexpected(which.error());
             const std::optional<std::uint64_t> first = number(words.size() - 2), count = number(words.size() - 1);
-            if (words.size() < 4 || !first || !count) return failInLine(at, "a vertex names its first weight and how many it has");
+            if (words.size() < 4 || !first || !count)
+                return failInLine(at, "a vertex names its first weight and how many it has");
             moved_.push_back({*first, *count, at});
         }
         if (words[0] == "tri") {  // tri NUMBER A B C
-            if (const Expected<std::uint64_t> which = declared(tris_, "triangles"); !which) return tl::unexpected(which.error());
+            if (const Expected<std::uint64_t> which = declared(tris_, "triangles"); !which)
+                return tl::unexpected(which.error());
             for (std::size_t corner = 2; corner < 5; ++corner)
-                if (const Expected<std::uint64_t> vertex = within(corner, verts_.there.size(), "vertices"); !vertex) return tl::unexpected(vertex.error());
+                if (const Expected<std::uint64_t> vertex = within(corner, verts_.there.size(), "vertices"); !vertex)
+                    return tl::unexpected(vertex.error());
         }
         if (words[0] == "weight") {  // weight NUMBER JOINT WEIGHT ( x y z )
             const Expected<std::uint64_t> which = declared(weights_, "weights");
             if (!which) return tl::unexpected(which.error());
-            if (const Expected<std::uint64_t> joint = within(2, joints_, "joints"); !joint) return tl::unexpected(joint.error());
+            if (const Expected<std::uint64_t> joint = within(2, joints_, "joints"); !joint)
+                return tl::unexpected(joint.error());
             float weight = 0;
             if (words.size() > 3) (void)isNumber(words[3], weight);
             if (values_.size() <= *which) values_.resize(*which + 1);
@@ -124,17 +133,20 @@ public:
     }
     /// At the mesh's end. Adds to the vertices that nothing moves, and keeps the line of the first.
     Expected<void> end(std::size_t& unmoved, std::size_t& firstUnmoved) const {
-        for (const auto& [items, of] : {std::pair(&verts_, "vertices"), std::pair(&tris_, "triangles"), std::pair(&weights_, "weights")})
+        for (const auto& [items, of] :
+             {std::pair(&verts_, "vertices"), std::pair(&tris_, "triangles"), std::pair(&weights_, "weights")})
             if (const auto missing = std::ranges::find(items->there, false); missing != items->there.end())
-                return failInLine(items->line, fmt::format("of the {} {} announced number {} is not there", items->there.size(), of,
-                                                           missing - items->there.begin()));
+                return failInLine(items->line, fmt::format("of the {} {} announced number {} is not there",
+                                                           items->there.size(), of, missing - items->there.begin()));
         const std::uint64_t weights = weights_.there.size();
         for (const Moved& vertex : moved_) {
             if (vertex.count > weights || vertex.first > weights - vertex.count)
                 return failInLine(vertex.line,
-                                  fmt::format("its {} weights from number {} on are not among the {} there are", vertex.count, vertex.first, weights));
+                                  fmt::format("its {} weights from number {} on are not among the {} there are",
+                                              vertex.count, vertex.first, weights));
             double sum = 0;
-            for (std::uint64_t w = vertex.first; w < vertex.first + vertex.count && w < values_.size(); ++w) sum += values_[w];
+            for (std::uint64_t w = vertex.first; w < vertex.first + vertex.count && w < values_.size(); ++w)
+                sum += values_[w];
             if (!(std::abs(sum) > 1e-20) && unmoved++ == 0) firstUnmoved = vertex.line;
         }
         return {};
@@ -164,7 +176,8 @@ void cutRemark(std::vector<std::string_view>& words) {
 }  // namespace
 
 Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& notes) {
-    const auto most = static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return c == '\n' || c == '\r'; })) + 1;
+    const auto most =
+        static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return c == '\n' || c == '\r'; })) + 1;
     TextLines lines(text);
     std::vector<std::string_view> words;
     std::size_t joints = 0, unmoved = 0, firstUnmoved = 0, begun = 0;
@@ -191,7 +204,8 @@ Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& not
         if (section == "joints" && words[0].starts_with('"')) {
             ++joints;
             std::int64_t parent = 0;
-            if (words.size() < 2 || !isNumber(words[1], parent) || parent < -1 || parent >= static_cast<std::int64_t>(most))
+            if (words.size() < 2 || !isNumber(words[1], parent) || parent < -1 ||
+                parent >= static_cast<std::int64_t>(most))
                 return failInLine(lines.line(), "a joint's parent is the number of a joint, or -1");
         }
         if (mesh)
@@ -199,8 +213,9 @@ Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& not
     }
     if (!section.empty()) return failInLine(begun, fmt::format("the section '{}' has no end", section.substr(0, 40)));
     if (unmoved > 0)
-        notes.push_back(fmt::format("the weights of {} {} to nothing (the first: line {}): no joint moves what they belong to", unmoved,
-                                    unmoved == 1 ? "vertex sum up" : "vertices sum up", firstUnmoved));
+        notes.push_back(
+            fmt::format("the weights of {} {} to nothing (the first: line {}): no joint moves what they belong to",
+                        unmoved, unmoved == 1 ? "vertex sum up" : "vertices sum up", firstUnmoved));
     return {};
 }
 
@@ -221,25 +236,32 @@ Expected<void> checkMd5Animation(std::string_view text) {
             continue;
         }
         if (words[0] == "}") {
-            if (section == "baseframe" && poses < bones) return failInLine(begun, fmt::format("{} joints, and a base frame of {}", bones, poses));
+            if (section == "baseframe" && poses < bones)
+                return failInLine(begun, fmt::format("{} joints, and a base frame of {}", bones, poses));
             if (section == "frame" && numbers < needed)
-                return failInLine(begun, fmt::format("the hierarchy asks for {} numbers a frame, and here are {}", needed, numbers));
+                return failInLine(
+                    begun, fmt::format("the hierarchy asks for {} numbers a frame, and here are {}", needed, numbers));
             section.clear();
             continue;
         }
         if (section == "hierarchy") {  // "NAME" PARENT FLAGS FIRST
             std::int64_t parent = 0;
             std::uint32_t flags = 0, first = 0;
-            if (words.size() < 4 || !isNumber(words[1], parent) || parent < -1 || !isNumber(words[2], flags) || !isNumber(words[3], first))
-                return failInLine(lines.line(), "this is no joint: a name, its parent, which numbers move it, the first of them");
+            if (words.size() < 4 || !isNumber(words[1], parent) || parent < -1 || !isNumber(words[2], flags) ||
+                !isNumber(words[3], first))
+                return failInLine(lines.line(),
+                                  "this is no joint: a name, its parent, which numbers move it, the first of them");
             ++bones;
-            if (flags != 0) needed = std::max(needed, std::uint64_t{first} + static_cast<std::uint64_t>(__builtin_popcount(flags & 0x3f)));
+            if (flags != 0)
+                needed = std::max(needed,
+                                  std::uint64_t{first} + static_cast<std::uint64_t>(__builtin_popcount(flags & 0x3f)));
         }
         if (section == "baseframe") ++poses;
         if (section == "frame") numbers += words.size();
     }
     if (!section.empty()) return failInLine(begun, fmt::format("the section '{}' has no end", section.substr(0, 40)));
-    if (bones > 0 && poses < bones) return fail(ErrorCode::kBadInput, fmt::format("{} joints, and a base frame of {}", bones, poses));
+    if (bones > 0 && poses < bones)
+        return fail(ErrorCode::kBadInput, fmt::format("{} joints, and a base frame of {}", bones, poses));
     return {};
 }
 
@@ -252,8 +274,10 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     std::vector<std::string> said, missing;
     bool changed = false;
     const auto mended = [&](const Expected<bool>& outcome) {
-        if (outcome) changed = *outcome;
-        else sound = tl::unexpected(outcome.error());
+        if (outcome)
+            changed = *outcome;
+        else
+            sound = tl::unexpected(outcome.error());
     };
     if (ending == "ply") mended(mendPly(bytes, said, &missing));
     if (ending == "stl") mended(mendStl(bytes, said, &missing));
@@ -266,7 +290,8 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     if (ending == "md5anim") sound = checkMd5Animation(text);
     if (!sound && !refusal_) {
         refusal_ = sound.error();
-        refusal_->message = fmt::format("'{}' cannot be read: {}", path.substr(path.rfind('/') + 1), sound.error().message);
+        refusal_->message =
+            fmt::format("'{}' cannot be read: {}", path.substr(path.rfind('/') + 1), sound.error().message);
     }
     if (!sound) return false;
     if (!changed) sound_.insert(path);

@@ -1,4 +1,5 @@
-/// Looks at files before assimp 5.2.5 sees them: what it believes without a look makes it read beyond its arrays, or run for ever.
+/// Looks at files before assimp 5.2.5 sees them: what it believes without a look makes it read beyond its arrays, or
+/// run for ever.
 #pragma once
 
 #include <optional>
@@ -13,38 +14,45 @@
 
 namespace tessera {
 
-// Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of how many. Whether anything was
-// changed; refused where nothing can be shown. Into `missing`: of the notes those of triangles, faces or points that are not there.
+// Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of
+// how many. Whether anything was changed; refused where nothing can be shown. Into `missing`: of the notes those of
+// triangles, faces or points that are not there.
 
-/// A PLY gets a header that announces what is there; strips become triangles, and several elements of faces one. Rows of faces that are none are left out.
-/// Refused are vertices that are none, or that nothing places. Into `notes` besides: properties, elements and what is behind them that are not shown.
-[[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
-/// An STL ends with a whole triangle; facets of more corners are cut into some. A binary one has the size that its count says; where that is 0, the count
-/// that its size says.
-[[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
+/// A PLY gets a header that announces what is there; strips become triangles, and several elements of faces one. Rows
+/// of faces that are none are left out. Refused are vertices that are none, or that nothing places. Into `notes`
+/// besides: properties, elements and what is behind them that are not shown.
+[[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes,
+                                     std::vector<std::string>* missing = nullptr);
+/// An STL ends with a whole triangle; facets of more corners are cut into some. A binary one has the size that its
+/// count says; where that is 0, the count that its size says.
+[[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes,
+                                     std::vector<std::string>* missing = nullptr);
 /// Headers of binary ones begin with "solid" too.
 [[nodiscard]] bool isTextStl(std::string_view bytes);
-/// An OFF counts the faces that are there, each in a line, and of as many corners as assimp reads; those that are none are left out. Refused are vertices
-/// that are none. Into `notes` besides: what is behind vertices and corners.
-[[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
+/// An OFF counts the faces that are there, each in a line, and of as many corners as assimp reads; those that are none
+/// are left out. Refused are vertices that are none. Into `notes` besides: what is behind vertices and corners.
+[[nodiscard]] Expected<bool> mendOff(Bytes& bytes, std::vector<std::string>& notes,
+                                     std::vector<std::string>* missing = nullptr);
 /// The note of a text that ends within a line: 17346 cut to 1734 is a number, too.
 [[nodiscard]] std::string doubtOfLastLine(std::size_t line);
 /// Of a DXF without its end.
 void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 
-/// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many as they announce. Into `notes`:
-/// another section without an end.
+/// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many
+/// as they announce. Into `notes`: another section without an end.
 [[nodiscard]] Expected<void> checkSmd(std::string_view text, std::vector<std::string>& notes);
 /// Counts, indices of vertices, weights and joints of Doom 3's models; into `notes`: vertices that nothing moves.
 [[nodiscard]] Expected<void> checkMd5Mesh(std::string_view text, std::vector<std::string>& notes);
 /// Key frames of Doom 3's animations have the numbers that their hierarchy asks for.
 [[nodiscard]] Expected<void> checkMd5Animation(std::string_view text);
-/// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite, become blanks; into
-/// `notes`: how many they are, and the first with its line. So do remarks behind faces, and numbers that begin with a point get a zero before it: assimp
-/// knows neither. Free-form statements, of which assimp takes some for others, become blanks, as noteOfFreeform says. Whether anything was changed.
+/// Statements of an OBJ that name vertices or texture coordinates that do not exist, or vertices that are not finite,
+/// become blanks; into `notes`: how many they are, and the first with its line. So do remarks behind faces, and numbers
+/// that begin with a point get a zero before it: assimp knows neither. Free-form statements, of which assimp takes some
+/// for others, become blanks, as noteOfFreeform says. Whether anything was changed.
 bool mendObj(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
-/// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates, those of version 2.11, and curves of
-/// trims that no surface takes. Each by name, with how many and the first's line. Empty: all are read.
+/// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates,
+/// those of version 2.11, and curves of trims that no surface takes. Each by name, with how many and the first's line.
+/// Empty: all are read.
 [[nodiscard]] std::string noteOfFreeform(std::string_view text);
 
 /// The checks for each file that assimp opens for one model, by its ending.

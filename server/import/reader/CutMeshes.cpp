@@ -73,7 +73,9 @@ bool hasTriangles(const Bytes& bytes, std::uint64_t many) {
 }
 
 Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
-    if (bytes.size() < kStlHead) return fail(ErrorCode::kBadInput, fmt::format("it ends after {} bytes, within its header of {}", bytes.size(), kStlHead));
+    if (bytes.size() < kStlHead)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("it ends after {} bytes, within its header of {}", bytes.size(), kStlHead));
     std::uint32_t announced = 0;
     std::memcpy(&announced, bytes.data() + kStlCountAt, sizeof(announced));
     const std::uint64_t left = bytes.size() - kStlHead;
@@ -83,15 +85,19 @@ Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes, std:
     if (left == std::uint64_t{announced} * kStlTriangle || !hasTriangles(bytes, looked)) return false;
     std::uint64_t shown = std::min<std::uint64_t>(announced, there);
     if (there < announced) {
-        const std::string what = fmt::format("its header announces {} triangles, and {} of them {} there: it is cut off", announced, there, are(there));
+        const std::string what = fmt::format(
+            "its header announces {} triangles, and {} of them {} there: it is cut off", announced, there, are(there));
         if (there == 0) return fail(ErrorCode::kBadInput, what);
         notes.push_back(what);
         if (missing != nullptr) missing->push_back(what);
-    } else if (announced == 0 && left % kStlTriangle == 0) {  // as is left by who writes while the number is not yet known
-        notes.push_back(fmt::format("its header announces no triangles, and {} {} there: they are shown", there, are(there)));
+    } else if (announced == 0 &&
+               left % kStlTriangle == 0) {  // as is left by who writes while the number is not yet known
+        notes.push_back(
+            fmt::format("its header announces no triangles, and {} {} there: they are shown", there, are(there)));
         shown = there;
     } else {
-        notes.push_back(fmt::format("{} bytes behind the {} triangles that its header announces are left out", left - shown * kStlTriangle, announced));
+        notes.push_back(fmt::format("{} bytes behind the {} triangles that its header announces are left out",
+                                    left - shown * kStlTriangle, announced));
     }
     bytes.resize(kStlHead + shown * kStlTriangle);
     const auto count = static_cast<std::uint32_t>(shown);
@@ -101,7 +107,7 @@ Expected<bool> mendBinaryStl(Bytes& bytes, std::vector<std::string>& notes, std:
 
 /// Of an STL in text.
 struct StlFacet {
-    std::size_t begun = 0;  ///< where it begins
+    std::size_t begun = 0;                          ///< where it begins
     std::vector<std::string_view> normal, corners;  ///< a word for each number
     std::vector<float> places;                      ///< of the corners
     std::string fault;
@@ -112,7 +118,8 @@ void readNumbers(StlWords& words, std::vector<std::string_view>& numbers, StlFac
     std::string_view word;
     for (int i = 0; i < 3 && words.next(word); ++i) {
         double value = 0;
-        if (!isReal(word, value) && facet.fault.empty()) facet.fault = fmt::format("line {}: '{}' is no number", words.line(), word.substr(0, 40));
+        if (!isReal(word, value) && facet.fault.empty())
+            facet.fault = fmt::format("line {}: '{}' is no number", words.line(), word.substr(0, 40));
         if (&numbers == &facet.corners) facet.places.push_back(static_cast<float>(value));
         numbers.push_back(word);
     }
@@ -132,16 +139,21 @@ Expected<std::string> cutFacets(std::string_view text) {
             inSolid = word == "solid";
         }
         if (word == "facet") facet = {.begun = words.at() - word.size()};
-        if (word == "normal") readNumbers(words, facet.normal, facet);
-        else if (word == "vertex") readNumbers(words, facet.corners, facet);
+        if (word == "normal")
+            readNumbers(words, facet.normal, facet);
+        else if (word == "vertex")
+            readNumbers(words, facet.corners, facet);
         if (word != "endfacet" || facet.corners.size() <= 9) continue;
         if (!facet.fault.empty()) return fail(ErrorCode::kBadInput, facet.fault);
-        const Expected<std::vector<std::uint32_t>> triangles = assembleRuns({.kind = RunKind::kPolygons, .positions = facet.places, .indices = {}, .lengths = {}});
+        const Expected<std::vector<std::uint32_t>> triangles =
+            assembleRuns({.kind = RunKind::kPolygons, .positions = facet.places, .indices = {}, .lengths = {}});
         if (!triangles) return failWith(fmt::format("line {}", words.line()), triangles.error());
         made.append(text.substr(done, facet.begun - done));
         for (std::size_t i = 0; i < triangles->size(); ++i) {
             if (i % 3 == 0) made += fmt::format("facet normal {} outer loop\n", fmt::join(facet.normal, " "));
-            made += fmt::format("vertex {}\n", fmt::join(facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i], facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i] + 3, " "));
+            made += fmt::format("vertex {}\n",
+                                fmt::join(facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i],
+                                          facet.corners.begin() + std::ptrdiff_t{3} * (*triangles)[i] + 3, " "));
             if (i % 3 == 2) made += "endloop endfacet\n";
         }
         done = words.at();
@@ -159,7 +171,8 @@ bool isTextStl(std::string_view bytes) {
 namespace {
 
 /// `hasMore`: whether a facet has more than three corners.
-Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing, bool& hasMore) {
+Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing,
+                          bool& hasMore) {
     const std::string_view text = asText(bytes);
     StlWords words(text);
     std::string_view word;
@@ -195,7 +208,8 @@ Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, std::ve
         }
     }
     if (!inSolid) return false;
-    std::string what = inFacet ? fmt::format("it ends within a triangle (line {})", begun) : std::string("it ends without 'endsolid'");
+    std::string what =
+        inFacet ? fmt::format("it ends within a triangle (line {})", begun) : std::string("it ends without 'endsolid'");
     what += fmt::format(": it is cut off; {} whole {} there", whole, whole == 1 ? "triangle is" : "triangles are");
     if (whole == 0) return fail(ErrorCode::kBadInput, what);
     if (missing != nullptr) missing->push_back(what);

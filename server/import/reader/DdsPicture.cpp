@@ -25,7 +25,8 @@ std::uint32_t ddsWord(ByteSpan bytes, std::size_t at) {
 }
 
 constexpr std::uint32_t fourCc(const char (&text)[5]) {
-    return static_cast<std::uint32_t>(text[0]) | static_cast<std::uint32_t>(text[1]) << 8 | static_cast<std::uint32_t>(text[2]) << 16 | static_cast<std::uint32_t>(text[3]) << 24;
+    return static_cast<std::uint32_t>(text[0]) | static_cast<std::uint32_t>(text[1]) << 8 |
+           static_cast<std::uint32_t>(text[2]) << 16 | static_cast<std::uint32_t>(text[3]) << 24;
 }
 
 /// Of a DXGI_FORMAT.
@@ -163,16 +164,23 @@ Expected<DecodedImage> decodeDds(ByteSpan bytes) {
     const bool cube = (caps & kCube) || (later && (ddsWord(bytes, 136) & 0x4));
     const bool solid = dimension == 4 || (!later && (caps & kVolume));
     if (!later && cube && (caps & kAllFaces) != kAllFaces) return badDds("is a cube that lacks faces");
-    if (later && ddsWord(bytes, 140) > 1) return badDds(fmt::format("is an array of {} textures, which is not read", ddsWord(bytes, 140)));
-    TextureFile file{.kind = "a DDS texture", .layout = *layout, .widthPx = ddsWord(bytes, 16), .heightPx = ddsWord(bytes, 12)};
+    if (later && ddsWord(bytes, 140) > 1)
+        return badDds(fmt::format("is an array of {} textures, which is not read", ddsWord(bytes, 140)));
+    TextureFile file{
+        .kind = "a DDS texture", .layout = *layout, .widthPx = ddsWord(bytes, 16), .heightPx = ddsWord(bytes, 12)};
     if (solid) file.depthPx = ddsWord(bytes, 24);
     if (dimension == 2) file.heightPx = 1;
-    file.shape = cube ? DdsMessage::CUBE : solid ? DdsMessage::SOLID : dimension == 2 ? DdsMessage::LINE : DdsMessage::FLAT;
+    file.shape = cube             ? DdsMessage::CUBE
+                 : solid          ? DdsMessage::SOLID
+                 : dimension == 2 ? DdsMessage::LINE
+                                  : DdsMessage::FLAT;
     file.mipmaps = std::max<std::uint32_t>(1, ddsWord(bytes, 28));
     // Face by face, of each its levels; what is asked for comes in another order.
     const bool blocks = layout->encoding >= DdsMessage::BC1;
     const auto levelBytes = [&](std::uint64_t level) {
-        const auto half = [level](std::uint64_t px) { return std::max<std::uint64_t>(1, level < 32 ? px >> level : 0); };
+        const auto half = [level](std::uint64_t px) {
+            return std::max<std::uint64_t>(1, level < 32 ? px >> level : 0);
+        };
         const auto across = [&](std::uint64_t px) { return blocks ? (half(px) + 3) / 4 : half(px); };
         return across(file.widthPx) * across(file.heightPx) * layout->bytes * (solid ? half(file.depthPx) : 1);
     };

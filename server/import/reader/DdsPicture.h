@@ -7,8 +7,9 @@ namespace tessera {
 
 /// Whether the bytes begin as such a file does.
 [[nodiscard]] bool isDds(ByteSpan bytes);
-/// bc1 to bc7 as they are, with their mipmaps; pixels of up to 32 bits to RGBA, floats to RGBE. Flat ones, lines, cubes, solids. kBadInput or kLimit, with the
-/// reason: damaged, an array of textures, of a format that is none of these (named).
+/// bc1 to bc7 as they are, with their mipmaps; pixels of up to 32 bits to RGBA, floats to RGBE. Flat ones, lines,
+/// cubes, solids. kBadInput or kLimit, with the reason: damaged, an array of textures, of a format that is none of
+/// these (named).
 [[nodiscard]] Expected<DecodedImage> decodeDds(ByteSpan bytes);
 
 }  // namespace tessera

@@ -46,7 +46,9 @@ std::vector<std::string> partsOf(const std::string& name) {
         else
             parts.back() += c;
     }
-    std::erase_if(parts, [](const std::string& part) { return part.empty() || part == "." || part == ".." || part.back() == ':'; });
+    std::erase_if(parts, [](const std::string& part) {
+        return part.empty() || part == "." || part == ".." || part.back() == ':';
+    });
     return parts;
 }
 
@@ -147,12 +149,16 @@ Expected<FolderFiles::Found> FolderFiles::find(const std::string& name) const {
     if (best == nullptr) return tl::unexpected(exact.error());
     Expected<std::string> found = resolve(*best);
     if (!found) return tl::unexpected(exact.error());
-    return Found{std::move(*found), fmt::format("'{}' was found as '{}'", inside ? name.substr(folder_.size() + 1) : name, *best)};
+    return Found{std::move(*found),
+                 fmt::format("'{}' was found as '{}'", inside ? name.substr(folder_.size() + 1) : name, *best)};
 }
 
 Expected<Bytes> FolderFiles::readFound(const Found& found) const {
     Expected<Bytes> bytes = readOrdinaryFile(found.path, maxBytes_);
-    if (!bytes) return fail(bytes.error().code, fmt::format("'{}' {}", found.path.substr(folder_.size() + (folder_ == "/" ? 0 : 1)), bytes.error().message));
+    if (!bytes)
+        return fail(bytes.error().code,
+                    fmt::format("'{}' {}", found.path.substr(folder_.size() + (folder_ == "/" ? 0 : 1)),
+                                bytes.error().message));
     return bytes;
 }
 

@@ -34,16 +34,18 @@ public:
         std::string path;  ///< real
         std::string note;  ///< where it is, if not where `name` says; else empty
     };
-    /// As resolve; what is not there is looked for as tools of other systems name it: `C:\\maps\\Wood.PNG`, `..\\wood.png`. Of the files in the folder and
-    /// below with the name's last part, in whatever case, the one whose folders agree with it the farthest from the end; of those the nearest to
-    /// the folder, then the first by name. Looks at 20,000 names and six folders deep at most; the error is resolve's.
+    /// As resolve; what is not there is looked for as tools of other systems name it: `C:\\maps\\Wood.PNG`,
+    /// `..\\wood.png`. Of the files in the folder and below with the name's last part, in whatever case, the one whose
+    /// folders agree with it the farthest from the end; of those the nearest to the folder, then the first by name.
+    /// Looks at 20,000 names and six folders deep at most; the error is resolve's.
     [[nodiscard]] Expected<Found> find(const std::string& name) const;
     [[nodiscard]] Expected<Bytes> readFound(const Found& found) const;
 
 private:
     std::string folder_;
     std::size_t maxBytes_;
-    mutable std::multimap<std::string, std::string> names_;  ///< by the last part in lower case: paths below the folder. One thread.
+    mutable std::multimap<std::string, std::string>
+        names_;  ///< by the last part in lower case: paths below the folder. One thread.
     mutable bool listed_ = false;
 };
 

@@ -16,13 +16,18 @@ std::string fieldOfPath(const std::string& path) {
 
 }  // namespace
 
-std::uint32_t GltfReader::keyOf(int node) { return static_cast<std::uint32_t>(node) + 1; }
+std::uint32_t GltfReader::keyOf(int node) {
+    return static_cast<std::uint32_t>(node) + 1;
+}
 
-Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& animation, int number, const std::string& path, std::size_t components) {
+Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& animation, int number,
+                                                  const std::string& path, std::size_t components) {
     if (number < 0 || static_cast<std::size_t>(number) >= animation.samplers.size())
         return fail(ErrorCode::kBadInput, fmt::format("animation sampler {} does not exist", number));
     const tinygltf::AnimationSampler& source = animation.samplers[static_cast<std::size_t>(number)];
-    const auto senseless = [&] { return fail(ErrorCode::kBadInput, fmt::format("animation sampler {} has keys that make no sense", number)); };
+    const auto senseless = [&] {
+        return fail(ErrorCode::kBadInput, fmt::format("animation sampler {} has keys that make no sense", number));
+    };
     Sampled sampled;
     sampled.interpolation = source.interpolation == "STEP"          ? proto::scene::Channel::STEP
                             : source.interpolation == "CUBICSPLINE" ? proto::scene::Channel::SPLINE
@@ -33,15 +38,18 @@ Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& ani
     const bool scalars = path == "weights";  // an element per target
     Expected<std::vector<float>> values = accessors_.floats(source.output, scalars ? 1 : static_cast<int>(components));
     if (!values) return tl::unexpected(values.error());
-    const bool ascending = std::adjacent_find(times->begin(), times->end(), [](float a, float b) { return !(a < b); }) == times->end();
+    const bool ascending =
+        std::adjacent_find(times->begin(), times->end(), [](float a, float b) { return !(a < b); }) == times->end();
     const bool finite = std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); });
-    if (times->empty() || times->size() > kMaxKeysPerChannel || times->size() * parts * components != values->size() || !ascending || !finite ||
-        !(times->front() >= 0.0f) || !(times->back() <= 1e9f))
+    if (times->empty() || times->size() > kMaxKeysPerChannel || times->size() * parts * components != values->size() ||
+        !ascending || !finite || !(times->front() >= 0.0f) || !(times->back() <= 1e9f))
         return senseless();
     std::vector<double> numbers(values->begin(), values->end());
     if (path == "rotation") {
         for (std::size_t i = 0; i < numbers.size(); i += 4) {
-            std::rotate(numbers.begin() + static_cast<std::ptrdiff_t>(i), numbers.begin() + static_cast<std::ptrdiff_t>(i) + 3, numbers.begin() + static_cast<std::ptrdiff_t>(i) + 4);
+            std::rotate(numbers.begin() + static_cast<std::ptrdiff_t>(i),
+                        numbers.begin() + static_cast<std::ptrdiff_t>(i) + 3,
+                        numbers.begin() + static_cast<std::ptrdiff_t>(i) + 4);
             const bool tangent = parts == 3 && i / 4 % 3 != 1;
             if (!tangent) mendRotationKey(scene_, std::span<double, 4>(&numbers[i], 4));
         }
@@ -58,7 +66,8 @@ Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& ani
 void GltfReader::findAnimated() {
     for (const tinygltf::Animation& animation : model_.animations)
         for (const tinygltf::AnimationChannel& channel : animation.channels)
-            if (channel.target_node >= 0 && channel.target_path != "weights" && static_cast<std::size_t>(channel.target_node) < model_.nodes.size() &&
+            if (channel.target_node >= 0 && channel.target_path != "weights" &&
+                static_cast<std::size_t>(channel.target_node) < model_.nodes.size() &&
                 model_.nodes[static_cast<std::size_t>(channel.target_node)].matrix.empty())
                 animated_.insert(channel.target_node);
 }
@@ -78,7 +87,8 @@ Expected<void> GltfReader::addAnimation(const tinygltf::Animation& source, std::
         }
         const bool weights = field == "weights";
         if (!weights && animated_.count(channel.target_node) == 0) {
-            scene_.note(fmt::format("the animation of {} is left out: its transform is a matrix", nodeName(channel.target_node)));
+            scene_.note(fmt::format("the animation of {} is left out: its transform is a matrix",
+                                    nodeName(channel.target_node)));
             continue;
         }
         std::vector<std::uint32_t> targets = {keyOf(channel.target_node)};
@@ -96,7 +106,8 @@ Expected<void> GltfReader::addAnimation(const tinygltf::Animation& source, std::
         if (!sampled) return tl::unexpected(sampled.error());
         for (const std::uint32_t target : targets) {
             if (!driven.insert({target, field}).second) {
-                scene_.note(fmt::format("an animation drives the {} of {} twice: the first is played", channel.target_path, nodeName(channel.target_node)));
+                scene_.note(fmt::format("an animation drives the {} of {} twice: the first is played",
+                                        channel.target_path, nodeName(channel.target_node)));
                 continue;
             }
             proto::scene::Channel& message = *animation.add_channel();

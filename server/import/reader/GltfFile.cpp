@@ -13,7 +13,7 @@ namespace {
 
 struct FileAccess {
     const FolderFiles& files;
-    std::string refusal;  ///< the first file that was not to be had
+    std::string refusal;          ///< the first file that was not to be had
     std::set<std::string> notes;  ///< files that are elsewhere than they should be
 };
 

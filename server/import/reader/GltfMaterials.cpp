@@ -46,15 +46,19 @@ void setAlpha(const tinygltf::Material& material, const BoundedNumbers& numbers,
 
 void setEmissive(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Color& message) {
     const tinygltf::Value* strong = extension(material, "KHR_materials_emissive_strength");
-    const double strength = strong != nullptr ? numbers.between(0, 1e9, "emissiveStrength", gltfNumber(*strong, "emissiveStrength", 1.0), 1) : 1.0;
+    const double strength =
+        strong != nullptr ? numbers.between(0, 1e9, "emissiveStrength", gltfNumber(*strong, "emissiveStrength", 1.0), 1)
+                          : 1.0;
     std::array<double, 4> color{0, 0, 0, 1};
-    for (std::size_t i = 0; i < 3 && i < material.emissiveFactor.size(); ++i) color[i] = strength * numbers.share("emissiveFactor", material.emissiveFactor[i], 0);
+    for (std::size_t i = 0; i < 3 && i < material.emissiveFactor.size(); ++i)
+        color[i] = strength * numbers.share("emissiveFactor", material.emissiveFactor[i], 0);
     setColor(color, message);
 }
 
 }  // namespace
 
-void GltfReader::setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers, proto::scene::Material& message) {
+void GltfReader::setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers,
+                                   proto::scene::Material& message) {
     std::array<double, 4> color{1, 1, 1, 1};
     std::copy_n(pbr.baseColorFactor.begin(), std::min<std::size_t>(4, pbr.baseColorFactor.size()), color.begin());
     for (double& part : color) part = numbers.share("baseColorFactor", part, 1);
@@ -66,18 +70,21 @@ void GltfReader::setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, co
 }
 
 /// KHR_materials_pbrSpecularGlossiness, archived: what is left of it is a plastic of the diffuse colour.
-void GltfReader::setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers, proto::scene::Material& message) {
+void GltfReader::setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers,
+                                       proto::scene::Material& message) {
     scene_.note(fmt::format("{} is shown as a surface of its diffuse colour without metal{}", kSpecularGlossiness,
                             hasTexture(old, "specularGlossinessTexture") ? "; its other texture is left out" : ""));
     std::array<double, 4> color{};
-    for (std::size_t i = 0; i < 4; ++i) color[i] = numbers.share("diffuseFactor", gltfElement(old, "diffuseFactor", static_cast<int>(i), 1.0), 1);
+    for (std::size_t i = 0; i < 4; ++i)
+        color[i] = numbers.share("diffuseFactor", gltfElement(old, "diffuseFactor", static_cast<int>(i), 1.0), 1);
     setColor(color, *message.mutable_base_color());
     message.set_metallic(0);
     message.set_roughness(1 - share(old, "glossinessFactor", 1, numbers));
     if (old.Has("diffuseTexture")) message.set_base_color_image(imageName(GltfTextureUse(old.Get("diffuseTexture"))));
 }
 
-void GltfReader::setCoatAndTransmission(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message) {
+void GltfReader::setCoatAndTransmission(const tinygltf::Material& material, const BoundedNumbers& numbers,
+                                        proto::scene::Material& message) {
     if (const tinygltf::Value* coat = extension(material, "KHR_materials_clearcoat")) {
         message.set_clearcoat(share(*coat, "clearcoatFactor", 0, numbers));
         message.set_clearcoat_roughness(share(*coat, "clearcoatRoughnessFactor", 0, numbers));
@@ -90,11 +97,14 @@ void GltfReader::setCoatAndTransmission(const tinygltf::Material& material, cons
     }
 }
 
-void GltfReader::setSpecular(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message) {
+void GltfReader::setSpecular(const tinygltf::Material& material, const BoundedNumbers& numbers,
+                             proto::scene::Material& message) {
     if (const tinygltf::Value* specular = extension(material, "KHR_materials_specular")) {
         message.set_specular(share(*specular, "specularFactor", 1, numbers));
         std::array<double, 4> color{1, 1, 1, 1};
-        for (std::size_t i = 0; i < 3; ++i) color[i] = numbers.between(0, 1e3, "specularColorFactor", gltfElement(*specular, "specularColorFactor", static_cast<int>(i), 1.0), 1);
+        for (std::size_t i = 0; i < 3; ++i)
+            color[i] = numbers.between(0, 1e3, "specularColorFactor",
+                                       gltfElement(*specular, "specularColorFactor", static_cast<int>(i), 1.0), 1);
         setColor(color, *message.mutable_specular_color());
         for (const char* texture : {"specularTexture", "specularColorTexture"})
             if (hasTexture(*specular, texture)) scene_.note(fmt::format("{} is left out", texture));
@@ -117,7 +127,8 @@ Expected<std::string> GltfReader::materialName(int index) {
     for (const auto& [used, value] : material.extensions) noteExtension(used);
     proto::scene::Material message;
     message.set_name(name);
-    const BoundedNumbers numbers(scene_, material.name.empty() ? name : fmt::format("{} '{}'", name, material.name.substr(0, 80)));
+    const BoundedNumbers numbers(
+        scene_, material.name.empty() ? name : fmt::format("{} '{}'", name, material.name.substr(0, 80)));
     if (const tinygltf::Value* old = extension(material, kSpecularGlossiness))
         setSpecularGlossiness(*old, numbers, message);
     else

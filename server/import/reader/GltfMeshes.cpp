@@ -29,7 +29,8 @@ bool isLines(const tinygltf::Primitive& primitive) {
 std::vector<std::uint32_t> linesOf(const tinygltf::Primitive& primitive, const std::vector<std::uint32_t>& order) {
     const bool single = primitive.mode == TINYGLTF_MODE_LINE;
     std::vector<std::uint32_t> lines;
-    for (std::size_t i = 0; i + 1 < order.size(); i += single ? 2 : 1) lines.insert(lines.end(), {order[i], order[i + 1]});
+    for (std::size_t i = 0; i + 1 < order.size(); i += single ? 2 : 1)
+        lines.insert(lines.end(), {order[i], order[i + 1]});
     if (primitive.mode == TINYGLTF_MODE_LINE_LOOP && order.size() > 1)
         lines.insert(lines.end(), {order.back(), order.front()});
     return lines;
@@ -108,9 +109,11 @@ void GltfReader::noteLeftOut() {
 }
 
 void GltfReader::noteAttributes(const tinygltf::Primitive& primitive) {
-    static const std::set<std::string> understood = {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
+    static const std::set<std::string> understood = {"POSITION",   "NORMAL",     "TANGENT",
+                                                     "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
     for (const auto& [name, accessor] : primitive.attributes)  // a leading underscore: an application's own
-        if (understood.count(name) == 0 && !name.starts_with('_') && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_"))
+        if (understood.count(name) == 0 && !name.starts_with('_') && !name.starts_with("JOINTS_") &&
+            !name.starts_with("WEIGHTS_"))
             scene_.note(fmt::format("the attribute {} of vertices is left out", name));
     for (const auto& [name, value] : primitive.extensions) noteExtension(name);
 }
@@ -189,13 +192,13 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
         if (weights[i] == 0.0) continue;
         for (const auto& [name, values] : {std::pair<const char*, std::vector<float>*>{"POSITION", &data.positions},
                                            std::pair<const char*, std::vector<float>*>{"NORMAL", &data.normals}})
-            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, weights[i], *values);
-                !done)
+            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, weights[i], *values); !done)
                 return tl::unexpected(done.error());
     }
     normalise(data.normals);
 
-    const std::string name = fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
+    const std::string name =
+        fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
     const auto sound = [&] {
         if (const std::string leftOut = keepSoundParts(data, name); !leftOut.empty()) scene_.noteMissing(leftOut);
         return std::move(data);
@@ -207,7 +210,8 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
             LeftOutParts missing(name, "points");
             std::vector<std::uint32_t> there;
             for (const std::uint32_t& index : *order)
-                if (missing.keeps(std::span(&index, 1), vertices, [](std::uint32_t) { return true; })) there.push_back(index);
+                if (missing.keeps(std::span(&index, 1), vertices, [](std::uint32_t) { return true; }))
+                    there.push_back(index);
             if (!missing.text().empty()) scene_.noteMissing(missing.text());
             data = pickedVertices(data, there);
         }

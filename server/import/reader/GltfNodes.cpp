@@ -25,16 +25,16 @@ float coneDegrees(double radians) {
 
 /// Extensions that a file may insist on and still be shown well enough.
 constexpr std::array<std::string_view, 11> kUnderstood = {"KHR_lights_punctual",
-                                                         "KHR_mesh_quantization",
-                                                         "KHR_texture_transform",
-                                                         "MSFT_texture_dds",
-                                                         "KHR_materials_unlit",
-                                                         "KHR_materials_emissive_strength",
-                                                         "KHR_materials_clearcoat",
-                                                         "KHR_materials_transmission",
-                                                         "KHR_materials_specular",
-                                                         "KHR_materials_ior",
-                                                         "KHR_materials_pbrSpecularGlossiness"};
+                                                          "KHR_mesh_quantization",
+                                                          "KHR_texture_transform",
+                                                          "MSFT_texture_dds",
+                                                          "KHR_materials_unlit",
+                                                          "KHR_materials_emissive_strength",
+                                                          "KHR_materials_clearcoat",
+                                                          "KHR_materials_transmission",
+                                                          "KHR_materials_specular",
+                                                          "KHR_materials_ior",
+                                                          "KHR_materials_pbrSpecularGlossiness"};
 /// Of these a file may insist on any: without it a surface looks otherwise, but is there.
 constexpr std::string_view kMaterialExtensions = "KHR_materials_";
 constexpr std::array<std::string_view, 2> kPictureExtensions = {"KHR_texture_basisu", "EXT_texture_webp"};
@@ -50,12 +50,17 @@ Eigen::Matrix<double, N, 1> vectorFrom(const std::vector<double>& values,
     return Eigen::Map<const Eigen::Matrix<double, N, 1>>(values.data());
 }
 
-/// What tinygltf passes over as if it were not there, as it is of another JSON type than glTF's; nothing: there is no such.
+/// What tinygltf passes over as if it were not there, as it is of another JSON type than glTF's; nothing: there is no
+/// such.
 std::string oddTypeOfLight(const tinygltf::Model& model, int index) {
     const auto extension = model.extensions.find("KHR_lights_punctual");
-    if (extension == model.extensions.end() || !extension->second.Has("lights") || !extension->second.Get("lights").IsArray()) return {};
+    if (extension == model.extensions.end() || !extension->second.Has("lights") ||
+        !extension->second.Get("lights").IsArray())
+        return {};
     const tinygltf::Value& light = extension->second.Get("lights").Get(index);
-    const auto oddNumber = [](const tinygltf::Value& of, const char* name) { return of.Has(name) && !of.Get(name).IsNumber(); };
+    const auto oddNumber = [](const tinygltf::Value& of, const char* name) {
+        return of.Has(name) && !of.Get(name).IsNumber();
+    };
     for (const char* name : {"intensity", "range"})
         if (oddNumber(light, name)) return fmt::format("{} is no number", name);
     if (light.Has("color")) {
@@ -130,7 +135,8 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
         placed->set_name(nodeName(index));
         const Vec4d q = vectorFrom<4>(node.rotation, Vec4d(0, 0, 0, 1));
         const Quatd rotation(q[3], q[0], q[1], q[2]);
-        setTransform(*placed->mutable_transform(), vectorFrom<3>(node.translation, Vec3d::Zero()), rotation.norm() > 1e-12 ? rotation.normalized() : Quatd::Identity(),
+        setTransform(*placed->mutable_transform(), vectorFrom<3>(node.translation, Vec3d::Zero()),
+                     rotation.norm() > 1e-12 ? rotation.normalized() : Quatd::Identity(),
                      vectorFrom<3>(node.scale, Vec3d::Ones()));
     } else {
         placed = addPlacedNode(make, nodeName(index), localTransform(node));
@@ -149,7 +155,8 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
         }
     }
     if (node.camera >= 0) addCamera(node.camera, world_.at(index), *placed);
-    if (const auto light = node.extensions.find("KHR_lights_punctual"); light != node.extensions.end() && light->second.Has("light")) {
+    if (const auto light = node.extensions.find("KHR_lights_punctual");
+        light != node.extensions.end() && light->second.Has("light")) {
         const tinygltf::Value& number = light->second.Get("light");
         if (number.IsNumber() && number.GetNumberAsDouble() == number.GetNumberAsInt())
             addLight(number.GetNumberAsInt(), *placed);
@@ -207,16 +214,18 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
         return scene_.note(fmt::format("light {} does not exist", index));
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
     const bool known = light.type == "directional" || light.type == "spot" || light.type == "point";
-    if (!known) return scene_.note(fmt::format("light {} is left out: it is of the unknown type '{}'", index, light.type));
+    if (!known)
+        return scene_.note(fmt::format("light {} is left out: it is of the unknown type '{}'", index, light.type));
     if (const std::string odd = oddTypeOfLight(model_, index); !odd.empty())
         return scene_.note(fmt::format("light {} is left out: its {}", index, odd));
     const auto sound = [](double value) { return value >= 0 && value <= kUtmostLight; };
     if (!sound(light.intensity) || !sound(light.range))
-        return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from 0 to {}", index,
-                                       kUtmostLight));
-    if (!light.color.empty() && (light.color.size() != 3 || !std::all_of(light.color.begin(), light.color.end(), sound)))
-        return scene_.note(fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index,
-                                       kUtmostLight));
+        return scene_.note(fmt::format("light {} is left out: its intensity or its range is no number from 0 to {}",
+                                       index, kUtmostLight));
+    if (!light.color.empty() &&
+        (light.color.size() != 3 || !std::all_of(light.color.begin(), light.color.end(), sound)))
+        return scene_.note(
+            fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index, kUtmostLight));
     // Lux, or candela at one metre; here 1 of either makes a white surface white, and there is no exposure.
     if (light.intensity > kDazzling)
         scene_.note(fmt::format("light {} is of {} {}: far beyond white, which is 1", index, light.intensity,
@@ -254,7 +263,8 @@ Expected<void> checkRequired(const tinygltf::Model& model) {
     for (const std::string& extension : model.extensionsRequired)
         if (!isUnderstood(extension) && !extension.starts_with(kMaterialExtensions) &&
             std::find(kPictureExtensions.begin(), kPictureExtensions.end(), extension) == kPictureExtensions.end())
-            return fail(ErrorCode::kUnsupported, fmt::format("it cannot be shown without the glTF extension {}", extension));
+            return fail(ErrorCode::kUnsupported,
+                        fmt::format("it cannot be shown without the glTF extension {}", extension));
     return {};
 }
 

@@ -43,7 +43,12 @@ struct GltfTextureUse {
 class GltfReader {
 public:
     GltfReader(const tinygltf::Model& model, const FolderFiles& files, const ReadLimits& limits)
-        : model_(model), files_(files), limits_(limits), accessors_(model), pictures_(scene_, limits), animations_(scene_) {}
+        : model_(model),
+          files_(files),
+          limits_(limits),
+          accessors_(model),
+          pictures_(scene_, limits),
+          animations_(scene_) {}
 
     [[nodiscard]] Expected<PlainScene> read();
 
@@ -85,17 +90,25 @@ private:
     [[nodiscard]] bool deforms(const tinygltf::Node& node) const;
     Expected<void> addDeforming(int index, proto::scene::Node& placed);
     Expected<void> extendByDeforming(int index, const Affine3d& world_T_node);
-    Expected<void> setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& message);
-    Expected<void> setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin);
-    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, SkinInfluences& influences);
-    Expected<std::vector<float>> readTargets(const tinygltf::Primitive& primitive, const char* name, std::size_t vertices);
+    Expected<void> setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices,
+                             proto::scene::Skin& message);
+    Expected<void> setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
+                             const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin);
+    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints,
+                                  SkinInfluences& influences);
+    Expected<std::vector<float>> readTargets(const tinygltf::Primitive& primitive, const char* name,
+                                             std::size_t vertices);
 
     // GltfMaterials.cpp
     Expected<std::string> materialName(int material);
-    void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers, proto::scene::Material& message);
-    void setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers, proto::scene::Material& message);
-    void setCoatAndTransmission(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message);
-    void setSpecular(const tinygltf::Material& material, const BoundedNumbers& numbers, proto::scene::Material& message);
+    void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers,
+                           proto::scene::Material& message);
+    void setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers,
+                               proto::scene::Material& message);
+    void setCoatAndTransmission(const tinygltf::Material& material, const BoundedNumbers& numbers,
+                                proto::scene::Material& message);
+    void setSpecular(const tinygltf::Material& material, const BoundedNumbers& numbers,
+                     proto::scene::Material& message);
 
     // GltfTextures.cpp
     /// The name of the image of a texture, or empty with a note where it can't be had.
@@ -113,7 +126,8 @@ private:
         std::uint32_t times = 0, values = 0;  ///< blobs
         proto::scene::Channel::Interpolation interpolation = proto::scene::Channel::LINEAR;
     };
-    Expected<Sampled> sampler(const tinygltf::Animation& animation, int number, const std::string& path, std::size_t components);
+    Expected<Sampled> sampler(const tinygltf::Animation& animation, int number, const std::string& path,
+                              std::size_t components);
 
     const tinygltf::Model& model_;
     const FolderFiles& files_;
@@ -128,7 +142,7 @@ private:
     std::set<int> materials_;
     /// By image, and what the Image message says besides; empty: unusable.
     std::map<std::pair<int, std::string>, std::string> images_;
-    std::map<int, Affine3d> world_;                ///< world_T_node of the nodes in the scene
+    std::map<int, Affine3d> world_;  ///< world_T_node of the nodes in the scene
     std::set<int> animated_;
     struct Morphed {
         std::vector<std::uint32_t> keys;  ///< of the parts

@@ -17,13 +17,16 @@ int attributeOf(const tinygltf::Primitive& primitive, const std::string& name) {
 }  // namespace
 
 /// Of a vertex the four strongest of all its joints, which a file may say in several sets.
-Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints, SkinInfluences& influences) {
+Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices,
+                                          std::size_t joints, SkinInfluences& influences) {
     std::vector<std::vector<std::uint32_t>> jointSets;
     std::vector<std::vector<float>> weightSets;
     for (int set = 0; attributeOf(primitive, fmt::format("JOINTS_{}", set)) >= 0 && set < 8; ++set) {
-        Expected<std::vector<std::uint32_t>> joint = accessors_.integers(attributeOf(primitive, fmt::format("JOINTS_{}", set)), 4);
+        Expected<std::vector<std::uint32_t>> joint =
+            accessors_.integers(attributeOf(primitive, fmt::format("JOINTS_{}", set)), 4);
         if (!joint) return tl::unexpected(joint.error());
-        Expected<std::vector<float>> weight = accessors_.floats(attributeOf(primitive, fmt::format("WEIGHTS_{}", set)), 4);
+        Expected<std::vector<float>> weight =
+            accessors_.floats(attributeOf(primitive, fmt::format("WEIGHTS_{}", set)), 4);
         if (!weight) return tl::unexpected(weight.error());
         if (joint->size() != vertices * 4 || weight->size() != vertices * 4)
             return fail(ErrorCode::kBadInput, "JOINTS_0, WEIGHTS_0 and POSITION have different numbers of vertices");
@@ -47,11 +50,14 @@ Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, 
 }
 
 /// Deltas of all targets, one after the other; a target without the attribute moves nothing.
-Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& primitive, const char* name, std::size_t vertices) {
+Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& primitive, const char* name,
+                                                     std::size_t vertices) {
     std::vector<float> all;
-    const bool any = std::any_of(primitive.targets.begin(), primitive.targets.end(), [&](const auto& target) { return target.count(name) > 0; });
+    const bool any = std::any_of(primitive.targets.begin(), primitive.targets.end(),
+                                 [&](const auto& target) { return target.count(name) > 0; });
     if (!any) return all;
-    if (primitive.targets.size() * vertices > kMaxMorphVertices) return fail(ErrorCode::kLimit, "a mesh has more than a hundred million vertices in morph targets");
+    if (primitive.targets.size() * vertices > kMaxMorphVertices)
+        return fail(ErrorCode::kLimit, "a mesh has more than a hundred million vertices in morph targets");
     for (const auto& target : primitive.targets) {
         const auto found = target.find(name);
         if (found == target.end()) {
@@ -60,18 +66,23 @@ Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& 
         }
         const Expected<std::vector<float>> delta = accessors_.floats(found->second, 3);
         if (!delta) return delta;
-        if (delta->size() != vertices * 3) return fail(ErrorCode::kBadInput, "a morph target has another number of vertices");
-        if (!holdsSkinNumbers(*delta)) return fail(ErrorCode::kBadInput, "a morph target holds a number that is not finite or beyond 1e15");
+        if (delta->size() != vertices * 3)
+            return fail(ErrorCode::kBadInput, "a morph target has another number of vertices");
+        if (!holdsSkinNumbers(*delta))
+            return fail(ErrorCode::kBadInput, "a morph target holds a number that is not finite or beyond 1e15");
         all.insert(all.end(), delta->begin(), delta->end());
     }
     return all;
 }
 
-Expected<void> GltfReader::setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin) {
+Expected<void> GltfReader::setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
+                                     const tinygltf::Primitive& primitive, std::size_t vertices,
+                                     proto::scene::Skin& skin) {
     if (primitive.targets.empty()) return {};
     for (const auto& target : primitive.targets)
         for (const auto& [name, accessor] : target)
-            if (name != "POSITION" && name != "NORMAL" && name != "TANGENT" && !name.starts_with('_')) scene_.note(fmt::format("{} of morph targets are left out", name));
+            if (name != "POSITION" && name != "NORMAL" && name != "TANGENT" && !name.starts_with('_'))
+                scene_.note(fmt::format("{} of morph targets are left out", name));
     Expected<std::vector<float>> positions = readTargets(primitive, "POSITION", vertices);
     if (!positions) return tl::unexpected(positions.error());
     if (positions->empty()) positions->resize(primitive.targets.size() * vertices * 3);  // targets of normals alone
@@ -82,20 +93,27 @@ Expected<void> GltfReader::setMorphs(const tinygltf::Node& node, const tinygltf:
     const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
     for (std::size_t t = 0; t < primitive.targets.size(); ++t) {
         const double weight = t < weights.size() ? weights[t] : 0.0;
-        if (!(std::abs(weight) <= 1e15)) scene_.note("weights of morph targets that are no numbers within 1e15 count as zero");
+        if (!(std::abs(weight) <= 1e15))
+            scene_.note("weights of morph targets that are no numbers within 1e15 count as zero");
         skin.add_weight(std::abs(weight) <= 1e15 ? static_cast<float>(weight) : 0.0f);
     }
     return {};
 }
 
-Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& message) {
-    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(model_.nodes[static_cast<std::size_t>(nodeIndex)].skin)];
-    if (skin.joints.empty() || skin.joints.size() > 0xffff) return fail(ErrorCode::kBadInput, fmt::format("a skin has {} joints", skin.joints.size()));
+Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices,
+                                     proto::scene::Skin& message) {
+    const tinygltf::Skin& skin =
+        model_.skins[static_cast<std::size_t>(model_.nodes[static_cast<std::size_t>(nodeIndex)].skin)];
+    if (skin.joints.empty() || skin.joints.size() > 0xffff)
+        return fail(ErrorCode::kBadInput, fmt::format("a skin has {} joints", skin.joints.size()));
     std::vector<float> binds;
     if (skin.inverseBindMatrices >= 0) {
         Expected<std::vector<float>> read = accessors_.floats(skin.inverseBindMatrices, 16);
         if (!read) return tl::unexpected(read.error());
-        if (read->size() < skin.joints.size() * 16 || !holdsSkinNumbers(*read)) return fail(ErrorCode::kBadInput, "a skin's inverse bind matrices are too few, or hold numbers that are not finite or beyond 1e15");
+        if (read->size() < skin.joints.size() * 16 || !holdsSkinNumbers(*read))
+            return fail(
+                ErrorCode::kBadInput,
+                "a skin's inverse bind matrices are too few, or hold numbers that are not finite or beyond 1e15");
         binds = std::move(*read);
     }
     const Affine3d bearer_T_world = world_.at(nodeIndex).inverse(Eigen::Affine);
@@ -103,10 +121,13 @@ Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& p
     std::set<int> seen;
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
         const auto joint = world_.find(skin.joints[j]);
-        if (joint == world_.end()) return fail(ErrorCode::kBadInput, fmt::format("joint {} of a skin is no node of the scene", j));
-        if (!seen.insert(skin.joints[j]).second) return fail(ErrorCode::kBadInput, fmt::format("a skin names its joint {} twice", j));
+        if (joint == world_.end())
+            return fail(ErrorCode::kBadInput, fmt::format("joint {} of a skin is no node of the scene", j));
+        if (!seen.insert(skin.joints[j]).second)
+            return fail(ErrorCode::kBadInput, fmt::format("a skin names its joint {} twice", j));
         Affine3d bind = Affine3d::Identity();
-        if (!binds.empty()) bind.matrix().topRows<3>() = Eigen::Map<const Mat4f>(binds.data() + j * 16).cast<double>().topRows<3>();
+        if (!binds.empty())
+            bind.matrix().topRows<3>() = Eigen::Map<const Mat4f>(binds.data() + j * 16).cast<double>().topRows<3>();
         appendMatrixRows(rows, bind);
         appendMatrixRows(pose, Affine3d(bearer_T_world * joint->second * bind));
         message.add_joint_key(keyOf(skin.joints[j]));
@@ -128,7 +149,8 @@ bool GltfReader::deforms(const tinygltf::Node& node) const {
     if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) return false;
     if (node.skin >= 0) return true;
     const auto& primitives = model_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
-    return std::any_of(primitives.begin(), primitives.end(), [](const tinygltf::Primitive& primitive) { return !primitive.targets.empty(); });
+    return std::any_of(primitives.begin(), primitives.end(),
+                       [](const tinygltf::Primitive& primitive) { return !primitive.targets.empty(); });
 }
 
 /// The parts of a node's mesh that joints or morph targets deform. What can't be is drawn as it is at rest.
@@ -140,11 +162,16 @@ Expected<void> GltfReader::addDeforming(int index, proto::scene::Node& placed) {
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
         const tinygltf::Primitive& source = mesh.primitives[i];
         if (isLeftOut(source)) continue;
-        const auto here = [&](const Error& error) { return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), error); };
+        const auto here = [&](const Error& error) {
+            return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), error);
+        };
         const bool triangles = source.mode < 0 || source.mode >= TINYGLTF_MODE_TRIANGLES;
-        const bool skinned = node.skin >= 0 && triangles && attributeOf(source, "JOINTS_0") >= 0 && attributeOf(source, "WEIGHTS_0") >= 0;
+        const bool skinned = node.skin >= 0 && triangles && attributeOf(source, "JOINTS_0") >= 0 &&
+                             attributeOf(source, "WEIGHTS_0") >= 0;
         const bool morphed = triangles && !source.targets.empty();
-        if (node.skin >= 0 && !skinned) scene_.note(triangles ? "parts of meshes that have a skin, but no joints, stay at rest" : "points and lines that have a skin stay at rest");
+        if (node.skin >= 0 && !skinned)
+            scene_.note(triangles ? "parts of meshes that have a skin, but no joints, stay at rest"
+                                  : "points and lines that have a skin stay at rest");
         if (!triangles && !source.targets.empty()) scene_.note("morph targets of points and lines are shown at rest");
         Expected<MeshData> data = primitive(node, mesh, source, skinned || morphed);
         if (!data) return here(data.error());
@@ -162,14 +189,16 @@ Expected<void> GltfReader::addDeforming(int index, proto::scene::Node& placed) {
             if (skinned)
                 if (Expected<void> done = setJoints(index, source, vertices, skin); !done) return here(done.error());
             if (morphed) {
-                if (Expected<void> done = setMorphs(node, mesh, source, vertices, skin); !done) return here(done.error());
+                if (Expected<void> done = setMorphs(node, mesh, source, vertices, skin); !done)
+                    return here(done.error());
                 child->set_key(static_cast<std::uint32_t>(model_.nodes.size()) + ++partKeys_);
                 Morphed& known = morphed_[index];
                 if (known.targets == 0) known.targets = source.targets.size();
                 if (known.targets == source.targets.size())
                     known.keys.push_back(child->key());
                 else
-                    scene_.note("a mesh's parts have different numbers of morph targets: those of the first are animated");
+                    scene_.note(
+                        "a mesh's parts have different numbers of morph targets: those of the first are animated");
             }
         } else {
             child->mutable_geometry()->set_mesh(name);

@@ -18,9 +18,11 @@ std::vector<int> textureSources(const tinygltf::Model& model, int texture) {
     const tinygltf::Texture& said = model.textures[static_cast<std::size_t>(texture)];
     std::vector<int> sources;
     for (const char* name : {"MSFT_texture_dds", "KHR_texture_basisu", "EXT_texture_webp"})
-        if (const auto found = said.extensions.find(name); found != said.extensions.end()) sources.push_back(static_cast<int>(std::clamp(gltfNumber(found->second, "source", -1), -1.0, 1e9)));
+        if (const auto found = said.extensions.find(name); found != said.extensions.end())
+            sources.push_back(static_cast<int>(std::clamp(gltfNumber(found->second, "source", -1), -1.0, 1e9)));
     sources.push_back(said.source);
-    std::erase_if(sources, [&](int source) { return source < 0 || static_cast<std::size_t>(source) >= model.images.size(); });
+    std::erase_if(sources,
+                  [&](int source) { return source < 0 || static_cast<std::size_t>(source) >= model.images.size(); });
     return sources;
 }
 
@@ -82,7 +84,8 @@ void setPlace(const tinygltf::Value& transform, ImageMessage& image) {
 }  // namespace
 
 double gltfNumber(const tinygltf::Value& object, const char* key, double otherwise) {
-    return object.IsObject() && object.Has(key) && object.Get(key).IsNumber() ? object.Get(key).GetNumberAsDouble() : otherwise;
+    return object.IsObject() && object.Has(key) && object.Get(key).IsNumber() ? object.Get(key).GetNumberAsDouble()
+                                                                              : otherwise;
 }
 
 double gltfElement(const tinygltf::Value& object, const char* key, int index, double otherwise) {

@@ -22,7 +22,8 @@ namespace {
 
 /// The one size below; of a cube or solid slice by slice.
 Bytes averaged(ByteSpan from, std::size_t width, std::size_t height, bool rgbe) {
-    const std::size_t w = std::max<std::size_t>(1, width / 2), h = std::max<std::size_t>(1, height / 2), slice = 4 * width * height;
+    const std::size_t w = std::max<std::size_t>(1, width / 2), h = std::max<std::size_t>(1, height / 2),
+                      slice = 4 * width * height;
     Bytes small(from.size() / slice * w * h * 4);
     std::size_t out = 0;
     for (std::size_t start = 0; start < from.size(); start += slice)
@@ -30,7 +31,8 @@ Bytes averaged(ByteSpan from, std::size_t width, std::size_t height, bool rgbe) 
             for (std::size_t x = 0; x < w; ++x, out += 4) {
                 std::array<const std::byte*, 4> texels{};
                 for (std::size_t k = 0; k < 4; ++k)
-                    texels[k] = from.data() + start + 4 * (std::min(2 * y + k / 2, height - 1) * width + std::min(2 * x + k % 2, width - 1));
+                    texels[k] = from.data() + start +
+                                4 * (std::min(2 * y + k / 2, height - 1) * width + std::min(2 * x + k % 2, width - 1));
                 if (rgbe) {
                     // Of exponents there is no mean: that of what they say.
                     double sum[3] = {};
@@ -56,7 +58,8 @@ std::size_t largestBytes(const DecodedImage& image) {
     using Message = proto::scene::Image;
     const auto across = [](int px) { return (static_cast<std::size_t>(px) + 3) / 4; };
     const std::size_t slices = image.shape == Message::CUBE ? 6 : static_cast<std::size_t>(image.depthPx);
-    return across(image.widthPx) * across(image.heightPx) * slices * (image.encoding == Message::BC1 || image.encoding == Message::BC4 ? 8 : 16);
+    return across(image.widthPx) * across(image.heightPx) * slices *
+           (image.encoding == Message::BC1 || image.encoding == Message::BC4 ? 8 : 16);
 }
 
 /// By the first bytes, so that the message can say more than that it is none of those that are read.
@@ -73,20 +76,24 @@ std::string_view unreadFormat(ByteSpan bytes) {
     return {};
 }
 
-/// A file's bytes as stb_image asks for them. Of TGA, BMP and GIF it takes what it has asked for as read, whether there were so many bytes or not: what
-/// was in that memory before would be shown.
+/// A file's bytes as stb_image asks for them. Of TGA, BMP and GIF it takes what it has asked for as read, whether there
+/// were so many bytes or not: what was in that memory before would be shown.
 class AskedBytes {
 public:
     explicit AskedBytes(ByteSpan bytes) : bytes_(bytes) {}
     [[nodiscard]] bool askedBeyond() const { return beyond_; }
 
-    static int read(void* self, char* to, int size) { return static_cast<AskedBytes*>(self)->give(to, static_cast<std::size_t>(std::max(size, 0))); }
+    static int read(void* self, char* to, int size) {
+        return static_cast<AskedBytes*>(self)->give(to, static_cast<std::size_t>(std::max(size, 0)));
+    }
     static void skip(void* self, int count) {
         AskedBytes& of = *static_cast<AskedBytes*>(self);
         const auto at = static_cast<std::int64_t>(of.at_) + count;
         of.at_ = static_cast<std::size_t>(std::clamp<std::int64_t>(at, 0, static_cast<std::int64_t>(of.bytes_.size())));
     }
-    static int atEnd(void* self) { return static_cast<AskedBytes*>(self)->at_ == static_cast<AskedBytes*>(self)->bytes_.size(); }
+    static int atEnd(void* self) {
+        return static_cast<AskedBytes*>(self)->at_ == static_cast<AskedBytes*>(self)->bytes_.size();
+    }
 
 private:
     int give(char* to, std::size_t size) {
@@ -106,25 +113,32 @@ private:
 };
 
 Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
-    constexpr const char* kNone = "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, .hdr, DDS and KTX2 can)";
-    // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory for others would be for nothing.
+    constexpr const char* kNone =
+        "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, .hdr, DDS and KTX2 can)";
+    // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory
+    // for others would be for nothing.
     constexpr std::size_t kMostPixelsPerByte = 8256, kFew = std::size_t{1} << 16;
     const auto* bytes = reinterpret_cast<const stbi_uc*>(encoded.data());
     const int size = static_cast<int>(encoded.size());
     int width = 0, height = 0, channels = 0;
-    if (!stbi_info_from_memory(bytes, size, &width, &height, &channels) || width <= 0 || height <= 0) return fail(ErrorCode::kBadInput, kNone);
+    if (!stbi_info_from_memory(bytes, size, &width, &height, &channels) || width <= 0 || height <= 0)
+        return fail(ErrorCode::kBadInput, kNone);
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    if (std::max<std::size_t>(static_cast<std::size_t>(width), static_cast<std::size_t>(height)) > kMaxPictureSide || pixels > kMaxPicturePixels ||
-        pixels > kFew + encoded.size() * kMostPixelsPerByte)
-        return fail(ErrorCode::kBadInput, fmt::format("an image of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read", width, height, size, kMaxPictureSide, kMaxPicturePixels));
+    if (std::max<std::size_t>(static_cast<std::size_t>(width), static_cast<std::size_t>(height)) > kMaxPictureSide ||
+        pixels > kMaxPicturePixels || pixels > kFew + encoded.size() * kMostPixelsPerByte)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("an image of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read",
+                                width, height, size, kMaxPictureSide, kMaxPicturePixels));
     AskedBytes asked(encoded);
     const stbi_io_callbacks callbacks{.read = &AskedBytes::read, .skip = &AskedBytes::skip, .eof = &AskedBytes::atEnd};
-    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(stbi_load_from_callbacks(&callbacks, &asked, &width, &height, &channels, 4), &stbi_image_free);
+    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(
+        stbi_load_from_callbacks(&callbacks, &asked, &width, &height, &channels, 4), &stbi_image_free);
     // JPEG and PNG say themselves what they miss; a JPEG may lack its end alone.
     const bool saysItself = bytes[0] == 0xff || bytes[0] == 0x89;
     if (loaded && asked.askedBeyond() && !saysItself) return fail(ErrorCode::kBadInput, "an image that is cut off");
     // What it says first and then might differ in a file that means harm.
-    if (!loaded || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) != pixels) return fail(ErrorCode::kBadInput, kNone);
+    if (!loaded || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) != pixels)
+        return fail(ErrorCode::kBadInput, kNone);
     DecodedImage image{.widthPx = width, .heightPx = height, .rgba = Bytes(4 * pixels)};
     std::memcpy(image.rgba.data(), loaded.get(), image.rgba.size());
     return image;
@@ -137,7 +151,8 @@ Expected<DecodedImage> decodeAny(ByteSpan encoded) {
     if (isTiff(encoded)) return decodeTiff(encoded);
     if (isSgi(encoded)) return decodeSgi(encoded);
     if (isPnm(encoded)) return decodePnm(encoded);
-    if (const std::string_view name = unreadFormat(encoded); !name.empty()) return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
+    if (const std::string_view name = unreadFormat(encoded); !name.empty())
+        return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
     return decodeByStb(encoded);
 }
 
@@ -151,8 +166,8 @@ bool halve(DecodedImage& image) {
         --image.mipmaps;
         image.depthPx = std::max(1, image.depthPx / 2);
     } else {
-        image.rgba = averaged(image.rgba, static_cast<std::size_t>(image.widthPx), static_cast<std::size_t>(image.heightPx),
-                              image.encoding == proto::scene::Image::RGBE);
+        image.rgba = averaged(image.rgba, static_cast<std::size_t>(image.widthPx),
+                              static_cast<std::size_t>(image.heightPx), image.encoding == proto::scene::Image::RGBE);
     }
     image.widthPx = std::max(1, image.widthPx / 2);
     image.heightPx = std::max(1, image.heightPx / 2);
@@ -165,7 +180,9 @@ Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx) {
     Expected<DecodedImage> image = decodeAny(encoded);
     constexpr int kMostCompressed = 16384;
     while (image && std::max(image->widthPx, image->heightPx) > (image->compressed() ? kMostCompressed : maxSidePx))
-        if (!halve(*image)) return fail(ErrorCode::kLimit, fmt::format("a compressed image of {} × {} pixels without smaller ones", image->widthPx, image->heightPx));
+        if (!halve(*image))
+            return fail(ErrorCode::kLimit, fmt::format("a compressed image of {} × {} pixels without smaller ones",
+                                                       image->widthPx, image->heightPx));
     return image;
 }
 

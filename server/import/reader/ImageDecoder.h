@@ -18,12 +18,13 @@ struct DecodedImage {
     [[nodiscard]] bool compressed() const { return encoding >= proto::scene::Image::BC1; }
 };
 
-/// Averages 2 × 2 pixels, slice by slice; an odd last row or column is dropped. Of what is compressed the largest mipmap goes. False: it is one pixel a slice,
-/// or compressed and without others, and stays.
+/// Averages 2 × 2 pixels, slice by slice; an odd last row or column is dropped. Of what is compressed the largest
+/// mipmap goes. False: it is one pixel a slice, or compressed and without others, and stays.
 bool halve(DecodedImage& image);
 
-/// PNG, JPEG, BMP, TGA, GIF (its first picture), PIC, PSD by stb_image; PNM, SGI, TIFF, Radiance's .hdr, DDS, KTX2. Not compressed ones are halved until no
-/// side is above `maxSidePx`, others until none is above 16384. kBadInput or kLimit, with the reason; of formats that are known and not read, their names.
+/// PNG, JPEG, BMP, TGA, GIF (its first picture), PIC, PSD by stb_image; PNM, SGI, TIFF, Radiance's .hdr, DDS, KTX2. Not
+/// compressed ones are halved until no side is above `maxSidePx`, others until none is above 16384. kBadInput or
+/// kLimit, with the reason; of formats that are known and not read, their names.
 [[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
 
 }  // namespace tessera

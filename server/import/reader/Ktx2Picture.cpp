@@ -119,10 +119,12 @@ bool isFromTop(ByteSpan bytes) {
 }
 
 void turnRows(DecodedImage& image) {
-    const std::size_t row = static_cast<std::size_t>(image.widthPx) * 4, rows = static_cast<std::size_t>(image.heightPx);
+    const std::size_t row = static_cast<std::size_t>(image.widthPx) * 4,
+                      rows = static_cast<std::size_t>(image.heightPx);
     for (std::size_t from = 0; from < image.rgba.size(); from += row * rows)
         for (std::size_t y = 0; y < rows / 2; ++y)
-            std::swap_ranges(image.rgba.begin() + static_cast<std::ptrdiff_t>(from + y * row), image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (y + 1) * row),
+            std::swap_ranges(image.rgba.begin() + static_cast<std::ptrdiff_t>(from + y * row),
+                             image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (y + 1) * row),
                              image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (rows - 1 - y) * row));
 }
 
@@ -140,17 +142,27 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
     const std::uint32_t scheme = word(44), format = word(12);
     if (scheme == kBasisLz) return badKtx("of BasisLZ, which is not read");
     if (format == 0) return badKtx(fmt::format("of {}, which is not read", nameOfModel(bytes)));
-    if (scheme != 0 && scheme != kZstd) return badKtx(scheme == 3 ? std::string("compressed by zlib, which is not read") : fmt::format("compressed in a way ({}) that is not read", scheme));
+    if (scheme != 0 && scheme != kZstd)
+        return badKtx(scheme == 3 ? std::string("compressed by zlib, which is not read")
+                                  : fmt::format("compressed in a way ({}) that is not read", scheme));
     const Expected<TexelLayout> layout = vulkanLayout(format);
     if (!layout) return tl::unexpected(layout.error());
     if (word(32) > 1) return badKtx(fmt::format("is an array of {} textures, which is not read", word(32)));
     if (word(36) != 1 && word(36) != 6) return badKtx(fmt::format("has {} faces", word(36)));
-    TextureFile file{.kind = "a KTX2 texture", .layout = *layout, .widthPx = word(20), .heightPx = std::max<std::uint32_t>(1, word(24)), .depthPx = std::max<std::uint32_t>(1, word(28))};
-    file.shape = word(36) == 6 ? KtxMessage::CUBE : word(28) > 0 ? KtxMessage::SOLID : word(24) == 0 ? KtxMessage::LINE : KtxMessage::FLAT;
+    TextureFile file{.kind = "a KTX2 texture",
+                     .layout = *layout,
+                     .widthPx = word(20),
+                     .heightPx = std::max<std::uint32_t>(1, word(24)),
+                     .depthPx = std::max<std::uint32_t>(1, word(28))};
+    file.shape = word(36) == 6   ? KtxMessage::CUBE
+                 : word(28) > 0  ? KtxMessage::SOLID
+                 : word(24) == 0 ? KtxMessage::LINE
+                                 : KtxMessage::FLAT;
     file.mipmaps = std::max<std::uint32_t>(1, word(40));
     if (file.mipmaps > 32 || bytes.size() < kLevels + file.mipmaps * kLevelBytes) return badKtx("that is cut off");
     const bool fromTop = isFromTop(bytes);
-    if (!fromTop && layout->encoding >= KtxMessage::BC1) return badKtx("of blocks whose rows go upwards, which is not read");
+    if (!fromTop && layout->encoding >= KtxMessage::BC1)
+        return badKtx("of blocks whose rows go upwards, which is not read");
     Bytes unpacked;
     std::uint64_t unpackedLevel = ~std::uint64_t{};
     file.part = [&](std::uint64_t level, std::uint64_t face, std::uint64_t size) -> Expected<ByteSpan> {
@@ -168,7 +180,8 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
             unpackedLevel = level;
         }
         if (scheme == kZstd) all = unpacked;
-        if (all.size() < needed) return badKtx(fmt::format("whose mipmap {} has {} bytes of {}", level, all.size(), needed));
+        if (all.size() < needed)
+            return badKtx(fmt::format("whose mipmap {} has {} bytes of {}", level, all.size(), needed));
         return all.subspan(face * size, size);
     };
     Expected<DecodedImage> image = decodeTexture(file);

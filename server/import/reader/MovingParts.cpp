@@ -15,7 +15,8 @@ void appendMatrixRows(std::vector<float>& to, const Affine3d& matrix) {
 }
 
 void SkinInfluences::addVertex(std::vector<Influence>& all, std::uint32_t otherwise) {
-    odd_ = odd_ || std::ranges::any_of(all, [](const Influence& one) { return !std::isfinite(one.weight) || one.weight < 0; });
+    odd_ = odd_ ||
+           std::ranges::any_of(all, [](const Influence& one) { return !std::isfinite(one.weight) || one.weight < 0; });
     std::erase_if(all, [](const Influence& one) { return !std::isfinite(one.weight) || one.weight <= 0; });
     std::ranges::stable_sort(all, [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
     lost_ = lost_ || all.size() > 4;
@@ -50,7 +51,8 @@ void AnimationNodes::add(std::string name, proto::scene::Animation animation) {
 }
 
 void AnimationNodes::finish() {
-    if (count_ > 1) scene_.note("of several animations, the first is played; the others stand until somebody plays them");
+    if (count_ > 1)
+        scene_.note("of several animations, the first is played; the others stand until somebody plays them");
 }
 
 void mendRotationKey(PlainScene& scene, std::span<double, 4> key) {

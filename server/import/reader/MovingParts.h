@@ -39,7 +39,8 @@ class SkinInfluences {
 public:
     explicit SkinInfluences(PlainScene& scene) : scene_(scene) {}
 
-    /// Of the next vertex. Weights that are no numbers or not above 0 count as none; whoever has no other follows `otherwise`.
+    /// Of the next vertex. Weights that are no numbers or not above 0 count as none; whoever has no other follows
+    /// `otherwise`.
     void addVertex(std::vector<Influence>& all, std::uint32_t otherwise);
     /// Whether a vertex has followed `otherwise`.
     [[nodiscard]] bool hadNone() const { return hadNone_; }

@@ -51,16 +51,19 @@ void noteObjMaterials(const ObjNames& names, const FolderFiles& files, PlainScen
         const Expected<FolderFiles::Found> found = files.find(library);
         if (found && !found->note.empty()) scene.note("the material library " + found->note);
         if (!found) {
-            if (++missing <= kNamed) scene.note(fmt::format("the material library {} is left out: {}", library, found.error().message));
+            if (++missing <= kNamed)
+                scene.note(fmt::format("the material library {} is left out: {}", library, found.error().message));
             continue;
         }
         const Expected<Bytes> lines = files.readFound(*found);
-        if (!lines && ++missing <= kNamed) scene.note(fmt::format("the material library is left out: {}", lines.error().message));
+        if (!lines && ++missing <= kNamed)
+            scene.note(fmt::format("the material library is left out: {}", lines.error().message));
         if (!lines) continue;
         forLines(asText(*lines), [&](std::string_view word, std::string_view rest) {
             if (word == "newmtl") defined.emplace(rest);
             for (const char* option : {"-s ", "-o ", "-t "})
-                moved = moved || (word.starts_with("map_") && (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);
+                moved = moved || (word.starts_with("map_") &&
+                                  (" " + std::string(rest)).find(std::string(" ") + option) != std::string::npos);
         });
     }
     if (moved) scene.note("scale, offset and turbulence of images are left out");

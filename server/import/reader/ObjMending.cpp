@@ -35,8 +35,10 @@ public:
             ++nextLine_;
             if (part.ends_with('\r')) part.remove_suffix(1);
             goesOn = part.ends_with('\\');
-            if (goesOn || !joined_.empty()) joined_.append(part.substr(0, part.size() - (goesOn ? 1 : 0))).push_back(' ');
-            else whole_ = part;
+            if (goesOn || !joined_.empty())
+                joined_.append(part.substr(0, part.size() - (goesOn ? 1 : 0))).push_back(' ');
+            else
+                whole_ = part;
         }
         return true;
     }
@@ -56,7 +58,8 @@ private:
 };
 
 bool declares(std::string_view statement, std::string_view key) {
-    return statement.size() > key.size() && statement.starts_with(key) && (statement[key.size()] == ' ' || statement[key.size()] == '\t');
+    return statement.size() > key.size() && statement.starts_with(key) &&
+           (statement[key.size()] == ' ' || statement[key.size()] == '\t');
 }
 
 /// Of "v x y z …". Words that are no numbers are left to assimp.
@@ -75,7 +78,8 @@ bool isFinite(std::string_view statement) {
         double wide = 0;  // too small for a float, or too large
         const bool small = std::from_chars(word.data(), last, wide).ec == std::errc() && std::abs(wide) < 1;
         const std::size_t exponent = word.find_first_of("eE");
-        if (!small && word.substr(std::min(exponent, word.size() - 1) + 1).starts_with('-')) continue;  // for a double, too
+        if (!small && word.substr(std::min(exponent, word.size() - 1) + 1).starts_with('-'))
+            continue;  // for a double, too
         if (!small) return false;
     }
     return true;
@@ -87,9 +91,11 @@ std::string_view keyOf(std::string_view statement) {
 }
 
 /// Of them nothing is shown.
-constexpr std::array<std::string_view, 12> kUnread{"curv", "scrv", "sp", "con", "mg", "ctech", "stech", "bzp", "bsp", "cdc", "cdp", "res"};
+constexpr std::array<std::string_view, 12> kUnread{"curv",  "scrv", "sp",  "con", "mg",  "ctech",
+                                                   "stech", "bzp",  "bsp", "cdc", "cdp", "res"};
 /// What else is of curves and surfaces.
-constexpr std::array<std::string_view, 11> kOfFreeform{"cstype", "deg", "bmat", "step", "vp", "surf", "curv2", "parm", "trim", "hole", "end"};
+constexpr std::array<std::string_view, 11> kOfFreeform{"cstype", "deg",  "bmat", "step", "vp", "surf",
+                                                       "curv2",  "parm", "trim", "hole", "end"};
 
 bool isOfFreeform(std::string_view key) {
     return std::ranges::find(kUnread, key) != kUnread.end() || std::ranges::find(kOfFreeform, key) != kOfFreeform.end();
@@ -128,7 +134,9 @@ public:
             if (wrong++ == 0) first = fmt::format("line {}: {}", s.line(), why);
             blank(s.begin(), s.end());
         }
-        if (wrong > 0) notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all, wrong == 1 ? "is" : "are", first));
+        if (wrong > 0)
+            notes.push_back(fmt::format("{} of {} faces, lines and points {} left out; the first, {}", wrong, all,
+                                        wrong == 1 ? "is" : "are", first));
         if (wrong > 0 && missing != nullptr) missing->push_back(notes.back());
         return changed_;
     }
@@ -144,7 +152,8 @@ private:
             std::size_t line = text_.rfind('\n', at) + 1;  // npos + 1 is 0
             line = text_.find_first_not_of(" \t", line);
             if (text_[line] != 'v') continue;
-            written.insert(written.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(done), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
+            written.insert(written.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(done),
+                           bytes_.begin() + static_cast<std::ptrdiff_t>(at));
             written.push_back(std::byte{'0'});
             done = at;
         }
@@ -154,7 +163,8 @@ private:
         changed_ = true;
         text_ = asText(bytes_);
     }
-    /// Of a corner, VERTEX/TEXTURE/NORMAL; numbers from 1, or back from -1. Of normals that do not exist assimp makes others itself.
+    /// Of a corner, VERTEX/TEXTURE/NORMAL; numbers from 1, or back from -1. Of normals that do not exist assimp makes
+    /// others itself.
     std::string faultOf(std::string_view word, std::size_t seen, std::size_t seenTexcoords) const {
         const auto index = [](std::string_view number, std::size_t soFar, std::size_t all) -> std::int64_t {
             std::int64_t value = 0;
@@ -165,7 +175,8 @@ private:
         const std::size_t slash = word.find('/');
         const std::int64_t vertex = index(word.substr(0, slash), seen, finite_.size());
         if (vertex < 0) return fmt::format("'{}' names none of the {} vertices", word.substr(0, 40), finite_.size());
-        if (!finite_[static_cast<std::size_t>(vertex)]) return fmt::format("'{}' names a vertex whose position is not finite", word.substr(0, 40));
+        if (!finite_[static_cast<std::size_t>(vertex)])
+            return fmt::format("'{}' names a vertex whose position is not finite", word.substr(0, 40));
         if (slash == word.npos || texcoords_ == 0) return {};
         const std::string_view rest = word.substr(slash + 1);
         const std::string_view texture = rest.substr(0, rest.find('/'));
@@ -209,15 +220,20 @@ std::string noteOfFreeform(std::string_view text) {
         for (std::size_t i = 3; (key == "trim" || key == "hole") && i < words.size(); i += 3) {
             std::int64_t number = 0;
             if (!isNumber(words[i], number)) continue;
-            taken.insert(static_cast<std::size_t>(number > 0 ? number - 1 : static_cast<std::int64_t>(curves.size()) + number));
+            taken.insert(
+                static_cast<std::size_t>(number > 0 ? number - 1 : static_cast<std::int64_t>(curves.size()) + number));
         }
         const bool none = key == "mg" && words.size() > 1 && (words[1] == "0" || words[1] == "off");
-        if (const auto unread = std::ranges::find(kUnread, key); unread != kUnread.end() && !none) seen[*unread].add(s.line());
+        if (const auto unread = std::ranges::find(kUnread, key); unread != kUnread.end() && !none)
+            seen[*unread].add(s.line());
     }
     for (std::size_t i = 0; i < curves.size(); ++i)
         if (!taken.contains(i)) seen["curv2"].add(curves[i]);
     std::vector<std::string> names;
-    for (const auto& [key, of] : seen) names.push_back(fmt::format("{} ({})", key, of.count == 1 ? fmt::format("line {}", of.line) : fmt::format("{}, the first in line {}", of.count, of.line)));
+    for (const auto& [key, of] : seen)
+        names.push_back(fmt::format("{} ({})", key,
+                                    of.count == 1 ? fmt::format("line {}", of.line)
+                                                  : fmt::format("{}, the first in line {}", of.count, of.line)));
     return names.empty() ? std::string() : fmt::format("free-form statements are left out: {}", fmt::join(names, ", "));
 }
 

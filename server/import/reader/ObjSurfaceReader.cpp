@@ -1,4 +1,5 @@
-// Free-form surfaces of OBJ files: control points, knots and trims go on as they are; who has the scene makes triangles of them.
+// Free-form surfaces of OBJ files: control points, knots and trims go on as they are; who has the scene makes triangles
+// of them.
 
 #include <fmt/format.h>
 
@@ -72,7 +73,8 @@ ObjSurfaceNames namesIn(std::string_view text) {
 /// The folder of an OBJ, but for the OBJ itself, in whose place another text is read.
 class InPlaceOf : public FolderIo {
 public:
-    InPlaceOf(const FolderFiles& files, std::string path, std::string text) : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
+    InPlaceOf(const FolderFiles& files, std::string path, std::string text)
+        : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
 
     bool Exists(const char* name) const override { return name == path_ || FolderIo::Exists(name); }
     Assimp::IOStream* Open(const char* name, const char* mode) override {
@@ -85,9 +87,10 @@ private:
     std::string path_, text_;
 };
 
-/// The materials that surfaces take, by their names in the file; what is left out is noted. As those of polygons: assimp is shown a file of one
-/// triangle for each. A file without a library says nothing of looks.
-std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, const std::string& path, const ReadLimits& limits, PlainScene& scene) {
+/// The materials that surfaces take, by their names in the file; what is left out is noted. As those of polygons:
+/// assimp is shown a file of one triangle for each. A file without a library says nothing of looks.
+std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, const std::string& path,
+                                               const ReadLimits& limits, PlainScene& scene) {
     std::map<std::string, std::string> out;
     std::set<std::string> used(names.materials.begin(), names.materials.end());
     used.erase("");
@@ -108,7 +111,8 @@ std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, con
     AssimpMaterials materials(*read, files, limits, true, scene);
     for (unsigned i = 0; i < read->mNumMaterials; ++i) {
         aiString name;
-        if (read->mMaterials[i]->Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && used.contains(name.C_Str())) out.emplace(name.C_Str(), materials.name(i));
+        if (read->mMaterials[i]->Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && used.contains(name.C_Str()))
+            out.emplace(name.C_Str(), materials.name(i));
     }
     materials.finish();
     noteObjMaterials(path, files, scene);
@@ -135,11 +139,13 @@ Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& 
     }
     if (const std::string leftOut = noteOfFreeform(text); !leftOut.empty()) scene.note(leftOut);
     if (names.others) scene.note("lines and points beside free-form surfaces are left out");
-    if (surfaces->size() > limits.maxNodes) return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits.maxNodes));
+    if (surfaces->size() > limits.maxNodes)
+        return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits.maxNodes));
     // Seen from both sides: the format does not say which is the outside.
     std::string material = "surfaces";
     const auto isTaken = [&] {
-        return std::any_of(scene.file.material().begin(), scene.file.material().end(), [&](const auto& m) { return m.name() == material; });
+        return std::any_of(scene.file.material().begin(), scene.file.material().end(),
+                           [&](const auto& m) { return m.name() == material; });
     };
     while (isTaken()) material += "'";
     proto::scene::Material* sided = scene.file.add_material();

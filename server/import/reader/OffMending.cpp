@@ -13,9 +13,9 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostOffCorners = 9;    ///< that assimp reads of a face
+constexpr std::size_t kMostOffCorners = 9;     ///< that assimp reads of a face
 constexpr std::size_t kLongestOffLine = 4000;  ///< that it reads as one
-constexpr std::size_t kLongestOffWord = 250;  ///< of the 14 that a vertex may need
+constexpr std::size_t kLongestOffWord = 250;   ///< of the 14 that a vertex may need
 
 /// Goes through a file twice: it looks, then it writes what it found to be good.
 class OffMending {
@@ -38,7 +38,8 @@ public:
         isHomogeneous_ = takes("4");
         const bool saysDimensions = takes("n");
         if (word != "OFF" || !dropWord()) return false;
-        if (saysDimensions && (!isNumber(words_[0], dimensions_) || dimensions_ < 1 || dimensions_ > 3 || !dropWord())) return false;
+        if (saysDimensions && (!isNumber(words_[0], dimensions_) || dimensions_ < 1 || dimensions_ > 3 || !dropWord()))
+            return false;
         if (words_.size() < 2 || !isNumber(words_[0], vertices_) || !isNumber(words_[1], faces_)) return false;
         differs_ = words_.size() < 3;  // it would take the first vertex's first number for that of edges
         countLine_ = lines_.line();
@@ -53,7 +54,9 @@ public:
         if (Expected<void> read = readVertices(nullptr); !read) return read;
         if (Expected<void> read = readFaces(nullptr); !read) return read;
         if (const std::string text = leftOut(); written_ == 0 && !text.empty()) return fail(ErrorCode::kBadInput, text);
-        if (there_ == faces_ && next()) notes.push_back(fmt::format("what is behind the {} faces that it announces is left out (line {})", faces_, lines_.line()));
+        if (there_ == faces_ && next())
+            notes.push_back(fmt::format("what is behind the {} faces that it announces is left out (line {})", faces_,
+                                        lines_.line()));
         if (there_ < faces_) {
             if (there_ == 0) return fail(ErrorCode::kBadInput, cutOff(faces_, "faces", there_));
             notes.push_back(cutOff(faces_, "faces", there_));
@@ -63,11 +66,13 @@ public:
         if (wrong_ > 0) notes.push_back(leftOut());
         if (wrong_ > 0 && missing != nullptr) missing->push_back(leftOut());
         if (longVertices_ > 0)
-            notes.push_back(fmt::format("what is behind the {} numbers of {} {} is left out (the first: line {})", colorsFrom_ + (hasColors_ ? 4 : 0) + behindColors_, longVertices_,
+            notes.push_back(fmt::format("what is behind the {} numbers of {} {} is left out (the first: line {})",
+                                        colorsFrom_ + (hasColors_ ? 4 : 0) + behindColors_, longVertices_,
                                         longVertices_ == 1 ? "vertex" : "vertices", firstLongVertex_));
         if (longFaces_ > 0)
             notes.push_back(
-                fmt::format("what is behind the corners of {} {} is left out (mostly a colour; the first: line {})", longFaces_, longFaces_ == 1 ? "face" : "faces", firstLongFace_));
+                fmt::format("what is behind the corners of {} {} is left out (mostly a colour; the first: line {})",
+                            longFaces_, longFaces_ == 1 ? "face" : "faces", firstLongFace_));
         if (doubtfulLine_ > 0) notes.push_back(doubtOfLastLine(doubtfulLine_));
         lines_ = body;
         return {};
@@ -76,7 +81,8 @@ public:
 
     /// After `look`.
     Expected<Bytes> write() {
-        std::string out = fmt::format("{}\n{}{} {} 0\n", kind_, saysDimensions_ ? fmt::format("{}\n", dimensions_) : "", vertices_, written_);
+        std::string out = fmt::format("{}\n{}{} {} 0\n", kind_, saysDimensions_ ? fmt::format("{}\n", dimensions_) : "",
+                                      vertices_, written_);
         out.reserve(text_.size());
         if (Expected<void> read = readVertices(&out); !read) return tl::unexpected(read.error());
         if (Expected<void> read = readFaces(&out); !read) return tl::unexpected(read.error());
@@ -88,7 +94,8 @@ private:
     /// The words of the next line that has any besides a remark.
     bool next() {
         while (lines_.next(words_)) {
-            const auto remark = std::ranges::find_if(words_, [](std::string_view word) { return word.starts_with('#'); });
+            const auto remark =
+                std::ranges::find_if(words_, [](std::string_view word) { return word.starts_with('#'); });
             words_.erase(remark, words_.end());
             if (!words_.empty()) return true;
         }
@@ -106,16 +113,26 @@ private:
         if (lines_.line() > before + 1 && before > countLine_) differs_ = true;  // remarks and blanks would be items
         return isThere;
     }
-    [[nodiscard]] bool isLast() const { return lines_.bytesLeft() == 0 && !text_.ends_with('\n') && !text_.ends_with('\r'); }
-    [[nodiscard]] bool endsText(std::string_view word) const { return word.data() + word.size() == text_.data() + text_.size(); }
+    [[nodiscard]] bool isLast() const {
+        return lines_.bytesLeft() == 0 && !text_.ends_with('\n') && !text_.ends_with('\r');
+    }
+    [[nodiscard]] bool endsText(std::string_view word) const {
+        return word.data() + word.size() == text_.data() + text_.size();
+    }
     /// Assimp cuts long lines in two.
-    void lookAtLength() { differs_ = differs_ || static_cast<std::size_t>(words_.back().data() + words_.back().size() - words_.front().data()) > kLongestOffLine; }
+    void lookAtLength() {
+        differs_ = differs_ || static_cast<std::size_t>(words_.back().data() + words_.back().size() -
+                                                        words_.front().data()) > kLongestOffLine;
+    }
 
     [[nodiscard]] std::string cutOff(std::uint64_t announced, const char* what, std::uint64_t there) const {
-        return fmt::format("it announces {} {} (line {}), and {} of them {} there: it is cut off", announced, what, countLine_, there, there == 1 ? "is" : "are");
+        return fmt::format("it announces {} {} (line {}), and {} of them {} there: it is cut off", announced, what,
+                           countLine_, there, there == 1 ? "is" : "are");
     }
     [[nodiscard]] std::string leftOut() const {
-        return wrong_ == 0 ? std::string() : fmt::format("{} of {} faces {} left out; the first, {}", wrong_, there_, wrong_ == 1 ? "is" : "are", firstWrong_);
+        return wrong_ == 0 ? std::string()
+                           : fmt::format("{} of {} faces {} left out; the first, {}", wrong_, there_,
+                                         wrong_ == 1 ? "is" : "are", firstWrong_);
     }
 
     Expected<void> readVertices(std::string* out) {
@@ -128,9 +145,11 @@ private:
             if (words_.size() < least) fault = fmt::format("it has {} numbers of {}", words_.size(), least);
             numbers.resize(std::min(words_.size(), most));
             for (std::size_t i = 0; i < numbers.size() && fault.empty(); ++i)
-                if (words_[i].size() > kLongestOffWord || !isReal(words_[i], numbers[i])) fault = fmt::format("'{}' is no number", words_[i].substr(0, 40));
+                if (words_[i].size() > kLongestOffWord || !isReal(words_[i], numbers[i]))
+                    fault = fmt::format("'{}' is no number", words_[i].substr(0, 40));
             if (!fault.empty() && isLast()) return fail(ErrorCode::kBadInput, cutOff(vertices_, "vertices", v));
-            if (!fault.empty()) return fail(ErrorCode::kBadInput, fmt::format("line {}: this is no vertex: {}", lines_.line(), fault));
+            if (!fault.empty())
+                return fail(ErrorCode::kBadInput, fmt::format("line {}: this is no vertex: {}", lines_.line(), fault));
             if (out != nullptr) {
                 writeVertex(numbers, *out);
                 continue;
@@ -138,7 +157,8 @@ private:
             if (words_.size() > most && longVertices_++ == 0) firstLongVertex_ = lines_.line();
             lookAtLength();
             differs_ = differs_ || numbers.size() < most;
-            for (std::size_t i = colorsFrom_; hasColors_ && i < numbers.size() - behindColors_; ++i) colorsOfBytes_ = colorsOfBytes_ || numbers[i] > 1;
+            for (std::size_t i = colorsFrom_; hasColors_ && i < numbers.size() - behindColors_; ++i)
+                colorsOfBytes_ = colorsOfBytes_ || numbers[i] > 1;
         }
         differs_ = differs_ || colorsOfBytes_;
         return {};
@@ -149,7 +169,8 @@ private:
             for (std::size_t i = from; i < to; ++i) out.append(words_[i]).push_back(' ');
         };
         copyWords(0, colorsFrom_);
-        if (!colorsOfBytes_) copyWords(colorsFrom_, colorsEnd);
+        if (!colorsOfBytes_)
+            copyWords(colorsFrom_, colorsEnd);
         else
             for (std::size_t i = colorsFrom_; i < colorsEnd; ++i) out += fmt::format("{} ", numbers[i] / 255);
         if (hasColors_ && colorsEnd < colorsFrom_ + 4) out += "1 ";
@@ -157,10 +178,12 @@ private:
         out.back() = '\n';
         if (!isCutting_) return;
         const double by = isHomogeneous_ ? numbers[dimensions_] : 1;
-        for (std::size_t i = 0; i < 3; ++i) places_.push_back(i < dimensions_ ? static_cast<float>(numbers[i] / by) : 0);
+        for (std::size_t i = 0; i < 3; ++i)
+            places_.push_back(i < dimensions_ ? static_cast<float>(numbers[i] / by) : 0);
     }
 
-    /// What keeps the words from being a face, or empty. `corners_`: its vertices. `isWhole_`: whether the line is not one that ends too early.
+    /// What keeps the words from being a face, or empty. `corners_`: its vertices. `isWhole_`: whether the line is not
+    /// one that ends too early.
     std::string faceFault() {
         std::uint64_t count = 0, vertex = 0;
         corners_.clear();
@@ -170,7 +193,8 @@ private:
         if (count > words_.size() - 1) return fmt::format("it says {} corners, and has {}", count, words_.size() - 1);
         for (std::size_t i = 1; i <= count; ++i) {
             isWhole_ = isNumber(words_[i], vertex);
-            if (!isWhole_ || vertex >= vertices_) return fmt::format("'{}' names none of the {} vertices", words_[i].substr(0, 40), vertices_);
+            if (!isWhole_ || vertex >= vertices_)
+                return fmt::format("'{}' names none of the {} vertices", words_[i].substr(0, 40), vertices_);
             corners_.push_back(static_cast<std::uint32_t>(vertex));
         }
         return {};
@@ -208,9 +232,11 @@ private:
             out += '\n';
             return {};
         }
-        const Expected<std::vector<std::uint32_t>> triangles = assembleRuns({.kind = RunKind::kPolygons, .positions = places_, .indices = corners_, .lengths = {}});
+        const Expected<std::vector<std::uint32_t>> triangles =
+            assembleRuns({.kind = RunKind::kPolygons, .positions = places_, .indices = corners_, .lengths = {}});
         if (!triangles) return failWith(fmt::format("line {}", lines_.line()), triangles.error());
-        for (std::size_t i = 0; i + 3 <= triangles->size(); i += 3) out += fmt::format("3 {} {} {}\n", (*triangles)[i], (*triangles)[i + 1], (*triangles)[i + 2]);
+        for (std::size_t i = 0; i + 3 <= triangles->size(); i += 3)
+            out += fmt::format("3 {} {} {}\n", (*triangles)[i], (*triangles)[i + 1], (*triangles)[i + 2]);
         return {};
     }
 

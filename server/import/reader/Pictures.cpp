@@ -23,7 +23,8 @@ Expected<proto::scene::Image*> Pictures::addImage(const std::string& name, const
 }
 
 bool Pictures::halveLargest() {
-    // Of compressed ones without mipmaps there is nothing smaller: how large those are together the files' own sizes bound.
+    // Of compressed ones without mipmaps there is nothing smaller: how large those are together the files' own sizes
+    // bound.
     const auto sizeOf = [](const auto& entry) {
         const Expected<DecodedImage>& decoded = entry.second.decoded;
         return decoded && !(decoded->compressed() && decoded->mipmaps == 1) ? decoded->rgba.size() : 0;

@@ -16,8 +16,8 @@ class Pictures {
 public:
     Pictures(PlainScene& scene, const ReadLimits& limits) : scene_(scene), limits_(limits) {}
 
-    /// A new Image of this name in the scene, without pixels before `finish`. `picture` is what notes call the picture, a name
-    /// for each; `decode` is called the first time. An error is the same each time.
+    /// A new Image of this name in the scene, without pixels before `finish`. `picture` is what notes call the picture,
+    /// a name for each; `decode` is called the first time. An error is the same each time.
     Expected<proto::scene::Image*> addImage(const std::string& name, const std::string& picture,
                                             const std::function<Expected<DecodedImage>()>& decode);
     /// Gives all images their pixels.

@@ -41,7 +41,8 @@ proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) 
     if (mesh.primitive == Primitive::kPoints) {
         message->set_primitive(proto::scene::Mesh::POINTS);
         constexpr double kLargest = 1e12;  // that a Geometry may have
-        message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius : std::min(0.5 * spacingOf(mesh.positions), kLargest));
+        message->set_point_radius(mesh.pointRadius > 0 ? mesh.pointRadius
+                                                       : std::min(0.5 * spacingOf(mesh.positions), kLargest));
     } else if (mesh.primitive == Primitive::kLines) {
         message->set_primitive(proto::scene::Mesh::LINES);
         message->set_line_width(mesh.lineWidth);
@@ -61,9 +62,10 @@ void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const Read
     // Smaller ones are not drawn in parts.
     constexpr std::size_t kLarge = 1024;
     const std::size_t vertices = mesh.positions.size() / 3;
-    const bool sound = mesh.indices.size() % 3 == 0 &&
-                       std::all_of(mesh.indices.begin(), mesh.indices.end(), [&](std::uint32_t i) { return i < vertices; }) &&
-                       std::all_of(mesh.positions.begin(), mesh.positions.end(), [](float x) { return std::isfinite(x); });
+    const bool sound =
+        mesh.indices.size() % 3 == 0 &&
+        std::all_of(mesh.indices.begin(), mesh.indices.end(), [&](std::uint32_t i) { return i < vertices; }) &&
+        std::all_of(mesh.positions.begin(), mesh.positions.end(), [](float x) { return std::isfinite(x); });
     if (!limits.verbatim && sound && mesh.indices.size() >= 3 * kLarge)
         mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
     addMesh(name, std::move(mesh));

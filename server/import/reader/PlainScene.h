@@ -17,18 +17,18 @@ struct ReadLimits {
     std::size_t maxFileBytes = 0x7fffffff;  ///< of one file, the ones it refers to included
     std::size_t maxNodes = limits::kMaxObjects;
     std::size_t maxDepth = 255;
-    int maxImageSide = 4096;  ///< pixels; larger images are halved until they fit
+    int maxImageSide = 4096;                           ///< pixels; larger images are halved until they fit
     std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded
-    bool verbatim = false;  ///< see ImportOptions
-    bool whole = false;     ///< see ImportOptions
+    bool verbatim = false;                             ///< see ImportOptions
+    bool whole = false;                                ///< see ImportOptions
 };
 
 struct PlainScene {
     proto::scene::SceneFile file;
     std::vector<Bytes> blobs;
-    std::vector<std::string> notes;   ///< what was left away or changed; each once
+    std::vector<std::string> notes;    ///< what was left away or changed; each once
     std::vector<std::string> missing;  ///< of the notes those that say that triangles, lines or points are not there
-    std::vector<std::string> faults;  ///< what is wrong in a person's text, and was left away: "line:column: what"
+    std::vector<std::string> faults;   ///< what is wrong in a person's text, and was left away: "line:column: what"
 
     void note(std::string text);
     void noteMissing(const std::string& text);
@@ -37,7 +37,8 @@ struct PlainScene {
     /// Adds the mesh under this name. Missing normals of triangles are computed; points of no radius get half of what
     /// lies between neighbours.
     proto::scene::Mesh& addMesh(const std::string& name, MeshData mesh);
-    /// Of a model file, whose order means nothing: triangles of a large mesh in spatial order, unless it is read verbatim.
+    /// Of a model file, whose order means nothing: triangles of a large mesh in spatial order, unless it is read
+    /// verbatim.
     void addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits);
 };
 

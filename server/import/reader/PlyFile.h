@@ -1,4 +1,5 @@
-/// A PLY file as its header announces it, how much of that is there, and the same written as assimp 5.2.5 reads it right.
+/// A PLY file as its header announces it, how much of that is there, and the same written as assimp 5.2.5 reads it
+/// right.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +22,8 @@ struct PlyType {
 struct PlyProperty {
     std::string name;
     bool isList = false;
-    PlyType length;  ///< of a list
-    PlyType number;  ///< or of each of a list's
+    PlyType length;           ///< of a list
+    PlyType number;           ///< or of each of a list's
     std::string unknownType;  ///< empty: all are known
     std::size_t line = 0;     ///< in the header
 };
@@ -34,7 +35,8 @@ struct PlyElement {
     std::string firstLeftOut;            ///< its line, and why
     std::uint64_t lacking = 0;           ///< vertices that have a place, and not all the rest
     std::string firstLacking;
-    std::uint64_t longer = 0, firstLonger = 0;  ///< rows of a text that go on behind all that is asked for; the line of the first
+    std::uint64_t longer = 0,
+                  firstLonger = 0;  ///< rows of a text that go on behind all that is asked for; the line of the first
     std::vector<PlyProperty> properties;
     std::size_t line = 0;  ///< in the header
     std::size_t headBegin = 0, countBegin = 0, countEnd = 0;
@@ -62,7 +64,8 @@ public:
     [[nodiscard]] std::size_t doubtfulLine() const { return doubtfulLine_; }
     /// What is there behind all that is announced, for a note; empty: nothing.
     [[nodiscard]] std::string behind() const;
-    /// Whether faces have to be written as one element: of strips assimp takes the last triangle, and of several elements it counts the first.
+    /// Whether faces have to be written as one element: of strips assimp takes the last triangle, and of several
+    /// elements it counts the first.
     [[nodiscard]] bool joinsFaces() const;
     [[nodiscard]] bool isText() const { return encoding_ == Encoding::kText; }
     /// Strips of which no triangle is left, for a note; empty: there are none.
@@ -88,7 +91,8 @@ private:
     void appendRows(const PlyElement& element, std::string& out) const;
     [[nodiscard]] Faces joinedFaces() const;
     /// The numbers of one row's list `property`; from where on the next row is.
-    [[nodiscard]] std::size_t readList(const PlyElement& element, std::size_t property, std::size_t at, std::vector<double>& numbers) const;
+    [[nodiscard]] std::size_t readList(const PlyElement& element, std::size_t property, std::size_t at,
+                                       std::vector<double>& numbers) const;
     void appendFace(const std::vector<std::int32_t>& corners, Faces& faces) const;
 
     std::string_view bytes_;

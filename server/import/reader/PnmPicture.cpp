@@ -29,7 +29,8 @@ public:
     /// A 0 or a 1, which need no space between them.
     [[nodiscard]] std::optional<unsigned> bit() {
         skipSpace();
-        if (at_ >= bytes_.size() || (bytes_[at_] != std::byte{'0'} && bytes_[at_] != std::byte{'1'})) return std::nullopt;
+        if (at_ >= bytes_.size() || (bytes_[at_] != std::byte{'0'} && bytes_[at_] != std::byte{'1'}))
+            return std::nullopt;
         return std::to_integer<unsigned>(bytes_[at_++]) - '0';
     }
     /// Behind the one character of space that ends the header.
@@ -54,7 +55,8 @@ private:
 }  // namespace
 
 bool isPnm(ByteSpan bytes) {
-    if (bytes.size() < 3 || bytes[0] != std::byte{'P'} || bytes[1] < std::byte{'1'} || bytes[1] > std::byte{'6'}) return false;
+    if (bytes.size() < 3 || bytes[0] != std::byte{'P'} || bytes[1] < std::byte{'1'} || bytes[1] > std::byte{'6'})
+        return false;
     const char third = static_cast<char>(bytes[2]);
     return third == ' ' || third == '\n' || third == '\r' || third == '\t' || third == '#';
 }
@@ -68,15 +70,18 @@ Expected<DecodedImage> decodePnm(ByteSpan bytes) {
     const auto width = source.number(), height = source.number();
     const auto most = bits ? std::optional(1u) : source.number();
     if (!width || !height || !most) return badPnm("whose header is cut off or damaged");
-    if (*width == 0 || *height == 0 || *width > kMaxPictureSide || *height > kMaxPictureSide || std::size_t{*width} * *height > kMaxPicturePixels)
-        return badPnm(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", *width, *height, kMaxPictureSide, kMaxPicturePixels));
+    if (*width == 0 || *height == 0 || *width > kMaxPictureSide || *height > kMaxPictureSide ||
+        std::size_t{*width} * *height > kMaxPicturePixels)
+        return badPnm(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", *width, *height,
+                                  kMaxPictureSide, kMaxPicturePixels));
     if (*most == 0 || *most > 65535) return badPnm(fmt::format("whose largest value is {}", *most));
     const std::size_t pixels = std::size_t{*width} * *height, valueBytes = *most > 255 ? 2 : 1;
     const ByteSpan raw = source.rest();
     const std::size_t rowBytes = bits ? (*width + 7) / 8 : *width * channels * valueBytes;
     // A number of a text takes a character at least.
     if (text ? source.left() < pixels * channels : raw.size() < rowBytes * *height) return badPnm("that is cut off");
-    DecodedImage image{.widthPx = static_cast<int>(*width), .heightPx = static_cast<int>(*height), .rgba = Bytes(pixels * 4)};
+    DecodedImage image{
+        .widthPx = static_cast<int>(*width), .heightPx = static_cast<int>(*height), .rgba = Bytes(pixels * 4)};
     for (std::size_t i = 0; i < pixels; ++i) {
         std::array<std::byte, 3> rgb{};
         for (std::size_t c = 0; c < channels; ++c) {

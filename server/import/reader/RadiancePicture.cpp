@@ -104,7 +104,8 @@ void linearToRgbe(const double* rgb, std::byte* rgbe) {
     (void)std::frexp(largest * (256.0 / 255.5), &exponent);  // so that the largest does not round up to 256
     exponent = std::min(exponent, 127);
     for (int i = 0; i < 3; ++i)
-        rgbe[i] = static_cast<std::byte>(std::clamp(std::lround(std::ldexp(std::max(rgb[i], 0.0), 8 - exponent)), 0L, 255L));
+        rgbe[i] =
+            static_cast<std::byte>(std::clamp(std::lround(std::ldexp(std::max(rgb[i], 0.0), 8 - exponent)), 0L, 255L));
     rgbe[3] = static_cast<std::byte>(exponent + 128);
 }
 
@@ -128,14 +129,19 @@ Expected<DecodedImage> decodeRadiance(ByteSpan bytes) {
     // Digits alone: a number of scanf's may have a sign.
     char heightText[6] = {}, widthText[6] = {};
     int used = 0;
-    if (std::sscanf(size.c_str(), "-Y %5[0-9] +X %5[0-9]%n", heightText, widthText, &used) != 2 || static_cast<std::size_t>(used) != size.size())
+    if (std::sscanf(size.c_str(), "-Y %5[0-9] +X %5[0-9]%n", heightText, widthText, &used) != 2 ||
+        static_cast<std::size_t>(used) != size.size())
         return damaged(fmt::format("whose size is '{}': '-Y HEIGHT +X WIDTH' can be read", size.substr(0, 60)));
     const std::size_t width = std::strtoul(widthText, nullptr, 10), height = std::strtoul(heightText, nullptr, 10);
     if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide || width * height > kMaxPixels)
-        return damaged(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height, kMaxSide, kMaxPixels));
+        return damaged(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height,
+                                   kMaxSide, kMaxPixels));
     // No row of runs is shorter than this: nothing is promised memory for bytes that are not there.
     if (bytes.size() < height * 8 && bytes.size() < height * width * 4) return damaged("that is cut off");
-    DecodedImage image{.widthPx = static_cast<int>(width), .heightPx = static_cast<int>(height), .rgba = Bytes(width * height * 4), .encoding = proto::scene::Image::RGBE};
+    DecodedImage image{.widthPx = static_cast<int>(width),
+                       .heightPx = static_cast<int>(height),
+                       .rgba = Bytes(width * height * 4),
+                       .encoding = proto::scene::Image::RGBE};
     for (std::size_t y = 0; y < height; ++y) {
         std::byte* row = image.rgba.data() + 4 * width * y;
         const bool isNew = width >= 8 && width < 32768 && source.peek(0) == 2 && source.peek(1) == 2 &&

@@ -7,9 +7,9 @@ namespace tessera {
 
 /// Whether the bytes begin as such a file does.
 [[nodiscard]] bool isRadiancePicture(ByteSpan bytes);
-/// To RGBE, a pixel four bytes, rows from the top. Plain and run-length coded ones, old and new; exposures are taken out.
-/// kBadInput, with the reason: damaged, of colours other than RGB, or with rows in another order than from the top and
-/// from the left.
+/// To RGBE, a pixel four bytes, rows from the top. Plain and run-length coded ones, old and new; exposures are taken
+/// out. kBadInput, with the reason: damaged, of colours other than RGB, or with rows in another order than from the top
+/// and from the left.
 [[nodiscard]] Expected<DecodedImage> decodeRadiance(ByteSpan bytes);
 
 /// A pixel as linear numbers, and back, each colour within 1/256 of the largest.

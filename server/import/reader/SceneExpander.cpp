@@ -1,5 +1,8 @@
 #include "server/import/reader/SceneExpander.h"
 
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/unknown_field_set.h>
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -7,16 +10,13 @@
 #include <span>
 #include <utility>
 #include <vector>
-#include <fmt/format.h>
-#include <google/protobuf/descriptor.h>
-#include <google/protobuf/unknown_field_set.h>
 
 #include "common/base/Nearest.h"
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/reader/ImageDecoder.h"
 #include "server/import/reader/NurbsMessage.h"
 #include "server/import/reader/SceneShapes.h"
-#include "server/import/reader/VolumeFiles.h"
+#include "server/import/reader/VolumeNode.h"
 
 namespace tessera {
 namespace {
@@ -31,14 +31,22 @@ const FieldDescriptor* fieldOf(const google::protobuf::Message& message, int num
 std::optional<RunKind> runKindOf(proto::scene::Mesh::Primitive primitive) {
     using Mesh = proto::scene::Mesh;
     switch (primitive) {
-        case Mesh::LINE_STRIPS: return RunKind::kLineStrips;
-        case Mesh::LINE_LOOPS: return RunKind::kLineLoops;
-        case Mesh::TRIANGLE_STRIPS: return RunKind::kTriangleStrips;
-        case Mesh::TRIANGLE_FANS: return RunKind::kTriangleFans;
-        case Mesh::QUADS: return RunKind::kQuads;
-        case Mesh::QUAD_STRIPS: return RunKind::kQuadStrips;
-        case Mesh::POLYGONS: return RunKind::kPolygons;
-        default: return std::nullopt;
+        case Mesh::LINE_STRIPS:
+            return RunKind::kLineStrips;
+        case Mesh::LINE_LOOPS:
+            return RunKind::kLineLoops;
+        case Mesh::TRIANGLE_STRIPS:
+            return RunKind::kTriangleStrips;
+        case Mesh::TRIANGLE_FANS:
+            return RunKind::kTriangleFans;
+        case Mesh::QUADS:
+            return RunKind::kQuads;
+        case Mesh::QUAD_STRIPS:
+            return RunKind::kQuadStrips;
+        case Mesh::POLYGONS:
+            return RunKind::kPolygons;
+        default:
+            return std::nullopt;
     }
 }
 
@@ -64,7 +72,8 @@ proto::scene::Place SceneExpander::Where::place() const {
 }
 
 const SceneExpander::Places* SceneExpander::Where::inside() const {
-    return around == nullptr || field == nullptr ? nullptr : around->GetTreeForNested(SceneSchema::get().twin(field), index);
+    return around == nullptr || field == nullptr ? nullptr
+                                                 : around->GetTreeForNested(SceneSchema::get().twin(field), index);
 }
 
 Expected<void> SceneExpander::checkName(const std::set<std::string>& names, const std::string& name,
@@ -85,7 +94,8 @@ void SceneExpander::nameLater(proto::scene::SceneFile& file) {
         const google::protobuf::Reflection& reflection = *message.GetReflection();
         const std::string& type = message.GetDescriptor()->name();
         const google::protobuf::UnknownFieldSet& unknown = reflection.GetUnknownFields(message);
-        for (int i = 0; i < unknown.field_count(); ++i) ++found[fmt::format("field {} of {}", unknown.field(i).number(), type)];
+        for (int i = 0; i < unknown.field_count(); ++i)
+            ++found[fmt::format("field {} of {}", unknown.field(i).number(), type)];
         present.clear();
         reflection.ListFields(message, &present);
         for (const FieldDescriptor* field : present) {
@@ -138,8 +148,9 @@ Expected<PlainScene> SceneExpander::expand(proto::scene::SceneFile file, const P
     const auto where = [&](const char* field, int index) { return Where{places, type->FindFieldByName(field), index}; };
     // As it is: whoever knows the scene reads it. What a newer version wrote goes along.
     scene_.file.set_saved(std::move(*file.mutable_saved()));
-    scene_.file.GetReflection()->MutableUnknownFields(&scene_.file)->Swap(
-        file.GetReflection()->MutableUnknownFields(&file));
+    scene_.file.GetReflection()
+        ->MutableUnknownFields(&scene_.file)
+        ->Swap(file.GetReflection()->MutableUnknownFields(&file));
     if (places == nullptr) nameLater(file);  // in a text such a number is a slip of the hand, and refused as one
     // The blobs keep their numbers; meshes and images made here get later ones.
     for (std::string& blob : *file.mutable_blob()) {
@@ -191,7 +202,8 @@ void SceneExpander::tellPlaces(const Where& where, proto::scene::Material& mater
     tell(0, where.place());
     const google::protobuf::Descriptor& type = *material.GetDescriptor();
     for (int i = 0; where.around != nullptr && i < type.field_count(); ++i)
-        if (const FieldDescriptor* field = type.field(i); !field->is_repeated() && material.GetReflection()->HasField(material, field))
+        if (const FieldDescriptor* field = type.field(i);
+            !field->is_repeated() && material.GetReflection()->HasField(material, field))
             tell(field->number(), Where{where.inside(), field, -1}.place());
 }
 
@@ -199,7 +211,8 @@ Expected<void> SceneExpander::checkNames(const proto::scene::Material& material)
     const google::protobuf::Descriptor& type = *material.GetDescriptor();
     for (int i = 0; i < type.field_count(); ++i) {
         const FieldDescriptor& field = *type.field(i);
-        if (field.number() == proto::scene::Material::kNameFieldNumber || field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)
+        if (field.number() == proto::scene::Material::kNameFieldNumber ||
+            field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)
             continue;
         if (field.is_repeated() || !field.name().ends_with("_image")) continue;
         const std::string image = material.GetReflection()->GetString(material, &field);
@@ -211,7 +224,10 @@ Expected<void> SceneExpander::checkNames(const proto::scene::Material& material)
     if (!material.coarser().empty())
         if (Expected<void> known = checkName(materials_, material.coarser(), "material"); !known) return known;
     for (const proto::scene::Uniform& uniform : material.uniform())
-        if (Expected<void> known = uniform.image().empty() ? Expected<void>() : checkName(images_, uniform.image(), "image"); !known) return known;
+        if (Expected<void> known =
+                uniform.image().empty() ? Expected<void>() : checkName(images_, uniform.image(), "image");
+            !known)
+            return known;
     for (const proto::scene::TextureLayer& layer : material.layer())
         if (!layer.image().empty())
             if (Expected<void> known = checkName(images_, layer.image(), "image"); !known) return known;
@@ -250,7 +266,9 @@ Expected<void> SceneExpander::expandNode(const proto::scene::Node& node, const W
             return failAt(where.place(), done.error());
         if (node.has_lattice()) {
             if (!copy->has_geometry())
-                return failAt(where.place(), {ErrorCode::kBadInput, "a lattice bends the shape or geometry of its node, and this one has none (surfaces have control points of their own)"});
+                return failAt(where.place(), {ErrorCode::kBadInput,
+                                              "a lattice bends the shape or geometry of its node, and this one has "
+                                              "none (surfaces have control points of their own)"});
             *copy->mutable_lattice() = node.lattice();
         }
         for (int n = 0; n < node.node_size(); ++n) {
@@ -293,22 +311,27 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (!surface) return tl::unexpected(surface.error());
             *out.mutable_nurbs_surface() = std::move(*surface);
             if (node.nurbs_surface().material().empty()) out.mutable_nurbs_surface()->set_material(material);
-            return out.nurbs_surface().material().empty() ? Expected<void>() : checkName(materials_, out.nurbs_surface().material(), "material");
+            return out.nurbs_surface().material().empty()
+                       ? Expected<void>()
+                       : checkName(materials_, out.nurbs_surface().material(), "material");
         }
         case Content::kText:
             *out.mutable_text() = node.text();
             if (node.text().material().empty()) out.mutable_text()->set_material(material);
-            return out.text().material().empty() ? Expected<void>() : checkName(materials_, out.text().material(), "material");
+            return out.text().material().empty() ? Expected<void>()
+                                                 : checkName(materials_, out.text().material(), "material");
         case Content::kParticles:
             *out.mutable_particles() = node.particles();
             if (node.particles().material().empty()) out.mutable_particles()->set_material(material);
-            return out.particles().material().empty() ? Expected<void>() : checkName(materials_, out.particles().material(), "material");
+            return out.particles().material().empty() ? Expected<void>()
+                                                      : checkName(materials_, out.particles().material(), "material");
         case Content::kVolume: {
             const Expected<proto::scene::Volume> plain = plainVolume(files_, node.volume(), scene_);
             if (!plain) return tl::unexpected(plain.error());
             *out.mutable_volume() = *plain;
             if (plain->material().empty()) out.mutable_volume()->set_material(material);
-            return out.volume().material().empty() ? Expected<void>() : checkName(materials_, out.volume().material(), "material");
+            return out.volume().material().empty() ? Expected<void>()
+                                                   : checkName(materials_, out.volume().material(), "material");
         }
         case Content::kInstance:
             out.set_instance(node.instance());
@@ -336,7 +359,8 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             *out.mutable_skin()->mutable_at() = at;
             if (node.skin().material().empty()) out.mutable_skin()->set_material(material);
             if (Expected<void> known = checkName(meshes_, node.skin().mesh(), "mesh"); !known) return known;
-            return out.skin().material().empty() ? Expected<void>() : checkName(materials_, out.skin().material(), "material");
+            return out.skin().material().empty() ? Expected<void>()
+                                                 : checkName(materials_, out.skin().material(), "material");
         case Content::kCore:
             out.set_core(node.core());
             out.set_material(material);
@@ -357,7 +381,8 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (lost_.contains(out.environment().image())) {
                 out.mutable_environment()->clear_image();
             } else if (const std::string why = notAround(out.environment().image()); !why.empty()) {
-                addFault(at, fmt::format("the surroundings' image '{}' cannot be had: {}; they are shown without", out.environment().image(), why));
+                addFault(at, fmt::format("the surroundings' image '{}' cannot be had: {}; they are shown without",
+                                         out.environment().image(), why));
                 out.mutable_environment()->clear_image();
             }
             return {};
@@ -400,11 +425,14 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         return fail(ErrorCode::kBadInput,
                     fmt::format("mesh '{}': position needs three numbers per vertex", mesh.name()));
     // Without an index the vertices as they stand.
-    const std::size_t corners = mesh.primitive() == proto::scene::Mesh::TRIANGLES ? 3 : mesh.primitive() == proto::scene::Mesh::LINES ? 2 : 0;
+    const std::size_t corners = mesh.primitive() == proto::scene::Mesh::TRIANGLES ? 3
+                                : mesh.primitive() == proto::scene::Mesh::LINES   ? 2
+                                                                                  : 0;
     if (corners > 0 && data.indices.empty()) {
         if (vertices % corners != 0)
-            return fail(ErrorCode::kBadInput, fmt::format("mesh '{}': without an index {} vertices are no whole number of {}", mesh.name(), vertices,
-                                                          corners == 3 ? "triangles" : "lines"));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("mesh '{}': without an index {} vertices are no whole number of {}", mesh.name(),
+                                    vertices, corners == 3 ? "triangles" : "lines"));
         data.indices.resize(vertices);
         std::iota(data.indices.begin(), data.indices.end(), 0u);
     }
@@ -431,22 +459,25 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         (!data.texcoords.empty() && data.texcoords.size() != vertices * 2) ||
         (!data.texcoords1.empty() && data.texcoords1.size() != vertices * 2) ||
         (mesh.color_size() != 0 && static_cast<std::size_t>(mesh.color_size()) != vertices))
-        return fail(
-            ErrorCode::kBadInput,
-            fmt::format("mesh '{}': normal, texcoord, texcoord1 or color do not match its {} vertices", mesh.name(), vertices));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("mesh '{}': normal, texcoord, texcoord1 or color do not match its {} vertices",
+                                mesh.name(), vertices));
     if (data.primitive == Primitive::kLines) data.lines = std::exchange(data.indices, {});
     for (const std::uint32_t color : mesh.color())
         for (int shift = 24; shift >= 0; shift -= 8) data.colors.push_back(static_cast<std::uint8_t>(color >> shift));
-    if (const std::optional<RunKind> runs = runKindOf(mesh.primitive())) return expandRuns(mesh, *runs, std::move(data));
+    if (const std::optional<RunKind> runs = runKindOf(mesh.primitive()))
+        return expandRuns(mesh, *runs, std::move(data));
     scene_.addMesh(mesh.name(), std::move(data));
     return {};
 }
 
 /// They travel as they are written; what they are made into here is for the normals.
 Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind kind, MeshData data) {
-    const std::vector<std::uint32_t> written = std::exchange(data.indices, {}), lengths(mesh.length().begin(), mesh.length().end());
+    const std::vector<std::uint32_t> written = std::exchange(data.indices, {}),
+                                     lengths(mesh.length().begin(), mesh.length().end());
     const PrimitiveRuns runs{.kind = kind, .positions = data.positions, .indices = written, .lengths = lengths};
-    if (Expected<void> sound = checkRuns(runs); !sound) return failWith(fmt::format("mesh '{}'", mesh.name()), sound.error());
+    if (Expected<void> sound = checkRuns(runs); !sound)
+        return failWith(fmt::format("mesh '{}'", mesh.name()), sound.error());
     if (areLines(kind)) {
         data.primitive = Primitive::kLines;
         if (mesh.line_width() != 0) data.lineWidth = mesh.line_width();

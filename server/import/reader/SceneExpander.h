@@ -79,8 +79,8 @@ private:
     PlainScene scene_;
     Pictures pictures_;
     std::set<std::string> materials_, images_, meshes_, definitions_;
-    std::set<std::string> films_;  ///< images that Movies write: what they show is not in a picture
-    std::set<std::string> lost_;   ///< images without a picture
+    std::set<std::string> films_;                ///< images that Movies write: what they show is not in a picture
+    std::set<std::string> lost_;                 ///< images without a picture
     std::map<std::string, std::string> shapes_;  ///< serialised shape → mesh
     std::size_t nodes_ = 0;
 };

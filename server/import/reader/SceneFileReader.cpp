@@ -62,9 +62,10 @@ FolderFiles filesBeside(const std::string& path, const ReadLimits& limits) {
     return FolderFiles(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
 }
 
-/// Names the first text that is no UTF-8, whether it stands there so or is written with backslashes. Nobody could read the message else.
-/// `around`: where the message stands, for what the parser keeps no place of (lists in brackets).
-Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::ParseInfoTree* places, pb::TextFormat::ParseLocation around = {0, 0}) {
+/// Names the first text that is no UTF-8, whether it stands there so or is written with backslashes. Nobody could read
+/// the message else. `around`: where the message stands, for what the parser keeps no place of (lists in brackets).
+Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::ParseInfoTree* places,
+                          pb::TextFormat::ParseLocation around = {0, 0}) {
     const pb::Reflection& reflection = *message.GetReflection();
     std::vector<const pb::FieldDescriptor*> present;
     reflection.ListFields(message, &present);
@@ -74,17 +75,21 @@ Expected<void> checkTexts(const pb::Message& message, const pb::TextFormat::Pars
             const int index = field->is_repeated() ? i : -1;
             if (field->type() == pb::FieldDescriptor::TYPE_STRING) {
                 std::string scratch;
-                const std::string& text = index < 0 ? reflection.GetStringReference(message, field, &scratch)
-                                                    : reflection.GetRepeatedStringReference(message, field, i, &scratch);
+                const std::string& text = index < 0
+                                              ? reflection.GetStringReference(message, field, &scratch)
+                                              : reflection.GetRepeatedStringReference(message, field, i, &scratch);
                 if (isUtf8(text)) continue;
                 pb::TextFormat::ParseLocation at = places ? places->GetLocation(field, index) : around;
                 if (at.line < 0) at = around;
-                return fail(ErrorCode::kBadInput, fmt::format("{}:{}: this {} is no UTF-8", at.line + 1, at.column + 1, field->name()));
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}:{}: this {} is no UTF-8", at.line + 1, at.column + 1, field->name()));
             }
             if (field->message_type() == nullptr) break;
-            const pb::Message& inner = index < 0 ? reflection.GetMessage(message, field) : reflection.GetRepeatedMessage(message, field, i);
+            const pb::Message& inner =
+                index < 0 ? reflection.GetMessage(message, field) : reflection.GetRepeatedMessage(message, field, i);
             const pb::TextFormat::ParseLocation at = places ? places->GetLocation(field, index) : around;
-            const Expected<void> sound = checkTexts(inner, places ? places->GetTreeForNested(field, index) : nullptr, at.line < 0 ? around : at);
+            const Expected<void> sound =
+                checkTexts(inner, places ? places->GetTreeForNested(field, index) : nullptr, at.line < 0 ? around : at);
             if (!sound) return sound;
         }
     }
@@ -105,13 +110,15 @@ void notePlaces(pb::Message& file, const pb::TextFormat::ParseInfoTree& places) 
         pb::Message& object = *saved.GetReflection()->MutableRepeatedMessage(&saved, objectField, i);
         pb::Message& place = *object.GetReflection()->MutableMessage(&object, &schema.objectField(SceneSchema::kAt));
         const pb::Reflection& reflection = *place.GetReflection();
-        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("line"), static_cast<std::uint32_t>(at.line + 1));
-        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("column"), static_cast<std::uint32_t>(at.column + 1));
+        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("line"),
+                             static_cast<std::uint32_t>(at.line + 1));
+        reflection.SetUInt32(&place, place.GetDescriptor()->FindFieldByName("column"),
+                             static_cast<std::uint32_t>(at.column + 1));
     }
 }
 
-/// What the text had to quote of a newer version, as the bytes that a binary file has beside what is saved. The rest of what
-/// is quoted stays in its fields.
+/// What the text had to quote of a newer version, as the bytes that a binary file has beside what is saved. The rest of
+/// what is quoted stays in its fields.
 Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseInfoTree& places) {
     const pb::FieldDescriptor* savedField = SceneSchema::get().file().FindFieldByName("saved");
     if (!file.GetReflection()->HasField(file, savedField)) return std::string();
@@ -122,12 +129,14 @@ Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseI
         std::string bytes = reflection.GetString(saved, field);
         if (isSound(bytes)) return bytes;
         const pb::TextFormat::ParseInfoTree* inside = places.GetTreeForNested(savedField, -1);
-        const pb::TextFormat::ParseLocation at = inside ? inside->GetLocation(field, -1) : pb::TextFormat::ParseLocation();
+        const pb::TextFormat::ParseLocation at =
+            inside ? inside->GetLocation(field, -1) : pb::TextFormat::ParseLocation();
         return fail(ErrorCode::kBadInput,
                     fmt::format("{}:{}: what {} quotes is damaged", at.line + 1, at.column + 1, field->name()));
     };
-    const Expected<std::string> ofSaved = quoted(
-        SceneSchema::kLaterSaved, [](const std::string& bytes) { return pb::UnknownFieldSet().ParseFromString(bytes); });
+    const Expected<std::string> ofSaved = quoted(SceneSchema::kLaterSaved, [](const std::string& bytes) {
+        return pb::UnknownFieldSet().ParseFromString(bytes);
+    });
     if (!ofSaved) return ofSaved;
     Expected<std::string> beside = quoted(SceneSchema::kLaterFile, [](const std::string& bytes) {
         const Expected<proto::scene::SceneFile> read = parseSceneFile(asBytes(bytes));

@@ -65,7 +65,8 @@ Expected<MeshData> makePoints(const proto::scene::Points& message) {
 Expected<MeshData> makeShape(const proto::scene::Node& node) {
     const auto lengths = [](std::initializer_list<double> values, const char* what) -> Expected<void> {
         for (const double value : values)
-            if (!isLength(value)) return fail(ErrorCode::kBadInput, fmt::format("{} must be above zero and below 1e9", what));
+            if (!isLength(value))
+                return fail(ErrorCode::kBadInput, fmt::format("{} must be above zero and below 1e9", what));
         return {};
     };
     Expected<void> good;

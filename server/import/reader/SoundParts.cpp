@@ -15,7 +15,9 @@ void pick(std::vector<Number>& values, std::size_t each, const std::vector<bool>
     if (values.size() != each * stays.size()) return;
     std::size_t kept = 0;
     for (std::size_t v = 0; v < stays.size(); ++v)
-        if (stays[v]) std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(v * each), each, values.begin() + static_cast<std::ptrdiff_t>(each * kept++));
+        if (stays[v])
+            std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(v * each), each,
+                        values.begin() + static_cast<std::ptrdiff_t>(each * kept++));
     values.resize(kept * each);
 }
 
@@ -24,7 +26,9 @@ std::string keepSoundPoints(MeshData& mesh, const std::string& name) {
     LeftOutParts leftOut(name, "points");
     std::vector<bool> stays(vertices);
     for (std::uint32_t v = 0; v < vertices; ++v)
-        stays[v] = leftOut.keeps(std::span(&v, 1), vertices, [&](std::uint32_t corner) { return stands(mesh.positions.data() + std::size_t{3} * corner); });
+        stays[v] = leftOut.keeps(std::span(&v, 1), vertices, [&](std::uint32_t corner) {
+            return stands(mesh.positions.data() + std::size_t{3} * corner);
+        });
     if (leftOut.text().empty()) return {};
     pick(mesh.positions, 3, stays);
     pick(mesh.normals, 3, stays);
@@ -43,7 +47,8 @@ void LeftOutParts::rememberFirst(std::size_t number, std::uint32_t corner, std::
 
 std::string LeftOutParts::text() const {
     if (leftOut_ == 0) return {};
-    return fmt::format("{}: {} of {} {} {} left out; the first, {}", mesh_, leftOut_, seen_, parts_, leftOut_ == 1 ? "is" : "are", first_);
+    return fmt::format("{}: {} of {} {} {} left out; the first, {}", mesh_, leftOut_, seen_, parts_,
+                       leftOut_ == 1 ? "is" : "are", first_);
 }
 
 std::string keepSoundParts(MeshData& mesh, const std::string& name) {
@@ -57,7 +62,8 @@ std::string keepSoundParts(MeshData& mesh, const std::string& name) {
     std::size_t kept = 0;
     for (std::size_t at = 0; at + corners <= indices.size(); at += corners) {
         if (!leftOut.keeps(std::span(indices).subspan(at, corners), vertices, stood)) continue;
-        std::copy_n(indices.begin() + static_cast<std::ptrdiff_t>(at), corners, indices.begin() + static_cast<std::ptrdiff_t>(kept));
+        std::copy_n(indices.begin() + static_cast<std::ptrdiff_t>(at), corners,
+                    indices.begin() + static_cast<std::ptrdiff_t>(kept));
         kept += corners;
     }
     indices.resize(kept);

@@ -1,5 +1,5 @@
-/// Faces, lines and points of foreign meshes that cannot be shown, because a vertex of theirs does not exist or stands nowhere: they are left out, and
-/// the rest is shown.
+/// Faces, lines and points of foreign meshes that cannot be shown, because a vertex of theirs does not exist or stands
+/// nowhere: they are left out, and the rest is shown.
 #pragma once
 
 #include <cmath>
@@ -28,7 +28,8 @@ public:
             }
         return true;
     }
-    /// "MESH: 2 of 40 triangles are left out; the first, number 7, names vertex 9 of 4"; empty: all are there. Numbers begin at 0.
+    /// "MESH: 2 of 40 triangles are left out; the first, number 7, names vertex 9 of 4"; empty: all are there. Numbers
+    /// begin at 0.
     [[nodiscard]] std::string text() const;
 
 private:
@@ -44,8 +45,8 @@ inline bool stands(const float* position) {
     return std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
 }
 
-/// Leaves out what cannot be shown, and says so, or is silent. Vertices that stand nowhere are moved to one that does: nothing names them any more, and
-/// they extend nothing. Of points, each in `positions`, vertices are left out.
+/// Leaves out what cannot be shown, and says so, or is silent. Vertices that stand nowhere are moved to one that does:
+/// nothing names them any more, and they extend nothing. Of points, each in `positions`, vertices are left out.
 [[nodiscard]] std::string keepSoundParts(MeshData& mesh, const std::string& name);
 
 }  // namespace tessera

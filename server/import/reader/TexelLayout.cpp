@@ -36,7 +36,9 @@ double floatOf(const std::byte* at, unsigned bits) {
     std::uint16_t half = 0;
     std::memcpy(&half, at, 2);
     const int exponent = half >> 10 & 31, fraction = half & 1023;
-    const double size = exponent == 31 ? (fraction == 0 ? HUGE_VAL : std::nan("")) : exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
+    const double size = exponent == 31  ? (fraction == 0 ? HUGE_VAL : std::nan(""))
+                        : exponent == 0 ? std::ldexp(fraction, -24)
+                                        : std::ldexp(1024 + fraction, exponent - 25);
     return half & 0x8000 ? -size : size;
 }
 
@@ -53,7 +55,8 @@ void convert(ByteSpan from, const TexelLayout& layout, std::byte* to) {
         if (layout.floats > 0) {
             double rgb[3];
             for (unsigned c = 0; c < 3; ++c) {
-                const double value = floatOf(at + std::min(c, layout.floats - 1) * layout.floatBits / 8, layout.floatBits);
+                const double value =
+                    floatOf(at + std::min(c, layout.floats - 1) * layout.floatBits / 8, layout.floatBits);
                 rgb[c] = value > 0 ? std::min(value, 1e30) : 0;  // not of what is no number
             }
             linearToRgbe(rgb, to);
@@ -71,7 +74,8 @@ void convert(ByteSpan from, const TexelLayout& layout, std::byte* to) {
 }  // namespace
 
 TexelLayout TexelLayout::blocks(Encoding encoding) {
-    return {.encoding = encoding, .bytes = encoding == ImageMessage::BC1 || encoding == ImageMessage::BC4 ? std::size_t{8} : std::size_t{16}};
+    return {.encoding = encoding,
+            .bytes = encoding == ImageMessage::BC1 || encoding == ImageMessage::BC4 ? std::size_t{8} : std::size_t{16}};
 }
 
 TexelLayout TexelLayout::bits(const std::string& order, const std::array<unsigned, 4>& widths) {
@@ -91,29 +95,41 @@ TexelLayout TexelLayout::floating(unsigned bits, unsigned count) {
 }
 
 Expected<DecodedImage> decodeTexture(const TextureFile& file) {
-    const auto bad = [&file](std::string why) { return fail(ErrorCode::kBadInput, fmt::format("{} {}", file.kind, std::move(why))); };
+    const auto bad = [&file](std::string why) {
+        return fail(ErrorCode::kBadInput, fmt::format("{} {}", file.kind, std::move(why)));
+    };
     constexpr std::uint64_t kMostSide = 16384, kMostDepth = 2048;
     const bool solid = file.shape == ImageMessage::SOLID, cube = file.shape == ImageMessage::CUBE;
-    if (file.widthPx == 0 || file.heightPx == 0 || file.depthPx == 0 || file.widthPx > kMostSide || file.heightPx > kMostSide || file.depthPx > kMostDepth ||
+    if (file.widthPx == 0 || file.heightPx == 0 || file.depthPx == 0 || file.widthPx > kMostSide ||
+        file.heightPx > kMostSide || file.depthPx > kMostDepth ||
         (solid && std::max(file.widthPx, file.heightPx) > kMostDepth))
-        return bad(fmt::format("of {} × {} × {} pixels: 1 to {} a side can be read, of solids to {}", file.widthPx, file.heightPx, file.depthPx, kMostSide, kMostDepth));
-    if (cube && file.widthPx != file.heightPx) return bad(fmt::format("is a cube of {} × {} pixels", file.widthPx, file.heightPx));
-    if (solid && file.layout.encoding == ImageMessage::RGBE) return bad("is a solid of floats, which are for surroundings");
+        return bad(fmt::format("of {} × {} × {} pixels: 1 to {} a side can be read, of solids to {}", file.widthPx,
+                               file.heightPx, file.depthPx, kMostSide, kMostDepth));
+    if (cube && file.widthPx != file.heightPx)
+        return bad(fmt::format("is a cube of {} × {} pixels", file.widthPx, file.heightPx));
+    if (solid && file.layout.encoding == ImageMessage::RGBE)
+        return bad("is a solid of floats, which are for surroundings");
     const bool blocks = file.layout.encoding >= ImageMessage::BC1;
     const auto most = static_cast<std::uint64_t>(std::bit_width(std::max({file.widthPx, file.heightPx, file.depthPx})));
     if (file.mipmaps > most) return bad(fmt::format("has {} mipmaps, of {} that its size has", file.mipmaps, most));
     // Of others they are made where they are drawn.
     const std::uint64_t levels = blocks ? std::max<std::uint64_t>(1, file.mipmaps) : 1, faces = cube ? 6 : 1;
     std::uint64_t total = 0;
-    for (std::uint64_t level = 0; level < levels; ++level) total += sliceBytes(file, level) * halved(file.depthPx, level) * faces;
+    for (std::uint64_t level = 0; level < levels; ++level)
+        total += sliceBytes(file, level) * halved(file.depthPx, level) * faces;
     if (total > kMostBytes || total / file.layout.bytes * (blocks ? 0 : 4) > kMostBytes)
-        return fail(ErrorCode::kLimit, fmt::format("{} of {} MiB: up to {} can be read", file.kind, total >> 20, kMostBytes >> 20));
-    DecodedImage image{.widthPx = static_cast<int>(file.widthPx), .heightPx = static_cast<int>(file.heightPx), .encoding = file.layout.encoding, .shape = file.shape};
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} of {} MiB: up to {} can be read", file.kind, total >> 20, kMostBytes >> 20));
+    DecodedImage image{.widthPx = static_cast<int>(file.widthPx),
+                       .heightPx = static_cast<int>(file.heightPx),
+                       .encoding = file.layout.encoding,
+                       .shape = file.shape};
     image.depthPx = solid ? static_cast<int>(file.depthPx) : 1;
     image.mipmaps = static_cast<int>(levels);
     for (std::uint64_t level = 0; level < levels; ++level)
         for (std::uint64_t face = 0; face < faces; ++face) {
-            const Expected<ByteSpan> part = file.part(level, face, sliceBytes(file, level) * halved(file.depthPx, level));
+            const Expected<ByteSpan> part =
+                file.part(level, face, sliceBytes(file, level) * halved(file.depthPx, level));
             if (!part) return tl::unexpected(part.error());
             const std::size_t at = image.rgba.size();
             if (blocks) {

@@ -37,8 +37,10 @@ private:
         for (std::size_t at = line.find_first_not_of(kBlank); at != line.npos; at = line.find_first_not_of(kBlank)) {
             line.remove_prefix(at);
             std::size_t end = 0;
-            if (line.front() == '"') end = std::min(line.find('"', 1), line.size() - 1) + 1;
-            else end = std::min(line.find_first_of(kBlank), line.size());
+            if (line.front() == '"')
+                end = std::min(line.find('"', 1), line.size() - 1) + 1;
+            else
+                end = std::min(line.find_first_of(kBlank), line.size());
             words.push_back(line.substr(0, end));
             line.remove_prefix(end);
         }
@@ -55,8 +57,8 @@ template <typename Number>
     return error == std::errc() && end == word.data() + word.size();
 }
 
-/// Whether assimp takes the word for a number, whole: plus signs are good, and a comma where others have a point. What no double can hold is one, too, and
-/// `value` stays.
+/// Whether assimp takes the word for a number, whole: plus signs are good, and a comma where others have a point. What
+/// no double can hold is one, too, and `value` stays.
 [[nodiscard]] inline bool isReal(std::string_view word, double& value) {
     if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
     const char* const last = word.data() + word.size();

@@ -1,5 +1,5 @@
-// Meshes in text as bare geometry, number by number: what assimp makes of text may be off by a unit in the last place, and
-// its polygons are divided to look right.
+// Meshes in text as bare geometry, number by number: what assimp makes of text may be off by a unit in the last place,
+// and its polygons are divided to look right.
 
 #include <fmt/format.h>
 
@@ -25,7 +25,8 @@ class Lines {
 public:
     explicit Lines(std::string_view text) : rest_(text) {}
 
-    /// The next line that has words, or false at the end. `#` begins a comment; a backslash at its end joins the next line.
+    /// The next line that has words, or false at the end. `#` begins a comment; a backslash at its end joins the next
+    /// line.
     bool next(std::vector<std::string_view>& words) {
         words.clear();
         while (!rest_.empty()) {
@@ -42,7 +43,9 @@ public:
     }
     [[nodiscard]] std::size_t line() const { return line_; }
     /// Whether it ends right behind that word.
-    [[nodiscard]] bool endsBehind(std::string_view word) const { return rest_.empty() && word.data() + word.size() == rest_.data(); }
+    [[nodiscard]] bool endsBehind(std::string_view word) const {
+        return rest_.empty() && word.data() + word.size() == rest_.data();
+    }
 
 private:
     static void split(std::string_view line, std::vector<std::string_view>& words) {
@@ -203,7 +206,8 @@ Expected<std::vector<TextPlyElement>> readPlyHeader(Lines& lines) {
         if (words[0] == "end_header") return elements;
         if (words[0] == "element" && words.size() == 3) {
             elements.push_back({.name = std::string(words[1])});
-            if (!whole(words[2], elements.back().count)) return fail(ErrorCode::kBadInput, "an element without a count");
+            if (!whole(words[2], elements.back().count))
+                return fail(ErrorCode::kBadInput, "an element without a count");
         } else if (words[0] == "property" && words.size() >= 3 && !elements.empty()) {
             if (elements.back().properties.empty()) elements.back().list = words[1] == "list";
             elements.back().properties.emplace_back(words.back());
@@ -228,7 +232,8 @@ Expected<void> readPly(Lines& lines, MeshBuilder& mesh) {
         if (element.name == "tristrips" && element.count > 0) return fail(ErrorCode::kUnsupported, "strips");
         for (std::size_t i = 0; i < element.count; ++i) {
             if (!lines.next(words))
-                return fail(ErrorCode::kBadInput, fmt::format("it ends after {} of {} {}", i, element.count, element.name));
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("it ends after {} of {} {}", i, element.count, element.name));
             Expected<void> done;
             if (vertices) {
                 if (words.size() < element.properties.size())

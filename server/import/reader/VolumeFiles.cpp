@@ -3,34 +3,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <utility>
 
-#include "server/import/reader/ReadScene.h"
+#include "server/import/reader/VolumeVoxels.h"
 
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMostVoxelBytes = std::size_t{1} << 28, kMostSideVoxels = 4096, kMostHeaderLines = 256;
+constexpr std::size_t kMostHeaderLines = 256;
 
-enum class FileNumber : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kF32, kF64 };
-std::size_t bytesOfNumber(FileNumber number) {
-    constexpr std::array<std::size_t, 8> kBytes = {1, 1, 2, 2, 4, 4, 4, 8};
-    return kBytes[static_cast<std::size_t>(number)];
+tl::unexpected<Error> packedVolume(std::string why) {
+    return fail(ErrorCode::kUnsupported, std::move(why));
 }
-
-tl::unexpected<Error> badVolumeFile(std::string why) { return fail(ErrorCode::kBadInput, std::move(why)); }
-tl::unexpected<Error> packedVolume(std::string why) { return fail(ErrorCode::kUnsupported, std::move(why)); }
 
 std::string lowerCased(std::string_view text) {
     std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+    std::transform(out.begin(), out.end(), out.begin(),
+                   [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
     return out;
 }
 
@@ -90,100 +83,20 @@ private:
     std::size_t at_ = 0, lines_ = 0;
 };
 
-/// What a header says, before anything is taken for it.
-struct VolumeHeader {
-    std::array<std::size_t, 3> size{};
-    Vec3d origin = Vec3d::Zero(), spacing = Vec3d::Ones();
-    FileNumber number = FileNumber::kU8;
-    bool bigEndian = false;
-
-    [[nodiscard]] std::size_t count() const { return size[0] * size[1] * size[2]; }
-};
-
-Expected<void> checkHeader(const VolumeHeader& header) {
-    std::size_t count = 1;
-    for (const std::size_t side : header.size) {
-        if (side < 2 || side > kMostSideVoxels) return badVolumeFile(fmt::format("{} x {} x {} voxels: from 2 to {} along each axis are read", header.size[0], header.size[1], header.size[2], kMostSideVoxels));
-        count *= side;
-    }
-    if (count * bytesOfNumber(header.number) > kMostVoxelBytes)
-        return fail(ErrorCode::kLimit, fmt::format("{} x {} x {} voxels of {} bytes: at most {} bytes are read", header.size[0], header.size[1], header.size[2],
-                                                   bytesOfNumber(header.number), kMostVoxelBytes));
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(header.spacing[axis] > 1e-12 && header.spacing[axis] < 1e12) || !(std::abs(header.origin[axis]) < 1e15))
-            return badVolumeFile(fmt::format("spacing {} and origin {} of axis {} are no places", header.spacing[axis], header.origin[axis], axis));
-    return {};
-}
-
-template <typename Number>
-double readFileNumber(const std::byte* from, bool swapped) {
-    std::array<std::byte, sizeof(Number)> bytes;
-    std::copy_n(from, sizeof(Number), bytes.begin());
-    if (swapped) std::reverse(bytes.begin(), bytes.end());
-    return static_cast<double>(std::bit_cast<Number>(bytes));
-}
-
-double readFileNumber(FileNumber number, const std::byte* from, bool swapped) {
-    switch (number) {
-        case FileNumber::kU8: return readFileNumber<std::uint8_t>(from, swapped);
-        case FileNumber::kI8: return readFileNumber<std::int8_t>(from, swapped);
-        case FileNumber::kU16: return readFileNumber<std::uint16_t>(from, swapped);
-        case FileNumber::kI16: return readFileNumber<std::int16_t>(from, swapped);
-        case FileNumber::kU32: return readFileNumber<std::uint32_t>(from, swapped);
-        case FileNumber::kI32: return readFileNumber<std::int32_t>(from, swapped);
-        case FileNumber::kF32: return readFileNumber<float>(from, swapped);
-        case FileNumber::kF64: break;
-    }
-    return readFileNumber<double>(from, swapped);
-}
-
-VoxelFormat formatFor(FileNumber number) {
-    switch (number) {
-        case FileNumber::kU8: return VoxelFormat::kUint8;
-        case FileNumber::kU16: return VoxelFormat::kUint16;
-        case FileNumber::kI16: return VoxelFormat::kInt16;
-        default: return VoxelFormat::kFloat;
-    }
-}
-
-/// Numbers that are none become 0, and are said.
-Expected<VolumeData> volumeFrom(const VolumeHeader& header, ByteSpan data) {
-    const std::size_t each = bytesOfNumber(header.number), count = header.count();
-    if (data.size() < count * each)
-        return badVolumeFile(fmt::format("it ends too early: {} x {} x {} voxels have {} bytes, and {} are there", header.size[0], header.size[1], header.size[2], count * each, data.size()));
-    VolumeData out{.format = formatFor(header.number), .size = header.size, .origin = header.origin, .spacing = header.spacing, .voxels = {}, .notes = {}};
-    if (out.format != VoxelFormat::kFloat) {
-        out.voxels.assign(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(count * each));
-        if (header.bigEndian && each == 2)
-            for (std::size_t i = 0; i < out.voxels.size(); i += 2) std::swap(out.voxels[i], out.voxels[i + 1]);
-        return out;
-    }
-    std::size_t none = 0;
-    out.voxels.resize(count * sizeof(float));
-    for (std::size_t i = 0; i < count; ++i) {
-        double number = readFileNumber(header.number, data.data() + i * each, header.bigEndian && each > 1);
-        if (!(std::abs(number) < 1e30)) {
-            number = 0;
-            ++none;
-        }
-        const auto value = static_cast<float>(number);
-        std::memcpy(out.voxels.data() + i * sizeof(float), &value, sizeof(float));
-    }
-    if (none > 0) out.notes.push_back(fmt::format("{} voxels are no numbers, or beyond 1e30: 0 instead", none));
-    return out;
-}
-
 Expected<VolumeData> volumeFromText(const VolumeHeader& header, ByteSpan text) {
     std::vector<float> numbers;
     numbers.reserve(std::min(header.count(), text.size() / 2 + 1));
     std::string_view left(reinterpret_cast<const char*>(text.data()), text.size());
     while (numbers.size() < header.count()) {
         const std::size_t begin = left.find_first_not_of(" \t\r\n");
-        if (begin == std::string_view::npos) return badVolumeFile(fmt::format("it ends too early: {} of {} numbers are there", numbers.size(), header.count()));
+        if (begin == std::string_view::npos)
+            return badVolumeFile(
+                fmt::format("it ends too early: {} of {} numbers are there", numbers.size(), header.count()));
         left.remove_prefix(begin);
         const std::string_view word = left.substr(0, left.find_first_of(" \t\r\n"));
         const std::optional<double> number = numberOf(word);
-        if (!number || std::abs(*number) > 1e30) return badVolumeFile(fmt::format("number {} is '{}', which is none", numbers.size(), printable(word)));
+        if (!number || std::abs(*number) > 1e30)
+            return badVolumeFile(fmt::format("number {} is '{}', which is none", numbers.size(), printable(word)));
         numbers.push_back(static_cast<float>(*number));
         left.remove_prefix(word.size());
     }
@@ -211,13 +124,14 @@ std::string besideOf(const std::string& name, const std::string& data) {
     return slash == std::string::npos || data.front() == '/' ? data : name.substr(0, slash + 1) + data;
 }
 
-std::optional<FileNumber> numberNamed(std::string_view name, std::initializer_list<std::pair<std::string_view, FileNumber>> names) {
+std::optional<FileNumber> numberNamed(std::string_view name,
+                                      std::initializer_list<std::pair<std::string_view, FileNumber>> names) {
     for (const auto& [known, number] : names)
         if (known == name) return number;
     return std::nullopt;
 }
 
-// ---- MetaImage (itk.org, "MetaIO") -----------------------------------------------------------------------------------
+// ---- MetaImage (itk.org, "MetaIO") ----------------------------------------------------------------------------------
 
 Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
@@ -230,28 +144,45 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
         if (line.empty() || equals == std::string_view::npos) continue;
         said[lowerCased(withoutSpaces(line.substr(0, equals)))] = std::string(withoutSpaces(line.substr(equals + 1)));
     }
-    const auto of = [&](const char* key) { return said.contains(key) ? std::string_view(said[key]) : std::string_view(); };
+    const auto of = [&](const char* key) {
+        return said.contains(key) ? std::string_view(said[key]) : std::string_view();
+    };
     const auto isTrue = [&](const char* key) { return lowerCased(of(key)) == "true"; };
-    if (of("elementdatafile").empty()) return badVolumeFile("a MetaImage says where its data are (ElementDataFile), this one does not");
-    if (said.contains("ndims") && of("ndims") != "3") return packedVolume(fmt::format("it has {} dimensions: three are read", printable(of("ndims"))));
+    if (of("elementdatafile").empty())
+        return badVolumeFile("a MetaImage says where its data are (ElementDataFile), this one does not");
+    if (said.contains("ndims") && of("ndims") != "3")
+        return packedVolume(fmt::format("it has {} dimensions: three are read", printable(of("ndims"))));
     if (isTrue("compresseddata")) return packedVolume("its data are compressed: only plain data are read");
-    if (said.contains("binarydata") && !isTrue("binarydata")) return packedVolume("its data are numbers as text: bytes are read");
-    if (said.contains("elementnumberofchannels") && of("elementnumberofchannels") != "1") return packedVolume("it has several numbers a voxel: one is read");
-    if (!readThree(of("dimsize"), header.size, countOf)) return badVolumeFile(fmt::format("DimSize is '{}': three whole numbers are wanted", printable(of("dimsize"))));
+    if (said.contains("binarydata") && !isTrue("binarydata"))
+        return packedVolume("its data are numbers as text: bytes are read");
+    if (said.contains("elementnumberofchannels") && of("elementnumberofchannels") != "1")
+        return packedVolume("it has several numbers a voxel: one is read");
+    if (!readThree(of("dimsize"), header.size, countOf))
+        return badVolumeFile(fmt::format("DimSize is '{}': three whole numbers are wanted", printable(of("dimsize"))));
     for (const char* key : {"elementsize", "elementspacing"})  // the spacing where both are there
-        if (said.contains(key) && !readThree(of(key), header.spacing, numberOf)) return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
+        if (said.contains(key) && !readThree(of(key), header.spacing, numberOf))
+            return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
     for (const char* key : {"origin", "position", "offset"})
-        if (said.contains(key) && !readThree(of(key), header.origin, numberOf)) return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
+        if (said.contains(key) && !readThree(of(key), header.origin, numberOf))
+            return badVolumeFile(fmt::format("{} is '{}': three numbers are wanted", key, printable(of(key))));
     const std::optional<FileNumber> number =
-        numberNamed(lowerCased(of("elementtype")), {{"met_uchar", FileNumber::kU8}, {"met_char", FileNumber::kI8}, {"met_ushort", FileNumber::kU16}, {"met_short", FileNumber::kI16},
-                                               {"met_uint", FileNumber::kU32}, {"met_int", FileNumber::kI32}, {"met_float", FileNumber::kF32}, {"met_double", FileNumber::kF64}});
+        numberNamed(lowerCased(of("elementtype")), {{"met_uchar", FileNumber::kU8},
+                                                    {"met_char", FileNumber::kI8},
+                                                    {"met_ushort", FileNumber::kU16},
+                                                    {"met_short", FileNumber::kI16},
+                                                    {"met_uint", FileNumber::kU32},
+                                                    {"met_int", FileNumber::kI32},
+                                                    {"met_float", FileNumber::kF32},
+                                                    {"met_double", FileNumber::kF64}});
     if (!number) return packedVolume(fmt::format("its ElementType '{}' is not read", printable(of("elementtype"))));
     header.number = *number;
     header.bigEndian = isTrue("elementbyteordermsb") || isTrue("binarydatabyteordermsb");
-    if (said.contains("transformmatrix") && wordsOf(of("transformmatrix")) != wordsOf("1 0 0 0 1 0 0 0 1")) notes.push_back("its TransformMatrix turns it, which is left out");
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (said.contains("transformmatrix") && wordsOf(of("transformmatrix")) != wordsOf("1 0 0 0 1 0 0 0 1"))
+        notes.push_back("its TransformMatrix turns it, which is left out");
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string data = said["elementdatafile"];
-    if (lowerCased(data) == "list" || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
+    if (lowerCased(data) == "list" || data.find('%') != std::string::npos)
+        return packedVolume("its data are a list of files: one file is read");
     Bytes own;
     ByteSpan numbers = text.rest();
     if (lowerCased(data) != "local") {
@@ -263,17 +194,21 @@ Expected<VolumeData> readMetaImage(const FolderFiles& files, const std::string& 
     if (said.contains("headersize")) {
         const std::optional<double> skip = numberOf(of("headersize"));
         const std::size_t wanted = header.count() * bytesOfNumber(header.number);
-        if (!skip || *skip < -1 || *skip > static_cast<double>(numbers.size())) return badVolumeFile(fmt::format("HeaderSize is '{}'", printable(of("headersize"))));
-        numbers = *skip >= 0 ? numbers.subspan(static_cast<std::size_t>(*skip)) : numbers.size() >= wanted ? numbers.subspan(numbers.size() - wanted) : numbers;
+        if (!skip || *skip < -1 || *skip > static_cast<double>(numbers.size()))
+            return badVolumeFile(fmt::format("HeaderSize is '{}'", printable(of("headersize"))));
+        numbers = *skip >= 0                 ? numbers.subspan(static_cast<std::size_t>(*skip))
+                  : numbers.size() >= wanted ? numbers.subspan(numbers.size() - wanted)
+                                             : numbers;
     }
     Expected<VolumeData> volume = volumeFrom(header, numbers);
     if (volume) volume->notes.insert(volume->notes.end(), notes.begin(), notes.end());
     return volume;
 }
 
-// ---- VolVis ------------------------------------------------------------------------------------------------------------
+// ---- VolVis ---------------------------------------------------------------------------------------------------------
 
-/// Runs as in the format: the low seven bits say how many, the high one that they follow each by itself; 0 ends a slice.
+/// Runs as in the format: the low seven bits say how many, the high one that they follow each by itself; 0 ends a
+/// slice.
 bool unpackSlice(ByteSpan packed, std::byte* to, std::size_t size) {
     std::size_t at = 0, done = 0;
     while (at < packed.size()) {
@@ -282,8 +217,10 @@ bool unpackSlice(ByteSpan packed, std::byte* to, std::size_t size) {
         if (count == 0) break;
         const bool each = (head & 128u) != 0;
         if (count > size - done || at + (each ? count : 1) > packed.size()) return false;
-        if (each) std::copy_n(packed.data() + at, count, to + done);
-        else std::fill_n(to + done, count, packed[at]);
+        if (each)
+            std::copy_n(packed.data() + at, count, to + done);
+        else
+            std::fill_n(to + done, count, packed[at]);
         at += each ? count : 1;
         done += count;
     }
@@ -311,7 +248,8 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     for (auto& size : sizes) size = countOf(word());
     std::array<std::optional<double>, 3> spacing;
     for (auto& step : spacing) step = numberOf(word());
-    std::array<std::optional<std::size_t>, 6> more;  // unit, origin, modification, packing, width and height of a small picture
+    std::array<std::optional<std::size_t>, 6>
+        more;  // unit, origin, modification, packing, width and height of a small picture
     for (auto& number : more) number = countOf(word());
     for (const auto& number : sizes)
         if (!number) return badVolumeFile("its header does not say how many voxels there are");
@@ -324,9 +262,10 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
         header.size[axis] = *sizes[axis];
         header.spacing[static_cast<Eigen::Index>(axis)] = *spacing[axis];
     }
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     if (!pastX()) return badVolumeFile("its header does not end with X");
-    if (*more[4] > 65536 || *more[5] > 65536 || 3 * *more[4] * *more[5] > bytes.size() - std::min(at, bytes.size())) return badVolumeFile("it ends within its small picture");
+    if (*more[4] > 65536 || *more[5] > 65536 || 3 * *more[4] * *more[5] > bytes.size() - std::min(at, bytes.size()))
+        return badVolumeFile("it ends within its small picture");
     at += 3 * *more[4] * *more[5];
     if (*more[3] == 0) return volumeFrom(header, bytes.subspan(at));
     if (*more[3] != 1) return packedVolume(fmt::format("its packing {} is not read", *more[3]));
@@ -334,18 +273,21 @@ Expected<VolumeData> readSlc(ByteSpan bytes) {
     Bytes voxels(slice * header.size[2]);
     for (std::size_t z = 0; z < header.size[2]; ++z) {
         const std::optional<std::size_t> packed = countOf(word());
-        if (!packed || !pastX() || *packed > bytes.size() - std::min(at, bytes.size())) return badVolumeFile(fmt::format("it ends before slice {} of {}", z, header.size[2]));
-        if (!unpackSlice(bytes.subspan(at, *packed), voxels.data() + z * slice, slice)) return badVolumeFile(fmt::format("the runs of slice {} are not its {} voxels", z, slice));
+        if (!packed || !pastX() || *packed > bytes.size() - std::min(at, bytes.size()))
+            return badVolumeFile(fmt::format("it ends before slice {} of {}", z, header.size[2]));
+        if (!unpackSlice(bytes.subspan(at, *packed), voxels.data() + z * slice, slice))
+            return badVolumeFile(fmt::format("the runs of slice {} are not its {} voxels", z, slice));
         at += *packed;
     }
     return volumeFrom(header, voxels);
 }
 
-// ---- VTK, legacy ("VTK File Formats") ----------------------------------------------------------------------------------
+// ---- VTK, legacy ("VTK File Formats") -------------------------------------------------------------------------------
 
 Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
     HeaderText text(bytes);
-    if (!text.line().starts_with("# vtk DataFile Version")) return badVolumeFile("a legacy VTK file begins with '# vtk DataFile Version', this one does not");
+    if (!text.line().starts_with("# vtk DataFile Version"))
+        return badVolumeFile("a legacy VTK file begins with '# vtk DataFile Version', this one does not");
     (void)text.line();  // its title
     VolumeHeader header;
     header.bigEndian = true;
@@ -356,47 +298,65 @@ Expected<VolumeData> readLegacyVtk(ByteSpan bytes) {
         const std::vector<std::string_view> words = wordsOf(line);
         if (words.empty()) continue;
         const std::string key = lowerCased(words[0]);
-        const std::string_view values = withoutSpaces(line.substr(static_cast<std::size_t>(words[0].data() - line.data()) + words[0].size()));
-        if (key == "binary" || key == "ascii") binary = key == "binary";
+        const std::string_view values =
+            withoutSpaces(line.substr(static_cast<std::size_t>(words[0].data() - line.data()) + words[0].size()));
+        if (key == "binary" || key == "ascii")
+            binary = key == "binary";
         else if (key == "dataset") {
             structured = lowerCased(values) == "structured_points";
-            if (!structured) return packedVolume(fmt::format("its data set '{}' is not read: STRUCTURED_POINTS is", printable(values)));
+            if (!structured)
+                return packedVolume(
+                    fmt::format("its data set '{}' is not read: STRUCTURED_POINTS is", printable(values)));
         } else if (key == "dimensions") {
             sized = readThree(values, header.size, countOf);
-            if (!sized) return badVolumeFile(fmt::format("DIMENSIONS is '{}': three whole numbers are wanted", printable(values)));
+            if (!sized)
+                return badVolumeFile(
+                    fmt::format("DIMENSIONS is '{}': three whole numbers are wanted", printable(values)));
         } else if (key == "spacing" || key == "aspect_ratio") {
-            if (!readThree(values, header.spacing, numberOf)) return badVolumeFile(fmt::format("SPACING is '{}': three numbers are wanted", printable(values)));
+            if (!readThree(values, header.spacing, numberOf))
+                return badVolumeFile(fmt::format("SPACING is '{}': three numbers are wanted", printable(values)));
         } else if (key == "origin") {
-            if (!readThree(values, header.origin, numberOf)) return badVolumeFile(fmt::format("ORIGIN is '{}': three numbers are wanted", printable(values)));
+            if (!readThree(values, header.origin, numberOf))
+                return badVolumeFile(fmt::format("ORIGIN is '{}': three numbers are wanted", printable(values)));
         } else if (key == "point_data") {
             ofPoints = sized && words.size() == 2 && countOf(words[1]) == header.count();
             if (!ofPoints) return badVolumeFile("POINT_DATA are not as many as DIMENSIONS says");
         } else if (key == "cell_data") {
             return packedVolume("its numbers belong to cells: those of points are read");
         } else if (key == "scalars") {
-            if (!structured || !ofPoints || !binary) return badVolumeFile("SCALARS come before DATASET, DIMENSIONS or POINT_DATA");
-            if (words.size() < 3 || (words.size() > 3 && words[3] != "1")) return packedVolume("it has several numbers a voxel: one is read");
+            if (!structured || !ofPoints || !binary)
+                return badVolumeFile("SCALARS come before DATASET, DIMENSIONS or POINT_DATA");
+            if (words.size() < 3 || (words.size() > 3 && words[3] != "1"))
+                return packedVolume("it has several numbers a voxel: one is read");
             const std::optional<FileNumber> number =
-                numberNamed(lowerCased(words[2]), {{"unsigned_char", FileNumber::kU8}, {"char", FileNumber::kI8}, {"unsigned_short", FileNumber::kU16}, {"short", FileNumber::kI16},
-                                              {"unsigned_int", FileNumber::kU32}, {"int", FileNumber::kI32}, {"float", FileNumber::kF32}, {"double", FileNumber::kF64}});
+                numberNamed(lowerCased(words[2]), {{"unsigned_char", FileNumber::kU8},
+                                                   {"char", FileNumber::kI8},
+                                                   {"unsigned_short", FileNumber::kU16},
+                                                   {"short", FileNumber::kI16},
+                                                   {"unsigned_int", FileNumber::kU32},
+                                                   {"int", FileNumber::kI32},
+                                                   {"float", FileNumber::kF32},
+                                                   {"double", FileNumber::kF64}});
             if (!number) return packedVolume(fmt::format("its numbers '{}' are not read", printable(words[2])));
             header.number = *number;
-            if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+            if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
             HeaderText behind = text;
             if (lowerCased(behind.line()).starts_with("lookup_table")) text = behind;
             return *binary ? volumeFrom(header, text.rest()) : volumeFromText(header, text.rest());
         } else {
-            return packedVolume(fmt::format("it has '{}', which is not read: structured points with SCALARS are", printable(words[0])));
+            return packedVolume(
+                fmt::format("it has '{}', which is not read: structured points with SCALARS are", printable(words[0])));
         }
     }
     return badVolumeFile("it ends before its SCALARS");
 }
 
-// ---- NRRD (teem.sourceforge.net/nrrd) ----------------------------------------------------------------------------------
+// ---- NRRD (teem.sourceforge.net/nrrd) -------------------------------------------------------------------------------
 
 Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name, ByteSpan bytes) {
     HeaderText text(bytes);
-    if (!text.line().starts_with("NRRD000")) return badVolumeFile("an NRRD file begins with NRRD000, this one does not");
+    if (!text.line().starts_with("NRRD000"))
+        return badVolumeFile("an NRRD file begins with NRRD000, this one does not");
     std::map<std::string, std::string> said;
     while (!text.ended()) {
         const std::string_view line = text.line();
@@ -407,37 +367,50 @@ Expected<VolumeData> readNrrd(const FolderFiles& files, const std::string& name,
         std::erase(key, ' ');
         said[key] = std::string(withoutSpaces(line.substr(colon + 1)));
     }
-    const auto of = [&](const char* key) { return said.contains(key) ? std::string_view(said[key]) : std::string_view(); };
+    const auto of = [&](const char* key) {
+        return said.contains(key) ? std::string_view(said[key]) : std::string_view();
+    };
     VolumeHeader header;
-    if (of("dimension") != "3") return packedVolume(fmt::format("it has '{}' dimensions: three are read", printable(of("dimension"))));
-    if (!readThree(of("sizes"), header.size, countOf)) return badVolumeFile(fmt::format("sizes is '{}': three whole numbers are wanted", printable(of("sizes"))));
-    if (said.contains("spacings") && !readThree(of("spacings"), header.spacing, numberOf)) return badVolumeFile(fmt::format("spacings is '{}': three numbers are wanted", printable(of("spacings"))));
+    if (of("dimension") != "3")
+        return packedVolume(fmt::format("it has '{}' dimensions: three are read", printable(of("dimension"))));
+    if (!readThree(of("sizes"), header.size, countOf))
+        return badVolumeFile(fmt::format("sizes is '{}': three whole numbers are wanted", printable(of("sizes"))));
+    if (said.contains("spacings") && !readThree(of("spacings"), header.spacing, numberOf))
+        return badVolumeFile(fmt::format("spacings is '{}': three numbers are wanted", printable(of("spacings"))));
     const std::optional<FileNumber> number = numberNamed(
-        lowerCased(of("type")), {{"uchar", FileNumber::kU8}, {"unsigned char", FileNumber::kU8}, {"uint8", FileNumber::kU8}, {"uint8_t", FileNumber::kU8}, {"signed char", FileNumber::kI8},
-                            {"int8", FileNumber::kI8}, {"int8_t", FileNumber::kI8}, {"ushort", FileNumber::kU16}, {"unsigned short", FileNumber::kU16}, {"uint16", FileNumber::kU16},
-                            {"uint16_t", FileNumber::kU16}, {"short", FileNumber::kI16}, {"int16", FileNumber::kI16}, {"int16_t", FileNumber::kI16}, {"uint", FileNumber::kU32},
-                            {"unsigned int", FileNumber::kU32}, {"uint32", FileNumber::kU32}, {"uint32_t", FileNumber::kU32}, {"int", FileNumber::kI32}, {"int32", FileNumber::kI32},
-                            {"int32_t", FileNumber::kI32}, {"float", FileNumber::kF32}, {"double", FileNumber::kF64}});
+        lowerCased(of("type")),
+        {{"uchar", FileNumber::kU8},         {"unsigned char", FileNumber::kU8}, {"uint8", FileNumber::kU8},
+         {"uint8_t", FileNumber::kU8},       {"signed char", FileNumber::kI8},   {"int8", FileNumber::kI8},
+         {"int8_t", FileNumber::kI8},        {"ushort", FileNumber::kU16},       {"unsigned short", FileNumber::kU16},
+         {"uint16", FileNumber::kU16},       {"uint16_t", FileNumber::kU16},     {"short", FileNumber::kI16},
+         {"int16", FileNumber::kI16},        {"int16_t", FileNumber::kI16},      {"uint", FileNumber::kU32},
+         {"unsigned int", FileNumber::kU32}, {"uint32", FileNumber::kU32},       {"uint32_t", FileNumber::kU32},
+         {"int", FileNumber::kI32},          {"int32", FileNumber::kI32},        {"int32_t", FileNumber::kI32},
+         {"float", FileNumber::kF32},        {"double", FileNumber::kF64}});
     if (!number) return packedVolume(fmt::format("its type '{}' is not read", printable(of("type"))));
     header.number = *number;
     header.bigEndian = lowerCased(of("endian")) == "big";
-    if (Expected<void> good = checkHeader(header); !good) return tl::unexpected(good.error());
+    if (Expected<void> good = checkVolumeHeader(header); !good) return tl::unexpected(good.error());
     const std::string encoding = lowerCased(of("encoding"));
     const bool isText = encoding == "text" || encoding == "txt" || encoding == "ascii";
-    if (!isText && encoding != "raw") return packedVolume(fmt::format("its encoding '{}' is not read: raw and text are", printable(encoding)));
-    if (said.contains("lineskip") || said.contains("byteskip")) return packedVolume("it skips a part of its data, which is not read");
+    if (!isText && encoding != "raw")
+        return packedVolume(fmt::format("its encoding '{}' is not read: raw and text are", printable(encoding)));
+    if (said.contains("lineskip") || said.contains("byteskip"))
+        return packedVolume("it skips a part of its data, which is not read");
     Bytes own;
     ByteSpan numbers = text.rest();
     const std::string data(said.contains("datafile") ? of("datafile") : "");
     if (!data.empty()) {
-        if (lowerCased(data).starts_with("list") || data.find('%') != std::string::npos) return packedVolume("its data are a list of files: one file is read");
+        if (lowerCased(data).starts_with("list") || data.find('%') != std::string::npos)
+            return packedVolume("its data are a list of files: one file is read");
         Expected<Bytes> read = files.read(besideOf(name, data));
         if (!read) return failWith(fmt::format("'{}'", printable(data)), read.error());
         own = std::move(*read);
         numbers = own;
     }
     Expected<VolumeData> volume = isText ? volumeFromText(header, numbers) : volumeFrom(header, numbers);
-    if (volume && (said.contains("spacedirections") || said.contains("spaceorigin"))) volume->notes.push_back("its space directions and origin are left out");
+    if (volume && (said.contains("spacedirections") || said.contains("spaceorigin")))
+        volume->notes.push_back("its space directions and origin are left out");
     return volume;
 }
 
@@ -452,97 +425,19 @@ std::span<const std::string_view> volumeEndings() {
     static constexpr std::array<std::string_view, 6> kEndings = {"mhd", "mha", "slc", "vtk", "nrrd", "nhdr"};
     return kEndings;
 }
-bool isVolumeFile(std::string_view extension) { return std::ranges::find(volumeEndings(), extension) != volumeEndings().end(); }
+bool isVolumeFile(std::string_view extension) {
+    return std::ranges::find(volumeEndings(), extension) != volumeEndings().end();
+}
 
 Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string& name) {
     const std::string extension = extensionIn(name);
-    if (!isVolumeFile(extension)) return fail(ErrorCode::kUnsupported, "no volume: .mhd, .mha, .slc, .vtk, .nrrd and .nhdr are read");
+    if (!isVolumeFile(extension))
+        return fail(ErrorCode::kUnsupported, "no volume: .mhd, .mha, .slc, .vtk, .nrrd and .nhdr are read");
     const Expected<Bytes> bytes = files.read(name);
     if (!bytes) return tl::unexpected(bytes.error());
     if (extension == "slc") return readSlc(*bytes);
     if (extension == "vtk") return readLegacyVtk(*bytes);
     return extension.front() == 'n' ? readNrrd(files, name, *bytes) : readMetaImage(files, name, *bytes);
-}
-
-FirstLook firstLookAt(const VoxelGrid& grid) {
-    constexpr std::size_t kBins = 256;
-    const auto each = [&](auto&& look) {
-        for (std::size_t z = 0; z < grid.size[2]; ++z)
-            for (std::size_t y = 0; y < grid.size[1]; ++y)
-                for (std::size_t x = 0; x < grid.size[0]; ++x) look(grid.at(x, y, z));
-    };
-    FirstLook out{.low = 1e300, .high = -1e300};
-    each([&](double value) {
-        out.low = std::min(out.low, value);
-        out.high = std::max(out.high, value);
-    });
-    out.thickness = grid.spacing.cwiseProduct(Vec3d(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1), static_cast<double>(grid.size[2] - 1))).maxCoeff() / 32;
-    if (!(out.low < out.high)) {
-        out.surfaceValue = out.low;
-        out.high = out.low + std::max(1.0, std::abs(out.low));
-        return out;
-    }
-    std::array<double, kBins> counts{};
-    const double width = (out.high - out.low) / kBins;
-    each([&](double value) { ++counts[std::min(static_cast<std::size_t>((value - out.low) / width), kBins - 1)]; });
-    double all = 0, sum = 0, below = 0, sumBelow = 0, best = -1;
-    for (std::size_t i = 0; i < kBins; ++i) {
-        all += counts[i];
-        sum += counts[i] * static_cast<double>(i);
-    }
-    for (std::size_t i = 0; i + 1 < kBins; ++i) {
-        below += counts[i];
-        sumBelow += counts[i] * static_cast<double>(i);
-        if (below == 0 || below == all) continue;
-        const double apart = sumBelow / below - (sum - sumBelow) / (all - below), between = below * (all - below) * apart * apart;
-        if (between > best) {
-            best = between;
-            out.surfaceValue = out.low + static_cast<double>(i + 1) * width;
-        }
-    }
-    return out;
-}
-
-Expected<proto::scene::Volume> plainVolume(const FolderFiles& files, const proto::scene::Volume& said, PlainScene& scene) {
-    proto::scene::Volume out = said;
-    out.clear_file();
-    if (said.file().empty()) return out;
-    if (said.voxels_size() > 0 || said.size_x() > 0 || said.size_y() > 0 || said.size_z() > 0) return badVolumeFile("a volume has a file or voxels, not both");
-    if (said.file().front() == '/') return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", said.file()));
-    Expected<VolumeData> volume = readVolumeFile(files, said.file());
-    if (!volume) return failWith(fmt::format("'{}'", said.file()), volume.error());
-    for (const std::string& left : volume->notes) scene.note(fmt::format("'{}': {}", said.file(), left));
-    const FirstLook look = firstLookAt(volume->grid());
-    out.set_format(static_cast<proto::scene::Volume::Format>(volume->format));
-    out.set_size_x(static_cast<std::uint32_t>(volume->size[0]));
-    out.set_size_y(static_cast<std::uint32_t>(volume->size[1]));
-    out.set_size_z(static_cast<std::uint32_t>(volume->size[2]));
-    const auto three = [](proto::scene::Vector& to, const Vec3d& from) {
-        to.set_x(from.x());
-        to.set_y(from.y());
-        to.set_z(from.z());
-    };
-    if (!said.has_origin()) three(*out.mutable_origin(), volume->origin);
-    if (!said.has_spacing()) three(*out.mutable_spacing(), volume->spacing);
-    if (!said.has_low()) out.set_low(look.low);
-    if (!said.has_high()) out.set_high(look.high);
-    if (!said.has_surface_value()) out.set_surface_value(look.surfaceValue);
-    if (!said.has_thickness()) out.set_thickness(look.thickness);
-    out.set_voxels_blob(scene.addBlob(std::move(volume->voxels)));
-    return out;
-}
-
-Expected<PlainScene> readVolume(const std::string& path, const ReadLimits& limits) {
-    const std::size_t slash = path.rfind('/');
-    const FolderFiles files(path.substr(0, std::max<std::size_t>(slash, 1)), limits.maxFileBytes);
-    proto::scene::Volume said;
-    said.set_file(path.substr(slash + 1));
-    said.set_mode(proto::scene::Volume::SURFACE);
-    PlainScene scene;
-    const Expected<proto::scene::Volume> volume = plainVolume(files, said, scene);
-    if (!volume) return tl::unexpected(volume.error());
-    *scene.file.add_node()->mutable_volume() = *volume;
-    return scene;
 }
 
 }  // namespace tessera

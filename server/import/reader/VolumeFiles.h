@@ -1,5 +1,5 @@
-/// Scalar fields in files: MetaImage (.mhd and what it names, .mha), VolVis (.slc), legacy VTK structured points (.vtk), NRRD (.nrrd, .nhdr) whose data
-/// are not packed.
+/// Scalar fields in files: MetaImage (.mhd and what it names, .mha), VolVis (.slc), legacy VTK structured points
+/// (.vtk), NRRD (.nrrd, .nhdr) whose data are not packed.
 #pragma once
 
 #include <array>
@@ -12,7 +12,6 @@
 #include "common/base/Error.h"
 #include "common/geometry/IsoSurface.h"
 #include "server/import/reader/FolderFiles.h"
-#include "server/import/reader/PlainScene.h"
 
 namespace tessera {
 
@@ -24,26 +23,18 @@ struct VolumeData {
     Bytes voxels;
     std::vector<std::string> notes;  ///< what of the file is not shown
 
-    [[nodiscard]] VoxelGrid grid() const { return {.format = format, .size = size, .origin = origin, .spacing = spacing, .voxels = voxels}; }
+    [[nodiscard]] VoxelGrid grid() const {
+        return {.format = format, .size = size, .origin = origin, .spacing = spacing, .voxels = voxels};
+    }
 };
 
 /// In lower case, without a dot.
 [[nodiscard]] std::span<const std::string_view> volumeEndings();
 /// `extension`: in lower case, without its dot.
 [[nodiscard]] bool isVolumeFile(std::string_view extension);
-/// `name`: in the folder. kBadInput where the file is damaged, kLimit where it says more than 2^28 bytes of voxels: before anything is taken for
-/// them; kUnsupported what packs its data, or has more than one number a voxel; kRefused data outside of the folder.
+/// `name`: in the folder. kBadInput where the file is damaged, kLimit where it says more than 2^28 bytes of voxels:
+/// before anything is taken for them; kUnsupported what packs its data, or has more than one number a voxel; kRefused
+/// data outside of the folder.
 [[nodiscard]] Expected<VolumeData> readVolumeFile(const FolderFiles& files, const std::string& name);
-
-/// What a person would look at first.
-struct FirstLook {
-    double low = 0, high = 1;  ///< the least and the greatest number, a little apart where they are one
-    double surfaceValue = 0;   ///< tells the numbers apart best: Otsu 1979, "A threshold selection method from gray-level histograms"
-    double thickness = 1;      ///< a 32nd of the longest side
-};
-[[nodiscard]] FirstLook firstLookAt(const VoxelGrid& grid);
-
-/// The content of a node from a file, as far as `said` does not say otherwise. The voxels go into `scene`.
-[[nodiscard]] Expected<proto::scene::Volume> plainVolume(const FolderFiles& files, const proto::scene::Volume& said, PlainScene& scene);
 
 }  // namespace tessera

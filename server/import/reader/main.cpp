@@ -85,7 +85,8 @@ void writeScene(const PlainScene& scene) {
         writeRecord(ImportRecord::Kind::kNote, asBytes(std::string_view(note).substr(0, 2000)));
     for (const std::string& fault : scene.faults)
         writeRecord(ImportRecord::Kind::kFault, asBytes(std::string_view(fault).substr(0, 2000)));
-    for (const std::string& path : filesLookedFor()) writeRecord(ImportRecord::Kind::kFile, asBytes(std::string_view(path).substr(0, 4096)));
+    for (const std::string& path : filesLookedFor())
+        writeRecord(ImportRecord::Kind::kFile, asBytes(std::string_view(path).substr(0, 4096)));
     writeRecord(ImportRecord::Kind::kEnd, {});
 }
 
@@ -141,7 +142,8 @@ Expected<void> confineFor(const Arguments& arguments) {
     if (Expected<void> bounded = boundProcessorTime(arguments.time); !bounded) return bounded;
     Expected<void> confined = confine(arguments.profile, arguments.file, arguments.allowUnconfined);
     if (!confined && confined.error().code == ErrorCode::kUnsupported)
-        return fail(ErrorCode::kUnsupported, confined.error().message + "; --allow-unconfined-import reads it all the same, at your own risk");
+        return fail(ErrorCode::kUnsupported,
+                    confined.error().message + "; --allow-unconfined-import reads it all the same, at your own risk");
     return confined;
 }
 

@@ -59,13 +59,16 @@ bool isPlaylist(int descriptor) {
     std::string_view text(head, static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-    for (const std::string_view beginning : {"#EXTM3U", "ffconcat version", "[playlist]", "<asx", "<ASX", "<smil", "<SMIL"})
+    for (const std::string_view beginning :
+         {"#EXTM3U", "ffconcat version", "[playlist]", "<asx", "<ASX", "<smil", "<SMIL"})
         if (text.starts_with(beginning)) return true;
     return text.starts_with("<") && text.find("<MPD") != std::string_view::npos;
 }
 
 /// Playlists name other files: nobody opens them.
-int openNothing(AVFormatContext*, AVIOContext**, const char*, int, AVDictionary**) { return AVERROR(EPERM); }
+int openNothing(AVFormatContext*, AVIOContext**, const char*, int, AVDictionary**) {
+    return AVERROR(EPERM);
+}
 
 /// Of quarter turns and mirrors; other matrices leave the picture as it is.
 FilmDecoder::Orientation orientationOf(const AVStream& stream) {
@@ -75,9 +78,12 @@ FilmDecoder::Orientation orientationOf(const AVStream& stream) {
     std::int32_t matrix[9];
     std::memcpy(matrix, bytes, sizeof matrix);
     const double scale = std::max({std::abs(double(matrix[0])), std::abs(double(matrix[1])), 1.0});
-    const auto whole = [&](std::int32_t number) { return static_cast<int>(std::lround(std::clamp(number / scale, -2.0, 2.0))); };
+    const auto whole = [&](std::int32_t number) {
+        return static_cast<int>(std::lround(std::clamp(number / scale, -2.0, 2.0)));
+    };
     // (x, y) is led to (a x + c y, b x + d y).
-    const FilmDecoder::Orientation said{.xx = whole(matrix[0]), .xy = whole(matrix[3]), .yx = whole(matrix[1]), .yy = whole(matrix[4])};
+    const FilmDecoder::Orientation said{
+        .xx = whole(matrix[0]), .xy = whole(matrix[3]), .yx = whole(matrix[1]), .yy = whole(matrix[4])};
     const bool straight = std::abs(said.xx) == 1 && said.xy == 0 && said.yx == 0 && std::abs(said.yy) == 1;
     const bool quarter = said.xx == 0 && std::abs(said.xy) == 1 && std::abs(said.yx) == 1 && said.yy == 0;
     return straight || quarter ? said : FilmDecoder::Orientation();
@@ -120,9 +126,12 @@ Expected<std::unique_ptr<FilmDecoder>> FilmDecoder::open(int descriptor) {
 
 Expected<void> FilmDecoder::openFile() {
     closeFile();
-    if (::lseek(input_->descriptor, 0, SEEK_SET) != 0) return fail(ErrorCode::kBadInput, "it is no file that can be wound back");
-    if (isPlaylist(input_->descriptor)) return fail(ErrorCode::kUnsupported, "it is a playlist, which names films, and no film itself");
-    input_->context = avio_alloc_context(static_cast<unsigned char*>(av_malloc(kReadBytes)), kReadBytes, 0, &input_->descriptor, &readPart, nullptr, &seekTo);
+    if (::lseek(input_->descriptor, 0, SEEK_SET) != 0)
+        return fail(ErrorCode::kBadInput, "it is no file that can be wound back");
+    if (isPlaylist(input_->descriptor))
+        return fail(ErrorCode::kUnsupported, "it is a playlist, which names films, and no film itself");
+    input_->context = avio_alloc_context(static_cast<unsigned char*>(av_malloc(kReadBytes)), kReadBytes, 0,
+                                         &input_->descriptor, &readPart, nullptr, &seekTo);
     format_ = avformat_alloc_context();
     format_->pb = input_->context;
     format_->flags |= AVFMT_FLAG_CUSTOM_IO;
@@ -148,15 +157,22 @@ Expected<void> FilmDecoder::openCodec() {
     // ffmpeg's own decoders of VP8 and VP9 leave out what lets through.
     const AVDictionaryEntry* alpha = av_dict_get(stream_->metadata, "alpha_mode", nullptr, 0);
     if (alpha && std::strcmp(alpha->value, "1") == 0)
-        if (const AVCodec* other = avcodec_find_decoder_by_name(said.codec_id == AV_CODEC_ID_VP9 ? "libvpx-vp9" : "libvpx"); other && other->id == said.codec_id) codec = other;
-    if (!codec) return fail(ErrorCode::kUnsupported, fmt::format("its codec ({}) is none that can be decoded here", avcodec_get_name(said.codec_id)));
+        if (const AVCodec* other =
+                avcodec_find_decoder_by_name(said.codec_id == AV_CODEC_ID_VP9 ? "libvpx-vp9" : "libvpx");
+            other && other->id == said.codec_id)
+            codec = other;
+    if (!codec)
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("its codec ({}) is none that can be decoded here", avcodec_get_name(said.codec_id)));
     codec_ = avcodec_alloc_context3(codec);
     codec_->max_pixels = kMostDecodedPixels;
     codec_->thread_count = 1;  // a confined process makes no threads
     codec_->pkt_timebase = stream_->time_base;
     int error = avcodec_parameters_to_context(codec_, &said);
     if (error >= 0) error = avcodec_open2(codec_, codec, nullptr);
-    if (error < 0) return fail(ErrorCode::kBadInput, fmt::format("its pictures ({}) cannot be decoded ({})", avcodec_get_name(said.codec_id), wordsOf(error)));
+    if (error < 0)
+        return fail(ErrorCode::kBadInput, fmt::format("its pictures ({}) cannot be decoded ({})",
+                                                      avcodec_get_name(said.codec_id), wordsOf(error)));
     secondsPerTick_ = av_q2d(stream_->time_base);
     if (!(secondsPerTick_ > 0 && secondsPerTick_ < 1e6)) return fail(ErrorCode::kBadInput, "its clock has no unit");
     const double rate = stream_->avg_frame_rate.den != 0 ? av_q2d(stream_->avg_frame_rate) : 0;
@@ -196,7 +212,8 @@ void FilmDecoder::time(Timed& timed) {
 Expected<void> FilmDecoder::decode(Timed& into) {
     into.there = false;
     for (int fruitless = 0; !ended_; ++fruitless) {
-        if (fruitless > kMostFruitless) return fail(ErrorCode::kBadInput, "much of it follows in which there is no picture");
+        if (fruitless > kMostFruitless)
+            return fail(ErrorCode::kBadInput, "much of it follows in which there is no picture");
         const int got = avcodec_receive_frame(codec_, into.frame);
         if (got >= 0) {
             // Amid a film, a picture that says no time could be any.
@@ -222,15 +239,20 @@ Expected<void> FilmDecoder::decode(Timed& into) {
             (void)avcodec_send_packet(codec_, nullptr);
             continue;
         }
-        if (packet_->stream_index == stream_->index) (void)avcodec_send_packet(codec_, packet_);  // what is damaged brings no picture
+        if (packet_->stream_index == stream_->index)
+            (void)avcodec_send_packet(codec_, packet_);  // what is damaged brings no picture
         av_packet_unref(packet_);
     }
     return {};
 }
 
-double FilmDecoder::endOfCurrent() const { return next_.there ? next_.begin : current_.begin + current_.length; }
+double FilmDecoder::endOfCurrent() const {
+    return next_.there ? next_.begin : current_.begin + current_.length;
+}
 
-FilmDecoder::Shown FilmDecoder::shown(bool wrapped) const { return {.frame = current_.frame, .begin = current_.begin, .end = endOfCurrent(), .wrapped = wrapped}; }
+FilmDecoder::Shown FilmDecoder::shown(bool wrapped) const {
+    return {.frame = current_.frame, .begin = current_.begin, .end = endOfCurrent(), .wrapped = wrapped};
+}
 
 /// One picture on; `next_` is there.
 Expected<void> FilmDecoder::step() {
@@ -240,7 +262,9 @@ Expected<void> FilmDecoder::step() {
     return {};
 }
 
-std::int64_t FilmDecoder::ticksAt(double seconds) const { return static_cast<std::int64_t>(std::llround(std::clamp((seconds + start_) / secondsPerTick_, -9e18, 9e18))); }
+std::int64_t FilmDecoder::ticksAt(double seconds) const {
+    return static_cast<std::int64_t>(std::llround(std::clamp((seconds + start_) / secondsPerTick_, -9e18, 9e18)));
+}
 
 /// Leaves `current_` and `next_` at the first pictures from there on.
 Expected<void> FilmDecoder::wind(double seconds) {

@@ -15,8 +15,8 @@ struct AVStream;
 
 namespace tessera {
 
-/// Reads a file from an open descriptor, which it may seek in and does not close; opens nothing else. One thread; not confined by itself: whoever opens a
-/// stranger's film does so in a process of its own.
+/// Reads a file from an open descriptor, which it may seek in and does not close; opens nothing else. One thread; not
+/// confined by itself: whoever opens a stranger's film does so in a process of its own.
 class FilmDecoder {
 public:
     /// An error names what the film lacks, in words: no moving pictures, a format or codec that nobody knows.
@@ -28,11 +28,12 @@ public:
         double begin = 0, end = 0;       ///< s from the film's start
         bool wrapped = false;
     };
-    /// The picture at a time: the last one that begins by then; before the first the first, after the last the last. Forwards it decodes what lies between, or
-    /// begins at the nearest key picture; backwards at the one before. Fails where there is no picture at all, or none can be had any more.
+    /// The picture at a time: the last one that begins by then; before the first the first, after the last the last.
+    /// Forwards it decodes what lies between, or begins at the nearest key picture; backwards at the one before. Fails
+    /// where there is no picture at all, or none can be had any more.
     [[nodiscard]] Expected<Shown> at(double seconds);
-    /// The one after the last that was told (after the last of the film: the first, of one that loops, else the last once more); where it ends by `seconds`,
-    /// the picture of that time.
+    /// The one after the last that was told (after the last of the film: the first, of one that loops, else the last
+    /// once more); where it ends by `seconds`, the picture of that time.
     [[nodiscard]] Expected<Shown> following(double seconds, bool loop);
 
     /// s: as the file says, until its end has been seen; 0: unknown.
@@ -73,7 +74,7 @@ private:
     AVPacket* packet_ = nullptr;
     Timed current_, next_;  ///< the one that is shown, and the one after it, which says when it ends
     double secondsPerTick_ = 0, start_ = 0, usual_ = 0.04, length_ = 0;
-    double last_ = -1;          ///< begin of what was decoded last; below 0: nothing since the file was wound
+    double last_ = -1;             ///< begin of what was decoded last; below 0: nothing since the file was wound
     std::optional<double> first_;  ///< begin of the first picture; none: the file has not been opened
     bool fromStart_ = true, draining_ = false, ended_ = false;
     Orientation orientation_;

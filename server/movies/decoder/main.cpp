@@ -1,6 +1,8 @@
-// tessera-decode-film: decodes one film in a process of its own, picture by picture as it is asked. Started by the server, not by people.
+// tessera-decode-film: decodes one film in a process of its own, picture by picture as it is asked. Started by the
+// server, not by people.
 //
-// stdin: the film's file. Descriptor 3: requests, 4: the memory where pictures lie; stdout: answers (server/movies/FilmRecords.h).
+// stdin: the film's file. Descriptor 3: requests, 4: the memory where pictures lie; stdout: answers
+// (server/movies/FilmRecords.h).
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -57,10 +59,12 @@ bool readRequest(FilmRequest& request) {
 }
 
 int decodeOnRequest(pid_t parent) {
-    if (Expected<void> bounded = boundResources(kFilmDecoderProfile, parent); !bounded) return endWith(bounded.error().message);
+    if (Expected<void> bounded = boundResources(kFilmDecoderProfile, parent); !bounded)
+        return endWith(bounded.error().message);
     if (Expected<void> confined = confine(kFilmDecoderProfile); !confined) return endWith(confined.error().message);
     renewTime(kTimeForPicture);
-    void* const memory = ::mmap(nullptr, kFilmSlots * kFilmSlotBytes, PROT_READ | PROT_WRITE, MAP_SHARED, kFilmMemoryFd, 0);
+    void* const memory =
+        ::mmap(nullptr, kFilmSlots * kFilmSlotBytes, PROT_READ | PROT_WRITE, MAP_SHARED, kFilmMemoryFd, 0);
     if (memory == MAP_FAILED) return endWith("there is no memory for pictures");
     auto decoder = FilmDecoder::open(STDIN_FILENO);
     if (!decoder) return endWith(decoder.error().message);
@@ -68,9 +72,11 @@ int decodeOnRequest(pid_t parent) {
     for (FilmRequest request; readRequest(request);) {
         renewTime(kTimeForPicture);
         const bool following = (request.flags & FilmRequest::kFollowing) != 0;
-        const auto shown = following ? (*decoder)->following(request.seconds, (request.flags & FilmRequest::kLoop) != 0) : (*decoder)->at(request.seconds);
+        const auto shown = following ? (*decoder)->following(request.seconds, (request.flags & FilmRequest::kLoop) != 0)
+                                     : (*decoder)->at(request.seconds);
         if (!shown) return endWith(shown.error().message);
-        const std::span<std::uint8_t> slot(static_cast<std::uint8_t*>(memory) + request.slot * kFilmSlotBytes, kFilmSlotBytes);
+        const std::span<std::uint8_t> slot(static_cast<std::uint8_t*>(memory) + request.slot * kFilmSlotBytes,
+                                           kFilmSlotBytes);
         const auto written = pictures.write(*shown->frame, (*decoder)->orientation(), slot);
         if (!written) return endWith(written.error().message);
         const FilmAnswer answer{.slot = request.slot,

@@ -94,9 +94,8 @@ AuditLine& AuditBook::lineOf(ConnectionId connection, const Deed& deed, const st
     }
     const auto known = applications_.find(connection);
     // Who stands before the wall comes by no connection.
-    const Application who = known != applications_.end()
-                                ? known->second.who
-                                : Application{{.role = Role::kEditor}, "the wall itself", ""};
+    const Application who =
+        known != applications_.end() ? known->second.who : Application{{.role = Role::kEditor}, "the wall itself", ""};
     const std::string& from = std::get<std::string>(line->first);
     line->second = {now_(), who.who, shortened(who.program), from.empty() ? who.from : shortened(from),
                     std::string(deed.did)};

@@ -22,9 +22,9 @@ namespace tessera {
 /// kind of request and kMostPlaces addresses, and what is open; hands them over once a second. Frame thread only.
 class AuditBook {
 public:
-    static constexpr std::size_t kMostObjects = 16;    ///< that a line names
-    static constexpr std::size_t kMostBytes = 256;     ///< of each text; of a longer one its end
-    static constexpr std::ptrdiff_t kMostPlaces = 4;   ///< from which one asks alike: "and others" are one line
+    static constexpr std::size_t kMostObjects = 16;   ///< that a line names
+    static constexpr std::size_t kMostBytes = 256;    ///< of each text; of a longer one its end
+    static constexpr std::ptrdiff_t kMostPlaces = 4;  ///< from which one asks alike: "and others" are one line
     static constexpr std::chrono::milliseconds kTogether{1'000};
 
     struct Application {

@@ -122,7 +122,7 @@ void AuditLog::write(std::vector<AuditLine> lines) {
 }
 
 void AuditLog::work() {
-    constexpr int kNice = 10;  // frames come first
+    constexpr int kNice = 10;                     // frames come first
     (void)::setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
     constexpr std::size_t kAtOnce = std::size_t{64} << 10;
     while (const std::optional<std::vector<AuditLine>> lines = waiting_.pop()) {

@@ -52,8 +52,8 @@ private:
     const AuditLimits limits_;
     Log& log_;
     int file_;
-    bool torn_ = false;       ///< its last line is half
-    std::uint64_t lost_ = 0;  ///< lines, since the file last took one
+    bool torn_ = false;                     ///< its last line is half
+    std::uint64_t lost_ = 0;                ///< lines, since the file last took one
     std::atomic<std::uint64_t> noRoom_{0};  ///< lines that found no room here
     std::atomic<std::uint64_t> waitingLines_{0};
     Channel<std::vector<AuditLine>> waiting_;

@@ -60,11 +60,12 @@ ObjectId Committer::reserveIds(std::uint64_t count) {
     return ObjectId(std::exchange(nextId_, nextId_ + count));
 }
 
-Expected<Committer::Applied> Committer::applyReserved(ChangeList list, ObjectId first, std::uint64_t count, Inverse inverse) {
+Expected<Committer::Applied> Committer::applyReserved(ChangeList list, ObjectId first, std::uint64_t count,
+                                                      Inverse inverse) {
     for (const Creation& creation : list.creations)
         if (creation.id.value - kFirstPlaceholder >= count)
-            return fail(ErrorCode::kRefused,
-                        fmt::format("a part creates #{}, which is none of its {} placeholders", creation.id.value, count));
+            return fail(ErrorCode::kRefused, fmt::format("a part creates #{}, which is none of its {} placeholders",
+                                                         creation.id.value, count));
     replaceIds(list, [&](ObjectId id) {
         const std::uint64_t place = id.value - kFirstPlaceholder;
         return place < count ? ObjectId(first.value + place) : id;

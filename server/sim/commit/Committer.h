@@ -45,14 +45,16 @@ public:
     void skipIds(ObjectId upTo) { nextId_ = std::max(nextId_, upTo.value); }
     /// The next list follows this one.
     void skipLists(Sequence behind) { sequence_ = std::max(sequence_, behind); }
-    /// As apply, with reserved ids: kFirstPlaceholder + i becomes first + i, for i below `count`. `Applied::ids` stays empty.
+    /// As apply, with reserved ids: kFirstPlaceholder + i becomes first + i, for i below `count`. `Applied::ids` stays
+    /// empty.
     [[nodiscard]] Expected<Applied> applyReserved(ChangeList list, ObjectId first, std::uint64_t count,
                                                   Inverse inverse = Inverse::kNone);
     /// As apply, for lists that bring back old ids (inverses). Refused with kRefused, and worth another try in the next
     /// frame, when such an id was destroyed in this very frame.
     [[nodiscard]] Expected<Applied> applyInverse(ChangeListPtr list, Inverse inverse = Inverse::kNone);
 
-    /// The scene as it was before the list that was applied last, by the list that leads back from it: nobody sees that it was there.
+    /// The scene as it was before the list that was applied last, by the list that leads back from it: nobody sees that
+    /// it was there.
     void takeBack(const Applied& applied);
 
     /// Whether the list would bring back what was destroyed in this very frame.

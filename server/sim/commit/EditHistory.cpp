@@ -12,8 +12,9 @@
 namespace tessera {
 
 std::uint64_t memoryWithoutArrays(const ChangeList& list) {
-    std::uint64_t bytes = sizeof(ChangeList) + list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
-                          list.destructions.size() * sizeof(ObjectId) + list.ranges.size() * sizeof(RangeEdit);
+    std::uint64_t bytes = sizeof(ChangeList) + list.creations.size() * sizeof(Creation) +
+                          list.placements.size() * sizeof(Placement) + list.destructions.size() * sizeof(ObjectId) +
+                          list.ranges.size() * sizeof(RangeEdit);
     for (const RangeEdit& range : list.ranges) bytes += range.bytes.sizeBytes();
     for (const FieldColumn& column : list.columns) {
         bytes += sizeof(FieldColumn) + column.ids.size() * sizeof(ObjectId);
@@ -42,7 +43,9 @@ namespace {
 /// Whether two lists name an object in common. Costs what both hold.
 class NamedObjects {
 public:
-    explicit NamedObjects(const ChangeList& list) { forObjects(list, [&](ObjectId id) { ids_.insert(id); }); }
+    explicit NamedObjects(const ChangeList& list) {
+        forObjects(list, [&](ObjectId id) { ids_.insert(id); });
+    }
     [[nodiscard]] bool anyIn(const ChangeList& list) const {
         bool found = false;
         forObjects(list, [&](ObjectId id) { found = found || ids_.contains(id); });
@@ -59,7 +62,8 @@ private:
         for (const Placement& placement : list.placements) visit(placement.node), visit(placement.parent);
         for (const FieldColumn& column : list.columns) {
             std::ranges::for_each(column.ids, visit);
-            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values)) std::ranges::for_each(*refs, visit);
+            if (const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values))
+                std::ranges::for_each(*refs, visit);
             if (const auto* lists = std::get_if<std::vector<RefList>>(&column.values))
                 for (const RefList& refs : *lists) std::ranges::for_each(refs, visit);
         }
@@ -69,15 +73,18 @@ private:
     std::unordered_set<ObjectId> ids_;
 };
 
-/// Whether a list brings nothing, and changes nothing by which things touch but the poses of Transforms: then where things stand once it is applied can be
-/// told beforehand.
+/// Whether a list brings nothing, and changes nothing by which things touch but the poses of Transforms: then where
+/// things stand once it is applied can be told beforehand.
 bool tellsWhereThingsStand(const ChangeList& list) {
     if (!list.creations.empty() || !list.ranges.empty()) return false;
-    if (std::ranges::any_of(list.placements, [](const Placement& placement) { return placement.parent != ObjectId(); })) return false;
+    if (std::ranges::any_of(list.placements, [](const Placement& placement) { return placement.parent != ObjectId(); }))
+        return false;
     return std::ranges::all_of(list.columns, [](const FieldColumn& column) {
         const TypeInfo* type = findType(column.type);
         const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
-        if (!field || field->effects & (Effect::kStructure | Effect::kVisibility | Effect::kShape | Effect::kRules | Effect::kTerms)) return false;
+        if (!field || field->effects &
+                          (Effect::kStructure | Effect::kVisibility | Effect::kShape | Effect::kRules | Effect::kTerms))
+            return false;
         return column.type == typeOf<Transform>() || !(field->effects & Effect::kPose);
     });
 }
@@ -101,7 +108,9 @@ void EditHistory::editedAnew(ChangeList inverse, Gesture gesture, Overlaps overl
             .overlaps = std::move(overlaps)});
 }
 void EditHistory::partArrived(ChangeList inverse, IdRange made) {
-    happen({.kind = HistoryEvent::Kind::kPartArrived, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .made = made});
+    happen({.kind = HistoryEvent::Kind::kPartArrived,
+            .inverse = std::make_shared<const ChangeList>(std::move(inverse)),
+            .made = made});
 }
 void EditHistory::partsWhole() {
     happen({.kind = HistoryEvent::Kind::kPartsWhole, .inverse = nullptr});
@@ -132,7 +141,9 @@ void EditHistory::partRefused() {
 }
 
 void EditHistory::happen(HistoryEvent::Kind kind, ChangeList inverse, Overlaps overlaps) {
-    happen({.kind = kind, .inverse = std::make_shared<const ChangeList>(std::move(inverse)), .overlaps = std::move(overlaps)});
+    happen({.kind = kind,
+            .inverse = std::make_shared<const ChangeList>(std::move(inverse)),
+            .overlaps = std::move(overlaps)});
 }
 
 void EditHistory::happen(HistoryEvent event) {
@@ -221,7 +232,9 @@ std::optional<std::size_t> EditHistory::stepOf(const Gesture& gesture, const Cha
         if (!named) named.emplace(*inverse);
         if (step.apart && named->anyIn(step.made)) return std::nullopt;
         for (const Held& held : step.apart ? std::span<const Held>() : std::span<const Held>(step.lists))
-            if (held.list->changeCount() > kMostChanges || !tellsWhereThingsStand(*held.list) || named->anyIn(*held.list)) return std::nullopt;
+            if (held.list->changeCount() > kMostChanges || !tellsWhereThingsStand(*held.list) ||
+                named->anyIn(*held.list))
+                return std::nullopt;
     }
     return std::nullopt;
 }
@@ -249,7 +262,8 @@ void EditHistory::addEdit(const HistoryEvent& event) {
     nothingToRedo();
     const bool wasNothing = event.inverse->empty();
     const bool anew = event.kind == HistoryEvent::Kind::kEditedAnew;
-    const std::optional<std::size_t> at = anew ? std::nullopt : stepOf(event.gesture, wasNothing ? nullptr : event.inverse.get());
+    const std::optional<std::size_t> at =
+        anew ? std::nullopt : stepOf(event.gesture, wasNothing ? nullptr : event.inverse.get());
     if (wasNothing) {
         if (!at) return;
         letGo(std::move(back_[*at]));
@@ -260,8 +274,8 @@ void EditHistory::addEdit(const HistoryEvent& event) {
     if (!at) {
         back_.push_back({{std::move(held)}, event.gesture});
     } else {
-        // Lists of like size become one: so a drag of any length holds few, and each of its edits costs what it says and now and
-        // then what came before.
+        // Lists of like size become one: so a drag of any length holds few, and each of its edits costs what it says
+        // and now and then what came before.
         std::vector<Held>& lists = back_[*at].lists;
         lists.push_back(std::move(held));
         while (lists.size() > 1 && lists[lists.size() - 2].bytes <= 2 * lists.back().bytes)
@@ -372,8 +386,8 @@ void EditHistory::moveForth(const HistoryEvent& event) {
 void EditHistory::begin(std::deque<Step>& from, bool forth, ChangeListPtr inverse) {
     TESSERA_CHECK(!moving_, "one step is under way at a time");
     moving_ = StepMoving{.rest = std::move(from.back()),
-                     .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
-                     .forth = forth};
+                         .done = {.lists = {}, .gesture = {}, .apart = true, .made = from.back().made},
+                         .forth = forth};
     from.pop_back();
     endGestures();
     takePart(std::move(inverse));
@@ -408,7 +422,12 @@ void EditHistory::arrive() {
 }
 
 EditHistory::Kept EditHistory::kept(const Step& step, Kept::Place place) {
-    Kept one{.place = place, .lists = {}, .gesture = step.gesture, .apart = step.apart, .made = step.made, .overlaps = step.overlaps};
+    Kept one{.place = place,
+             .lists = {},
+             .gesture = step.gesture,
+             .apart = step.apart,
+             .made = step.made,
+             .overlaps = step.overlaps};
     for (const Held& held : step.lists) one.lists.push_back(held.list);
     return one;
 }

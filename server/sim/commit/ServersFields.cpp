@@ -21,9 +21,9 @@ Expected<void> checkServersFields(const Aspect& scene, const ChangeList& list) {
             if (!object || object.info().type != column.type || field->load(object) == column.value(row)) continue;
             const std::string_view type = object.info().name;
             const bool isVowel = std::string_view("AEIOU").find(type.front()) != std::string_view::npos;
-            return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the {} of {} {}; {}",
-                                                         column.ids[row].value, field->name, isVowel ? "an" : "a", type,
-                                                         known->instead));
+            return fail(ErrorCode::kRefused,
+                        fmt::format("#{}: the server alone says the {} of {} {}; {}", column.ids[row].value,
+                                    field->name, isVowel ? "an" : "a", type, known->instead));
         }
     }
     return {};

@@ -28,7 +28,8 @@ std::string nameOf(ObjectId id) {
 std::string fieldOf(const FieldColumn& column, std::size_t row) {
     const TypeInfo* type = findType(column.type);
     const FieldEntry* field = type ? findField(*type, column.field) : nullptr;
-    return fmt::format("{} ({}): its {}", nameOf(column.ids[row]), type ? type->name : "?", field ? field->name : "field");
+    return fmt::format("{} ({}): its {}", nameOf(column.ids[row]), type ? type->name : "?",
+                       field ? field->name : "field");
 }
 
 }  // namespace
@@ -81,18 +82,22 @@ void ServersNodes::gather(const Aspect& scene) {
 
 Error ServersNodes::refusal(const Aspect& scene, ObjectId ours, const std::string& what, std::string_view why) const {
     const Node& top = *scene.get<Node>(ours_.at(ours));
-    const std::string belongs = top.name == kHandlesName    ? fmt::format("the handles of {}", pathOf(scene, top.parent))
+    const std::string belongs = top.name == kHandlesName ? fmt::format("the handles of {}", pathOf(scene, top.parent))
                                 : top.name == kContactsName ? std::string("the marks of contacts")
                                                             : std::string("the notices of programs");
-    return {ErrorCode::kRefused, fmt::format("{} #{}, which is of {}: the server makes those and takes them away, and {}", what, ours.value, belongs, why)};
+    return {ErrorCode::kRefused,
+            fmt::format("{} #{}, which is of {}: the server makes those and takes them away, and {}", what, ours.value,
+                        belongs, why)};
 }
 
 Expected<void> ServersNodes::check(const Aspect& scene, const ChangeList& list) {
     for (const FieldColumn& column : list.columns) {
         if (column.type != typeOf<Node>() || column.field != fieldId<&Node::ofServer>) continue;
         for (std::size_t row = 0; row < column.ids.size(); ++row)
-            if (const Node* node = scene.get<Node>(column.ids[row]); column.value(row) != FieldValue(node && node->ofServer))
-                return fail(ErrorCode::kRefused, fmt::format("{}: the server alone says the ofServer of a Node", nameOf(column.ids[row])));
+            if (const Node* node = scene.get<Node>(column.ids[row]);
+                column.value(row) != FieldValue(node && node->ofServer))
+                return fail(ErrorCode::kRefused,
+                            fmt::format("{}: the server alone says the ofServer of a Node", nameOf(column.ids[row])));
     }
     if (named_.empty()) return {};
     if (stale_) gather(scene);
@@ -107,26 +112,32 @@ Expected<void> ServersNodes::check(const Aspect& scene, const ChangeList& list) 
     };
     const auto isOurs = [&](ObjectId id) { return ours_.contains(id); };
     for (const Placement& placement : list.placements) {
-        if (isOurs(placement.parent)) return tl::unexpected(refusal(scene, placement.parent, nameOf(placement.node) + " would come below", kNobodyHangs));
+        if (isOurs(placement.parent))
+            return tl::unexpected(
+                refusal(scene, placement.parent, nameOf(placement.node) + " would come below", kNobodyHangs));
         if (isOurs(placement.node) && (placement.parent || !goesWithItsBearer(placement.node)))
-            return tl::unexpected(refusal(scene, placement.node, placement.parent ? "this moves" : "this takes away", kNobodyChanges));
+            return tl::unexpected(
+                refusal(scene, placement.node, placement.parent ? "this moves" : "this takes away", kNobodyChanges));
     }
     for (const FieldColumn& column : list.columns) {
         const auto* refs = std::get_if<std::vector<ObjectId>>(&column.values);
         const auto* lists = std::get_if<std::vector<RefList>>(&column.values);
         for (std::size_t row = 0; row < column.ids.size(); ++row) {
-            if (isOurs(column.ids[row])) return tl::unexpected(refusal(scene, column.ids[row], "this changes", kNobodyChanges));
+            if (isOurs(column.ids[row]))
+                return tl::unexpected(refusal(scene, column.ids[row], "this changes", kNobodyChanges));
             if (refs && row < refs->size() && isOurs((*refs)[row]))
                 return tl::unexpected(refusal(scene, (*refs)[row], fieldOf(column, row) + " would be", kNobodyRefers));
             if (!lists || row >= lists->size()) continue;
             const auto held = std::ranges::find_if((*lists)[row], isOurs);
-            if (held != (*lists)[row].end()) return tl::unexpected(refusal(scene, *held, fieldOf(column, row) + " would hold", kNobodyRefers));
+            if (held != (*lists)[row].end())
+                return tl::unexpected(refusal(scene, *held, fieldOf(column, row) + " would hold", kNobodyRefers));
         }
     }
     for (const RangeEdit& range : list.ranges)
         if (isOurs(range.object)) return tl::unexpected(refusal(scene, range.object, "this changes", kNobodyChanges));
     for (const ObjectId id : list.destructions)
-        if (isOurs(id) && !goesWithItsBearer(id)) return tl::unexpected(refusal(scene, id, "this takes away", kNobodyChanges));
+        if (isOurs(id) && !goesWithItsBearer(id))
+            return tl::unexpected(refusal(scene, id, "this takes away", kNobodyChanges));
     return {};
 }
 

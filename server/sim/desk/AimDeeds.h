@@ -46,8 +46,7 @@ inline ServerActions tooMuchToLookAt(const Desk& desk, const Asker& asker) {
 
 inline ServerActions tellPicked(Desk& desk, const Asker& asker, const Aim& aim, const Ray& ray,
                                 const std::optional<PickHit>& hit) {
-    answer::Picked picked{
-        .hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = aim.xPx, .yPx = aim.yPx};
+    answer::Picked picked{.hit = false, .node = {}, .face = 0, .point = Vec3d::Zero(), .xPx = aim.xPx, .yPx = aim.yPx};
     if (hit) {
         picked.hit = true;
         picked.node = hit->node;

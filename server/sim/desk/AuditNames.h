@@ -11,8 +11,8 @@
 namespace tessera {
 
 /// Before it is done: what is gone afterwards has its name then. "/hall/crane" of a node, and of a core that one node
-/// has; "#17 Material" of other objects; "#17" of what stands among more siblings than are looked at, or very deep. What
-/// a list makes is named by its place to be. `most` of them, each once, whatever else the list writes.
+/// has; "#17 Material" of other objects; "#17" of what stands among more siblings than are looked at, or very deep.
+/// What a list makes is named by its place to be. `most` of them, each once, whatever else the list writes.
 [[nodiscard]] std::vector<std::string> auditNames(const Simulation& simulation, const ChangeList& list,
                                                   std::size_t most);
 /// The same of objects as they stand in the scene.

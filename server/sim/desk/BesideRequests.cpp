@@ -8,9 +8,9 @@ ServerActions BesideRequests::ask(const Asker& asker, std::size_t bytes, std::fu
     const auto known = waiting_.find(asker.connection);
     if (known != waiting_.end() &&
         (known->second.requests.size() >= kMostOfOne || known->second.bytes + bytes > kMostBytesOfOne))
-        return answers_.to(asker,
-                           fail(ErrorCode::kLimit, "requests of this application that take long are open already; "
-                                                   "try again later"));
+        return answers_.to(asker, fail(ErrorCode::kLimit,
+                                       "requests of this application that take long are open already; "
+                                       "try again later"));
     Queue& queue = waiting_[asker.connection];
     queue.requests.push_back({bytes, std::move(begin)});
     queue.bytes += bytes;

@@ -14,8 +14,8 @@ class BesideRequests {
 public:
     explicit BesideRequests(const Answers& answers) : answers_(answers) {}
 
-    /// Calls `begin` now or later, unless the application has gone by then; whoever has begun calls `done` once. `bytes`:
-    /// of memory that the waiting takes.
+    /// Calls `begin` now or later, unless the application has gone by then; whoever has begun calls `done` once.
+    /// `bytes`: of memory that the waiting takes.
     [[nodiscard]] ServerActions ask(const Asker& asker, std::size_t bytes, std::function<void()> begin);
     /// What was begun has been worked out.
     void done();

@@ -15,9 +15,8 @@ namespace tessera {
 
 namespace {
 
-constexpr DeedTables kDeeds{edit_deeds::kRows, scene_deeds::kRows,     view_deeds::kRows,
-                            aim_deeds::kRows,  collision_deeds::kRows, status_deeds::kRows,
-                            panel_deeds::kRows, file_deeds::kRows};
+constexpr DeedTables kDeeds{edit_deeds::kRows,      scene_deeds::kRows,  view_deeds::kRows,  aim_deeds::kRows,
+                            collision_deeds::kRows, status_deeds::kRows, panel_deeds::kRows, file_deeds::kRows};
 
 }  // namespace
 

@@ -64,8 +64,8 @@ void Desk::letGo(std::shared_ptr<const void> with) const {
 
 std::optional<Error> Desk::tooManyOpen(ConnectionId connection) const {
     const OpenEdits::Count open = edits.countOf(connection);
-    const std::size_t count = open.edits + images.openCount(connection) + previews.openCount(connection) +
-                              views.openCount(connection);
+    const std::size_t count =
+        open.edits + images.openCount(connection) + previews.openCount(connection) + views.openCount(connection);
     if (count >= limits.maxOpenRequests)
         return Error{ErrorCode::kLimit,
                      fmt::format("{} requests of this application are open already; try again later", count)};

@@ -52,8 +52,8 @@ struct Desk {
 
     const DeskSurroundings around;
     const DeskLimits limits;
-    std::map<ConnectionId, Known> applications;  ///< that are there
-    std::uint64_t comings = 0;                   ///< and goings of these, so far
+    std::map<ConnectionId, Known> applications;                  ///< that are there
+    std::uint64_t comings = 0;                                   ///< and goings of these, so far
     std::map<std::string, std::shared_ptr<const Panel>> panels;  ///< by their names among the keys
     PanelRights panelRights;
     OpenEdits edits;

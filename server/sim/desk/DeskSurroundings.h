@@ -82,13 +82,13 @@ struct DeskSurroundings {
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     std::function<void(std::function<WorkedOut()> work)> listBeside = {};  ///< as workBeside; waits for disks
     const SceneFiles* files = nullptr;  ///< with `listBeside`: what may be looked through; null: nothing
-    FrameBudget* budget = nullptr;  ///< null: frames have all of their detail, and nobody can change that
+    FrameBudget* budget = nullptr;      ///< null: frames have all of their detail, and nobody can change that
 
-    bool watchesFiles = false;   ///< those that are in the scene are taken in again when they change on disk
+    bool watchesFiles = false;  ///< those that are in the scene are taken in again when they change on disk
     /// Of any thread: has something done on the frame thread. Where files are watched.
     std::function<void(WorkedOut then)> deliver = {};
     std::function<void(const std::string& words, bool isWrong)> say = {};  ///< to the log; empty: nobody hears it
-    AuditBook* audit = nullptr;     ///< is told who does what; null: nobody keeps it
+    AuditBook* audit = nullptr;  ///< is told who does what; null: nobody keeps it
 
     [[nodiscard]] Answers answers() const { return {session, audit}; }
     /// Why no edit is taken at present; none: edits are taken.

@@ -33,8 +33,10 @@ ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& r
     if (received.image.picture.empty())
         open->second.answer.missing.push_back(received.image.tile);  // a host that draws nothing
     else
-        open->second.answer.tiles.push_back(
-            {.tile = received.image.tile, .host = received.host, .frame = received.image.frame, .png = received.image.picture});
+        open->second.answer.tiles.push_back({.tile = received.image.tile,
+                                             .host = received.host,
+                                             .frame = received.image.frame,
+                                             .png = received.image.picture});
     return open->second.awaited.empty() ? finish(open) : ServerActions{};
 }
 
@@ -62,8 +64,8 @@ TimePoint ImageRequests::nextDeadline() const {
 }
 
 std::size_t ImageRequests::openCount(ConnectionId connection) const {
-    return static_cast<std::size_t>(std::ranges::count_if(
-        open_, [&](const auto& entry) { return entry.second.asker.connection == connection; }));
+    return static_cast<std::size_t>(
+        std::ranges::count_if(open_, [&](const auto& entry) { return entry.second.asker.connection == connection; }));
 }
 
 void ImageRequests::applicationLeft(ConnectionId connection) {

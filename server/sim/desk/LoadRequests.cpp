@@ -18,7 +18,9 @@ ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, Obj
     const auto refuse = [&](Error why) { return around_.answers().to(asker, tl::unexpected(std::move(why))); };
     if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(*why);
     if (reload)
-        if (std::optional<ServerActions> begun = reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius)) return *std::move(begun);
+        if (std::optional<ServerActions> begun =
+                reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius))
+            return *std::move(begun);
     const ObjectId below = parent ? parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(below))
         return refuse({ErrorCode::kNotFound, fmt::format("there is no node #{} to load below", below.value)});
@@ -41,7 +43,8 @@ void LoadRequests::loadContent(Preparation order) {
 
 ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
     if (around_.say) {
-        for (const std::string& note : made.notes) around_.say(note.starts_with(made.path) ? note : made.path + ": " + note, false);
+        for (const std::string& note : made.notes)
+            around_.say(note.starts_with(made.path) ? note : made.path + ": " + note, false);
         if (made.refused && made.content) around_.say(fmt::format("{}: {}", made.path, made.refused->message), true);
     }
     OpenEdits::Open* const open = edits_.find(made.ticket);

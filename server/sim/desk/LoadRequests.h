@@ -14,7 +14,8 @@ public:
     LoadRequests(const DeskSurroundings& around, OpenEdits& edits, ReloadRequests& reloads)
         : around_(around), edits_(edits), reloads_(reloads) {}
 
-    /// `reload`: if the file is in the scene already it is taken in again. `parent`: none means the root, or wherever it is. kNotFound: there is no such node. kLimit: too many files wait.
+    /// `reload`: if the file is in the scene already it is taken in again. `parent`: none means the root, or wherever
+    /// it is. kNotFound: there is no such node. kLimit: too many files wait.
     [[nodiscard]] ServerActions ask(const Asker& asker, const std::string& path, ObjectId parent,
                                     const Placing& placing, bool reload = false);
     /// What an Inline holds comes like any other load, but nobody is answered and it is no step of undo.

@@ -14,9 +14,10 @@
 
 namespace tessera {
 
-/// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but where kAtOnce of
-/// them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the loader's, on several at once. Destruction
-/// waits for the imports under way, which have deadlines of their own. What a refused load took of memory is given back.
+/// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but
+/// where kAtOnce of them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the
+/// loader's, on several at once. Destruction waits for the imports under way, which have deadlines of their own. What a
+/// refused load took of memory is given back.
 class Loader {
 public:
     /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
@@ -39,7 +40,8 @@ private:
     [[nodiscard]] Expected<ImportedScene> readWatched(Preparation& order) const;
     [[nodiscard]] Expected<ImportedScene> readQuiet(Preparation& order) const;
     /// The file first.
-    [[nodiscard]] std::shared_ptr<const WatchedFiles> filesOf(const Preparation& order, std::vector<std::string> others) const;
+    [[nodiscard]] std::shared_ptr<const WatchedFiles> filesOf(const Preparation& order,
+                                                              std::vector<std::string> others) const;
     static void compare(Preparation& order, ChangeList list, std::optional<HeldFile> held);
 
     ImportOptions options_;

@@ -179,7 +179,8 @@ void OpenEdits::takePart(std::vector<Edit>& edits) {
     if (isLast) loading_.pop_front();
 }
 
-/// What has changed since it was planned stays. It comes first in its frame: nobody's edit of the same one is lost by it.
+/// What has changed since it was planned stays. It comes first in its frame: nobody's edit of the same one is lost by
+/// it.
 Edit OpenEdits::nextPartOf(Open& open) const {
     ReloadPlan& plan = *open.reload;
     const std::size_t number = open.nextPart++;

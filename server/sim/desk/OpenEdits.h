@@ -40,8 +40,8 @@ public:
         answer::Loaded loaded = {};          ///< of a load: its answer; `node` is a placeholder until the commit
         std::vector<ChangeList> parts = {};  ///< of a load, or a large copy, that takes several frames
         std::size_t nextPart = 0;
-        ObjectId firstMade = {};             ///< of a reload in parts: the id of the first object that it makes
-        std::vector<Blob> announced = {};  ///< can be fetched until its outcome is known
+        ObjectId firstMade = {};                  ///< of a reload in parts: the id of the first object that it makes
+        std::vector<Blob> announced = {};         ///< can be fetched until its outcome is known
         std::shared_ptr<ReloadPlan> reload = {};  ///< of a file that is taken in again: its lists, instead of `parts`
         /// Of what a file has brought: ids are given to it in a row from this one on.
         std::function<void(ObjectId first)> given = {};

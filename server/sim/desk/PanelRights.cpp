@@ -23,8 +23,8 @@ template <typename InScene>
 std::optional<Error> whyNotList(const Panel& panel, const InScene& inScene, const ByteSlice& bytes, bool bringsArrays) {
     if (bringsArrays) return refused(panel, "it has no arrays");
     const BlobStore none;
-    const Expected<ChangeList> list = decodeChangeList(bytes, none, AbsentBlobs::kRefuse,
-                                                       {.maxBytes = kMostListBytes, .maxChanges = kMostChanges});
+    const Expected<ChangeList> list =
+        decodeChangeList(bytes, none, AbsentBlobs::kRefuse, {.maxBytes = kMostListBytes, .maxChanges = kMostChanges});
     if (!list) return list.error();
     return inScene().whyNot(*list);
 }

@@ -231,7 +231,8 @@ Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
         page.nodes.push_back({id, node.parent, node.children.size()});
         content.addNode(id);
         if (wanted.coreType == ObjectType() || !node.core) return;
-        if (const std::optional<double> seconds = playLength(scene, scene.find(node.core))) page.lengths.push_back({node.core, *seconds});
+        if (const std::optional<double> seconds = playLength(scene, scene.find(node.core)))
+            page.lengths.push_back({node.core, *seconds});
     };
     if (wanted.after.empty()) {
         walk.beginAt(wanted.node);

@@ -31,8 +31,8 @@ struct PageLimits {
 [[nodiscard]] Expected<answer::TreePage> treePage(const Aspect& scene, const TreeWish& wanted,
                                                   const PageLimits& limits = {});
 
-/// A page of what `wanted.expression` names (common/scene/Search.h). kUsage: it is no expression. A node's path looks at all siblings on its way;
-/// where these are too many for one page, `path` is its number ("#17").
+/// A page of what `wanted.expression` names (common/scene/Search.h). kUsage: it is no expression. A node's path looks
+/// at all siblings on its way; where these are too many for one page, `path` is its number ("#17").
 [[nodiscard]] Expected<answer::FoundPage> foundPage(const Aspect& scene, const NodeSearch& wanted,
                                                     const PageLimits& limits = {});
 

@@ -48,10 +48,9 @@ inline ServerActions getTree(Desk& desk, const Asker& asker, const request::GetT
     if (aside) limits.maxObjectBytes = kObjectAtOnce;
     Expected<answer::TreePage> page = treePage(scene, wish.wish, limits);
     if (!page && page.error().code == ErrorCode::kLimit && aside)
-        return desk.answerBeside(asker, sizeof(ObjectId) * (wish.wish.after.size() + wish.wish.cores.size()),
-                                 [wanted = wish.wish](const Aspect& now, Sequence at) {
-                                     return asOf(at, treePage(now, wanted));
-                                 });
+        return desk.answerBeside(
+            asker, sizeof(ObjectId) * (wish.wish.after.size() + wish.wish.cores.size()),
+            [wanted = wish.wish](const Aspect& now, Sequence at) { return asOf(at, treePage(now, wanted)); });
     if (!page) return desk.refuse(asker, page.error());
     if (wish.wish.coreType == typeOf<Movie>() && desk.around.filmLength)
         for (const TreeNode& told : page->nodes) {
@@ -68,8 +67,8 @@ inline ServerActions find(Desk& desk, const Asker& asker, const request::FindNod
     const bool aside = desk.around.lookBeside != nullptr;
     Expected<answer::FoundPage> page = foundPage(simulation.scene(), wish.wish, aside ? kFoundAtOnce : PageLimits());
     const bool whole = page && page->next.empty() && std::ranges::none_of(page->nodes, [](const ObjectInfo& node) {
-        return node.path.starts_with('#');
-    });
+                           return node.path.starts_with('#');
+                       });
     if (whole || !page || !aside) return desk.answer(asker, asOf(simulation.sequence(), std::move(page)));
     return desk.answerBeside(
         asker, wish.wish.expression.size() + sizeof(ObjectId) * wish.wish.after.size(),

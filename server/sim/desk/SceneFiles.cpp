@@ -5,8 +5,12 @@
 
 namespace tessera {
 
-SceneFiles::SceneFiles(ImportOptions options, std::vector<std::string> allowed, std::vector<std::string> scenes, bool goesOn)
-    : options_(std::move(options)), allowed_{.folders = std::move(allowed), .assets = options_.assetFolders}, withScenes_(allowed_), goesOn_(goesOn) {
+SceneFiles::SceneFiles(ImportOptions options, std::vector<std::string> allowed, std::vector<std::string> scenes,
+                       bool goesOn)
+    : options_(std::move(options)),
+      allowed_{.folders = std::move(allowed), .assets = options_.assetFolders},
+      withScenes_(allowed_),
+      goesOn_(goesOn) {
     options_.placing.reset();
     std::ranges::copy(foldersOfScenes(scenes), std::back_inserter(withScenes_.folders));
     State state;
@@ -32,7 +36,8 @@ void SceneFiles::add(const std::vector<std::string>& named) {
 void SceneFiles::note(State& state, const std::vector<std::string>& named) const {
     for (const std::string& name : named) {
         const std::string extension = lowerCaseExtension(name);
-        if (state.named.insert(name).second && goesOn_ && (extension == "tsct" || extension == "tsc")) state.unread.push_back(name);
+        if (state.named.insert(name).second && goesOn_ && (extension == "tsct" || extension == "tsc"))
+            state.unread.push_back(name);
     }
 }
 

@@ -14,22 +14,28 @@
 
 namespace tessera {
 
-/// An application has files read that lie below --allow, and assets. The scenes of the command line are trusted further, by whoever started the server: what they
-/// name (Inlines, ProxyGroups, Movies), in their own folder or below, is read too, and what files read in this way name in theirs. The same name said by anybody
-/// leads to the same file, and no other name does: the folder itself is open to nobody. Of a scene in the root folder nothing is read beside it.
+/// An application has files read that lie below --allow, and assets. The scenes of the command line are trusted
+/// further, by whoever started the server: what they name (Inlines, ProxyGroups, Movies), in their own folder or below,
+/// is read too, and what files read in this way name in theirs. The same name said by anybody leads to the same file,
+/// and no other name does: the folder itself is open to nobody. Of a scene in the root folder nothing is read beside
+/// it.
 ///
-/// A wall that goes on from its journal imports no scene: its files are read again once somebody asks for what they may have named. Any thread, several at once;
-/// may take as long as files take to be read.
+/// A wall that goes on from its journal imports no scene: its files are read again once somebody asks for what they may
+/// have named. Any thread, several at once; may take as long as files take to be read.
 class SceneFiles {
 public:
     /// `scenes`: as --scene says. `goesOn`: from a journal.
-    SceneFiles(ImportOptions options, std::vector<std::string> allowed, std::vector<std::string> scenes = {}, bool goesOn = false);
+    SceneFiles(ImportOptions options, std::vector<std::string> allowed, std::vector<std::string> scenes = {},
+               bool goesOn = false);
 
     /// What an application asks for itself: see `readableFile`.
-    [[nodiscard]] Expected<std::string> ofApplication(const std::string& path) const { return readableFile(path, allowed_); }
+    [[nodiscard]] Expected<std::string> ofApplication(const std::string& path) const {
+        return readableFile(path, allowed_);
+    }
     /// What an application may look through: see `listFolder`.
     [[nodiscard]] Expected<answer::FolderPage> list(const FolderWish& wish) const { return listFolder(wish, allowed_); }
-    /// What an Inline, a ProxyGroup or a Movie of the running scene names: a whole path, without any link; or why it may not be read.
+    /// What an Inline, a ProxyGroup or a Movie of the running scene names: a whole path, without any link; or why it
+    /// may not be read.
     [[nodiscard]] Expected<std::string> ofScene(const std::string& name);
     /// Of what has been read: of a scene of the command line, or of a file that `ofScene` gave.
     void add(const std::vector<std::string>& named);

@@ -114,7 +114,8 @@ private:
         }
         if (!placed_.objects.empty()) parts.push_back(fmt::format("puts {} elsewhere in the tree", named(placed_)));
         if (!set_.objects.empty())
-            parts.push_back(fmt::format("sets {} of {}", fields_.size() == 1 ? *fields_.begin() : "fields", named(set_)));
+            parts.push_back(
+                fmt::format("sets {} of {}", fields_.size() == 1 ? *fields_.begin() : "fields", named(set_)));
         return fmt::format("{}", fmt::join(parts, "; "));
     }
 

@@ -15,7 +15,10 @@ constexpr std::size_t kRoomForEnds = 65'536;
 }  // namespace
 
 Uploads::Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits)
-    : limits_(limits), onFinished_(std::move(onFinished)), orders_(2 * limits.maxPieces + kRoomForEnds), thread_([this] { run(); }) {}
+    : limits_(limits),
+      onFinished_(std::move(onFinished)),
+      orders_(2 * limits.maxPieces + kRoomForEnds),
+      thread_([this] { run(); }) {}
 
 Uploads::~Uploads() {
     orders_.close();
@@ -27,16 +30,22 @@ Uploads::~Uploads() {
 std::optional<Error> Uploads::tooMuch(const Coming& coming, const message::Upload& piece) const {
     std::uint64_t more = 0;
     for (const BlobInfo& blob : piece.blobs) {
-        if (blob.sizeBytes > limits_.maxBytes) return Error{ErrorCode::kLimit, fmt::format("an array of {} bytes; a proposal may bring {} MiB", blob.sizeBytes, limits_.maxBytes >> 20)};
+        if (blob.sizeBytes > limits_.maxBytes)
+            return Error{ErrorCode::kLimit, fmt::format("an array of {} bytes; a proposal may bring {} MiB",
+                                                        blob.sizeBytes, limits_.maxBytes >> 20)};
         more += blob.sizeBytes;
     }
-    if (coming.sent + piece.bytes.size() > coming.bytes + more) return Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
+    if (coming.sent + piece.bytes.size() > coming.bytes + more)
+        return Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
     if (coming.bytes + more > limits_.maxBytes)
-        return Error{ErrorCode::kLimit, fmt::format("arrays of more than {} MiB; a proposal may bring that many", limits_.maxBytes >> 20)};
+        return Error{ErrorCode::kLimit,
+                     fmt::format("arrays of more than {} MiB; a proposal may bring that many", limits_.maxBytes >> 20)};
     if (coming.blobs + piece.blobs.size() > limits_.maxBlobs)
-        return Error{ErrorCode::kLimit, fmt::format("more than {} arrays; a proposal may bring that many", limits_.maxBlobs)};
+        return Error{ErrorCode::kLimit,
+                     fmt::format("more than {} arrays; a proposal may bring that many", limits_.maxBlobs)};
     if (claimedBytes_ + more > limits_.maxBytesOfAll || held_ + piece.bytes.size() > limits_.maxBytesOfAll)
-        return Error{ErrorCode::kLimit, fmt::format("applications send arrays of {} MiB already; try again later", std::max<std::uint64_t>(claimedBytes_, held_) >> 20)};
+        return Error{ErrorCode::kLimit, fmt::format("applications send arrays of {} MiB already; try again later",
+                                                    std::max<std::uint64_t>(claimedBytes_, held_) >> 20)};
     return std::nullopt;
 }
 
@@ -140,18 +149,29 @@ void Uploads::add(Assembly& assembly, const message::Upload& piece) {
         assembly.whole.push_back(assembly.first->finish());
         assembly.first.reset();
         if (assembly.whole.back().id() != blob.id)
-            assembly.error = Error{ErrorCode::kBadInput, fmt::format("array {} came damaged: its bytes hash to {}", toHex(blob.id), toHex(assembly.whole.back().id()))};
+            assembly.error =
+                Error{ErrorCode::kBadInput, fmt::format("array {} came damaged: its bytes hash to {}", toHex(blob.id),
+                                                        toHex(assembly.whole.back().id()))};
         assembly.expected.pop_front();
     }
-    if (!rest.empty() && !assembly.error) assembly.error = Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
-    if (assembly.error) assembly = {.expected = {}, .first = {}, .filled = 0, .whole = {}, .held = assembly.held, .error = std::move(assembly.error)};
+    if (!rest.empty() && !assembly.error)
+        assembly.error = Error{ErrorCode::kBadInput, "bytes came that belong to no array"};
+    if (assembly.error)
+        assembly = {.expected = {},
+                    .first = {},
+                    .filled = 0,
+                    .whole = {},
+                    .held = assembly.held,
+                    .error = std::move(assembly.error)};
 }
 
 Expected<std::vector<Blob>> Uploads::finish(Assembly assembly) {
     if (assembly.error) return tl::unexpected(std::move(*assembly.error));
     if (!assembly.expected.empty())
-        return fail(ErrorCode::kBadInput, fmt::format("the proposal came before its arrays: {} bytes of array {} are missing",
-                                                      assembly.expected.front().sizeBytes - (assembly.first ? assembly.filled : 0), toHex(assembly.expected.front().id)));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("the proposal came before its arrays: {} bytes of array {} are missing",
+                                assembly.expected.front().sizeBytes - (assembly.first ? assembly.filled : 0),
+                                toHex(assembly.expected.front().id)));
     return std::move(assembly.whole);
 }
 

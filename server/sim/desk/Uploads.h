@@ -25,14 +25,16 @@ struct UploadFinished {
     Expected<std::vector<Blob>> blobs;
 };
 
-/// Owns a thread, which copies each piece to its place and hashes it there, with the lowest priority that there is. `onFinished` is
-/// called on it. Everything else is for the frame thread, which looks at no byte of an array and waits for nobody.
+/// Owns a thread, which copies each piece to its place and hashes it there, with the lowest priority that there is.
+/// `onFinished` is called on it. Everything else is for the frame thread, which looks at no byte of an array and waits
+/// for nobody.
 class Uploads {
 public:
     struct Limits {
         std::uint64_t maxBytes = limits::kMaxUploadBytes;  ///< of one proposal
         std::size_t maxBlobs = 65'536;                     ///< likewise
-        /// Of all applications together: announced and not yet handed over; and come and not yet handed over or thrown away.
+        /// Of all applications together: announced and not yet handed over; and come and not yet handed over or thrown
+        /// away.
         std::uint64_t maxBytesOfAll = 4 * std::uint64_t{limits::kMaxUploadBytes};
         /// Pieces that wait for the thread.
         std::size_t maxPieces = 65'536;
@@ -42,8 +44,8 @@ public:
     ~Uploads();
 
     void take(ConnectionId connection, const message::Upload& piece);
-    /// What has come of this application belongs to the proposal that is here now; its end follows by `onFinished`. Number 0: nothing
-    /// has come. kLimit: it was too much.
+    /// What has come of this application belongs to the proposal that is here now; its end follows by `onFinished`.
+    /// Number 0: nothing has come. kLimit: it was too much.
     struct Closed {
         std::uint64_t upload = 0, bytes = 0;
     };
@@ -52,7 +54,8 @@ public:
     void drop(ConnectionId connection);
     /// After `onFinished`: it needs no room here any more.
     void handedOver(std::uint64_t upload);
-    /// Lets go of these. Where nobody else holds them they are freed here: that takes a large one longer than a frame has.
+    /// Lets go of these. Where nobody else holds them they are freed here: that takes a large one longer than a frame
+    /// has.
     void letGo(std::vector<Blob> blobs);
     void letGo(std::vector<std::shared_ptr<const void>> unneeded);
 
@@ -92,8 +95,8 @@ private:
     std::map<ConnectionId, Coming> coming_;
     std::unordered_map<std::uint64_t, std::uint64_t> claimed_;  ///< bytes, by upload
     std::uint64_t claimedBytes_ = 0, lastUpload_ = 0;
-    std::atomic<std::size_t> waiting_{0};    ///< pieces
-    std::atomic<std::uint64_t> held_{0};     ///< bytes of these, and of what is being put together
+    std::atomic<std::size_t> waiting_{0};  ///< pieces
+    std::atomic<std::uint64_t> held_{0};   ///< bytes of these, and of what is being put together
     Channel<Order> orders_;
     std::thread thread_;
 };

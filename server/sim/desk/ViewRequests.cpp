@@ -42,7 +42,8 @@ void ViewRequests::applicationLeft(ConnectionId connection) {
 }
 
 std::size_t ViewRequests::openCount(ConnectionId connection) const {
-    return static_cast<std::size_t>(std::ranges::count_if(waiting_, [&](const Waiting& waiting) { return waiting.asker.connection == connection; }));
+    return static_cast<std::size_t>(std::ranges::count_if(
+        waiting_, [&](const Waiting& waiting) { return waiting.asker.connection == connection; }));
 }
 
 }  // namespace tessera

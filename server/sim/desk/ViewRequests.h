@@ -1,4 +1,5 @@
-/// Those who say where the wall stands. To go back to where all of it is seen takes a look at the scene that no frame waits for.
+/// Those who say where the wall stands. To go back to where all of it is seen takes a look at the scene that no frame
+/// waits for.
 #pragma once
 
 #include <deque>
@@ -13,12 +14,13 @@ namespace tessera {
 
 class Simulation;
 
-/// Wishes count in the order in which they came: where one waits for a survey of the scene as it was when it was asked, later ones
-/// wait behind it, and the wall stands where it stood. One survey serves all who asked before it. Frame thread only.
+/// Wishes count in the order in which they came: where one waits for a survey of the scene as it was when it was asked,
+/// later ones wait behind it, and the wall stands where it stood. One survey serves all who asked before it. Frame
+/// thread only.
 class ViewRequests {
 public:
-    /// Orders how far the scene as it is now reaches (AnimatedBounds), found elsewhere; `surveyed` is told. One at a time. Empty: it
-    /// is found between two frames.
+    /// Orders how far the scene as it is now reaches (AnimatedBounds), found elsewhere; `surveyed` is told. One at a
+    /// time. Empty: it is found between two frames.
     using Survey = std::function<void()>;
     ViewRequests(const Answers& answers, ViewSource& view, const Simulation& simulation, Survey survey)
         : answers_(answers), view_(view), simulation_(simulation), survey_(std::move(survey)) {}

@@ -18,7 +18,7 @@ Workbench::~Workbench() {
 }
 
 void Workbench::run() {
-    constexpr int kNice = 10;  // somebody waits for it: behind the frames, and not behind everything
+    constexpr int kNice = 10;                     // somebody waits for it: behind the frames, and not behind everything
     (void)::setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
     while (const std::optional<std::function<WorkedOut()>> work = works_.pop()) deliver_((*work)());
 }

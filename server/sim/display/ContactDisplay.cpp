@@ -35,8 +35,10 @@ void setPose(ChangeListBuilder& list, ObjectId id, const Transform* now, const M
     const ObjectType type = typeOf<Transform>();
     const Transform fresh;
     const Transform& from = now ? *now : fresh;
-    if (to.translation != from.translation) list.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
-    if (to.rotation.coeffs() != from.rotation.coeffs()) list.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.translation != from.translation)
+        list.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs())
+        list.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
     if (to.scale != from.scale) list.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
 }
 
@@ -123,7 +125,8 @@ ChangeList ContactDisplay::update(const Aspect& scene, const StepResult& step) {
     } else if (const auto& children = scene.root().children; children[children.size() - 1] != state_.node) {
         list.place(state_.node, kRootNode);
     }
-    for (const MarkKind kind : {MarkKind::kPoint, MarkKind::kNormal, MarkKind::kFace, MarkKind::kLine, MarkKind::kTick}) {
+    for (const MarkKind kind :
+         {MarkKind::kPoint, MarkKind::kNormal, MarkKind::kFace, MarkKind::kLine, MarkKind::kTick}) {
         const auto index = static_cast<std::size_t>(kind);
         const std::vector<Mark>& wanted = marks.of[index];
         counts_.drawn[index] = wanted.size();

@@ -1,5 +1,5 @@
-/// Contacts and distances drawn on the wall, for the interests that ask for it: as nodes of the scene, like everything that is
-/// seen.
+/// Contacts and distances drawn on the wall, for the interests that ask for it: as nodes of the scene, like everything
+/// that is seen.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace tessera {
 
 /// Keeps one node, `/contacts`, the last child of the root, while an enabled Interest has `show` bits set: below it a
 /// ball per contact point, an arrow from A to B per normal, a bright triangle per face that touches; for interests in
-/// distances the same bits draw the ends, the line between with its ticks, and the nearest faces (MarkMaker). Without such
-/// an interest there is nothing.
+/// distances the same bits draw the ends, the line between with its ticks, and the nearest faces (MarkMaker). Without
+/// such an interest there is nothing.
 ///
 /// **No frame waits for it.** A list that names new arrays would have to be held until all hosts have them, and
 /// contacts change in every frame. So there are a few fixed shapes (`blobs()`), which the frame loop announces before
@@ -50,8 +50,8 @@ public:
     /// scene that is full has no display; nothing else fails.
     [[nodiscard]] ChangeListPtr commit(Committer& committer, const StepResult& step);
 
-    /// Its objects in an order of its own, for one that goes on in another process; empty: there is none. What it is handed may be
-    /// anything: what does not fit the scene is removed as far as it is there.
+    /// Its objects in an order of its own, for one that goes on in another process; empty: there is none. What it is
+    /// handed may be anything: what does not fit the scene is removed as far as it is there.
     [[nodiscard]] std::vector<ObjectId> ids() const;
     void goOnWith(std::span<const ObjectId> ids);
     /// Another one whenever `ids` may have changed.

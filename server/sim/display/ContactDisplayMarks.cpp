@@ -65,8 +65,7 @@ public:
     [[nodiscard]] Marks make() {
         if (!visible_) return {};
         bool wantsContacts = false, wantsDistances = false;
-        for (const InterestShow& asked : asked_)
-            (ofDistances(asked.interest) ? wantsDistances : wantsContacts) = true;
+        for (const InterestShow& asked : asked_) (ofDistances(asked.interest) ? wantsDistances : wantsContacts) = true;
         // Lists are made when they are looked at.
         if (wantsContacts) addContacts();
         if (wantsDistances) addDistances();

@@ -54,8 +54,8 @@ struct DrawableExtent {
 /// between, which is a ruler; kShowFaces, the two nearest faces. What touches has balls and faces.
 ///
 /// **The ruler** says two digits of the distance: a large tick at each multiple of the largest power of ten that is no
-/// longer than it, in world units, and beyond the last one a small tick at each tenth of that. 0.37 has three large ticks
-/// and seven small ones. Where more than kMostRulers are drawn none has ticks.
+/// longer than it, in world units, and beyond the last one a small tick at each tenth of that. 0.37 has three large
+/// ticks and seven small ones. Where more than kMostRulers are drawn none has ticks.
 class MarkMaker {
 public:
     /// `asked`: ascending by interest. Nodes that are gone, faces that are not there and triangles without area have no
@@ -74,9 +74,9 @@ private:
 
 /// Where the ticks of a ruler of this length stand.
 struct RulerTicks {
-    double step = 0;      ///< a power of ten; 0: the length is none of 1e-30 to 1e30, and there are no ticks
-    int large = 0;        ///< 1 to 9: at step, 2 · step, …
-    int small = 0;        ///< 0 to 9: at large · step + step / 10, …
+    double step = 0;  ///< a power of ten; 0: the length is none of 1e-30 to 1e30, and there are no ticks
+    int large = 0;    ///< 1 to 9: at step, 2 · step, …
+    int small = 0;    ///< 0 to 9: at large · step + step / 10, …
 };
 [[nodiscard]] RulerTicks ticksOf(double length);
 

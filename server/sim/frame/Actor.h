@@ -107,7 +107,11 @@ struct Actor {
     std::function<Expected<void>(const Aspect& scene, ChangeList& list, const Incoming& incoming)> receive = {};
     /// Right before a list is applied: makes way for it, and says what is to follow once it has been. Nothing: nothing
     /// does.
-    enum class ListOf { kEdit, kStep, kPartOfStep };  ///< what a file says that is taken in again makes way as a step does
+    enum class ListOf {
+        kEdit,
+        kStep,
+        kPartOfStep
+    };  ///< what a file says that is taken in again makes way as a step does
     using Afterwards = std::function<void(ServersHand& hand)>;
     std::function<Afterwards(ServersHand& hand, const ChangeList& list, ListOf of)> before = {};
     /// Who plays and drives what a list writes: is paused by it, `playing` becoming false.

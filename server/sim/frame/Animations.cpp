@@ -42,7 +42,9 @@ std::optional<AnimatedValue> newValue(const Object& target, const FieldEntry& fi
     return value;
 }
 
-bool isPoseOf(const KeyTrack& track) { return track.type().type == typeOf<Transform>(); }
+bool isPoseOf(const KeyTrack& track) {
+    return track.type().type == typeOf<Transform>();
+}
 
 void wish(AnimatedTransform& transform, const KeyTrack& track, std::span<const double> v) {
     const FieldId field = track.field().id;
@@ -90,11 +92,14 @@ void Animations::update(const Aspect& scene, const ChangeList* list) {
         if (range.type == typeOf<KeyFrames>()) frames.insert(range.object);
     for (const ObjectId id : frames) {
         lookAtFrames(scene, id);
-        if (const auto known = frames_.find(id); known != frames_.end()) animations.insert(known->second.users.begin(), known->second.users.end());
+        if (const auto known = frames_.find(id); known != frames_.end())
+            animations.insert(known->second.users.begin(), known->second.users.end());
     }
     for (const ObjectId id : animations) lookAt(scene, id);
     for (const ObjectId id : sought)
-        if (const Animation* animation = scene.get<Animation>(id); animation && !animation->playing && !fresh.contains(id)) shownOnce_.insert(id);
+        if (const Animation* animation = scene.get<Animation>(id);
+            animation && !animation->playing && !fresh.contains(id))
+            shownOnce_.insert(id);
     if (known_.empty() && frames_.empty()) return;
     for (const ObjectId id : list->destructions) forget(id);
 }
@@ -131,7 +136,8 @@ void Animations::lookAt(const Aspect& scene, ObjectId id) {
     for (const ObjectId channel : known.channels) {
         if (!frames_[channel].sound) continue;
         const KeyFrames& frames = *scene.get<KeyFrames>(channel);
-        known.driven.emplace_back(frames.target, KeyTrack::ofSound(frames, scene.find(frames.target).info()).field().id);
+        known.driven.emplace_back(frames.target,
+                                  KeyTrack::ofSound(frames, scene.find(frames.target).info()).field().id);
         byTarget_.insert({known.driven.back().first, known.driven.back().second, id});
     }
 }
@@ -162,7 +168,8 @@ AnimationWishes Animations::advance(const Aspect& scene, double seconds) {
     for (const ObjectId id : all) {
         const Animation& animation = *scene.get<Animation>(id);
         const Known& known = known_.at(id);
-        const double time = foldedTime(animation.time + (animation.playing ? animation.speed * seconds : 0), known.last, animation.mode);
+        const double time = foldedTime(animation.time + (animation.playing ? animation.speed * seconds : 0), known.last,
+                                       animation.mode);
         if (animation.playing) wishes.steps.push_back({.animation = id, .from = animation.time, .time = time});
         const double shown = shownTime(time, known.last, animation.mode);
         for (const ObjectId channel : known.channels) {
@@ -175,7 +182,8 @@ AnimationWishes Animations::advance(const Aspect& scene, double seconds) {
             if (isPoseOf(track)) {
                 AnimatedTransform& transform = wishes.transforms.add(frames.target).value;
                 wish(transform, track, numbers);
-                if (transform.animations.empty() || transform.animations.back() != id) transform.animations.push_back(id);
+                if (transform.animations.empty() || transform.animations.back() != id)
+                    transform.animations.push_back(id);
                 continue;
             }
             // Of an animation that stands and one that plays the later one decides too.
@@ -195,7 +203,8 @@ template <typename Found>
 void Animations::visitDriving(const ChangeList& list, Found&& found) const {
     if (byTarget_.empty()) return;
     const auto look = [&](ObjectId object, FieldId field) {
-        for (auto it = byTarget_.lower_bound({object, field, ObjectId()}); it != byTarget_.end() && std::get<0>(*it) == object && std::get<1>(*it) == field; ++it)
+        for (auto it = byTarget_.lower_bound({object, field, ObjectId()});
+             it != byTarget_.end() && std::get<0>(*it) == object && std::get<1>(*it) == field; ++it)
             found(std::get<2>(*it));
     };
     for (const FieldColumn& column : list.columns)

@@ -41,7 +41,7 @@ struct AnimatedValue {
     ObjectId object;
     ObjectType type;
     FieldId field;
-    FieldValue value;          ///< of an array that keeps its size: the bytes that differ
+    FieldValue value;                          ///< of an array that keeps its size: the bytes that differ
     std::optional<std::uint64_t> offset = {};  ///< in bytes; of such
 };
 void addTo(ChangeListBuilder& builder, const AnimatedValue& value);
@@ -55,9 +55,10 @@ struct AnimationWishes {
 
 /// The animations of a scene, followed through its lists. Not thread-safe.
 ///
-/// A frame costs what plays; a list what it says of animations and key frames. Key frames are checked once, when they change. Of several that play and drive
-/// one field the one with the highest id decides, within one the last channel; key frames that several animations have are played by each at its own time.
-/// An animation that stands is shown once when its time is set. Key frames that say nothing sound are passed over, the others of their animation play.
+/// A frame costs what plays; a list what it says of animations and key frames. Key frames are checked once, when they
+/// change. Of several that play and drive one field the one with the highest id decides, within one the last channel;
+/// key frames that several animations have are played by each at its own time. An animation that stands is shown once
+/// when its time is set. Key frames that say nothing sound are passed over, the others of their animation play.
 class Animations {
 public:
     /// After each list applied to the scene, with that list; null: anything may have changed.
@@ -103,7 +104,7 @@ private:
     std::unordered_map<ObjectId, Frames> frames_;  ///< all KeyFrames
     std::unordered_map<ObjectId, Known> known_;    ///< all Animations
     std::set<ObjectId> playing_;
-    std::set<ObjectId> shownOnce_;  ///< that stand, and whose time was set
+    std::set<ObjectId> shownOnce_;                                ///< that stand, and whose time was set
     std::set<std::tuple<ObjectId, FieldId, ObjectId>> byTarget_;  ///< of those that play: object, field, animation
     std::vector<AnimationStep> steps_;                            ///< of this frame
     std::uint64_t keysChecked_ = 0, framesPlayed_ = 0;

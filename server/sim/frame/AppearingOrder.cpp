@@ -12,7 +12,9 @@ public:
     /// Whatever hangs below nothing that was there before is not among them.
     PlacedNodes(const std::vector<Placement>& placements, std::uint64_t count) {
         // Children in a row for each parent, in their order; at the end those of what was there before.
-        const auto parentOf = [&](const Placement& placement) { return std::min(placement.parent.value - kFirstPlaceholder, count); };
+        const auto parentOf = [&](const Placement& placement) {
+            return std::min(placement.parent.value - kFirstPlaceholder, count);
+        };
         std::vector<std::uint32_t> starts(count + 2), children(placements.size());
         for (const Placement& placement : placements) ++starts[parentOf(placement) + 1];
         std::inclusive_scan(starts.begin(), starts.end(), starts.begin());
@@ -50,7 +52,8 @@ private:
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> appearingOrder(const std::vector<Placement>& placements, std::uint64_t count, std::size_t atOnce) {
+std::vector<std::vector<std::uint32_t>> appearingOrder(const std::vector<Placement>& placements, std::uint64_t count,
+                                                       std::size_t atOnce) {
     const PlacedNodes order(placements, count);
     const std::vector<PlacedNodes::Placed>& nodes = order.nodes();
     std::vector<std::vector<std::uint32_t>> lists(1);

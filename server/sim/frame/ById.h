@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// Empties it. Its room stays for as many again, unless it was far too large: one frame that moves everything holds no memory
-/// for good.
+/// Empties it. Its room stays for as many again, unless it was far too large: one frame that moves everything holds no
+/// memory for good.
 template <typename T>
 void clearButKeepRoom(std::vector<T>& values) {
     const bool tooLarge = values.capacity() > 1024 && values.size() < values.capacity() / 16;

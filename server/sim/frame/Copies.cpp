@@ -18,8 +18,10 @@ Preparation makeCopy(const Aspect& scene, Preparation order) {
     order.top = clone->node;
     order.objects = clone->objects;
     order.arrays = blobsOf(clone->list);
-    // Whoever commits parts does not look at them as a whole. What may be refused once others have edited stays whole, and is.
-    const bool bringsFilms = std::ranges::find(clone->list.creations, typeOf<Movie>(), &Creation::type) != clone->list.creations.end();
+    // Whoever commits parts does not look at them as a whole. What may be refused once others have edited stays whole,
+    // and is.
+    const bool bringsFilms =
+        std::ranges::find(clone->list.creations, typeOf<Movie>(), &Creation::type) != clone->list.creations.end();
     if (bringsFilms || !checkRules(scene, clone->list, {}))
         order.lists.push_back(std::move(clone->list));
     else

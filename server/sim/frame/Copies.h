@@ -6,8 +6,8 @@
 
 namespace tessera {
 
-/// On any thread. A copy stays whole where others' edits may make it senseless before its last part is there: one that brings
-/// films (of which each image has one).
+/// On any thread. A copy stays whole where others' edits may make it senseless before its last part is there: one that
+/// brings films (of which each image has one).
 [[nodiscard]] Preparation makeCopy(const Aspect& scene, Preparation order);
 
 }  // namespace tessera

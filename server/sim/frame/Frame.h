@@ -24,7 +24,8 @@ struct Edit {
         kChange,
         kUndo,  ///< take back the newest step instead
         kRedo,  ///< do again what was taken back last
-        /// One of several lists that are one edit (LoadParts.h), all with one ticket. Placeholders count through all of them.
+        /// One of several lists that are one edit (LoadParts.h), all with one ticket. Placeholders count through all of
+        /// them.
         kPart,
         kLastPart,
     };

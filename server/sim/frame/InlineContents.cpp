@@ -16,11 +16,19 @@ namespace {
 
 constexpr std::size_t kMostProblemBytes = 1000;
 
-bool saysLoading(ObjectType type) { return type == typeOf<Inline>() || type == typeOf<ProxyGroup>(); }
+bool saysLoading(ObjectType type) {
+    return type == typeOf<Inline>() || type == typeOf<ProxyGroup>();
+}
 
 template <typename T>
 LoadWish readWish(const T& core) {
-    return {.type = T::kType, .file = core.file, .load = core.load, .distance = core.distance, .wanted = core.wanted, .state = core.state, .box = {}};
+    return {.type = T::kType,
+            .file = core.file,
+            .load = core.load,
+            .distance = core.distance,
+            .wanted = core.wanted,
+            .state = core.state,
+            .box = {}};
 }
 
 template <typename T>
@@ -30,20 +38,33 @@ void writeState(ChangeListBuilder& edits, ObjectId core, std::int64_t state, con
 }
 
 bool isField(const FieldColumn& column, FieldId ofInline, FieldId ofProxy) {
-    return (column.type == typeOf<Inline>() && column.field == ofInline) || (column.type == typeOf<ProxyGroup>() && column.field == ofProxy);
+    return (column.type == typeOf<Inline>() && column.field == ofInline) ||
+           (column.type == typeOf<ProxyGroup>() && column.field == ofProxy);
 }
-bool saysState(const FieldColumn& column) { return isField(column, fieldId<&Inline::state>, fieldId<&ProxyGroup::state>); }
-bool saysProblem(const FieldColumn& column) { return isField(column, fieldId<&Inline::problem>, fieldId<&ProxyGroup::problem>); }
-bool saysFile(const FieldColumn& column) { return isField(column, fieldId<&Inline::file>, fieldId<&ProxyGroup::file>); }
-bool saysWanted(const FieldColumn& column) { return isField(column, fieldId<&Inline::wanted>, fieldId<&ProxyGroup::wanted>); }
-bool saysLoad(const FieldColumn& column) { return isField(column, fieldId<&Inline::load>, fieldId<&ProxyGroup::load>); }
+bool saysState(const FieldColumn& column) {
+    return isField(column, fieldId<&Inline::state>, fieldId<&ProxyGroup::state>);
+}
+bool saysProblem(const FieldColumn& column) {
+    return isField(column, fieldId<&Inline::problem>, fieldId<&ProxyGroup::problem>);
+}
+bool saysFile(const FieldColumn& column) {
+    return isField(column, fieldId<&Inline::file>, fieldId<&ProxyGroup::file>);
+}
+bool saysWanted(const FieldColumn& column) {
+    return isField(column, fieldId<&Inline::wanted>, fieldId<&ProxyGroup::wanted>);
+}
+bool saysLoad(const FieldColumn& column) {
+    return isField(column, fieldId<&Inline::load>, fieldId<&ProxyGroup::load>);
+}
 
 /// Puts nodes below others that have been elsewhere.
 bool movesNodes(const ChangeList& list) {
     std::unordered_set<ObjectId> created;
     if (!list.placements.empty())
         for (const Creation& creation : list.creations) created.insert(creation.id);
-    return std::ranges::any_of(list.placements, [&](const Placement& placement) { return placement.parent && !created.contains(placement.node); });
+    return std::ranges::any_of(list.placements, [&](const Placement& placement) {
+        return placement.parent && !created.contains(placement.node);
+    });
 }
 tl::unexpected<Error> nobodyWants(ObjectId core) {
     return fail(ErrorCode::kRefused, fmt::format("#{}: nobody wants what the file holds any more", core.value));
@@ -68,9 +89,11 @@ std::optional<LoadWish> loadWishOf(const Object& core) {
     return wish;
 }
 
-void setLoadState(ChangeListBuilder& edits, ObjectId core, ObjectType type, std::int64_t state, std::string_view problem) {
+void setLoadState(ChangeListBuilder& edits, ObjectId core, ObjectType type, std::int64_t state,
+                  std::string_view problem) {
     const std::string words(cutUtf8(problem, kMostProblemBytes));
-    type == typeOf<Inline>() ? writeState<Inline>(edits, core, state, words) : writeState<ProxyGroup>(edits, core, state, words);
+    type == typeOf<Inline>() ? writeState<Inline>(edits, core, state, words)
+                             : writeState<ProxyGroup>(edits, core, state, words);
 }
 
 const std::set<ObjectId>& InlineContents::bearersOf(ObjectId core) const {
@@ -160,12 +183,14 @@ Expected<void> InlineContents::checkPlaces(const Aspect& scene, const ChangeList
         const std::optional<LoadWish> wish = loadWishOf(scene.find(bearer->second));
         if (!wish || wish->state != LoadWords::kLoading) return nobodyWants(bearer->second);
         const ChildList& children = scene.get<Node>(last)->children;
-        if (!children.empty() && !(own.contains(children.front()) && own.contains(children.back()))) return othersCame();
+        if (!children.empty() && !(own.contains(children.front()) && own.contains(children.back())))
+            return othersCame();
     }
     return {};
 }
 
-Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list, bool ofServer, const IdRange& own) const {
+Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list, bool ofServer,
+                                     const IdRange& own) const {
     if (ofServer && own.count > 0)
         if (Expected<void> wanted = checkPlaces(scene, list, own); !wanted) return wanted;
     for (const FieldColumn& column : list.columns) {
@@ -175,8 +200,10 @@ Expected<void> InlineContents::check(const Aspect& scene, const ChangeList& list
             const std::optional<LoadWish> wish = loadWishOf(scene.find(column.ids[row]));
             if (!wish) continue;  // new, or the scene refuses it in words
             if (!ofServer)
-                return fail(ErrorCode::kRefused, fmt::format("#{}: the server alone says the state of an Inline or a ProxyGroup; set its wanted",
-                                                             column.ids[row].value));
+                return fail(
+                    ErrorCode::kRefused,
+                    fmt::format("#{}: the server alone says the state of an Inline or a ProxyGroup; set its wanted",
+                                column.ids[row].value));
             if (!saysState(column) || !states || (*states)[row] != LoadWords::kThere) continue;
             if (wish->state != LoadWords::kLoading) return nobodyWants(column.ids[row]);
             for (const ObjectId bearer : bearersOf(column.ids[row]))
@@ -206,7 +233,8 @@ std::vector<InlineContents::Change> InlineContents::changesBy(const Aspect& scen
     return changes;
 }
 
-std::vector<InlineContents::Consequence> InlineContents::following(const Aspect& scene, const std::vector<Change>& changes) const {
+std::vector<InlineContents::Consequence> InlineContents::following(const Aspect& scene,
+                                                                   const std::vector<Change>& changes) const {
     std::vector<Consequence> all;
     for (const Change& change : changes) {
         const std::optional<LoadWish> wish = loadWishOf(scene.find(change.core));
@@ -221,7 +249,8 @@ std::vector<InlineContents::Consequence> InlineContents::following(const Aspect&
                 tops.insert(tops.end(), children.begin(), children.end());
             }
             list = removalOf(scene, tops);
-        } else if (wish->state == LoadWords::kWaiting || wish->state == LoadWords::kThere || (wish->state == LoadWords::kLoading && !stops)) {
+        } else if (wish->state == LoadWords::kWaiting || wish->state == LoadWords::kThere ||
+                   (wish->state == LoadWords::kLoading && !stops)) {
             continue;
         }
         ChangeListBuilder state;

@@ -14,7 +14,8 @@ namespace {
 /// The node below the root that a node hangs below, or is; none: it hangs nowhere.
 ObjectId topOf(const Aspect& scene, ObjectId node) {
     ObjectId top;
-    for (const Node* at = scene.get<Node>(node); at && at->parent; at = scene.get<Node>(node)) top = std::exchange(node, at->parent);
+    for (const Node* at = scene.get<Node>(node); at && at->parent; at = scene.get<Node>(node))
+        top = std::exchange(node, at->parent);
     return node == kRootNode ? top : ObjectId();
 }
 
@@ -30,7 +31,9 @@ InlineLoading::InlineLoading(const Wall& wall) {
         const auto screen = std::ranges::find(wall.screens, tile.screen, &Screen::name);
         const auto user = std::ranges::find(wall.users, tile.user, &User::name);
         if (screen == wall.screens.end() || user == wall.users.end()) continue;
-        const auto known = [&](const auto& looker) { return looker.first.name == tile.screen && looker.second.name == tile.user; };
+        const auto known = [&](const auto& looker) {
+            return looker.first.name == tile.screen && looker.second.name == tile.user;
+        };
         if (std::ranges::none_of(lookers_, known)) lookers_.emplace_back(*screen, *user);
     }
 }
@@ -50,7 +53,8 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
     for (const auto& [core, problem] : failed_) {
         const std::optional<LoadWish> wish = loadWishOf(scene.find(core));
         // Whoever has changed it meanwhile does not want to know.
-        if (wish && wish->state == LoadWords::kLoading) setLoadState(edits, core, wish->type, LoadWords::kFailed, problem);
+        if (wish && wish->state == LoadWords::kLoading)
+            setLoadState(edits, core, wish->type, LoadWords::kFailed, problem);
     }
     const std::map<ObjectId, std::string> said = std::exchange(failed_, {});
     const std::set<ObjectId>& pending = inlines.pending();
@@ -73,7 +77,8 @@ ChangeList InlineLoading::advance(const Aspect& scene, const InlineContents& inl
         }
         if (judged.problem.empty() && (full.contains(judged.top) || isFull(scene, inlines, judged.top))) {
             full.insert(judged.top);
-            judged.problem = fmt::format("{} Inlines below '{}' have content already, and no more may", kMostBrought, scene.get<Node>(judged.top)->name);
+            judged.problem = fmt::format("{} Inlines below '{}' have content already, and no more may", kMostBrought,
+                                         scene.get<Node>(judged.top)->name);
         }
         if (!judged.problem.empty()) {
             setLoadState(edits, last_, wish.type, LoadWords::kFailed, judged.problem);
@@ -112,7 +117,8 @@ bool InlineLoading::isFull(const Aspect& scene, const InlineContents& inlines, O
     return known->second.size() >= kMostBrought;
 }
 
-InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineContents& inlines, ObjectId core, const std::vector<Vec3d>& heads) const {
+InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineContents& inlines, ObjectId core,
+                                           const std::vector<Vec3d>& heads) const {
     Judged judged;
     const LoadWish wish = *loadWishOf(scene.find(core));
     const std::set<ObjectId>& bearers = inlines.bearersOf(core);
@@ -124,7 +130,8 @@ InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineCont
         judged.top = top;
         top = node->parent;
         const Node& above = *scene.get<Node>(top);
-        if (const std::optional<LoadWish> outer = above.core ? loadWishOf(scene.find(above.core)) : std::nullopt) chain.emplace_back(outer->file);
+        if (const std::optional<LoadWish> outer = above.core ? loadWishOf(scene.find(above.core)) : std::nullopt)
+            chain.emplace_back(outer->file);
     }
     if (top != kRootNode) return judged;
     judged.wanted = wish.wanted || wish.load == LoadWords::kAtOnce;
@@ -134,7 +141,8 @@ InlineLoading::Judged InlineLoading::judge(const Aspect& scene, const InlineCont
         for (const Vec3d& head : heads) {
             // Where no inverse is, nothing is near.
             const Vec3d there = node_T_world * head;
-            const Vec3d nearest = wish.box.empty() ? Vec3d(Vec3d::Zero()) : Vec3d(there.cwiseMax(wish.box.lower).cwiseMin(wish.box.upper));
+            const Vec3d nearest = wish.box.empty() ? Vec3d(Vec3d::Zero())
+                                                   : Vec3d(there.cwiseMax(wish.box.lower).cwiseMin(wish.box.upper));
             judged.wanted = judged.wanted || (world_T_node * nearest - head).norm() <= wish.distance;
         }
     }

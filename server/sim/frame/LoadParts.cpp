@@ -80,8 +80,9 @@ std::uint64_t lastReferred(const FieldColumn& column, std::size_t row, std::uint
 /// Objects of a type that move by themselves unless a field says otherwise.
 struct Held {
     ObjectType type;
-    std::optional<std::uint16_t> column;  ///< where the list says so, now of none that it creates: they are told to stand with their creation
-    FieldColumn go;                       ///< what sets those going that are to play
+    std::optional<std::uint16_t>
+        column;  ///< where the list says so, now of none that it creates: they are told to stand with their creation
+    FieldColumn go;  ///< what sets those going that are to play
 };
 
 Held holdPlaying(ChangeList& list, ObjectType type, FieldId field) {
@@ -112,12 +113,14 @@ Held holdPlaying(ChangeList& list, ObjectType type, FieldId field) {
 
 /// Bodies that would fall before they stand on anything have no mass; what gives it to them is returned.
 FieldColumn holdMasses(ChangeList& list) {
-    FieldColumn go = FieldColumn::ofShape(typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, FieldKind::kDouble, 1);
+    FieldColumn go =
+        FieldColumn::ofShape(typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, FieldKind::kDouble, 1);
     for (FieldColumn& column : list.columns) {
         auto* masses = std::get_if<std::vector<double>>(&column.values);
         if (column.type != go.type || column.field != go.field || !masses || column.width != 1) continue;
         for (std::size_t row = 0; row < std::min(column.ids.size(), masses->size()); ++row)
-            if (placeOf(column.ids[row]) < list.creations.size() && (*masses)[row] != 0) go.append(column.ids[row], toValue(std::exchange((*masses)[row], 0.0)));
+            if (placeOf(column.ids[row]) < list.creations.size() && (*masses)[row] != 0)
+                go.append(column.ids[row], toValue(std::exchange((*masses)[row], 0.0)));
     }
     return go;
 }
@@ -138,9 +141,12 @@ public:
         for (const std::vector<std::uint32_t>& rows : appearing_)
             for (const std::uint32_t row : rows) appears_[row] = true;
         for (Held& held : held_) {
-            const auto said = [&](const FieldColumn& column) { return column.type == held.go.type && column.field == held.go.field; };
+            const auto said = [&](const FieldColumn& column) {
+                return column.type == held.go.type && column.field == held.go.field;
+            };
             const auto at = std::ranges::find_if(list_.columns, said);
-            if (at != list_.columns.end() && at->kind() == FieldKind::kBool) held.column = static_cast<std::uint16_t>(at - list_.columns.begin());
+            if (at != list_.columns.end() && at->kind() == FieldKind::kBool)
+                held.column = static_cast<std::uint16_t>(at - list_.columns.begin());
             go_.push_back(std::move(held.go));
         }
         if (appearing_.size() > 1) go_.push_back(holdMasses(list_));
@@ -174,8 +180,8 @@ private:
         visit(placedBelow, [&](std::uint64_t when, Change change) { stream_[starts[when]++] = change; });
     }
 
-    /// `found` is given each change that can be made before the end, with the place of the last object that it speaks of.
-    /// `placedBelow`: of each node, when its newest child was placed; children keep their order.
+    /// `found` is given each change that can be made before the end, with the place of the last object that it speaks
+    /// of. `placedBelow`: of each node, when its newest child was placed; children keep their order.
     template <typename Found>
     void visit(std::vector<std::uint32_t>& placedBelow, Found&& found) {
         for (std::uint32_t row = 0; row < count_; ++row) found(row, Change{row, kCreation});
@@ -201,7 +207,8 @@ private:
     void take(const Change& change) {
         std::size_t changes = 1, bytes = 24;
         if (change.what < kPlacement) bytes = bytesOf(list_.columns[change.what], change.row);
-        const std::optional<std::uint16_t> still = change.what == kCreation ? heldIn(list_.creations[change.row].type) : std::nullopt;
+        const std::optional<std::uint16_t> still =
+            change.what == kCreation ? heldIn(list_.creations[change.row].type) : std::nullopt;
         if (still) ++changes, bytes += 16;
         if (changes_ > 0 && (changes_ + changes > limits_.changes || bytes_ + bytes > limits_.bytes)) close();
         changes_ += changes;

@@ -21,7 +21,8 @@ void Motions::update(const Aspect& scene, const ChangeList* list) {
     for (const Creation& creation : list->creations)
         if (creation.type == typeOf<Motion>()) look(scene, creation.id, false);  // fresh ones have no keys
     for (const FieldColumn& column : list->columns) {
-        if (column.type != typeOf<Motion>() || column.field == fieldId<&Motion::time> || column.field == fieldId<&Motion::mode>)
+        if (column.type != typeOf<Motion>() || column.field == fieldId<&Motion::time> ||
+            column.field == fieldId<&Motion::mode>)
             continue;
         for (const ObjectId id : column.ids) look(scene, id, column.field == fieldId<&Motion::keys>);
     }

@@ -12,7 +12,8 @@ namespace tessera {
 
 bool isPoseField(const FieldColumn& column) {
     return column.type == typeOf<Transform>() &&
-           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> || column.field == fieldId<&Transform::scale>);
+           (column.field == fieldId<&Transform::translation> || column.field == fieldId<&Transform::rotation> ||
+            column.field == fieldId<&Transform::scale>);
 }
 
 Pose poseOf(const Transform& t) {
@@ -28,8 +29,10 @@ void setPart(Pose& pose, const FieldColumn& column, std::size_t row) {
 
 void addPose(ChangeListBuilder& builder, ObjectId id, const Pose& from, const Pose& to) {
     const ObjectType type = typeOf<Transform>();
-    if (to.translation != from.translation) builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
-    if (to.rotation.coeffs() != from.rotation.coeffs()) builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
+    if (to.translation != from.translation)
+        builder.set(id, type, fieldId<&Transform::translation>, toValue(to.translation));
+    if (to.rotation.coeffs() != from.rotation.coeffs())
+        builder.set(id, type, fieldId<&Transform::rotation>, toValue(to.rotation));
     if (to.scale != from.scale) builder.set(id, type, fieldId<&Transform::scale>, toValue(to.scale));
 }
 
@@ -76,7 +79,9 @@ bool saysNothing(const Aspect& scene, const ChangeList& inverse) {
     for (const FieldColumn& column : inverse.columns)
         for (std::size_t row = 0; row < column.ids.size(); ++row)
             if (!isSo(column.ids[row], column.type, column.field, column.value(row))) return false;
-    return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) { return isSo(range.object, range.type, range.field, range.result); });
+    return std::ranges::all_of(inverse.ranges, [&](const RangeEdit& range) {
+        return isSo(range.object, range.type, range.field, range.result);
+    });
 }
 
 }  // namespace tessera

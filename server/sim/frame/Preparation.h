@@ -36,8 +36,9 @@ struct Preparation {
     };
     std::optional<Content> content = {};
     std::optional<CloneOptions> copy = {};  ///< none: a file is read
-    std::uint64_t file = 0;                      ///< that is taken in again, as its book calls it; 0: it is read for the first time
-    std::shared_ptr<const HeldFile> former = {};  ///< of such: what it held; null: it is to be found in the scene by its names
+    std::uint64_t file = 0;  ///< that is taken in again, as its book calls it; 0: it is read for the first time
+    std::shared_ptr<const HeldFile> former =
+        {};  ///< of such: what it held; null: it is to be found in the scene by its names
     std::shared_ptr<const WatchedFiles> watched = {};  ///< of such: these must stay as they are while it is read
 
     std::optional<Error> refused = {};    ///< why there is nothing
@@ -49,7 +50,8 @@ struct Preparation {
     std::uint64_t triangles = 0;          ///< of a file, as drawn
     std::vector<std::string> notes = {};  ///< of the importer, for a person
     std::shared_ptr<const WatchedFiles> files = {};  ///< that it was read from, or that were looked for
-    std::shared_ptr<HeldFile> held = {};  ///< of a file that is read for the first time; null: it cannot be taken in again
+    std::shared_ptr<HeldFile> held =
+        {};  ///< of a file that is read for the first time; null: it cannot be taken in again
     std::shared_ptr<FileChange> change = {};  ///< of one that is taken in again
 };
 

@@ -153,9 +153,7 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     // What the server says itself nobody takes back.
     if (edit.undoable && sound) sound = checkServersFields(scene(), edit.list);
     if (edit.undoable && sound) sound = serversNodes_.check(scene(), edit.list);
-    if (sound)
-        sound =
-            actors_.receive(scene(), edit.list, {.from = fromOf(edit)});
+    if (sound) sound = actors_.receive(scene(), edit.list, {.from = fromOf(edit)});
     if (sound) sound = setTexts(edit.list, scene(), typesetter_, textNotes_);
     if (!sound) return refused(std::move(sound.error()));
     ChangeList list = std::move(edit.list);
@@ -178,7 +176,8 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
     if (edit.undoable) step.overlaps = pipeline_.overlaps(scene(), moved);
     if (!list.empty()) {
         ServersHand hand = this->hand();
-        const std::vector<Actor::Afterwards> afterwards = actors_.before(hand, list, edit.ofFile ? Actor::ListOf::kStep : Actor::ListOf::kEdit);
+        const std::vector<Actor::Afterwards> afterwards =
+            actors_.before(hand, list, edit.ofFile ? Actor::ListOf::kStep : Actor::ListOf::kEdit);
         Expected<Committer::Applied> applied =
             committer_.apply(std::move(list), edit.undoable ? Committer::Inverse::kMade : Committer::Inverse::kNone);
         if (!applied) return refused(std::move(applied.error()));
@@ -207,13 +206,11 @@ EditOutcome Simulation::applyPart(Edit edit) {
         outcome.result = tl::unexpected(std::move(begun.error()));
         return outcome;
     }
-    Expected<void> wanted =
-        actors_.receive(scene(), edit.list,
-                        {.from = fromOf(edit),
-                         .own = arriving_->ids});
+    Expected<void> wanted = actors_.receive(scene(), edit.list, {.from = fromOf(edit), .own = arriving_->ids});
     if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =
-        wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count, Committer::Inverse::kMade)
+        wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count,
+                                          Committer::Inverse::kMade)
                : tl::unexpected(wanted.error());
     if (!applied) {
         outcome.result = tl::unexpected(applied.error());
@@ -223,7 +220,9 @@ EditOutcome Simulation::applyPart(Edit edit) {
     }
     history_.partArrived(std::move(applied->inverse), arriving_->ids);
     sceneChanged(applied->list.get());
-    const auto brings = [&](const Placement& placement) { return placement.parent && !arriving_->ids.contains(placement.parent); };
+    const auto brings = [&](const Placement& placement) {
+        return placement.parent && !arriving_->ids.contains(placement.parent);
+    };
     arriving_->seen = arriving_->seen || std::ranges::any_of(applied->list->placements, brings);
     if (edit.kind == Edit::Kind::kPart) return outcome;
     outcome.result->ids = {{ObjectId(kFirstPlaceholder), ObjectId(arriving_->ids.first)}};
@@ -241,8 +240,8 @@ Expected<void> Simulation::beginParts(const Edit& edit) {
     if (edit.objects > maxObjects_ - present)
         return fail(ErrorCode::kLimit, fmt::format("the scene would hold {} + {} objects, more than its limit of {}",
                                                    scene().objectCount(), edit.objects, maxObjects_));
-    arriving_ = Arriving{
-        .ticket = edit.ticket, .ids = {.first = committer_.reserveIds(edit.objects).value, .count = edit.objects}};
+    arriving_ = Arriving{.ticket = edit.ticket,
+                         .ids = {.first = committer_.reserveIds(edit.objects).value, .count = edit.objects}};
     return {};
 }
 
@@ -348,7 +347,8 @@ void Simulation::commitPoses(Wishes& wishes, const StepResult& step) {
         const CollisionObject* now = scene().get<CollisionObject>(body.core);
         if (!now) continue;
         const ObjectType type = typeOf<CollisionObject>();
-        if (now->velocity != body.velocity) builder.set(body.core, type, fieldId<&CollisionObject::velocity>, toValue(body.velocity));
+        if (now->velocity != body.velocity)
+            builder.set(body.core, type, fieldId<&CollisionObject::velocity>, toValue(body.velocity));
         if (now->spin != body.spin) builder.set(body.core, type, fieldId<&CollisionObject::spin>, toValue(body.spin));
     }
     WishOutcome outcome;

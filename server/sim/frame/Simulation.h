@@ -146,15 +146,16 @@ private:
 
     [[nodiscard]] EditOutcome applyEdit(Edit edit, std::size_t index, Wishes& wishes);
     [[nodiscard]] EditOutcome applyStep(const Edit& edit, Wishes& wishes);
-    [[nodiscard]] tl::unexpected<Error> standsThere(Edit::Kind kind, const Overlaps::value_type& pair, std::span<const ObjectId> moved) const;
+    [[nodiscard]] tl::unexpected<Error> standsThere(Edit::Kind kind, const Overlaps::value_type& pair,
+                                                    std::span<const ObjectId> moved) const;
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
     /// Makes each edit so far a step of the history, by the remainder that collisions have left. An edit of which
     /// nothing has remained is no step. A Transform that several edits of a frame move belongs to the last one. If
     /// their ways add up and it got all the way, each edit has its own way.
     void closeSteps(const Wishes& wishes);
-    [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later,
-                               Overlaps& overlaps);
+    [[nodiscard]] bool mayJoin(const Gesture& gesture, const ChangeList& inverse,
+                               std::span<const CollisionPipeline::PosedTransforms> later, Overlaps& overlaps);
     void addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back);
     /// The list that leads back from an edit, from where its Transforms stand now.
     [[nodiscard]] ChangeList closed(OpenStep step, const Wishes& wishes) const;
@@ -212,11 +213,11 @@ private:
     ById<Pose> wanted_;                ///< of one edit
     std::optional<Arriving> arriving_;
     std::optional<EditOutcome> awaited_;  ///< of the step under way, where somebody waits for it
-    std::unique_ptr<Workers> workers_;  ///< null: one thread
+    std::unique_ptr<Workers> workers_;    ///< null: one thread
     CollisionPipeline pipeline_;
     ServersNodes serversNodes_;
     Typesetter typesetter_;
-    std::vector<std::string> textNotes_;  ///< of this frame
+    std::vector<std::string> textNotes_;                                 ///< of this frame
     std::unique_ptr<StepActors> step_ = std::make_unique<StepActors>();  ///< rows look at them
     ActorTable actors_;
 };

@@ -35,8 +35,10 @@ ChangeListPtr ofWhatIsThere(const Aspect& scene, const ChangeList& part) {
     for (const Creation& creation : part.creations) made.insert(creation.id);
     const auto gone = [&](ObjectId id) { return !scene.find(id) && !made.contains(id); };
     const auto leadsAway = [&](const Placement& placement) { return !placement.parent && gone(placement.node); };
-    const bool whole = std::ranges::none_of(part.destructions, gone) && std::ranges::none_of(part.placements, leadsAway) &&
-                       std::ranges::none_of(part.columns, [&](const FieldColumn& column) { return std::ranges::any_of(column.ids, gone); });
+    const bool whole =
+        std::ranges::none_of(part.destructions, gone) && std::ranges::none_of(part.placements, leadsAway) &&
+        std::ranges::none_of(part.columns,
+                             [&](const FieldColumn& column) { return std::ranges::any_of(column.ids, gone); });
     if (whole) return nullptr;
     auto rest = std::make_shared<ChangeList>(part);
     std::erase_if(rest->placements, leadsAway);
@@ -76,7 +78,8 @@ void takePoses(const Aspect& scene, const ChangeList& list, ById<Pose>& poses) {
 
 /// The first pair that touches now and did not then, or nothing. Nodes that `step` brings back do not count. They are
 /// where they were, and while they were gone nobody could say what touched them.
-std::optional<Overlaps::value_type> newOverlap(const Aspect& scene, const Overlaps& now, const Overlaps& then, const ChangeList& step) {
+std::optional<Overlaps::value_type> newOverlap(const Aspect& scene, const Overlaps& now, const Overlaps& then,
+                                               const ChangeList& step) {
     if (std::ranges::binary_search(then, kAllOverlap)) return std::nullopt;
     std::unordered_set<ObjectId> made;
     for (const Creation& creation : step.creations) made.insert(creation.id);
@@ -120,7 +123,8 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     const bool undo = edit.kind == Edit::Kind::kUndo;
     // How far an edit of this frame gets is not known yet, nor what its step is.
     if (std::ranges::any_of(openSteps_, [](const OpenStep& step) { return !step.moves.empty(); })) {
-        outcome.result = fail(ErrorCode::kRefused, "something is being moved in this very frame; try again in the next one");
+        outcome.result =
+            fail(ErrorCode::kRefused, "something is being moved in this very frame; try again in the next one");
         return outcome;
     }
     closeSteps(wishes);
@@ -160,7 +164,8 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     }
     pipeline_.sceneChanged(scene(), applied->list.get());
     if (!moved.empty())
-        if (const auto blocked = newOverlap(scene(), pipeline_.overlaps(scene(), moved, CollisionPipeline::Deforming::kLeftOut), then, *list)) {
+        if (const auto blocked = newOverlap(
+                scene(), pipeline_.overlaps(scene(), moved, CollisionPipeline::Deforming::kLeftOut), then, *list)) {
             outcome.result = standsThere(edit.kind, *blocked, moved);
             committer_.takeBack(*applied);
             pipeline_.sceneChanged(scene(), &applied->inverse);
@@ -180,12 +185,15 @@ EditOutcome Simulation::applyStep(const Edit& edit, Wishes& wishes) {
     return outcome;
 }
 
-tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::value_type& pair, std::span<const ObjectId> moved) const {
+tl::unexpected<Error> Simulation::standsThere(Edit::Kind kind, const Overlaps::value_type& pair,
+                                              std::span<const ObjectId> moved) const {
     const bool firstMoves = isCarried(scene(), pair.first, moved);
     const ObjectId mine = firstMoves ? pair.first : pair.second, other = firstMoves ? pair.second : pair.first;
-    return fail(ErrorCode::kRefused,
-                fmt::format("{} stands where {} {}; nothing has moved, and the step can be {} once that place is free", pathOf(scene(), other),
-                            pathOf(scene(), mine), kind == Edit::Kind::kUndo ? "was" : "would be", kind == Edit::Kind::kUndo ? "undone" : "redone"));
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("{} stands where {} {}; nothing has moved, and the step can be {} once that place is free",
+                    pathOf(scene(), other), pathOf(scene(), mine), kind == Edit::Kind::kUndo ? "was" : "would be",
+                    kind == Edit::Kind::kUndo ? "undone" : "redone"));
 }
 
 /// The way that an edit has moved a Transform. Of several edits of a frame the last one's wish counts. Edits whose ways
@@ -251,7 +259,8 @@ void Simulation::closeSteps(const Wishes& wishes) {
 /// thing that the drag has moved must not touch anything new where they lead. Adds to `overlaps` the pairs that touch
 /// where the drag's step leads. `later`: the poses that steps of this frame lead to, which are taken back before all
 /// others.
-bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std::span<const CollisionPipeline::PosedTransforms> later, Overlaps& overlaps) {
+bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse,
+                         std::span<const CollisionPipeline::PosedTransforms> later, Overlaps& overlaps) {
     const std::vector<EditHistory::Above> above = history_.stepsAbove(gesture, inverse);
     if (above.empty()) return true;
     std::vector<CollisionPipeline::PosedTransforms> back(later.begin(), later.end());
@@ -273,14 +282,15 @@ bool Simulation::mayJoin(const Gesture& gesture, const ChangeList& inverse, std:
 
 /// Steps of a frame are taken back one by one, the newest first. In between, things stand together as they never stood
 /// in any frame. Adds to each step the pairs that touch then.
-void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps, std::span<const CollisionPipeline::PosedTransforms> back) {
+void Simulation::addOverlapsAmong(std::vector<OpenStep>& steps,
+                                  std::span<const CollisionPipeline::PosedTransforms> back) {
     if (std::ranges::count_if(back, [](const auto& poses) { return !poses.empty(); }) < 2) return;
     std::set<ObjectId> moved;
     bool twice = false;
     for (const CollisionPipeline::PosedTransforms& poses : back)
         for (const auto& [id, pose] : poses) twice = !moved.insert(id).second || twice;
-    const std::vector<Overlaps> after =
-        pipeline_.overlapsAfter(scene(), back, twice ? CollisionPipeline::Against::kEverything : CollisionPipeline::Against::kThemselves);
+    const std::vector<Overlaps> after = pipeline_.overlapsAfter(
+        scene(), back, twice ? CollisionPipeline::Against::kEverything : CollisionPipeline::Against::kThemselves);
     for (std::size_t i = 0; i < steps.size(); ++i) {
         OpenStep& step = steps[steps.size() - 1 - i];
         step.overlaps = both(step.overlaps, after[i]);
@@ -318,7 +328,8 @@ std::optional<EditOutcome> Simulation::goOn() {
 bool Simulation::hidesMore() const {
     const ChangeListPtr next = history_.nextPart();
     if (!next) return false;
-    const auto placed = std::ranges::find_if(next->placements, [&](const Placement& placement) { return scene().get<Node>(placement.node) != nullptr; });
+    const auto placed = std::ranges::find_if(
+        next->placements, [&](const Placement& placement) { return scene().get<Node>(placement.node) != nullptr; });
     if (placed == next->placements.end()) return false;
     ObjectId top = placed->node;
     while (const ObjectId above = scene().get<Node>(top)->parent) top = above;

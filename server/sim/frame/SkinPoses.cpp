@@ -33,7 +33,8 @@ bool standsInWorld(const Aspect& scene, ObjectId node) {
 }
 
 /// holder_T_node, or world_T_node where there is no holder.
-Affine3d placeBelow(const Aspect& scene, ObjectId holder, ObjectId node, std::unordered_map<ObjectId, Affine3d>& known) {
+Affine3d placeBelow(const Aspect& scene, ObjectId holder, ObjectId node,
+                    std::unordered_map<ObjectId, Affine3d>& known) {
     std::vector<ObjectId> way;
     Affine3d place = Affine3d::Identity();
     for (ObjectId id = node; id && id != holder; id = scene.get<Node>(id)->parent) {
@@ -91,11 +92,13 @@ void SkinPoses::update(const Aspect& scene, const ChangeList* list) {
         if (creation.type == typeOf<Skin>()) known_[creation.id], changed.insert(creation.id);
     if (known_.empty()) return;
     const auto changesWatchers = [&](ObjectId id) {
-        if (const auto found = watchers_.find(id); found != watchers_.end()) changed.insert(found->second.begin(), found->second.end());
+        if (const auto found = watchers_.find(id); found != watchers_.end())
+            changed.insert(found->second.begin(), found->second.end());
     };
     for (const Placement& placement : list->placements) changesWatchers(placement.node);
     for (const FieldColumn& column : list->columns) {
-        if (column.type == typeOf<Skin>() && (column.field == fieldId<&Skin::joints> || column.field == fieldId<&Skin::inverseBinds>))
+        if (column.type == typeOf<Skin>() &&
+            (column.field == fieldId<&Skin::joints> || column.field == fieldId<&Skin::inverseBinds>))
             changed.insert(column.ids.begin(), column.ids.end());
         if (column.type == typeOf<Node>() && column.field == fieldId<&Node::core>) {
             for (const ObjectId id : column.ids) {
@@ -108,7 +111,8 @@ void SkinPoses::update(const Aspect& scene, const ChangeList* list) {
             }
         } else if (effectsOf(column) & Effect::kPose) {
             for (const ObjectId id : column.ids)
-                if (const auto found = watchers_.find(id); found != watchers_.end()) stale_.insert(found->second.begin(), found->second.end());
+                if (const auto found = watchers_.find(id); found != watchers_.end())
+                    stale_.insert(found->second.begin(), found->second.end());
         }
     }
     for (const RangeEdit& range : list->ranges)
@@ -125,7 +129,8 @@ void SkinPoses::look(const Aspect& scene, ObjectId id) {
     Known& known = known_.at(id);
     unwatch(id, known);
     const Skin* skin = scene.get<Skin>(id);
-    std::erase_if(known.bearers, [&](ObjectId node) { return !scene.get<Node>(node) || scene.get<Node>(node)->core != id; });
+    std::erase_if(known.bearers,
+                  [&](ObjectId node) { return !scene.get<Node>(node) || scene.get<Node>(node)->core != id; });
     if (!skin || skin->joints.empty() || known.bearers.empty()) {
         stale_.erase(id);
         return;
@@ -146,7 +151,8 @@ void SkinPoses::look(const Aspect& scene, ObjectId id) {
             break;
         }
     for (const auto& [node, count] : passed)
-        if ((count < nodes.size() || std::ranges::find(nodes, node) != nodes.end()) && standsInWorld(scene, node)) inWorld = true;
+        if ((count < nodes.size() || std::ranges::find(nodes, node) != nodes.end()) && standsInWorld(scene, node))
+            inWorld = true;
     if (inWorld) known.holder = {};
     for (const auto& [node, count] : passed) {
         const bool above = count == nodes.size() && known.holder && std::ranges::find(nodes, node) == nodes.end();
@@ -195,7 +201,9 @@ void SkinPoses::write(const Aspect& scene, ChangeListBuilder& builder, std::vect
         }
         if (!sound) {
             if (!std::exchange(known.complained, true))
-                remarks.push_back(fmt::format("skin #{} stays as it was: its node or a joint is scaled to nothing or out of this world", id.value));
+                remarks.push_back(fmt::format(
+                    "skin #{} stays as it was: its node or a joint is scaled to nothing or out of this world",
+                    id.value));
             continue;
         }
         known.complained = false;
@@ -204,7 +212,11 @@ void SkinPoses::write(const Aspect& scene, ChangeListBuilder& builder, std::vect
             builder.set(id, typeOf<Skin>(), fieldId<&Skin::pose>, Blob::of(std::span<const float>(pose)));
             continue;
         }
-        const auto differs = [&](std::size_t joint) { return !std::equal(pose.begin() + static_cast<std::ptrdiff_t>(12 * joint), pose.begin() + static_cast<std::ptrdiff_t>(12 * joint + 12), now.begin() + static_cast<std::ptrdiff_t>(12 * joint)); };
+        const auto differs = [&](std::size_t joint) {
+            return !std::equal(pose.begin() + static_cast<std::ptrdiff_t>(12 * joint),
+                               pose.begin() + static_cast<std::ptrdiff_t>(12 * joint + 12),
+                               now.begin() + static_cast<std::ptrdiff_t>(12 * joint));
+        };
         for (std::size_t first = 0; first < skin.joints.size();) {
             if (!differs(first)) {
                 ++first;
@@ -214,7 +226,8 @@ void SkinPoses::write(const Aspect& scene, ChangeListBuilder& builder, std::vect
             std::size_t end = first + 1;
             for (std::size_t next = end; next < skin.joints.size() && next < end + 3; ++next)
                 if (differs(next)) end = next + 1;
-            builder.setRange(id, typeOf<Skin>(), fieldId<&Skin::pose>, first * sizeof(JointPose), Blob::of(std::span<const float>(pose).subspan(12 * first, 12 * (end - first))));
+            builder.setRange(id, typeOf<Skin>(), fieldId<&Skin::pose>, first * sizeof(JointPose),
+                             Blob::of(std::span<const float>(pose).subspan(12 * first, 12 * (end - first))));
             first = end;
         }
     }

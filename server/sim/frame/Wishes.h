@@ -18,8 +18,8 @@ struct Wish {
     bool whole = false;
 };
 
-/// The wishes of one frame for Transforms, and the ways of its edits: of a Transform they lead there one after the other.
-/// Both keep their room for the next frame.
+/// The wishes of one frame for Transforms, and the ways of its edits: of a Transform they lead there one after the
+/// other. Both keep their room for the next frame.
 class Wishes : public ById<Wish> {
 public:
     struct Way {

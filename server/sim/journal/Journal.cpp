@@ -40,11 +40,17 @@ std::string listed(const std::vector<std::string>& scenes) {
     return text.empty() ? "no --scene" : text.substr(1);
 }
 
-/// What nobody has seen yet. How much a killed server has sent and not written nobody knows; journals of older versions do not say either.
+/// What nobody has seen yet. How much a killed server has sent and not written nobody knows; journals of older versions
+/// do not say either.
 journal::Numbers nextNumbers(const JournalState& state, const JournalLimits& limits) {
     const std::uint64_t id = state.scene.nextFreeId(), list = state.sequence.value;
-    if (state.numbers) return {.nextId = std::max(id, state.numbers->nextId), .lastList = {}, .behind = std::max(state.sequence, state.numbers->lastList)};
-    return {.nextId = state.begun ? id + limits.idsAhead : id, .lastList = {}, .behind = Sequence(state.begun ? list + limits.listsAhead : list)};
+    if (state.numbers)
+        return {.nextId = std::max(id, state.numbers->nextId),
+                .lastList = {},
+                .behind = std::max(state.sequence, state.numbers->lastList)};
+    return {.nextId = state.begun ? id + limits.idsAhead : id,
+            .lastList = {},
+            .behind = Sequence(state.begun ? list + limits.listsAhead : list)};
 }
 
 }  // namespace
@@ -68,31 +74,32 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
         return options.scenes.empty() || (!state.scenes.empty() && state.scenes.back() == options.scenes.back());
     };
     if (state.begun && !same())
-        return fail(ErrorCode::kUsage,
-                    fmt::format("--journal {}: it goes on from a wall that began with {}; this command says {}. Say the "
-                                "same, or nothing of scenes and how they stand, or name another folder",
-                                options.folder, listed(state.scenes), listed(options.scenes)));
+        return fail(
+            ErrorCode::kUsage,
+            fmt::format("--journal {}: it goes on from a wall that began with {}; this command says {}. Say the "
+                        "same, or nothing of scenes and how they stand, or name another folder",
+                        options.folder, listed(state.scenes), listed(options.scenes)));
     // How nothing stands is not to be told.
     if (!state.begun && !saysScenes) options.scenes.clear();
     if (state.begun) options.scenes = state.scenes;
 
-    // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to sync is
-    // synced before another log stands on it.
+    // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to
+    // sync is synced before another log stands on it.
     std::uint64_t last = files->lastLog();
     if (story->hollow && last > 0)
         log.warning(fmt::format("{}: not even its opening is whole (the server was killed): begun anew",
                                 folder->logPath(last)));
     else if (story->tornBytes > 0)
-        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off", folder->logPath(last),
-                                story->tornBytes));
+        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off",
+                                folder->logPath(last), story->tornBytes));
     if (story->hollow && last > 0)
         --last;  // its number is given again: were it missing, something would seem to be lost
     else if (last > 0)
-        if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed) return tl::unexpected(sealed.error());
+        if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed)
+            return tl::unexpected(sealed.error());
     for (const std::string& old : files->unfinished) folder->remove(old);
 
-    std::unique_ptr<Journal> journal(
-        new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
+    std::unique_ptr<Journal> journal(new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
     journal->epoch_ = nextEpoch(state.epoch, std::chrono::system_clock::now());
     journal->writtenEpoch_ = journal->epoch_;
     journal->sequence_ = state.sequence;
@@ -108,14 +115,16 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
                        .lastList = Sequence(numbers.behind.value + journal->limits_.listsAhead),
                        .behind = numbers.behind};
     Expected<JournalFile> file = journal->folder_.beginLog(
-        journal->openingOf(last + 1), std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
+        journal->openingOf(last + 1),
+        std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
     journal->sequence_ = numbers.behind;
     // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
     for (const std::string& old : files->leftOver) journal->folder_.remove(old);
     journal->thread_ = std::thread([self = journal.get()] { self->run(); });
-    return Opened{.journal = std::move(journal), .state = std::move(state), .nextId = numbers.nextId, .behind = numbers.behind};
+    return Opened{
+        .journal = std::move(journal), .state = std::move(state), .nextId = numbers.nextId, .behind = numbers.behind};
 }
 
 Journal::Journal(JournalOptions options, JournalFolder folder, Log& log, std::function<void()> onProgress)
@@ -186,7 +195,8 @@ void Journal::takeNumbers(const CommittedFrame& frame) {
     std::uint64_t nextId = 0;
     if (frame.list)
         for (const Creation& creation : frame.list->creations) nextId = std::max(nextId, creation.id.value + 1);
-    const bool few = nextId + limits_.idsAhead / 2 > taken_.nextId || taken_.behind.value + limits_.listsAhead / 2 > taken_.lastList.value;
+    const bool few = nextId + limits_.idsAhead / 2 > taken_.nextId ||
+                     taken_.behind.value + limits_.listsAhead / 2 > taken_.lastList.value;
     if (!few) return;
     taken_.nextId = std::max(taken_.nextId, nextId) + limits_.idsAhead;
     taken_.lastList = Sequence(taken_.behind.value + limits_.listsAhead);
@@ -261,8 +271,9 @@ void Journal::write(const Item& item) {
         if (error < 0) return end("an array that a list names is not here");
         failed(error);
         if (closing_ && Clock::now() > giveUp) return end(std::strerror(error));
-        std::this_thread::sleep_for(closing_ ? std::min<std::chrono::milliseconds>(limits_.retryEvery, std::chrono::milliseconds(100))
-                                             : limits_.retryEvery);
+        std::this_thread::sleep_for(
+            closing_ ? std::min<std::chrono::milliseconds>(limits_.retryEvery, std::chrono::milliseconds(100))
+                     : limits_.retryEvery);
     }
     endWhereItWasTakenAway();
     if (ended_) return;
@@ -302,7 +313,8 @@ void Journal::syncIfDue(bool now) {
 
 void Journal::endWhereASyncFailed() {
     // Nobody knows what the disk has.
-    if (const int error = folder_.disk().failedSync()) end(fmt::format("the disk could not be made to keep it: {}", std::strerror(error)));
+    if (const int error = folder_.disk().failedSync())
+        end(fmt::format("the disk could not be made to keep it: {}", std::strerror(error)));
 }
 
 /// What goes into a file that has no name any more fails nowhere, and is lost.
@@ -359,7 +371,8 @@ void Journal::rotateIfLong() {
     Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1));
     endWhereASyncFailed();
     if (!next) {  // the old one goes on
-        if (!ended_ && !std::exchange(saidThatItGrows_, true)) log_.warning(fmt::format("the journal goes on and grows: {}", next.error().message));
+        if (!ended_ && !std::exchange(saidThatItGrows_, true))
+            log_.warning(fmt::format("the journal goes on and grows: {}", next.error().message));
         return;
     }
     saidThatItGrows_ = false;

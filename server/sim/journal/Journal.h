@@ -26,13 +26,13 @@ struct JournalOptions {
     std::shared_ptr<FileSystem> calls = std::make_shared<FileSystem>();
 };
 
-/// The frame thread hands over and never waits; a thread of the journal's own writes a record at a time, so that what is written
-/// survives a killed server, and sees to it that the disk has it every JournalLimits::syncEvery. Once the logs are long enough,
-/// another thread reads them and makes a snapshot of them; the frame thread's scene is not asked.
+/// The frame thread hands over and never waits; a thread of the journal's own writes a record at a time, so that what
+/// is written survives a killed server, and sees to it that the disk has it every JournalLimits::syncEvery. Once the
+/// logs are long enough, another thread reads them and makes a snapshot of them; the frame thread's scene is not asked.
 ///
-/// **What fails.** Where a record cannot be written (a full disk), it is tried again until it can; meanwhile records wait in memory.
-/// `trouble` says so. Where too much waits, or a sync fails, whatever was to be synced, the journal has *ended*: nothing more is
-/// written, and what is written until then can be gone on from.
+/// **What fails.** Where a record cannot be written (a full disk), it is tried again until it can; meanwhile records
+/// wait in memory. `trouble` says so. Where too much waits, or a sync fails, whatever was to be synced, the journal has
+/// *ended*: nothing more is written, and what is written until then can be gone on from.
 ///
 /// All members are for the frame thread, but for the callback.
 class Journal {
@@ -44,9 +44,9 @@ public:
         std::uint64_t nextId = 0;
         Sequence behind;
     };
-    /// Reads what the folder has, cuts off what a killed server has not finished, and begins a new log. Arrays are in `arrays` for
-    /// as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen` asks for is so. Refused:
-    /// another server has it; another --scene; damage.
+    /// Reads what the folder has, cuts off what a killed server has not finished, and begins a new log. Arrays are in
+    /// `arrays` for as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen`
+    /// asks for is so. Refused: another server has it; another --scene; damage.
     [[nodiscard]] static Expected<Opened> open(JournalOptions options, BlobStore& arrays, Log& log,
                                                std::function<void()> onProgress);
     /// Writes what is left, for at most about a second where the disk does not take it.

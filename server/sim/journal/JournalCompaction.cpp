@@ -15,7 +15,8 @@ namespace {
 /// A snapshot under way.
 class SnapshotWriter {
 public:
-    SnapshotWriter(JournalFile file, JournalPlaces& places, const std::atomic<bool>& stop) : file_(std::move(file)), places_(places), stop_(stop) {}
+    SnapshotWriter(JournalFile file, JournalPlaces& places, const std::atomic<bool>& stop)
+        : file_(std::move(file)), places_(places), stop_(stop) {}
 
     [[nodiscard]] Expected<void> write(JournalRecord record) {
         if (auto* step = std::get_if<journal::Step>(&record))
@@ -39,7 +40,8 @@ private:
     [[nodiscard]] Expected<void> appendArraysOf(const ChangeList& list) {
         for (const Blob& array : blobsOf(list))
             if (written_.insert(array.id()).second)
-                if (Expected<void> there = append(array); !there) return failWith(fmt::format("the array {}", toHex(array.id())), there.error());
+                if (Expected<void> there = append(array); !there)
+                    return failWith(fmt::format("the array {}", toHex(array.id())), there.error());
         return {};
     }
 
@@ -59,7 +61,8 @@ private:
                 content.add(*piece);
                 id.add(*piece);
             }
-            if (id.id() != array.id()) return fail(ErrorCode::kFailed, fmt::format("its ranges lead to {}", toHex(id.id())));
+            if (id.id() != array.id())
+                return fail(ErrorCode::kFailed, fmt::format("its ranges lead to {}", toHex(id.id())));
             hash = content.hash();
         }
         Hash64Stream copied;

@@ -83,9 +83,10 @@ Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared
         return fail(ErrorCode::kFailed, fmt::format("{}: a journal cannot be kept there: {}", name, words(errno)));
     JournalFolder folder(path, std::make_shared<JournalDisk>(std::move(calls)), lock);
     if (::flock(lock, LOCK_EX | LOCK_NB) != 0)
-        return fail(ErrorCode::kRefused, fmt::format("{}: this journal is in use by {}; a wall has one server, and each "
-                                                     "server a journal of its own",
-                                                     path, holderOf(lock)));
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{}: this journal is in use by {}; a wall has one server, and each "
+                                "server a journal of its own",
+                                path, holderOf(lock)));
     const std::string holder = fmt::format("tessera-server, pid {}", ::getpid());
     // For people only: a full disk is no reason.
     if (::ftruncate(lock, 0) == 0) (void)!::pwrite(lock, holder.data(), holder.size(), 0);
@@ -137,11 +138,15 @@ Expected<JournalFiles> JournalFolder::files() const {
     if (!last) return tl::unexpected(last.error());
     files.newest = *last;
     if (files.lastLog() < *last)
-        return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
-                                                      logPath(*last), lastPath()));
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format(
+                "{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
+                logPath(*last), lastPath()));
     std::uint64_t expected = files.snapshot.value_or(1);
     if (files.snapshot && files.logs.empty())
-        return fail(ErrorCode::kBadInput, fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
     for (const std::uint64_t log : files.logs)
         if (log != expected++) return fail(ErrorCode::kBadInput, fmt::format("{} is missing", logPath(expected - 1)));
     return files;
@@ -189,8 +194,10 @@ Expected<void> JournalFolder::writeLast(std::uint64_t number) const {
     return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished, words(error)));
 }
 
-Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening, std::span<const RecordContent> then) const {
-    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished), last = lastPath() + std::string(kUnfinished);
+Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening,
+                                              std::span<const RecordContent> then) const {
+    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished),
+                      last = lastPath() + std::string(kUnfinished);
     if (Expected<void> written = writeLast(opening.number); !written) return tl::unexpected(written.error());
     Expected<JournalFile> file = JournalFile::create(disk_, unfinished, opening);
     int error = 0;
@@ -200,7 +207,8 @@ Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening, s
     if (file && error == 0) error = name(unfinished, path);
     if (!file || error != 0) remove(last);
     if (!file) return file;
-    if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
+    if (error != 0)
+        return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
     if (error = name(last, lastPath()); error == 0) return file;
     // The old log would go on beside a new one, which says where the old one ends.
     disk_->lose(error);
@@ -215,8 +223,9 @@ Expected<void> JournalFolder::sealLog(std::uint64_t number, std::uint64_t wholeB
     if (error == 0) error = disk_->sync(file);
     if (file >= 0) disk_->calls().close(file);
     if (error == 0) return {};
-    return disk_->failedSync() != 0 ? notSynced(path, error)
-                                    : fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, words(error)));
+    return disk_->failedSync() != 0
+               ? notSynced(path, error)
+               : fail(ErrorCode::kFailed, fmt::format("{}: it cannot be shortened: {}", path, words(error)));
 }
 
 Expected<JournalFile> JournalFolder::beginSnapshot(const journal::Opening& opening) const {
@@ -242,7 +251,8 @@ void JournalFolder::dropSnapshot(std::uint64_t number) const {
 namespace {
 
 /// Reads a file to its end. The reader is left there. `places`: the reader's, or null.
-Expected<void> takeAll(JournalReader& reader, JournalState& state, JournalPlaces* places, const std::atomic<bool>* stop) {
+Expected<void> takeAll(JournalReader& reader, JournalState& state, JournalPlaces* places,
+                       const std::atomic<bool>* stop) {
     while (true) {
         if (stop && *stop) return fail(ErrorCode::kFailed, "it was stopped");
         Expected<std::optional<JournalRecord>> record = reader.next();
@@ -250,7 +260,8 @@ Expected<void> takeAll(JournalReader& reader, JournalState& state, JournalPlaces
         if (!*record) return {};
         const auto* frame = places ? std::get_if<journal::Frame>(&**record) : nullptr;
         if (frame && frame->list)
-            if (const Expected<void> known = places->comes(*frame->list, state.scene, reader.ranges()); !known) return failWith(reader.where(), known.error());
+            if (const Expected<void> known = places->comes(*frame->list, state.scene, reader.ranges()); !known)
+                return failWith(reader.where(), known.error());
         if (const Expected<void> taken = state.take(std::move(**record)); !taken)
             return failWith(reader.where(), taken.error());
         if (places) places->sweep(state.history);
@@ -264,15 +275,17 @@ Expected<void> wholeOrRefused(const JournalReader& reader) {
 
 /// `kept`: the arrays, or their places.
 template <typename Kept>
-Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& files, Kept& kept, const JournalLimits& limits,
-                            std::optional<std::uint64_t> upTo, const std::atomic<bool>* stop) {
+Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& files, Kept& kept,
+                            const JournalLimits& limits, std::optional<std::uint64_t> upTo,
+                            const std::atomic<bool>* stop) {
     JournalPlaces* places = nullptr;
     if constexpr (std::is_same_v<Kept, JournalPlaces>) places = &kept;
     JournalStory story;
     if (files.snapshot) {
         Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken) return tl::unexpected(taken.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken)
+            return tl::unexpected(taken.error());
         if (Expected<void> whole = wholeOrRefused(*reader); !whole) return tl::unexpected(whole.error());
         story.snapshotBytes = reader->wholeBytes();
         if (story.state.number != *files.snapshot)
@@ -282,7 +295,8 @@ Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& fil
         if (upTo && number >= *upTo) break;
         Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken) return tl::unexpected(taken.error());
+        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken)
+            return tl::unexpected(taken.error());
         story.logBytes += reader->wholeBytes();
         story.wholeBytes = reader->wholeBytes();
         story.tornBytes = reader->bytesLeft();
@@ -319,7 +333,11 @@ Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFil
 }
 
 JournalFile::JournalFile(JournalFile&& other) noexcept
-    : disk_(std::move(other.disk_)), file_(std::exchange(other.file_, -1)), bytes_(other.bytes_), number_(other.number_), torn_(other.torn_) {}
+    : disk_(std::move(other.disk_)),
+      file_(std::exchange(other.file_, -1)),
+      bytes_(other.bytes_),
+      number_(other.number_),
+      torn_(other.torn_) {}
 JournalFile& JournalFile::operator=(JournalFile&& other) noexcept {
     std::swap(disk_, other.disk_);
     std::swap(file_, other.file_);
@@ -332,7 +350,8 @@ JournalFile::~JournalFile() {
     if (file_ >= 0) disk_->calls().close(file_);
 }
 
-Expected<JournalFile> JournalFile::create(std::shared_ptr<JournalDisk> disk, const std::string& path, const journal::Opening& opening) {
+Expected<JournalFile> JournalFile::create(std::shared_ptr<JournalDisk> disk, const std::string& path,
+                                          const journal::Opening& opening) {
     JournalFile made;
     made.disk_ = std::move(disk);
     FileSystem& calls = made.disk_->calls();
@@ -359,7 +378,8 @@ int JournalFile::append(const RecordContent& content) {
     return 0;
 }
 
-Expected<void> JournalFile::append(const RecordHeader& about, const std::function<Expected<ByteSpan>(std::uint64_t)>& piece) {
+Expected<void> JournalFile::append(const RecordHeader& about,
+                                   const std::function<Expected<ByteSpan>(std::uint64_t)>& piece) {
     const auto failed = [](int error) { return fail(ErrorCode::kFailed, words(error)); };
     if (torn_)
         if (const int error = disk_->calls().truncate(file_, bytes_)) return failed(error);

@@ -16,7 +16,8 @@ namespace {
 namespace wire = proto::journal;
 
 constexpr std::array<std::string_view, std::variant_size_v<JournalRecord>> kKindNames{
-    "opening", "array", "frame", "numbers of frames", "view", "step of the history", "state", "higher epoch", "numbers"};
+    "opening", "array",        "frame",  "numbers of frames", "view", "step of the history",
+    "state",   "higher epoch", "numbers"};
 constexpr std::size_t kMaxHeadBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxDisplayIds = 65'536;
 constexpr std::size_t kMaxStepLists = 65'536;
@@ -69,9 +70,8 @@ struct Reading {
 
 Expected<ChangeListPtr> listFrom(ByteSpan bytes, const Reading& how) {
     const JournalLimits& limits = how.limits;
-    Expected<ChangeList> list =
-        decodeChangeList(bytes, how.arrays, how.absent,
-                         {.maxBytes = limits.maxRecordBytes, .maxChanges = limits.maxListChanges});
+    Expected<ChangeList> list = decodeChangeList(
+        bytes, how.arrays, how.absent, {.maxBytes = limits.maxRecordBytes, .maxChanges = limits.maxListChanges});
     if (!list) return tl::unexpected(list.error());
     return std::make_shared<const ChangeList>(std::move(*list));
 }
@@ -95,18 +95,21 @@ void appendPairs(const Overlaps& overlaps, std::vector<std::uint64_t>& numbers) 
 template <typename Numbers>
 Overlaps pairsFrom(const Numbers& numbers) {
     Overlaps pairs;
-    for (auto it = numbers.begin(); it != numbers.end(); it += 2) pairs.emplace_back(ObjectId(*it), ObjectId(*(it + 1)));
+    for (auto it = numbers.begin(); it != numbers.end(); it += 2)
+        pairs.emplace_back(ObjectId(*it), ObjectId(*(it + 1)));
     std::ranges::sort(pairs);
     return pairs;
 }
 
 /// Gives each event of a frame what touched before it.
 Expected<void> takeOverlaps(ByteSpan bytes, const JournalLimits& limits, std::vector<HistoryEvent>& events) {
-    const Expected<std::vector<std::uint64_t>> numbers = recordsFrom<std::uint64_t>(bytes, limits.maxRecordBytes / sizeof(std::uint64_t));
+    const Expected<std::vector<std::uint64_t>> numbers =
+        recordsFrom<std::uint64_t>(bytes, limits.maxRecordBytes / sizeof(std::uint64_t));
     if (!numbers) return failWith("overlaps", numbers.error());
     std::span<const std::uint64_t> left(*numbers);
     for (HistoryEvent& event : events) {
-        if (left.empty() || left.front() > kMostOverlaps || left.size() - 1 < 2 * left.front()) return malformed("an event's overlaps are cut off");
+        if (left.empty() || left.front() > kMostOverlaps || left.size() - 1 < 2 * left.front())
+            return malformed("an event's overlaps are cut off");
         event.overlaps = pairsFrom(left.subspan(1, 2 * left.front()));
         left = left.subspan(1 + 2 * left.front());
     }
@@ -233,13 +236,15 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
     if (!taken) return tl::unexpected(taken.error());
     const wire::Opening& head = taken->head;
     if (head.format() < 1 || head.format() > kJournalFormat)
-        return fail(ErrorCode::kUnsupported,
-                    fmt::format("it is of format {}; this program reads formats up to {}", head.format(), kJournalFormat));
+        return fail(ErrorCode::kUnsupported, fmt::format("it is of format {}; this program reads formats up to {}",
+                                                         head.format(), kJournalFormat));
     // They are printed, and a terminal obeys what is not text.
     const auto isText = [](const std::string& text, std::size_t most) {
-        return text.size() <= most && std::ranges::none_of(text, [](char c) { return (c >= 0 && c < ' ') || c == 127; });
+        return text.size() <= most &&
+               std::ranges::none_of(text, [](char c) { return (c >= 0 && c < ' ') || c == 127; });
     };
-    if (!isText(head.program(), 256) || !std::ranges::all_of(head.scenes(), [&](const auto& s) { return isText(s, 4096); }))
+    if (!isText(head.program(), 256) ||
+        !std::ranges::all_of(head.scenes(), [&](const auto& s) { return isText(s, 4096); }))
         return malformed("it names a program or a scene in characters that are no text");
     return journal::Opening{.schema = head.schema(),
                             .program = head.program(),
@@ -274,16 +279,17 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const Reading& how) {
     }
     const Expected<std::vector<EventRecord>> events = recordsFrom<EventRecord>(parts[2], limits.maxEvents);
     if (!events) return failWith("history", events.error());
-    const std::size_t lists = parts.size() - kFixedParts - std::min<std::size_t>(head.overlaps(), parts.size() - kFixedParts);
+    const std::size_t lists =
+        parts.size() - kFixedParts - std::min<std::size_t>(head.overlaps(), parts.size() - kFixedParts);
     if (lists != events->size()) return malformed(fmt::format("{} events with {} lists", events->size(), lists));
     for (std::size_t i = 0; i < events->size(); ++i) {
         const EventRecord& event = (*events)[i];
         if (event.kind > static_cast<std::uint64_t>(HistoryEvent::Kind::kEditedAnew))
             return malformed("an event of the history is of a kind that is none");
         HistoryEvent happened{.kind = static_cast<HistoryEvent::Kind>(event.kind),
-                           .inverse = nullptr,
-                           .gesture = {event.gestureBy, event.gesture},
-                           .made = {event.madeFirst, event.madeCount}};
+                              .inverse = nullptr,
+                              .gesture = {event.gestureBy, event.gesture},
+                              .made = {event.madeFirst, event.madeCount}};
         if (!isSound(happened.made)) return malformed("an event of the history is of ids that nobody can have");
         if (hasInverse(happened.kind)) {
             Expected<ChangeListPtr> list = listFrom(parts[kFixedParts + i], how);
@@ -294,7 +300,8 @@ Expected<JournalRecord> frameFrom(ByteSpan bytes, const Reading& how) {
     }
     if (!head.overlaps()) return frame;
     if (parts.size() != kFixedParts + lists + 1) return malformed("the part of what overlaps is missing");
-    if (const Expected<void> known = takeOverlaps(parts.back(), limits, frame.history); !known) return tl::unexpected(known.error());
+    if (const Expected<void> known = takeOverlaps(parts.back(), limits, frame.history); !known)
+        return tl::unexpected(known.error());
     return frame;
 }
 
@@ -426,8 +433,10 @@ Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes&& content, const
             // There must be room to go on.
             constexpr std::uint64_t kMost = kFirstPlaceholder / 2;
             const wire::Numbers& head = taken->head;
-            if (head.next_id() > kMost || head.last_list() > kMost || head.behind() > kMost) return malformed("its numbers are beyond all that are given");
-            return journal::Numbers{.nextId = head.next_id(), .lastList = Sequence(head.last_list()), .behind = Sequence(head.behind())};
+            if (head.next_id() > kMost || head.last_list() > kMost || head.behind() > kMost)
+                return malformed("its numbers are beyond all that are given");
+            return journal::Numbers{
+                .nextId = head.next_id(), .lastList = Sequence(head.last_list()), .behind = Sequence(head.behind())};
         }
         default:
             return malformed(fmt::format("kind {} is none", kind));

@@ -1,7 +1,7 @@
 /// The records of a journal, as values and as bytes.
 ///
-/// A folder holds logs and at most one snapshot, numbered: snapshot 7 is what there was when log 7 began. Each file begins with
-/// kJournalMark; records follow as in a recording (RecordBytes.h).
+/// A folder holds logs and at most one snapshot, numbered: snapshot 7 is what there was when log 7 began. Each file
+/// begins with kJournalMark; records follow as in a recording (RecordBytes.h).
 ///
 ///     log        Opening (Array* (Frame | Frames | Numbers | View | Raised))*
 ///     snapshot   Opening (Array* (Step | View))* Numbers Array* State
@@ -36,7 +36,8 @@ struct JournalLimits {
     std::uint64_t maxRecordBytes = std::uint64_t{16} << 30;
     std::size_t maxListChanges = std::size_t{1} << 28;
     std::size_t maxEvents = 65'536;  ///< of a frame
-    /// What has been written is on the disk after this long, and the time that the disk takes: what a power cut may cost.
+    /// What has been written is on the disk after this long, and the time that the disk takes: what a power cut may
+    /// cost.
     std::chrono::milliseconds syncEvery{200};
     /// After a write that failed.
     std::chrono::milliseconds retryEvery{500};
@@ -45,8 +46,8 @@ struct JournalLimits {
     std::chrono::milliseconds lookEvery{1000};
     /// Frames without a change leave no record: so many numbers are taken at once.
     std::uint64_t framesAhead = 64;
-    /// Ids and lists are sent before they are written, so they are taken long before they are given. More than may ever wait to be written, and
-    /// enough for days of a journal that has ended.
+    /// Ids and lists are sent before they are written, so they are taken long before they are given. More than may ever
+    /// wait to be written, and enough for days of a journal that has ended.
     std::uint64_t idsAhead = 10'000'000'000, listsAhead = 1'000'000'000;
 };
 
@@ -119,15 +120,17 @@ using JournalRecord = std::variant<journal::Opening, journal::Array, journal::Fr
 
 [[nodiscard]] RecordContent encodeJournal(const JournalRecord& record);
 
-/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Arrays that lists name are looked for in
-/// `arrays`; one that is not there is kBadInput, or absent. The content of an array is taken, any other stays where it is.
+/// Never crashes whatever the bytes are; takes no memory out of proportion to them. Arrays that lists name are looked
+/// for in `arrays`; one that is not there is kBadInput, or absent. The content of an array is taken, any other stays
+/// where it is.
 [[nodiscard]] Expected<JournalRecord> decodeJournal(std::uint64_t kind, Bytes&& content, const BlobStore& arrays,
                                                     const JournalLimits& limits = {},
                                                     AbsentBlobs absent = AbsentBlobs::kRefuse);
 
 [[nodiscard]] std::uint64_t kindOfArrays();
-/// For each list of the record that edits ranges: the list, and where in `content`, which the record was decoded from, the bytes of its
-/// ranges lie, one behind the other.
-void forRangesIn(JournalRecord& record, ByteSpan content, const std::function<void(ChangeListPtr& list, ByteSpan rangeBytes)>& visit);
+/// For each list of the record that edits ranges: the list, and where in `content`, which the record was decoded from,
+/// the bytes of its ranges lie, one behind the other.
+void forRangesIn(JournalRecord& record, ByteSpan content,
+                 const std::function<void(ChangeListPtr& list, ByteSpan rangeBytes)>& visit);
 
 }  // namespace tessera

@@ -35,7 +35,8 @@ Expected<void> FiledArray::readInto(std::span<std::byte> out, std::uint64_t offs
 Expected<void> JournalPlaces::beginEdited(std::pair<ObjectId, FieldId> field, const Blob& before) {
     const auto whole = arrays_.find(before.id());
     if (whole == arrays_.end() || whole->second.bytes() != before.sizeBytes())
-        return fail(ErrorCode::kBadInput, fmt::format("the array {} of #{} is in no file", toHex(before.id()), field.first.value));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("the array {} of #{} is in no file", toHex(before.id()), field.first.value));
     edited_.insert_or_assign(field, Edited{before.id(), whole->second});
     return {};
 }
@@ -65,14 +66,16 @@ Expected<void> JournalPlaces::comes(const ChangeList& list, const Aspect& scene,
         Edited& edited = edited_.at(key);
         const std::uint64_t bytes = range.bytes.sizeBytes();
         if (range.offset > edited.array.bytes() || bytes > edited.array.bytes() - range.offset)
-            return fail(ErrorCode::kBadInput, fmt::format("a range does not lie in the array of #{}", range.object.value));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("a range does not lie in the array of #{}", range.object.value));
         edited.array.edit(range.offset, bytes, ranges);
         edited.id = range.result.id();
         ranges.offset += bytes;
     }
     if (!edited_.empty())
         for (const ObjectId gone : list.destructions)
-            edited_.erase(edited_.lower_bound({gone, FieldId()}), edited_.lower_bound({ObjectId(gone.value + 1), FieldId()}));
+            edited_.erase(edited_.lower_bound({gone, FieldId()}),
+                          edited_.lower_bound({ObjectId(gone.value + 1), FieldId()}));
     return {};
 }
 

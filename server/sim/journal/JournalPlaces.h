@@ -39,13 +39,14 @@ private:
     std::uint64_t bytes_;
 };
 
-/// For whoever reads a journal without its arrays. Their bytes stay in the files, which are kept open; in memory are names and places: of
-/// arrays; of the bytes of ranges that the history names; and of fields whose arrays came about by edits of ranges, piece by piece.
+/// For whoever reads a journal without its arrays. Their bytes stay in the files, which are kept open; in memory are
+/// names and places: of arrays; of the bytes of ranges that the history names; and of fields whose arrays came about by
+/// edits of ranges, piece by piece.
 class JournalPlaces {
 public:
     void arrayIs(const BlobId& id, FiledArray array) { arrays_.try_emplace(id, std::move(array)); }
-    /// The list is about to be applied to `scene`; the bytes of its ranges lie there, one behind the other. Refused where an array that
-    /// it edits is in no file.
+    /// The list is about to be applied to `scene`; the bytes of its ranges lie there, one behind the other. Refused
+    /// where an array that it edits is in no file.
     [[nodiscard]] Expected<void> comes(const ChangeList& list, const Aspect& scene, JournalPlace ranges);
     /// The same list with the bytes of its ranges absent.
     [[nodiscard]] ChangeListPtr withoutRanges(const ChangeList& list, JournalPlace ranges);

@@ -20,7 +20,8 @@ Expected<JournalReader> JournalReader::open(const std::string& path, BlobStore& 
     return begin(JournalReader(std::move(*source), path, &arrays, nullptr, limits));
 }
 
-Expected<JournalReader> JournalReader::open(const std::string& path, JournalPlaces& places, const JournalLimits& limits) {
+Expected<JournalReader> JournalReader::open(const std::string& path, JournalPlaces& places,
+                                            const JournalLimits& limits) {
     Expected<RecordSource> source = RecordSource::open(path);
     if (!source) return failWith(path, source.error());
     return begin(JournalReader(std::move(*source), path, nullptr, &places, limits));
@@ -72,8 +73,8 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
     if (!isIntact(header, number_)) return damaged("its header is damaged");
     where_ = fmt::format("record {} ({}) at byte {}", number_, nameOfJournalKind(header.kind), offset_);
     if (header.bytes > limits_.maxRecordBytes)
-        return fail(ErrorCode::kLimit, fmt::format("it claims {} bytes; at most {} are allowed", header.bytes,
-                                                   limits_.maxRecordBytes));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("it claims {} bytes; at most {} are allowed", header.bytes, limits_.maxRecordBytes));
     if (header.bytes > bytesLeft() - sizeof(header)) return std::optional<JournalRecord>();
     std::optional<JournalRecord> read;
     if (places_ && header.kind == kindOfArrays()) {
@@ -96,11 +97,13 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
 
 Expected<JournalRecord> JournalReader::recordOf(std::uint64_t kind, Bytes content) {
     if (!places_) return decodeJournal(kind, std::move(content), *arrays_, limits_);
-    Expected<JournalRecord> record = decodeJournal(kind, std::move(content), BlobStore(), limits_, AbsentBlobs::kKeepAbsent);
+    Expected<JournalRecord> record =
+        decodeJournal(kind, std::move(content), BlobStore(), limits_, AbsentBlobs::kKeepAbsent);
     if (!record) return record;
     const auto* frame = std::get_if<journal::Frame>(&*record);
     forRangesIn(*record, content, [&](ChangeListPtr& list, ByteSpan ranges) {
-        const JournalPlace place{source_, offset_ + sizeof(RecordHeader) + static_cast<std::uint64_t>(ranges.data() - content.data())};
+        const JournalPlace place{
+            source_, offset_ + sizeof(RecordHeader) + static_cast<std::uint64_t>(ranges.data() - content.data())};
         if (frame && &list == &frame->list)
             ranges_ = place;  // whoever applies it needs the bytes
         else
@@ -116,7 +119,8 @@ Expected<bool> JournalReader::placeArray(const RecordHeader& header) {
     BlobIdStream id;
     for (std::uint64_t at = 0; at < header.bytes; at += kPiece) {
         const auto piece = std::span(buffer).first(std::min(kPiece, header.bytes - at));
-        if (const Expected<void> read = source_->readInto(piece, place.offset + at); !read) return tl::unexpected(read.error());
+        if (const Expected<void> read = source_->readInto(piece, place.offset + at); !read)
+            return tl::unexpected(read.error());
         content.add(piece);
         id.add(piece);
     }
@@ -129,9 +133,10 @@ Expected<bool> JournalReader::placeArray(const RecordHeader& header) {
 
 Expected<std::optional<JournalRecord>> JournalReader::damaged(std::string_view what) const {
     if (!aRecordFollows()) return std::optional<JournalRecord>();
-    return fail(ErrorCode::kBadInput, fmt::format("{}, and records follow it; to go on without all from there on, cut the "
-                                                  "file to {} bytes and remove the journal's later files and `last`",
-                                                  what, offset_));
+    return fail(ErrorCode::kBadInput,
+                fmt::format("{}, and records follow it; to go on without all from there on, cut the "
+                            "file to {} bytes and remove the journal's later files and `last`",
+                            what, offset_));
 }
 
 /// Looks for the header of the next record at every byte: damage is rare, and worth the time.

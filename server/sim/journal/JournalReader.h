@@ -12,26 +12,30 @@ namespace tessera {
 
 /// A file or bytes in memory. Memory taken at any time is in proportion to the bytes there are, not to what they claim.
 ///
-/// A file that a killed server wrote ends in the middle of a record: what is damaged, and has no record behind it, is *torn*. Damage
-/// with a record behind it is an error. Errors name the file, the record and where it begins:
+/// A file that a killed server wrote ends in the middle of a record: what is damaged, and has no record behind it, is
+/// *torn*. Damage with a record behind it is an error. Errors name the file, the record and where it begins:
 /// "wall/log-0000000001: record 17 (frame) at byte 4711: …". kBadInput, kLimit, kUnsupported, kNotFound.
 class JournalReader {
 public:
-    /// Reads nothing yet. Arrays are found in `arrays` from then on, for as long as the reader or somebody else holds them.
+    /// Reads nothing yet. Arrays are found in `arrays` from then on, for as long as the reader or somebody else holds
+    /// them.
     [[nodiscard]] static Expected<JournalReader> open(const std::string& path, BlobStore& arrays,
                                                       const JournalLimits& limits = {});
-    /// Arrays stay in the file: `places` knows where from then on, and lists name them as absent. So do the ranges of the history's lists.
-    [[nodiscard]] static Expected<JournalReader> open(const std::string& path, JournalPlaces& places, const JournalLimits& limits = {});
+    /// Arrays stay in the file: `places` knows where from then on, and lists name them as absent. So do the ranges of
+    /// the history's lists.
+    [[nodiscard]] static Expected<JournalReader> open(const std::string& path, JournalPlaces& places,
+                                                      const JournalLimits& limits = {});
     [[nodiscard]] static Expected<JournalReader> over(Bytes bytes, const std::string& name, BlobStore& arrays,
                                                       const JournalLimits& limits = {});
     [[nodiscard]] static Expected<JournalReader> over(Bytes bytes, const std::string& name, JournalPlaces& places,
                                                       const JournalLimits& limits = {});
 
-    /// Never an array: those are kept for the records behind them. Nothing where the file ends or is torn; then no more may be asked
-    /// for, nor after an error. The first record is the opening, and no other is one.
+    /// Never an array: those are kept for the records behind them. Nothing where the file ends or is torn; then no more
+    /// may be asked for, nor after an error. The first record is the opening, and no other is one.
     [[nodiscard]] Expected<std::optional<JournalRecord>> next();
 
-    /// Where the bytes of the ranges lie, one behind the other, that the list of the frame last read edits. Of a reader with places.
+    /// Where the bytes of the ranges lie, one behind the other, that the list of the frame last read edits. Of a reader
+    /// with places.
     [[nodiscard]] const JournalPlace& ranges() const { return ranges_; }
 
     /// Bytes of the records read so far: where a torn one begins.
@@ -43,7 +47,8 @@ public:
     [[nodiscard]] std::string where() const { return name_ + ": " + where_; }
 
 private:
-    JournalReader(RecordSource source, std::string name, BlobStore* arrays, JournalPlaces* places, const JournalLimits& limits)
+    JournalReader(RecordSource source, std::string name, BlobStore* arrays, JournalPlaces* places,
+                  const JournalLimits& limits)
         : source_(std::make_shared<const RecordSource>(std::move(source))),
           name_(std::move(name)),
           arrays_(arrays),

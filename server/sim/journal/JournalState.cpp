@@ -22,16 +22,17 @@ Expected<void> JournalState::take(JournalRecord record) {
 
 Expected<void> JournalState::take(journal::Opening opening) {
     if (opening.schema != schemaHash())
-        return fail(ErrorCode::kUnsupported,
-                    fmt::format("{} wrote it with other scene types than this program has; go on with that version, save "
-                                "the scene there (tessera-ctl save) and begin another journal with it",
-                                opening.program));
+        return fail(
+            ErrorCode::kUnsupported,
+            fmt::format("{} wrote it with other scene types than this program has; go on with that version, save "
+                        "the scene there (tessera-ctl save) and begin another journal with it",
+                        opening.program));
     // (A snapshot's says where its own state leads.)
     if (opening.sequence != sequence || opening.stateHash != scene.stateHash())
-        return fail(ErrorCode::kBadInput,
-                    fmt::format("it goes on from list {} and state {}; what is before it ends at list {} and state {}",
-                                opening.sequence.value, toHex(opening.stateHash), sequence.value,
-                                toHex(scene.stateHash())));
+        return fail(
+            ErrorCode::kBadInput,
+            fmt::format("it goes on from list {} and state {}; what is before it ends at list {} and state {}",
+                        opening.sequence.value, toHex(opening.stateHash), sequence.value, toHex(scene.stateHash())));
     // Connections are counted anew by every server, and gestures are named by them.
     if (opening.epoch != epoch) history.endGestures();
     epoch = std::max(epoch, opening.epoch);
@@ -71,7 +72,8 @@ Expected<void> JournalState::take(const journal::Frames& frames) {
 
 Expected<void> JournalState::take(const journal::Numbers& taken) {
     if (taken.behind < sequence)
-        return fail(ErrorCode::kBadInput, fmt::format("lists go on behind {}, and list {} has been", taken.behind.value, sequence.value));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("lists go on behind {}, and list {} has been", taken.behind.value, sequence.value));
     sequence = taken.behind;
     numbers = taken;
     return {};
@@ -88,7 +90,8 @@ Expected<void> JournalState::take(const journal::Raised& raised) {
 }
 
 Expected<void> JournalState::take(journal::Step step) {
-    if (!history.keep(std::move(step.kept))) return fail(ErrorCode::kBadInput, "it does not fit behind those before it");
+    if (!history.keep(std::move(step.kept)))
+        return fail(ErrorCode::kBadInput, "it does not fit behind those before it");
     return {};
 }
 
@@ -120,7 +123,8 @@ void JournalState::forEachRecord(const std::function<bool(JournalRecord)>& write
     for (EditHistory::Kept& step : steps)
         if (!write(journal::Step{.kept = std::exchange(step, {})})) return;
     if (view && !write(journal::View{*view})) return;
-    if (numbers && !write(journal::Numbers{.nextId = numbers->nextId, .lastList = numbers->lastList, .behind = {}})) return;
+    if (numbers && !write(journal::Numbers{.nextId = numbers->nextId, .lastList = numbers->lastList, .behind = {}}))
+        return;
     journal::State state{.begun = begun,
                          .nextFrame = nextFrame,
                          .sequence = sequence,

@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// All that a server needs to go on. Records are taken in their order; one that does not fit is refused, and nothing may be taken
-/// after it. Not thread-safe.
+/// All that a server needs to go on. Records are taken in their order; one that does not fit is refused, and nothing
+/// may be taken after it. Not thread-safe.
 class JournalState {
 public:
     /// The first of a file, or of the first of several.
@@ -25,8 +25,8 @@ public:
     [[nodiscard]] Expected<void> take(journal::State state);
     [[nodiscard]] Expected<void> take(JournalRecord record);
 
-    /// As the records of a snapshot but for its opening, the arrays that they name left out. Calls `write` with each; false ends it. What is
-    /// handed over is let go of: nothing is in memory as part of the state and as its record.
+    /// As the records of a snapshot but for its opening, the arrays that they name left out. Calls `write` with each;
+    /// false ends it. What is handed over is let go of: nothing is in memory as part of the state and as its record.
     void forEachRecord(const std::function<bool(JournalRecord)>& write) &&;
 
     bool begun = false;  ///< there has been a scene, though it may be an empty one
@@ -38,7 +38,7 @@ public:
     EditHistory history;
     std::vector<ObjectId> display;
     std::optional<ViewState> view;
-    Epoch epoch;  ///< the highest
+    Epoch epoch;                      ///< the highest
     std::vector<std::string> scenes;  ///< what --scene said when the journal began; then how they stand
     /// Of these the files, and how they stand ("--up z"; empty: nobody said).
     [[nodiscard]] std::vector<std::string> sceneFiles() const;

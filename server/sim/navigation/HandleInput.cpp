@@ -121,7 +121,8 @@ void HandleInput::letGo() {
 
 void HandleInput::grab(const Source& source, Hand& hand, const Ray& ray) {
     const auto drivers = [this](const ChangeList& list) { return simulation_.drivingWhat(list); };
-    const Expected<ManipulatorDrags::Held> held = drags_.grab(simulation_.scene(), simulation_.manipulators(), hand.holder, ray, drivers);
+    const Expected<ManipulatorDrags::Held> held =
+        drags_.grab(simulation_.scene(), simulation_.manipulators(), hand.holder, ray, drivers);
     if (!held && held.error().code == ErrorCode::kBadInput) return;  // an eye or a wand out of this world: no ray
     if (!held) remark(source, held.error());
     hand.grip = !held ? Grip::kRefused : held->any ? Grip::kHolds : Grip::kNone;

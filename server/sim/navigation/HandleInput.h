@@ -18,11 +18,13 @@ namespace tessera {
 
 class Simulation;
 
-/// From whole states (common/input/HandInput.h) to grabs, drags and releases. Each source has one hand, which holds one handle; what it does from a
-/// grab to its release is one step of undo. While it holds one, its drags move that and not the view. A hand that was refused (somebody else
-/// holds the handle, something drives the target) moves nothing until it lets go, and `takeRemarks` says why.
+/// From whole states (common/input/HandInput.h) to grabs, drags and releases. Each source has one hand, which holds one
+/// handle; what it does from a grab to its release is one step of undo. While it holds one, its drags move that and not
+/// the view. A hand that was refused (somebody else holds the handle, something drives the target) moves nothing until
+/// it lets go, and `takeRemarks` says why.
 ///
-/// What is lost on the way, repeated or late changes nothing: the newest state says where the hand is. Frame thread only.
+/// What is lost on the way, repeated or late changes nothing: the newest state says where the hand is. Frame thread
+/// only.
 class HandleInput {
 public:
     static constexpr std::size_t kMostSources = 64;  ///< of one host or application; others take hold of nothing
@@ -34,7 +36,8 @@ public:
 
     /// Where a source points.
     struct Aim {
-        /// The ray of the world at a place of its picture: 0 to 1 from the upper left, and beyond. Nothing where it has none.
+        /// The ray of the world at a place of its picture: 0 to 1 from the upper left, and beyond. Nothing where it has
+        /// none.
         std::function<std::optional<Ray>(double x, double y)> rayAt;
         double heightPerWidth = 1;  ///< of the picture
     };
@@ -59,8 +62,8 @@ private:
     struct Hand {
         std::uint64_t holder = 0;  ///< as ManipulatorDrags has it: no connection has such a number
         Grip grip = Grip::kNone;
-        bool opening = false;     ///< it lets go as soon as its ray has been followed
-        std::optional<Ray> ray;   ///< the newest, not followed yet
+        bool opening = false;    ///< it lets go as soon as its ray has been followed
+        std::optional<Ray> ray;  ///< the newest, not followed yet
         // Of windows and terminals.
         InputState newest;
         double x = 0.5, y = 0.5;

@@ -17,7 +17,8 @@ std::array<double, 6> heldIn(const InputState& s) {
 }
 
 double way(std::uint64_t now, std::uint64_t before) {
-    const double units = static_cast<double>(static_cast<std::int64_t>(now - before)) / static_cast<double>(InputState::kUnit);
+    const double units =
+        static_cast<double>(static_cast<std::int64_t>(now - before)) / static_cast<double>(InputState::kUnit);
     return std::clamp(units, -kLongestDrag, kLongestDrag);
 }
 
@@ -86,7 +87,8 @@ NavigationInput InputSources::frame(TimePoint at, const PlaceOf& placeOf) {
             return action == InputAction::kGrab || action == InputAction::kFit;
         });
         if (points || !input.pan.isZero(0))
-            if (const std::optional<Place> place = placeOf(key.first, key.second, now.cursorX / 65535.0, now.cursorY / 65535.0)) {
+            if (const std::optional<Place> place =
+                    placeOf(key.first, key.second, now.cursorX / 65535.0, now.cursorY / 65535.0)) {
                 if (points) input.pointing = place->ray;
                 input.pan *= place->height;
             }

@@ -20,24 +20,27 @@ class InputSources {
 public:
     static constexpr std::chrono::seconds kActiveFor{1};
 
-    static constexpr std::size_t kMaxSourcesEach = 64;  ///< of one host or application; more are not heard
-    static constexpr std::uint16_t kMaxAskedAtOnce = 4; ///< of one action, in one frame
+    static constexpr std::size_t kMaxSourcesEach = 64;   ///< of one host or application; more are not heard
+    static constexpr std::uint16_t kMaxAskedAtOnce = 4;  ///< of one action, in one frame
 
-    /// The first state of a source says where its sums and counts begin. `at`: of `frame`'s clock, when it came; what is held counts from
-    /// then on, so that a key which goes down and up between two frames moves as far as it was held. Unsaid: since the frame before.
+    /// The first state of a source says where its sums and counts begin. `at`: of `frame`'s clock, when it came; what
+    /// is held counts from then on, so that a key which goes down and up between two frames moves as far as it was
+    /// held. Unsaid: since the frame before.
     void take(const std::string& who, const InputState& state, TimePoint at = {});
     [[nodiscard]] bool knows(const std::string& who) const;
     /// Whatever they held is released; should they come again, they begin anew.
     void end(const std::string& who);
 
-    /// Where a source's window is: its ray at a cursor (0 to 1, from the upper left), and the tangent of the angle of its
-    /// height. Of what is no window: nothing.
+    /// Where a source's window is: its ray at a cursor (0 to 1, from the upper left), and the tangent of the angle of
+    /// its height. Of what is no window: nothing.
     struct Place {
         Ray ray;
         double height = 1;
     };
-    using PlaceOf = std::function<std::optional<Place>(const std::string& who, std::uint32_t source, double x, double y)>;
-    /// What all say together since the frame before, what is held on the average over that time. `now`: of a steady clock.
+    using PlaceOf =
+        std::function<std::optional<Place>(const std::string& who, std::uint32_t source, double x, double y)>;
+    /// What all say together since the frame before, what is held on the average over that time. `now`: of a steady
+    /// clock.
     [[nodiscard]] NavigationInput frame(TimePoint now, const PlaceOf& placeOf);
 
     /// Who has said anything in the second before the newest frame, or holds something.

@@ -24,7 +24,8 @@ struct LooksBeside {
     std::function<void(Look)> look;
     std::function<void(Work)> work;
 };
-/// Of all that is drawn at and below a node (sceneBounds), of all of the scene where it is none. Empty: there is no such node.
+/// Of all that is drawn at and below a node (sceneBounds), of all of the scene where it is none. Empty: there is no
+/// such node.
 [[nodiscard]] Box boundsOf(const Aspect& scene, ObjectId node);
 
 /// Each question is asked again in each frame until it is answered; one that nobody asks in a frame is forgotten. Frame

@@ -19,9 +19,9 @@ struct NavigationInput {
     bool faster = false;
 
     // Done since the frame before.
-    Vec2d look = Vec2d::Zero();  ///< a drag that turns: to the right, down; heights of a window
-    Vec2d pan = Vec2d::Zero();   ///< a drag that shifts, likewise: as tangents of angles at the eye
-    double wheel = 0;            ///< clicks, away from the person
+    Vec2d look = Vec2d::Zero();        ///< a drag that turns: to the right, down; heights of a window
+    Vec2d pan = Vec2d::Zero();         ///< a drag that shifts, likewise: as tangents of angles at the eye
+    double wheel = 0;                  ///< clicks, away from the person
     std::vector<InputAction> actions;  ///< asked for once
 
     /// Where the newest grab or fit points: the wall's frame, metres.

@@ -62,7 +62,8 @@ Heading headingOf(const Quatd& orientation) {
 
 Quatd orientationOf(const Heading& h) {
     using Turn = Eigen::AngleAxisd;
-    return Quatd(Turn(h.yaw, Vec3d::UnitY()) * Turn(h.pitch, Vec3d::UnitX()) * Turn(h.roll, Vec3d::UnitZ())).normalized();
+    return Quatd(Turn(h.yaw, Vec3d::UnitY()) * Turn(h.pitch, Vec3d::UnitX()) * Turn(h.roll, Vec3d::UnitZ()))
+        .normalized();
 }
 
 Navigator::Navigator(const Wall& wall) : wall_(wall), mode_(wall.navigation.mode) {}
@@ -97,7 +98,8 @@ bool Navigator::still() const {
 
 /// The user who looks at the first tile.
 Vec3d Navigator::headOf(const View& view) const {
-    const std::string name = wall_.hosts.empty() || wall_.hosts.front().tiles.empty() ? "" : wall_.hosts.front().tiles.front().user;
+    const std::string name =
+        wall_.hosts.empty() || wall_.hosts.front().tiles.empty() ? "" : wall_.hosts.front().tiles.front().user;
     if (const User* user = view.findUser(name)) return user->position;
     if (const User* user = wall_.findUser(name)) return user->position;
     return Vec3d::Zero();
@@ -173,7 +175,8 @@ void Navigator::take(const NavigationInput& input, const View& now, const Naviga
     const std::optional<Ray> pointing = [&]() -> std::optional<Ray> {
         if (!input.pointing) return std::nullopt;
         const Affine3d world_T_wall = now.world_T_wall();
-        return Ray{.origin = world_T_wall * input.pointing->origin, .direction = world_T_wall.linear() * input.pointing->direction};
+        return Ray{.origin = world_T_wall * input.pointing->origin,
+                   .direction = world_T_wall.linear() * input.pointing->direction};
     }();
     for (const InputAction action : input.actions) {
         const auto number = static_cast<std::size_t>(action);
@@ -237,7 +240,8 @@ Heading Navigator::turned(const Heading& heading, const NavigationInput& input, 
     next.yaw -= glide(turning_.x(), within(input.turn.x()) * rate, seconds) + input.look.x() * drag;
     const double up = glide(turning_.y(), within(input.turn.y()) * rate, seconds) - input.look.y() * drag;
     // Who was put steeper than that by hand stays so until he looks back.
-    next.pitch = std::clamp(heading.pitch + up, std::min(heading.pitch, -kSteepestLook), std::max(heading.pitch, kSteepestLook));
+    next.pitch =
+        std::clamp(heading.pitch + up, std::min(heading.pitch, -kSteepestLook), std::max(heading.pitch, kSteepestLook));
     if (input.roll != 0) levelling_ = false;
     next.roll -= glide(turning_.z(), within(input.roll) * rate, seconds);
     if (levelling_ || mode_ == NavigationMode::kWalk) {
@@ -252,7 +256,8 @@ Heading Navigator::turned(const Heading& heading, const NavigationInput& input, 
 void Navigator::fly(Stand& stand, const NavigationInput& input, double seconds) {
     pace_ = std::clamp(pace_ * std::pow(kPaceStep, input.wheel), kSlowestPace, kFastestPace);
     const Heading before = headingOf(stand.orientation), after = turned(before, input, kLookRadians, seconds);
-    if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll) stand.orientation = orientationOf(after);
+    if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll)
+        stand.orientation = orientationOf(after);
     const double speed = wall_.navigation.speed * pace_ * (input.faster ? wall_.navigation.fasterFactor : 1);
     Vec3d way;
     for (int i = 0; i < 3; ++i) way[i] = glide(velocity_[i], within(input.move[i]) * speed, seconds);
@@ -281,13 +286,16 @@ void Navigator::orbit(Stand& stand, const NavigationInput& input, const Navigati
     }
     near_ += input.wheel * std::log(kNearStep);
     const double distance = away.norm(), least = kNearest * stand.scale;
-    const double change = drain(near_, seconds) + glide(velocity_.z(), within(input.move.z()) * (input.faster ? 4 : 1), seconds);
+    const double change =
+        drain(near_, seconds) + glide(velocity_.z(), within(input.move.z()) * (input.faster ? 4 : 1), seconds);
     if (change != 0 && distance > 0) away *= std::max(std::exp(change), std::min(1.0, least / distance));
-    if (!input.pan.isZero(0)) *centre_ += std::max(distance, least) * (stand.orientation * Vec3d(-input.pan.x(), input.pan.y(), 0));
+    if (!input.pan.isZero(0))
+        *centre_ += std::max(distance, least) * (stand.orientation * Vec3d(-input.pan.x(), input.pan.y(), 0));
     stand.eye = *centre_ + away;
 }
 
-void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& input, const NavigationScene& scene, double seconds) {
+void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& input, const NavigationScene& scene,
+                     double seconds) {
     pace_ = std::clamp(pace_ * std::pow(kPaceStep, input.wheel), kSlowestPace, kFastestPace);
     if (!walker_ || walker_->scale() != stand.scale) {
         walker_.emplace(wall_.navigation);
@@ -296,12 +304,14 @@ void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& inp
     }
     const Heading before = headingOf(stand.orientation), after = turned(before, input, kLookRadians, seconds);
     const Quatd facing = orientationOf({.yaw = after.yaw});
-    if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll) stand.orientation = orientationOf(after);
+    if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll)
+        stand.orientation = orientationOf(after);
     if (!walker_) {
         velocity_ = Vec3d::Zero();
         return;
     }
-    const double speed = std::min(kFastestWalk, wall_.navigation.speed * pace_ * (input.faster ? wall_.navigation.fasterFactor : 1));
+    const double speed =
+        std::min(kFastestWalk, wall_.navigation.speed * pace_ * (input.faster ? wall_.navigation.fasterFactor : 1));
     Vec3d way = Vec3d::Zero();
     for (const int i : {0, 2}) way[i] = glide(velocity_[i], within(input.move[i]) * speed, seconds);
     velocity_.y() = 0;
@@ -313,7 +323,8 @@ void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& inp
     for (int i = 0; i < strides; ++i) stand.eye = walker_->step(whole / strides, head.y(), seconds / strides, scene);
 }
 
-Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, const NavigationScene& scene, double seconds) {
+Navigator::Step Navigator::step(const View& now, const NavigationInput& wanted, const NavigationScene& scene,
+                                double seconds) {
     // A source that says what is no number says nothing.
     const NavigationInput input = isFinite(wanted) ? wanted : NavigationInput{};
     take(input, now, scene);

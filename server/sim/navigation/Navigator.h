@@ -10,8 +10,8 @@
 
 namespace tessera {
 
-/// The rotation of a view as people speak of it: to the left about the world's up, upwards, and to the left about the line of
-/// sight; radians. orientation = turn about Y · about X · about Z.
+/// The rotation of a view as people speak of it: to the left about the world's up, upwards, and to the left about the
+/// line of sight; radians. orientation = turn about Y · about X · about Z.
 struct Heading {
     double yaw = 0, pitch = 0, roll = 0;
 };
@@ -20,29 +20,31 @@ struct Heading {
 
 /// What the navigator asks of the scene. No box: not yet, and it will be asked again in the next frame.
 struct NavigationScene : Surroundings {
-    std::function<std::optional<Box>()> bounds;            ///< of all that is drawn
-    std::function<std::optional<Box>(const Ray&)> boundsAt; ///< of the thing that a ray hits first; an empty one: none
-    std::function<std::optional<View>()> home;         ///< where the wall would stand if nobody had moved it
-    std::function<bool()> homeKnown;                   ///< false: not yet, and it will be once `home` has been asked for; empty: it is
+    std::function<std::optional<Box>()> bounds;              ///< of all that is drawn
+    std::function<std::optional<Box>(const Ray&)> boundsAt;  ///< of the thing that a ray hits first; an empty one: none
+    std::function<std::optional<View>()> home;               ///< where the wall would stand if nobody had moved it
+    std::function<bool()> homeKnown;  ///< false: not yet, and it will be once `home` has been asked for; empty: it is
     std::function<std::optional<View>(std::size_t)> bookmark;
     std::function<void(std::size_t, const View&)> keepBookmark;
 };
 
-/// A pure function of what went before: the same views, inputs and scenes give the same views, bit for bit. It turns about the
-/// eye of the first tile's user, moves in metres of the room times the view's scale, and knows world up as +Y. Accelerates and
-/// comes to rest along exponentials that are followed exactly, whatever the length of a frame. Not thread-safe.
+/// A pure function of what went before: the same views, inputs and scenes give the same views, bit for bit. It turns
+/// about the eye of the first tile's user, moves in metres of the room times the view's scale, and knows world up as
+/// +Y. Accelerates and comes to rest along exponentials that are followed exactly, whatever the length of a frame. Not
+/// thread-safe.
 class Navigator {
 public:
     explicit Navigator(const Wall& wall);
 
-    static constexpr double kTau = 0.15;        ///< s: of speeds and turns
-    static constexpr double kEased = 1.2;       ///< s: of a way to a place
-    static constexpr double kLookRadians = 1.0471975511965976;  ///< a drag over a window's height turns so far
-    static constexpr double kOrbitRadians = 3.141592653589793;  ///< and around something so far
-    static constexpr double kSteepestLook = 1.5533430342749532; ///< 89 degrees up and down
-    static constexpr double kNearest = 0.1;     ///< m: of the eye to what it orbits around
-    static constexpr double kLongestStride = 1.0 / 40; ///< s: a walk over a longer frame is several steps, as people make them
-    static constexpr double kPaceStep = 1.25, kNearStep = 0.85; ///< a click of the wheel
+    static constexpr double kTau = 0.15;                         ///< s: of speeds and turns
+    static constexpr double kEased = 1.2;                        ///< s: of a way to a place
+    static constexpr double kLookRadians = 1.0471975511965976;   ///< a drag over a window's height turns so far
+    static constexpr double kOrbitRadians = 3.141592653589793;   ///< and around something so far
+    static constexpr double kSteepestLook = 1.5533430342749532;  ///< 89 degrees up and down
+    static constexpr double kNearest = 0.1;                      ///< m: of the eye to what it orbits around
+    static constexpr double kLongestStride =
+        1.0 / 40;  ///< s: a walk over a longer frame is several steps, as people make them
+    static constexpr double kPaceStep = 1.25, kNearStep = 0.85;  ///< a click of the wheel
 
     [[nodiscard]] NavigationMode mode() const { return mode_; }
     void setMode(NavigationMode mode);
@@ -63,7 +65,8 @@ public:
         bool home = false;         ///< it has arrived at the first view, and may be let go
     };
     /// One frame of `seconds`. `now`: as the wall stands, with its users' heads as they are.
-    [[nodiscard]] Step step(const View& now, const NavigationInput& input, const NavigationScene& scene, double seconds);
+    [[nodiscard]] Step step(const View& now, const NavigationInput& input, const NavigationScene& scene,
+                            double seconds);
 
 private:
     struct Path {
@@ -103,7 +106,8 @@ private:
     [[nodiscard]] Heading turned(const Heading& heading, const NavigationInput& input, double radians, double seconds);
     void fly(Stand& stand, const NavigationInput& input, double seconds);
     void orbit(Stand& stand, const NavigationInput& input, const NavigationScene& scene, double seconds);
-    void walk(Stand& stand, const Vec3d& head, const NavigationInput& input, const NavigationScene& scene, double seconds);
+    void walk(Stand& stand, const Vec3d& head, const NavigationInput& input, const NavigationScene& scene,
+              double seconds);
     [[nodiscard]] bool still() const;
 
     Wall wall_;
@@ -113,7 +117,7 @@ private:
     Vec3d turning_ = Vec3d::Zero();   ///< to the right, upwards, roll to the right; rad/s
     double near_ = 0;                 ///< of the wheel in orbit: what is left to near, as a logarithm
     bool levelling_ = false;
-    std::optional<Vec3d> centre_;     ///< world: what orbits turn around
+    std::optional<Vec3d> centre_;  ///< world: what orbits turn around
     std::optional<Path> path_;
     std::optional<Box> toFit_;
     bool toHome_ = false;

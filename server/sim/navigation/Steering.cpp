@@ -29,7 +29,8 @@ Steering::Steering(const Surroundings& around)
 void Steering::received(const std::string& host, const std::vector<InputState>& states, TimePoint at) {
     if (!around_.takesInput) return;
     // What hands on handles do is not for the view.
-    for (const InputState& state : states) sources_.take(host, hands_ ? hands_->take(host, state, aimOf(host, state.source)) : state, at);
+    for (const InputState& state : states)
+        sources_.take(host, hands_ ? hands_->take(host, state, aimOf(host, state.source)) : state, at);
 }
 
 void Steering::hostLeft(const std::string& host) {
@@ -39,7 +40,8 @@ void Steering::hostLeft(const std::string& host) {
 
 Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& wish, TimePoint at, const Box* fit) {
     using Deed = NavigationWish::Deed;
-    if (!around_.takesInput) return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
+    if (!around_.takesInput)
+        return fail(ErrorCode::kRefused, "this server takes no input (--no-input): the view moves by `view` alone");
     const Aspect& scene = around_.simulation.scene();
     const Expected<View> now = around_.view.view(scene);
     if (!now) return tl::unexpected(now.error());
@@ -108,8 +110,8 @@ std::vector<std::string> Steering::active() const {
 }
 
 /// The cursor of a window on its tile, of an application on the first screen, as the tile's user sees it.
-std::optional<InputSources::Place> Steering::placeOf(const View& view, const std::string& who, std::uint32_t source, double x,
-                                                     double y) const {
+std::optional<InputSources::Place> Steering::placeOf(const View& view, const std::string& who, std::uint32_t source,
+                                                     double x, double y) const {
     const auto host = tiles_.find(who);
     if (host != tiles_.end() && source >= host->second.size()) return std::nullopt;
     const std::optional<TilePlace> place =
@@ -137,8 +139,10 @@ std::optional<Ray> Steering::rayThrough(Tile tile, double x, double y) const {
     const Screen* screen = around_.wall.findScreen(tile.screen);
     if (!view || !screen) return std::nullopt;
     const ScreenPixels whole = screenPixels(*screen);
-    const double u = (tile.rect.x + x * tile.rect.width) / whole.width, v = (tile.rect.y + (1 - y) * tile.rect.height) / whole.height;
-    const Vec3d at = screen->lowerLeft + u * (screen->lowerRight - screen->lowerLeft) + v * (screen->upperLeft - screen->lowerLeft);
+    const double u = (tile.rect.x + x * tile.rect.width) / whole.width,
+                 v = (tile.rect.y + (1 - y) * tile.rect.height) / whole.height;
+    const Vec3d at =
+        screen->lowerLeft + u * (screen->lowerRight - screen->lowerLeft) + v * (screen->upperLeft - screen->lowerLeft);
     // The eye that the tile is drawn for.
     const Vec3d eye = tileCamera(around_.wall, tile, *view).eyeWorld;
     return Ray{.origin = eye, .direction = (view->world_T_wall() * at - eye).normalized()};
@@ -146,7 +150,8 @@ std::optional<Ray> Steering::rayThrough(Tile tile, double x, double y) const {
 
 HandleInput::Aim Steering::aimOf(const std::string& host, std::uint32_t source) const {
     const auto known = tiles_.find(host);
-    if (known == tiles_.end() || source >= known->second.size()) return {.rayAt = [](double, double) { return std::nullopt; }};
+    if (known == tiles_.end() || source >= known->second.size())
+        return {.rayAt = [](double, double) { return std::nullopt; }};
     const Tile& tile = known->second[source];
     return {.rayAt = [this, &tile](double x, double y) { return rayThrough(tile, x, y); },
             .heightPerWidth = static_cast<double>(tile.rect.height) / tile.rect.width};

@@ -10,18 +10,19 @@
 namespace tessera {
 namespace {
 
-constexpr double kGravity = 9.81;       // m/s²
-constexpr double kFastestFall = 50;     // m/s
-constexpr double kRise = 3;             // m/s: how fast the feet follow steps and slopes
-constexpr double kPush = 2;             // m/s: how fast a body gets out of what it is in
-constexpr double kLevelGround = 1e-4;   // m: ground that is nearer to the feet is where they are
-constexpr double kOverlap = 1e-4;       // m: less is contact
+constexpr double kGravity = 9.81;      // m/s²
+constexpr double kFastestFall = 50;    // m/s
+constexpr double kRise = 3;            // m/s: how fast the feet follow steps and slopes
+constexpr double kPush = 2;            // m/s: how fast a body gets out of what it is in
+constexpr double kLevelGround = 1e-4;  // m: ground that is nearer to the feet is where they are
+constexpr double kOverlap = 1e-4;      // m: less is contact
 constexpr double kNoGround = std::numeric_limits<double>::infinity();
-constexpr double kSkin = 1e-3;          // m: up and down nobody comes nearer, so that edges overhead do not catch who goes on the level
-constexpr double kCoreRadius = 0.05;    // m: around its axis a body is free where it stands up
-constexpr double kShortest = 0.1;       // m: of a body below a low ceiling
-constexpr int kSlides = 4;              // faces along which one frame may slide
-constexpr double kCoarsest = 1e-5;      // m: between neighbouring numbers where one stands; beyond nobody walks
+constexpr double kSkin =
+    1e-3;  // m: up and down nobody comes nearer, so that edges overhead do not catch who goes on the level
+constexpr double kCoreRadius = 0.05;  // m: around its axis a body is free where it stands up
+constexpr double kShortest = 0.1;     // m: of a body below a low ceiling
+constexpr int kSlides = 4;            // faces along which one frame may slide
+constexpr double kCoarsest = 1e-5;    // m: between neighbouring numbers where one stands; beyond nobody walks
 
 const Vec3d kUp = Vec3d::UnitY();
 
@@ -56,8 +57,8 @@ public:
         if (deepest > kOverlap) advance(way);
     }
 
-    /// As far as `way` leads, along what is in the way. `level`: what is in the way counts as upright, so that nobody is led up or
-    /// down.
+    /// As far as `way` leads, along what is in the way. `level`: what is in the way counts as upright, so that nobody
+    /// is led up or down.
     void slide(Vec3d way, bool level) {
         std::vector<Vec3d> walls;
         const double whole = way.norm();
@@ -88,8 +89,8 @@ public:
         double height = 0;  ///< where the feet would be
         bool steep = false;
     };
-    /// Below the feet, no deeper than `down`, or above them as high as a step. A ball half as wide as the body finds it, so
-    /// that nobody falls into a crack; where that lies on an edge the point below the middle says what there is.
+    /// Below the feet, no deeper than `down`, or above them as high as a step. A ball half as wide as the body finds
+    /// it, so that nobody falls into a crack; where that lies on an edge the point below the middle says what there is.
     [[nodiscard]] std::optional<Ground> ground(double down) const {
         const double steep = std::cos(terms_.steepestDegrees * std::numbers::pi / 180);
         const Vec3d from = capsule().a;
@@ -115,7 +116,8 @@ public:
     void grow(double by) {
         const double within = by < 0 ? std::max(by, capsule().a.y() - eye_.y()) : 0;
         eye_.y() += within;
-        const std::optional<CapsuleHit> hit = sweepCapsule({eye_, eye_, terms_.bodyRadius + kSkin}, (by - within) * kUp, obstacles_);
+        const std::optional<CapsuleHit> hit =
+            sweepCapsule({eye_, eye_, terms_.bodyRadius + kSkin}, (by - within) * kUp, obstacles_);
         const double done = (hit ? hit->t : 1) * (by - within);
         eye_.y() += done;
         height_ += within + done;
@@ -174,7 +176,8 @@ Vec3d Walker::step(const Vec3d& wish, double height, double seconds, const Surro
     // All that anything in this frame may touch, in the body's metres.
     const double push = kPush * seconds, rise = kRise * seconds;
     // Who slides goes anywhere, though no farther than he meant to.
-    const Vec3d reach = Vec3d::Constant(terms_.bodyRadius + push + drop + 2 * rise + 0.01) + way.norm() * Vec3d(1, 0, 1);
+    const Vec3d reach =
+        Vec3d::Constant(terms_.bodyRadius + push + drop + 2 * rise + 0.01) + way.norm() * Vec3d(1, 0, 1);
     Box box;
     box.lower = -reach - (height_ + terms_.step) * kUp;
     box.upper = reach;

@@ -1,5 +1,5 @@
-/// A person who walks: stands on what is drawn, goes up steps and slopes, slides along walls and falls where there is no
-/// ground, and never comes to the other side of a face, however fast.
+/// A person who walks: stands on what is drawn, goes up steps and slopes, slides along walls and falls where there is
+/// no ground, and never comes to the other side of a face, however fast.
 #pragma once
 
 #include <functional>
@@ -22,24 +22,25 @@ struct Surroundings {
     std::function<std::optional<double>(const Ray&)> hit;
 };
 
-/// One body. Its head is where the eyes are; below it a capsule ends as high above the feet as a step may be, and below that
-/// there is nothing: the feet find the ground. World up is +Y. All lengths of the body are metres, `scale` world units each.
+/// One body. Its head is where the eyes are; below it a capsule ends as high above the feet as a step may be, and below
+/// that there is nothing: the feet find the ground. World up is +Y. All lengths of the body are metres, `scale` world
+/// units each.
 ///
-/// Every move of the capsule is swept against all faces near it (sweepCapsule), so that its axis passes through none; a face
-/// that it is in already (a thing that was moved into it, a place where it was set down) holds it from no way out. The same
-/// calls give the same places, bit for bit. Not thread-safe.
+/// Every move of the capsule is swept against all faces near it (sweepCapsule), so that its axis passes through none; a
+/// face that it is in already (a thing that was moved into it, a place where it was set down) holds it from no way out.
+/// The same calls give the same places, bit for bit. Not thread-safe.
 class Walker {
 public:
     explicit Walker(const Navigation& terms) : terms_(terms) {}
 
-    /// Somebody stands up here: eyes at `eye`, `height` above the feet where there is room for that, and lower down where
-    /// the ground is nearer; the body rises to its height then. What was before counts no more. False: what is there
-    /// cannot be seen, or not yet; then nobody stands here.
+    /// Somebody stands up here: eyes at `eye`, `height` above the feet where there is room for that, and lower down
+    /// where the ground is nearer; the body rises to its height then. What was before counts no more. False: what is
+    /// there cannot be seen, or not yet; then nobody stands here.
     [[nodiscard]] bool standAt(const Vec3d& eye, double height, double scale, const Surroundings& around);
 
-    /// One frame of `seconds`. `wish`: how far to go on the level, metres (its y is not looked at); no farther than kFastestWalk
-    /// allows. `height`: of the eyes above the floor of the room; who ducks there ducks here. Returns where the eyes are: the
-    /// very same numbers while nothing moves.
+    /// One frame of `seconds`. `wish`: how far to go on the level, metres (its y is not looked at); no farther than
+    /// kFastestWalk allows. `height`: of the eyes above the floor of the room; who ducks there ducks here. Returns
+    /// where the eyes are: the very same numbers while nothing moves.
     [[nodiscard]] Vec3d step(const Vec3d& wish, double height, double seconds, const Surroundings& around);
 
     [[nodiscard]] const Vec3d& eye() const { return eye_; }

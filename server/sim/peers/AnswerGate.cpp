@@ -31,7 +31,8 @@ ServerActions AnswerGate::open(std::uint64_t written, const std::optional<Error>
         if (held_.front().written > written) {
             message::Reply reply = std::get<message::Reply>(*send.message);
             reply.code = trouble->code;
-            reply.error = fmt::format("it is done, but {}; a server that is started again may not know of it", trouble->message);
+            reply.error =
+                fmt::format("it is done, but {}; a server that is started again may not know of it", trouble->message);
             reply.body = {};
             send.message = std::make_shared<const Message>(std::move(reply));
         }

@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// Of the actions that tell what came of edits it keeps the replies that grant, until what they speak of is written. Refusals and
-/// all that is no reply pass. Frame thread only.
+/// Of the actions that tell what came of edits it keeps the replies that grant, until what they speak of is written.
+/// Refusals and all that is no reply pass. Frame thread only.
 class AnswerGate {
 public:
     /// `written`: as much of the journal must be written before the replies go out.

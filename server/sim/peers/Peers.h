@@ -24,8 +24,8 @@ namespace tessera {
 /// back by `handle`.
 class Peers {
 public:
-    /// Of one connection: what has come and is not handled yet, and what waits to be sent. Above it nothing more is read from
-    /// it, or nothing more of it is handled: a peer that asks faster than it listens waits for itself.
+    /// Of one connection: what has come and is not handled yet, and what waits to be sent. Above it nothing more is
+    /// read from it, or nothing more of it is handled: a peer that asks faster than it listens waits for itself.
     static constexpr std::size_t kMaxUnhandledBytes = std::size_t{1} << 20;
     static constexpr std::size_t kMaxUnsentBytes = std::size_t{4} << 20;
 

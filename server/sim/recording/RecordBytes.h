@@ -1,4 +1,5 @@
-/// Files of records: a header in front of each content, so that what was changed, left out, moved or cut off is found where it stands.
+/// Files of records: a header in front of each content, so that what was changed, left out, moved or cut off is found
+/// where it stands.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ struct RecordContent {
 
 /// The header of the record with this number, counted from 0.
 [[nodiscard]] RecordHeader headerFor(std::uint64_t kind, ByteSpan content, std::uint64_t number);
-[[nodiscard]] RecordHeader headerFor(std::uint64_t kind, std::uint64_t bytes, std::uint64_t contentHash, std::uint64_t number);
+[[nodiscard]] RecordHeader headerFor(std::uint64_t kind, std::uint64_t bytes, std::uint64_t contentHash,
+                                     std::uint64_t number);
 [[nodiscard]] bool isIntact(const RecordHeader& header, std::uint64_t number);
 
 /// Writes all of both, whatever it takes. An errno, or 0.

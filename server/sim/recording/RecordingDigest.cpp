@@ -64,7 +64,8 @@ public:
         addAll(core, velocity, spin);
     }
     void add(const Contact& c) {
-        const auto& [objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, patchA, patchB, patchUvA, patchUvB, error, interest, time] = c;
+        const auto& [objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, patchA, patchB, patchUvA, patchUvB,
+                     error, interest, time] = c;
         addAll(objectA, objectB, faceA, faceB, point, normal, depth, uvA, uvB, error, interest, time);
         // Of what is not smooth nothing, as before there were patches: recordings of then are still repeated.
         if (patchA != Contact::kNoFace) addAll(patchA, patchUvA);
@@ -75,7 +76,8 @@ public:
         addAll(interest, objectA, objectB, phase, firstTime, point, normal, through);
     }
     void add(const PairDistance& d) {
-        const auto& [interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB, error] = d;
+        const auto& [interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB, error] =
+            d;
         addAll(interest, objectA, objectB, phase, distance, nodeA, nodeB, faceA, faceB, pointA, pointB, error);
     }
     void add(const Question& q) {
@@ -149,8 +151,7 @@ std::vector<std::string> differences(const FrameDigest& recorded, const FrameDig
 }
 
 std::uint64_t digestOf(const CollisionLimits& limits) {
-    const auto& [maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance] =
-        limits;
+    const auto& [maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance] = limits;
     Bits bits;
     bits.addAll(maxContacts, maxEvents, maxInterests, maxNotLookedAt, maxQuestions, maxTests, stopTolerance);
     return bits.hash();

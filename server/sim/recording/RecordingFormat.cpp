@@ -86,11 +86,14 @@ ReplyRecord pack(const Reply& reply) {
 Expected<Reply> unpack(const ReplyRecord& record) {
     if (record[1] > static_cast<std::uint64_t>(Reply::Decision::kMove))
         return malformed(fmt::format("decision {} is none", record[1]));
-    return Reply{.question = record[0], .decision = static_cast<Reply::Decision>(record[1]), .pose = poseFrom(std::span(record).subspan(2))};
+    return Reply{.question = record[0],
+                 .decision = static_cast<Reply::Decision>(record[1]),
+                 .pose = poseFrom(std::span(record).subspan(2))};
 }
 
 MoveRecord pack(std::size_t edit, ObjectId node, const NodeMove& move) {
-    const std::uint64_t flags = (move.relative ? MoveRecord::kRelative : 0) | (move.translation ? MoveRecord::kTranslation : 0) |
+    const std::uint64_t flags = (move.relative ? MoveRecord::kRelative : 0) |
+                                (move.translation ? MoveRecord::kTranslation : 0) |
                                 (move.rotation ? MoveRecord::kRotation : 0) | (move.scale ? MoveRecord::kScale : 0);
     const Pose pose;
     return {.edit = edit,
@@ -160,8 +163,10 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
     record::Inputs inputs{.frame = FrameNumber(head.frame()), .first = head.first(), .edits = {}, .replies = {}};
     for (std::size_t i = 0; i < edits->size(); ++i) {
         const EditRecord& edit = (*edits)[i];
-        if ((edit.flags & ~(EditRecord::kUndoable | EditRecord::kOfFile)) != 0) return malformed("an edit has flags that are none");
-        if (edit.kind > static_cast<std::uint64_t>(Edit::Kind::kLastPart)) return malformed("an edit is of a kind that is none");
+        if ((edit.flags & ~(EditRecord::kUndoable | EditRecord::kOfFile)) != 0)
+            return malformed("an edit has flags that are none");
+        if (edit.kind > static_cast<std::uint64_t>(Edit::Kind::kLastPart))
+            return malformed("an edit is of a kind that is none");
         Expected<ChangeList> list = listFrom(split->parts[kFixedParts + i], arrays);
         if (!list) return failWith(fmt::format("edit {}", i + 1), list.error());
         inputs.edits.push_back({.ticket = edit.ticket,
@@ -173,7 +178,8 @@ Expected<Record> inputsFrom(ByteSpan bytes, const BlobStore& arrays, const Recor
                                 .ofFile = (edit.flags & EditRecord::kOfFile) != 0});
     }
     for (const MoveRecord& move : *moves) {
-        if (move.edit >= inputs.edits.size() || (move.flags & ~MoveRecord::kAll) != 0) return malformed("a move is of no edit, or of a kind that is none");
+        if (move.edit >= inputs.edits.size() || (move.flags & ~MoveRecord::kAll) != 0)
+            return malformed("a move is of no edit, or of a kind that is none");
         inputs.edits[move.edit].move = unpack(move);
         inputs.edits[move.edit].node = ObjectId(move.node);
     }
@@ -191,8 +197,9 @@ Expected<Record> outcomeFrom(ByteSpan bytes) {
     if (head->counts_size() != kDigestParts || head->hashes_size() != kDigestParts ||
         head->counters_size() != kDigestCounters)
         return malformed("it has another number of parts than this format");
-    record::Outcome outcome{.frame = FrameNumber(head->frame()),
-                            .digest = {.sequence = Sequence(head->sequence()), .stateHash = StateHash(head->state_hash())}};
+    record::Outcome outcome{
+        .frame = FrameNumber(head->frame()),
+        .digest = {.sequence = Sequence(head->sequence()), .stateHash = StateHash(head->state_hash())}};
     for (int i = 0; i < static_cast<int>(kDigestParts); ++i)
         outcome.digest.parts[static_cast<std::size_t>(i)] = {.count = head->counts(i), .hash = head->hashes(i)};
     std::ranges::copy(head->counters(), outcome.digest.counters.begin());
@@ -235,8 +242,7 @@ RecordContent encodeStarted(const record::Started& started) {
     return headOnly<record::Started>(head);
 }
 
-RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> edits,
-                           std::span<const Reply> replies) {
+RecordContent encodeInputs(FrameNumber frame, bool first, std::span<const Edit> edits, std::span<const Reply> replies) {
     wire::Inputs head;
     head.set_frame(frame.value);
     head.set_first(first);

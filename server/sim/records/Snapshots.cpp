@@ -122,10 +122,12 @@ void Snapshots::follow(const CommittedFrame& committed) {
 void Snapshots::handOver() {
     if (fresh_.empty()) return;
     const bool behind = !late_.empty();
-    if (!behind || !std::holds_alternative<Apply>(late_.back())) late_.emplace_back(Apply{std::make_shared<WaitingLists>()});
+    if (!behind || !std::holds_alternative<Apply>(late_.back()))
+        late_.emplace_back(Apply{std::make_shared<WaitingLists>()});
     WaitingLists& lists = *std::get<Apply>(late_.back()).lists;
     const std::size_t before = lists.bytes();
-    for (const CommittedFrame& frame : fresh_) lists.add(frame, behind ? WaitingLists::Merge::kYes : WaitingLists::Merge::kNo);
+    for (const CommittedFrame& frame : fresh_)
+        lists.add(frame, behind ? WaitingLists::Merge::kYes : WaitingLists::Merge::kNo);
     waitingBytes_ += lists.bytes() - before;
     fresh_.clear();
     freshBytes_ = 0;
@@ -179,7 +181,8 @@ ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
 /// Nobody asks at a wall at rest: it goes all the same.
 void Snapshots::forgetLast() {
     constexpr std::uint64_t kEvery = 64;  // the session goes through the lists since then
-    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_))) freeLast();
+    if (last_ && looks_++ % kEvery == 0 && !session_.snapshotServes(last_->snapshot.list->sequence, bytesOf(*last_)))
+        freeLast();
 }
 
 /// By the thread: of a large scene it takes longer than a frame.

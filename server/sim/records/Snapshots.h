@@ -23,13 +23,14 @@ struct SnapshotMade {
     Blob content;  ///< empty: the scene is small, and the snapshot holds it
 };
 
-/// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the committed
-/// lists, some behind while nobody asks. Whatever else is to be found in the scene as it was at some list, and takes longer than
-/// a frame should, is found there too (`look`). What has been made serves all who join while the lists since then are few.
+/// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the
+/// committed lists, some behind while nobody asks. Whatever else is to be found in the scene as it was at some list,
+/// and takes longer than a frame should, is found there too (`look`). What has been made serves all who join while the
+/// lists since then are few.
 ///
-/// Memory: the scene a second time; the lists that the thread has not taken yet (16 MiB as they came, or 16 lists where those are
-/// larger; what comes beyond is merged); those that it has not applied (kTrailing); and the last snapshot as long as somebody may
-/// be served with it.
+/// Memory: the scene a second time; the lists that the thread has not taken yet (16 MiB as they came, or 16 lists where
+/// those are larger; what comes beyond is merged); those that it has not applied (kTrailing); and the last snapshot as
+/// long as somebody may be served with it.
 class Snapshots {
 public:
     /// Scenes of up to so many bytes travel in the message itself.
@@ -50,9 +51,9 @@ public:
 
     /// The scene as a list has left it; null: the thread has gone on from there.
     using Look = std::function<void(const Aspect* scene)>;
-    /// Has `look` called on the thread of its own, with the scene as it was at `sequence`, which has been followed; none: as the
-    /// thread has it. Lists of the last second or so can be asked about, unless they are large or merged, or somebody has joined since
-    /// (kTrailing). Nothing else is made meanwhile.
+    /// Has `look` called on the thread of its own, with the scene as it was at `sequence`, which has been followed;
+    /// none: as the thread has it. Lists of the last second or so can be asked about, unless they are large or merged,
+    /// or somebody has joined since (kTrailing). Nothing else is made meanwhile.
     void look(std::optional<Sequence> sequence, Look look);
 
     /// Bytes of memory that lists hold because the thread has not taken them.

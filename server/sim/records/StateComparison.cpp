@@ -13,7 +13,9 @@ namespace {
 std::vector<HashEntry> sorted(std::span<const HashEntry> entries) {
     std::vector<HashEntry> all(entries.begin(), entries.end());
     std::ranges::stable_sort(all, {}, &HashEntry::key);
-    all.erase(std::unique(all.begin(), all.end(), [](const HashEntry& a, const HashEntry& b) { return a.key == b.key; }), all.end());
+    all.erase(
+        std::unique(all.begin(), all.end(), [](const HashEntry& a, const HashEntry& b) { return a.key == b.key; }),
+        all.end());
     return all;
 }
 

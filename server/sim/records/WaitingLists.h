@@ -7,9 +7,10 @@
 
 namespace tessera {
 
-/// As they came, or merged: each becomes one with those before it of like size and like effect, up to 32,768 changes, so that what waits is in proportion to what the lists
-/// set and not to their number. What that costs is spread over the lists: each change is merged a few times. Placements, and what brings back an id
-/// that was destroyed, stay as they came. Not thread-safe.
+/// As they came, or merged: each becomes one with those before it of like size and like effect, up to 32,768 changes,
+/// so that what waits is in proportion to what the lists set and not to their number. What that costs is spread over
+/// the lists: each change is merged a few times. Placements, and what brings back an id that was destroyed, stay as
+/// they came. Not thread-safe.
 class WaitingLists {
 public:
     struct Waiting {

@@ -220,7 +220,8 @@ private:
             if (change_.formerOf[b] != kNone) nextOf[change_.formerOf[b]] = b;
         const auto look = [&](std::uint32_t to) {
             const ObjectId id = change_.former->ids[to];
-            if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to))) return;
+            if (before.isNode(to) || nextOf[to] == kNone || wanted_[nextOf[to]] || !isThere(id, before.type(to)))
+                return;
             if (going_.emplace(id, to).second) order.push_back(id);
         };
         const auto offer = [&](ObjectId id) {

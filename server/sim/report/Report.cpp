@@ -22,7 +22,8 @@ Json toJson(const std::vector<WaitStatistics::Row>& rows) {
     Json waits = Json::array();
     for (const WaitStatistics::Row& row : rows) {
         Json why = Json::object();
-        for (std::size_t i = 0; i < kWaitReasons; ++i) why[std::string(nameOf(static_cast<WaitReason>(i)))] = row.why[i];
+        for (std::size_t i = 0; i < kWaitReasons; ++i)
+            why[std::string(nameOf(static_cast<WaitReason>(i)))] = row.why[i];
         waits.push_back({{"tile", row.tile},
                          {"host", row.host},
                          {"frames", row.frames},
@@ -107,11 +108,13 @@ void Report::stats(const server_action::FrameStats& action, const HostStats& sta
 void Report::shown(const server_action::FrameShown& action) {
     lastShown_[action.host] = action.frame.value;
     if (action.frame.value < settledBefore_) return;
-    const auto [it, isNew] = swapInstants_.try_emplace(action.frame.value, SwapInstants{action.shownAtNs, action.shownAtNs, action.host});
+    const auto [it, isNew] =
+        swapInstants_.try_emplace(action.frame.value, SwapInstants{action.shownAtNs, action.shownAtNs, action.host});
     SwapInstants& instants = it->second;
     instants.firstNs = std::min(instants.firstNs, action.shownAtNs);
     if (action.shownAtNs > instants.lastNs) instants.lastNs = action.shownAtNs, instants.last = action.host;
-    // A frame's spread is settled once everybody is far on: under hold a host may say long after the others that it shows.
+    // A frame's spread is settled once everybody is far on: under hold a host may say long after the others that it
+    // shows.
     while (swapInstants_.size() > kUnsettledFrames) {
         const auto& [frame, oldest] = *swapInstants_.begin();
         swapSpreadMs_.add(oldest.spreadMs());
@@ -203,7 +206,8 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const
                        {"triangles", counts.triangles},
                        {"triangles_stored", counts.trianglesStored}};
     if (counts.promised > 0)
-        report["scene"]["promised"] = {{"proxies", counts.promised}, {"nodes", counts.promisedNodes}, {"triangles", counts.promisedTriangles}};
+        report["scene"]["promised"] = {
+            {"proxies", counts.promised}, {"nodes", counts.promisedNodes}, {"triangles", counts.promisedTriangles}};
     report["frames"] = framesShown_;
     report["frame_ms"] = tessera::toJson(frameMs_);
     report["sync"] = {{"barrier_ms", tessera::toJson(barrierMs_)},
@@ -247,7 +251,8 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const
     report["faults_left_out"] = faultsLeftOut_;
     report["faults"] = Json::array();
     for (const FaultRow& row : faults_) {
-        Json entry = {{"frame", row.frame.value}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
+        Json entry = {
+            {"frame", row.frame.value}, {"host", row.host}, {"kind", row.kind}, {"detected_ms", row.detectedMs}};
         entry["rejoined_ms"] = row.rejoinedMs >= 0 ? Json(row.rejoinedMs) : Json(nullptr);
         entry["detail"] = row.detail;
         report["faults"].push_back(entry);

@@ -57,7 +57,7 @@ private:
         std::string tile, host;
         std::uint64_t shown = 0, missed = 0;
         Series cullMs, drawMs;
-        TileStats last;  ///< of the last frame
+        TileStats last;                                                         ///< of the last frame
         std::uint64_t divided = 0, parts = 0, partsHelped = 0, partsTwice = 0;  ///< frames; over the run
     };
     struct FaultRow {
@@ -87,8 +87,8 @@ private:
     };
     static void note(WorstSwap& worst, std::uint64_t frame, const SwapInstants& instants);
     static constexpr std::size_t kUnsettledFrames = 1024;  ///< 17 s of a wall at 60 Hz
-    std::map<std::uint64_t, SwapInstants> swapInstants_;  ///< by frame: those that hosts may still speak of
-    std::uint64_t settledBefore_ = 0;                     ///< what is said of older frames comes too late
+    std::map<std::uint64_t, SwapInstants> swapInstants_;   ///< by frame: those that hosts may still speak of
+    std::uint64_t settledBefore_ = 0;                      ///< what is said of older frames comes too late
     WorstSwap worstSwap_;
     std::map<std::string, std::uint64_t> waitedFor_;
     WaitStatistics waits_;

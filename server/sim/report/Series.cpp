@@ -26,7 +26,8 @@ void Series::add(double value) {
 
 double Series::quantile(double share) const {
     if (count_ == 0) return 0;
-    const auto rank = std::clamp<std::uint64_t>(static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_))), 1, count_);
+    const auto rank = std::clamp<std::uint64_t>(
+        static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_))), 1, count_);
     if (rank == count_) return largest_;
     std::uint64_t sum = 0;
     std::size_t bucket = 0;

@@ -8,11 +8,12 @@
 
 namespace tessera {
 
-/// Half, all but a hundredth, and the worst of any count of numbers: of times in ms, say. A histogram whose buckets are as wide as
-/// a sixty-fourth of the power of two that they lie above (log-linear, as in HdrHistogram by G. Tene).
+/// Half, all but a hundredth, and the worst of any count of numbers: of times in ms, say. A histogram whose buckets are
+/// as wide as a sixty-fourth of the power of two that they lie above (log-linear, as in HdrHistogram by G. Tene).
 ///
-/// Exact for the smallest and the largest number; what lies between is told within 0.8 %, from a nanosecond to twelve days where
-/// numbers are milliseconds. What is smaller, negative or NaN counts as 0. 26 KB, whatever comes. A plain value.
+/// Exact for the smallest and the largest number; what lies between is told within 0.8 %, from a nanosecond to twelve
+/// days where numbers are milliseconds. What is smaller, negative or NaN counts as 0. 26 KB, whatever comes. A plain
+/// value.
 class Series {
 public:
     Series();
@@ -26,7 +27,7 @@ public:
 private:
     static constexpr int kLowest = -20, kHighest = 30;  ///< powers of two
     static constexpr std::size_t kParts = 64;           ///< of each
-    std::vector<std::uint64_t> buckets_;  ///< the first one's numbers are 0
+    std::vector<std::uint64_t> buckets_;                ///< the first one's numbers are 0
     std::uint64_t count_ = 0;
     double smallest_ = 0, largest_ = 0;
 };

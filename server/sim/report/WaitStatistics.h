@@ -14,15 +14,16 @@
 
 namespace tessera {
 
-/// What a host's time from Begin to Ready went to. All but `kNetwork` by the host's own clock, without the time in which
-/// its draw thread waited for a processor: that is `kProcessor`.
+/// What a host's time from Begin to Ready went to. All but `kNetwork` by the host's own clock, without the time in
+/// which its draw thread waited for a processor: that is `kProcessor`.
 enum class WaitReason : std::uint8_t {
-    kApply,       ///< the change list
+    kApply,  ///< the change list
     kCull,
     kDraw,        ///< uploads, compiling and the read-back included: a software rasteriser draws when it is read
     kHandOver,    ///< the picture laid where it is shown from
     kProcessor,   ///< no processor was free
-    kStoodStill,  ///< the rest of its work: it slept, or its disk was slow. Stopped (SIGSTOP) while it draws it draws for long
+    kStoodStill,  ///< the rest of its work: it slept, or its disk was slow. Stopped (SIGSTOP) while it draws it draws
+                  ///< for long
     kNetwork,     ///< there and back, both queues included: of a host that is stopped before it looks, too
     kGone,        ///< it left the barrier, or was left behind: nobody knows
 };
@@ -30,10 +31,10 @@ inline constexpr std::size_t kWaitReasons = 8;
 /// e.g. "draw"; also the key in report.json.
 [[nodiscard]] std::string_view nameOf(WaitReason reason);
 
-/// For each released frame: the last host to be ready (server's clock), and how long all others had been ready by then. The
-/// last and the one before it both told what their time went to; what the last one spent more, piece by piece, adds up to
-/// just the time that the others waited. Of the last host's tiles the one that took longest is named. Frames of a single
-/// host are not counted: nobody waited.
+/// For each released frame: the last host to be ready (server's clock), and how long all others had been ready by then.
+/// The last and the one before it both told what their time went to; what the last one spent more, piece by piece, adds
+/// up to just the time that the others waited. Of the last host's tiles the one that took longest is named. Frames of a
+/// single host are not counted: nobody waited.
 ///
 /// Bounded by the wall. One thread.
 class WaitStatistics {
@@ -41,9 +42,9 @@ public:
     using Parts = std::array<double, kWaitReasons>;  ///< ms; may be negative where the host before spent more
     struct Row {
         std::string tile, host;
-        std::uint64_t frames = 0;  ///< in which the wall waited for it
-        double ms = 0, longestMs = 0;  ///< that the others waited
-        Parts why{};               ///< adds up to `ms`
+        std::uint64_t frames = 0;                 ///< in which the wall waited for it
+        double ms = 0, longestMs = 0;             ///< that the others waited
+        Parts why{};                              ///< adds up to `ms`
         [[nodiscard]] WaitReason reason() const;  ///< the largest part
     };
     /// So many frames back `recent` looks.
@@ -55,8 +56,8 @@ public:
     void ready(const std::string& host, FrameNumber frame, const HostStats& stats);
     void released(const server_action::FrameReleased& action);
 
-    /// Over the run, and over the last frames; those that others waited for longest first. Tiles that nobody waited for are
-    /// left away.
+    /// Over the run, and over the last frames; those that others waited for longest first. Tiles that nobody waited for
+    /// are left away.
     [[nodiscard]] std::vector<Row> all() const { return sorted(rows_); }
     [[nodiscard]] std::vector<Row> recent() const;
     /// Frames that `recent` looks at.

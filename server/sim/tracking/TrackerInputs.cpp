@@ -10,7 +10,16 @@ namespace tessera {
 
 /// What was wrong last, as other threads may read it: a number in a table of words, because texts cannot be shared
 /// without a lock.
-enum class TrackerTrouble : std::uint8_t { kNone, kMalformed, kTooMany, kStranger, kNotReached, kNoDevice, kNotVrpn, kEnded };
+enum class TrackerTrouble : std::uint8_t {
+    kNone,
+    kMalformed,
+    kTooMany,
+    kStranger,
+    kNotReached,
+    kNoDevice,
+    kNotVrpn,
+    kEnded
+};
 
 namespace {
 
@@ -78,21 +87,23 @@ public:
         } else if (stream_->greeted() && !stream_->knowsTracker()) {
             // A server may speak of other devices for ever.
             if (greetedAt_ == TimePoint{}) greetedAt_ = at;
-            if (at - greetedAt_ > kPatience) absent(TrackerTrouble::kNoDevice, "it is there, and has told of no such device");
+            if (at - greetedAt_ > kPatience)
+                absent(TrackerTrouble::kNoDevice, "it is there, and has told of no such device");
         }
         pass(std::move(reports), at);
         return {};
     }
     void lost(const Error& why) {
         const bool lied = why.code != ErrorCode::kNetwork;
-        const TrackerTrouble trouble = !stream_                       ? TrackerTrouble::kNotReached
-                                       : lied || !stream_->greeted()  ? TrackerTrouble::kNotVrpn
-                                       : !stream_->knowsTracker()     ? TrackerTrouble::kNoDevice
-                                                                      : TrackerTrouble::kEnded;
+        const TrackerTrouble trouble = !stream_                      ? TrackerTrouble::kNotReached
+                                       : lied || !stream_->greeted() ? TrackerTrouble::kNotVrpn
+                                       : !stream_->knowsTracker()    ? TrackerTrouble::kNoDevice
+                                                                     : TrackerTrouble::kEnded;
         stream_.reset();
         greetedAt_ = {};
         endUnsaid_ = std::exchange(spoke_, false) || endUnsaid_;
-        if (endUnsaid_ && readings_.tryPush({.tracker = index_, .at = clockNow(), .connectionEnded = true})) endUnsaid_ = false;
+        if (endUnsaid_ && readings_.tryPush({.tracker = index_, .at = clockNow(), .connectionEnded = true}))
+            endUnsaid_ = false;
         absent(trouble, fmt::format("{}{}; it is dialled again until it is there", why.message,
                                     trouble == TrackerTrouble::kNoDevice  ? ", and has told of no such device"
                                     : trouble == TrackerTrouble::kNotVrpn ? ": what is there does not speak VRPN 7"
@@ -116,7 +127,8 @@ private:
         }
         if (reports->empty()) return;
         spoke_ = true;
-        if (readings_.tryPush({.tracker = index_, .at = at, .reports = std::move(*reports), .connectionEnded = endUnsaid_})) {
+        if (readings_.tryPush(
+                {.tracker = index_, .at = at, .reports = std::move(*reports), .connectionEnded = endUnsaid_})) {
             endUnsaid_ = false;
             return;
         }

@@ -93,7 +93,8 @@ void Tracking::takeControls(std::size_t tracker, const SensorReport& report, Tim
         // It may have been lost, and back, between two frames.
         const PoseFilter& filter = sensorOf(wand)->filter;
         const Duration hold = trackers_[tracker].setup.filter.holdFor;
-        const bool back = report.pose && moves && wand.state == Follower::State::kThere && filter.any() && at - filter.last() > hold;
+        const bool back =
+            report.pose && moves && wand.state == Follower::State::kThere && filter.any() && at - filter.last() > hold;
         if (back || at - wand.heard > kControlsCount) wand.controls.forget();
         wand.heard = std::max(wand.heard, at);
         if (says) wand.controls.take(report);
@@ -132,7 +133,8 @@ void Tracking::take(const TrackerReading& reading) {
         }
         ++sensor.inWindow;
         if (at - sensor.windowBegan < kRateWindow) continue;
-        sensor.interval = std::chrono::duration<double>(at - sensor.windowBegan).count() / static_cast<double>(sensor.inWindow);
+        sensor.interval =
+            std::chrono::duration<double>(at - sensor.windowBegan).count() / static_cast<double>(sensor.inWindow);
         sensor.windowBegan = at;
         sensor.inWindow = 0;
     }
@@ -238,8 +240,9 @@ std::vector<TrackerInfo> Tracking::describe(TimePoint now) const {
                 // What was regular and has ceased has no rate.
                 const Duration begun = sensor.filter.last() - sensor.windowBegan;
                 const bool first = sensor.interval == 0 && begun >= kShortestRateWindow;
-                const double interval = first ? std::chrono::duration<double>(begun).count() / static_cast<double>(sensor.inWindow)
-                                              : sensor.interval;
+                const double interval =
+                    first ? std::chrono::duration<double>(begun).count() / static_cast<double>(sensor.inWindow)
+                          : sensor.interval;
                 const double seconds = std::max(interval, told.ageMs < 1000 ? 0 : told.ageMs / 1000);
                 told.rateHz = seconds > 0 ? 1 / seconds : 0;
             }

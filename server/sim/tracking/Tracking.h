@@ -24,9 +24,10 @@ struct TrackerReading {
 /// same; it knows no socket. Not thread-safe.
 ///
 /// A head whose tracker is silent stays where it was last expected; after `TrackerFilter::holdFor` it goes within
-/// `easeFor` to where it would be without a tracker. What a wand's stick and buttons said counts while its sensor or they
-/// themselves speak, so that a device which tells of changes alone may: after kControlsCount of silence the axes are 0 and
-/// the buttons up until they are said again. A wand without a pose for `holdFor` is not tracked any more, and what it said is forgotten.
+/// `easeFor` to where it would be without a tracker. What a wand's stick and buttons said counts while its sensor or
+/// they themselves speak, so that a device which tells of changes alone may: after kControlsCount of silence the axes
+/// are 0 and the buttons up until they are said again. A wand without a pose for `holdFor` is not tracked any more, and
+/// what it said is forgotten.
 class Tracking {
 public:
     /// Of each tracker; others' sensors beyond are not looked at. Those that move somebody always are.

@@ -23,7 +23,8 @@ namespace tessera {
 namespace {
 
 constexpr double kSecondsApart = 1.0 / 60;
-/// Between two looks, in radians and in parts of all that is seen: beyond, there is one in between, unless they are so near (s) that it is a leap.
+/// Between two looks, in radians and in parts of all that is seen: beyond, there is one in between, unless they are so
+/// near (s) that it is a leap.
 constexpr double kMostTurn = 0.1, kMostStep = 0.01, kLeap = kSecondsApart / 1000;
 constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
@@ -31,20 +32,24 @@ constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 struct Player {
     double time = 0, speed = 1, last = 0;
     std::int64_t mode = Animation::kLoop;
-    std::size_t group = 0;     ///< of those that are looked at together: 0, all that play
-    std::vector<double> keys;  ///< s, ascending
+    std::size_t group = 0;            ///< of those that are looked at together: 0, all that play
+    std::vector<double> keys;         ///< s, ascending
     std::vector<double> motion = {};  ///< Motion::keys
 
-    [[nodiscard]] double period() const { return speed == 0 ? 0 : (mode == Animation::kPingPong ? 2 : 1) * last / std::abs(speed); }
+    [[nodiscard]] double period() const {
+        return speed == 0 ? 0 : (mode == Animation::kPingPong ? 2 : 1) * last / std::abs(speed);
+    }
     /// The time of the keys that are shown when the group has played for so long.
     [[nodiscard]] double shownAfter(double seconds) const {
-        const std::int64_t around = mode == Animation::kPingPong ? Animation::kPingPong : Animation::kLoop;  // once: people play it again
+        const std::int64_t around =
+            mode == Animation::kPingPong ? Animation::kPingPong : Animation::kLoop;  // once: people play it again
         const double shown = shownTime(foldedTime(time + speed * seconds, last, around), last, around);
         return shown > last - 0.5 * moment() ? last : shown;
     }
     /// s; next to nothing, and more than rounding.
     [[nodiscard]] double moment() const { return 1e-9 * last; }
-    /// Appends when the group comes to a key first: just behind it, where what steps has stepped; at the end, and just before it, as what loops leaps there.
+    /// Appends when the group comes to a key first: just behind it, where what steps has stepped; at the end, and just
+    /// before it, as what loops leaps there.
     void appendLooks(std::vector<double>& looks) const {
         looks.push_back(0);
         if (!(period() > 0)) return;
@@ -66,7 +71,7 @@ struct Driver {
 
 /// A node that moves, or that stands below one.
 struct MovingNode {
-    std::size_t parent = kNowhere;  ///< among the moving ones
+    std::size_t parent = kNowhere;                   ///< among the moving ones
     Affine3d world_T_parent = Affine3d::Identity();  ///< where the parent does not move
     Object core;
     const std::vector<Driver>* drivers = nullptr;
@@ -86,14 +91,15 @@ double turnBetween(const Affine3d& from, const Affine3d& to) {
     return turn;
 }
 
-/// How far what passes from one place to the other gets beyond both: as if it turned about an axis, the height of an arc is half its chord times the
-/// tangent of a quarter of the turn.
+/// How far what passes from one place to the other gets beyond both: as if it turned about an axis, the height of an
+/// arc is half its chord times the tangent of a quarter of the turn.
 double arcHeight(const Affine3d& from, const Affine3d& to, const Box& box) {
     const double turn = std::min(1.25 * turnBetween(from, to), std::numbers::pi);
     if (turn < 1e-9) return 0;
     double chord = 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
-        const Vec3d at((corner & 1 ? box.upper : box.lower).x(), (corner & 2 ? box.upper : box.lower).y(), (corner & 4 ? box.upper : box.lower).z());
+        const Vec3d at((corner & 1 ? box.upper : box.lower).x(), (corner & 2 ? box.upper : box.lower).y(),
+                       (corner & 4 ? box.upper : box.lower).z());
         chord = std::max(chord, (to * at - from * at).norm());
     }
     return 0.5 * chord * std::tan(0.25 * turn);
@@ -128,7 +134,9 @@ private:
     }
 
     void addAnimation(const Animation& animation) {
-        Player player{.time = animation.playing ? animation.time : 0, .speed = animation.playing ? animation.speed : 1, .mode = animation.mode};
+        Player player{.time = animation.playing ? animation.time : 0,
+                      .speed = animation.playing ? animation.speed : 1,
+                      .mode = animation.mode};
         bool any = false;
         for (const ObjectId channel : animation.channels) {
             const KeyFrames* frames = scene_.get<KeyFrames>(channel);
@@ -155,7 +163,10 @@ private:
     void addMotion(const Motion& motion) {
         const auto numbers = motion.keys.as<double>();
         if (!scene_.get<Transform>(motion.target) || !checkKeys(numbers)) return;
-        Player player{.time = motion.playing ? motion.time : 0, .mode = motion.mode, .group = groupOf(motion.playing), .keys = {}};
+        Player player{.time = motion.playing ? motion.time : 0,
+                      .mode = motion.mode,
+                      .group = groupOf(motion.playing),
+                      .keys = {}};
         for (std::size_t i = 0; i < numbers.size(); i += kScalarsPerKey) player.keys.push_back(numbers[i]);
         player.last = player.keys.back();
         player.motion.assign(numbers.begin(), numbers.end());
@@ -176,7 +187,9 @@ private:
             if (parent == kNowhere && drivers == drivers_.end()) return Descend::kInto;
             above[visit.depth].first = moving_.size();
             indices_[visit.nodeId] = moving_.size();
-            MovingNode node{.parent = parent, .core = visit.core, .drivers = drivers == drivers_.end() ? nullptr : &drivers->second};
+            MovingNode node{.parent = parent,
+                            .core = visit.core,
+                            .drivers = drivers == drivers_.end() ? nullptr : &drivers->second};
             if (parent == kNowhere && visit.depth > 0) node.world_T_parent = above[visit.depth - 1].second;
             moving_.push_back(node);
             return Descend::kInto;
@@ -236,11 +249,14 @@ private:
         const auto rows = skin.inverseBinds.as<float>();
         std::vector<Affine3d> binds(skin.joints.size(), Affine3d::Identity());
         for (std::size_t j = 0; j < binds.size() && 12 * (j + 1) <= rows.size(); ++j)
-            for (Eigen::Index i = 0; i < 12; ++i) binds[j](i / 4, i % 4) = static_cast<double>(rows[12 * j + static_cast<std::size_t>(i)]);
+            for (Eigen::Index i = 0; i < 12; ++i)
+                binds[j](i / 4, i % 4) = static_cast<double>(rows[12 * j + static_cast<std::size_t>(i)]);
         std::vector<Box> boxes(binds.size());
         for (std::size_t k = 0; k < joints.size() && k / 4 < vertices.size(); ++k)
-            if (weights[k] > 0 && joints[k] < boxes.size()) boxes[joints[k]].extend(vertices[k / 4].transformed(binds[joints[k]]));
-        for (std::size_t j = 0; j < boxes.size(); ++j) extendAt(skin.joints[j], worldTransform(scene_, skin.joints[j]), boxes[j]);
+            if (weights[k] > 0 && joints[k] < boxes.size())
+                boxes[joints[k]].extend(vertices[k / 4].transformed(binds[joints[k]]));
+        for (std::size_t j = 0; j < boxes.size(); ++j)
+            extendAt(skin.joints[j], worldTransform(scene_, skin.joints[j]), boxes[j]);
     }
 
     /// Of each vertex where its targets take it, before joints do.
@@ -249,7 +265,8 @@ private:
         const auto deltas = skin.morphPositions.as<float>();
         std::vector<Box> boxes(positions.size() / 3);
         for (std::size_t v = 0; v < boxes.size(); ++v)
-            boxes[v].extend(Vec3d(static_cast<double>(positions[3 * v]), static_cast<double>(positions[3 * v + 1]), static_cast<double>(positions[3 * v + 2])));
+            boxes[v].extend(Vec3d(static_cast<double>(positions[3 * v]), static_cast<double>(positions[3 * v + 1]),
+                                  static_cast<double>(positions[3 * v + 2])));
         const auto now = skin.weights.as<float>();
         std::vector<std::pair<double, double>> ranges;
         for (const float weight : now) ranges.emplace_back(static_cast<double>(weight), static_cast<double>(weight));
@@ -285,7 +302,8 @@ private:
     }
 
     [[nodiscard]] std::uint64_t mostLooks(std::size_t group) const {
-        return std::max(group == 0 ? kFewestLooks : kFewestLooksAlone, kMostPlaced / (moving_.size() * (lastGroup_ + 1)));
+        return std::max(group == 0 ? kFewestLooks : kFewestLooksAlone,
+                        kMostPlaced / (moving_.size() * (lastGroup_ + 1)));
     }
 
     [[nodiscard]] std::vector<double> looksOf(std::size_t group) const {
@@ -316,7 +334,8 @@ private:
             for (double s = 0; s < rest; ++s) looks.push_back(length * s / rest);
             std::ranges::sort(looks);
         } else {
-            for (std::uint64_t s = 0; s < most; ++s) looks.push_back(length * static_cast<double>(s) / static_cast<double>(most - 1));
+            for (std::uint64_t s = 0; s < most; ++s)
+                looks.push_back(length * static_cast<double>(s) / static_cast<double>(most - 1));
         }
         return looks;
     }
@@ -353,7 +372,9 @@ private:
         }
     }
 
-    static Vec3d stepOf(const MovingNode& node) { return node.world_T_node * node.box.center() - node.before * node.box.center(); }
+    static Vec3d stepOf(const MovingNode& node) {
+        return node.world_T_node * node.box.center() - node.before * node.box.center();
+    }
 
     /// `gap`: s since the look before; 0: next to none, there was no way between them.
     void extendBy(MovingNode& node, double gap, double gapBefore) {
@@ -364,9 +385,11 @@ private:
         if (gap > 0) {
             const Vec3d step = stepOf(node);
             beyond = arcHeight(node.before, node.world_T_node, node.box);
-            // What turns back between two looks: an eighth of the acceleration times the square of the time, but no more than it goes.
+            // What turns back between two looks: an eighth of the acceleration times the square of the time, but no
+            // more than it goes.
             if (gapBefore > 0)
-                beyond += std::min((step / gap - node.step / gapBefore).norm() * std::max(gap, gapBefore) / 8, (step.norm() + node.step.norm()) / 4);
+                beyond += std::min((step / gap - node.step / gapBefore).norm() * std::max(gap, gapBefore) / 8,
+                                   (step.norm() + node.step.norm()) / 4);
             node.step = step;
         }
         box.lower.array() -= beyond;
@@ -409,15 +432,17 @@ private:
     AnimatedBounds result_;
     std::vector<Player> players_;
     std::size_t lastGroup_ = 0;
-    std::unordered_map<ObjectId, std::vector<Driver>> drivers_;  ///< by core
+    std::unordered_map<ObjectId, std::vector<Driver>> drivers_;                 ///< by core
     std::unordered_map<ObjectId, std::vector<const KeyFrames*>> weightTracks_;  ///< by Skin
-    std::vector<MovingNode> moving_;  ///< parents before children
+    std::vector<MovingNode> moving_;                                            ///< parents before children
     std::unordered_map<ObjectId, std::size_t> indices_;
     std::vector<std::byte> scratch_;
 };
 
 }  // namespace
 
-AnimatedBounds animatedBounds(const Aspect& scene) { return Survey(scene).run(); }
+AnimatedBounds animatedBounds(const Aspect& scene) {
+    return Survey(scene).run();
+}
 
 }  // namespace tessera

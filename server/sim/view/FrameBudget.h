@@ -11,8 +11,10 @@ namespace tessera {
 
 /// Follows what the slowest host took for each frame and chooses the step (common/wall/Detail.h) of the next one.
 ///
-/// - Coarser by one where two frames were late within kLateWithin, for one alone says little; or to the step that motion was last held at.
-/// - Finer by one where `patience` frames in a row took less than kRoom of the budget. What proves too fine at once is tried again after twice
+/// - Coarser by one where two frames were late within kLateWithin, for one alone says little; or to the step that
+/// motion was last held at.
+/// - Finer by one where `patience` frames in a row took less than kRoom of the budget. What proves too fine at once is
+/// tried again after twice
 ///   as many frames, up to kMostPatience: so a wall that stands between two steps changes ever more seldom.
 /// - The first frame at a step does not count: it makes what the step before had no need of.
 /// - A frame that every host shows again took nothing: a wall at rest comes back to all of its detail.
@@ -48,10 +50,12 @@ private:
 
     double milliseconds_;
     unsigned step_ = 0;
-    unsigned held_ = 0;      ///< the step that moving frames were last held at
-    unsigned framesHere_ = 0, inTime_ = 0, overdue_ = 0;  ///< at this step; of them in a row with room; kLateWithin for each late one, less one for each in time
-    bool finer_ = false;     ///< this step was tried from a coarser one, in motion
-    std::array<unsigned, kDetailSteps.size()> patience_ = patienceAtFirst();  ///< before a step is tried from the next coarser one
+    unsigned held_ = 0;                                   ///< the step that moving frames were last held at
+    unsigned framesHere_ = 0, inTime_ = 0, overdue_ = 0;  ///< at this step; of them in a row with room; kLateWithin for
+                                                          ///< each late one, less one for each in time
+    bool finer_ = false;                                  ///< this step was tried from a coarser one, in motion
+    std::array<unsigned, kDetailSteps.size()> patience_ =
+        patienceAtFirst();  ///< before a step is tried from the next coarser one
     // Of the frame that is open:
     double slowest_ = 0;
     bool anyHost_ = false, anyDrawn_ = false;

@@ -16,7 +16,9 @@ constexpr double kStepsPerOctave = 128;
 }  // namespace
 
 HandleSizes::HandleSizes(const Wall& wall, ManipulatorDrags& drags)
-    : drags_(drags), lookers_(wall), sights_(lookers_.bytes().size() > 1 ? std::min(wall.users.size(), kLevelUsers) : 1) {}
+    : drags_(drags),
+      lookers_(wall),
+      sights_(lookers_.bytes().size() > 1 ? std::min(wall.users.size(), kLevelUsers) : 1) {}
 
 /// 0: nobody can say.
 double HandleSizes::sizeFor(std::size_t byte, const Vec3d& at, double pixels) const {
@@ -34,7 +36,8 @@ ChangeList HandleSizes::choose(const Aspect& scene, ManipulatorDisplay& display,
     if (lookers_.lookFrom(view)) {
         stale_ = true;
         std::vector<Vec3d> heads;
-        for (std::size_t i = 0; i < sights_; ++i) heads.push_back(lookers_[lookers_.usersOf(lookers_.byteFor(i)).front()].head);
+        for (std::size_t i = 0; i < sights_; ++i)
+            heads.push_back(lookers_[lookers_.usersOf(lookers_.byteFor(i)).front()].head);
         drags_.headsAre(std::move(heads));
     }
     if (!stale_) return {};

@@ -1,4 +1,5 @@
-/// How large users see handles that have a size on the screen: chosen once for a wall, by the server, as a part of the scene.
+/// How large users see handles that have a size on the screen: chosen once for a wall, by the server, as a part of the
+/// scene.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +9,13 @@
 
 namespace tessera {
 
-/// Says `Manipulator::sizes` of those with `pixels`, by where heads and what they move were in the frame before; and tells drags where heads are.
+/// Says `Manipulator::sizes` of those with `pixels`, by where heads and what they move were in the frame before; and
+/// tells drags where heads are.
 ///
-/// Of users that share a byte of Node::levels the one counts who sees handles largest. Sizes go in steps of 1/128 octave (0.54 %), so that a head that
-/// trembles changes little, and depend on no history. What stands nowhere keeps its size. A frame in which nothing moves costs nothing, another one a
-/// look at each such manipulator. Not thread-safe.
+/// Of users that share a byte of Node::levels the one counts who sees handles largest. Sizes go in steps of 1/128
+/// octave (0.54 %), so that a head that trembles changes little, and depend on no history. What stands nowhere keeps
+/// its size. A frame in which nothing moves costs nothing, another one a look at each such manipulator. Not
+/// thread-safe.
 class HandleSizes {
 public:
     /// Of the edits that carry what is chosen; nobody waits for them.

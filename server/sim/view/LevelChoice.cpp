@@ -158,17 +158,18 @@ std::int64_t LevelChoice::levelsOf(const DistanceLOD& lod, const Node& node, con
         for (const std::size_t user : lookers_.usersOf(byte)) {
             const Lookers::Looker& looker = lookers_[user];
             const double away = (bearer.center - looker.head).norm(), distance = looker.coarser * away;
-            const double across = away > bearer.radius ? 2 * bearer.radius * looker.pixels / distance : std::numeric_limits<double>::infinity();
+            const double across = away > bearer.radius ? 2 * bearer.radius * looker.pixels / distance
+                                                       : std::numeric_limits<double>::infinity();
             measure = size ? std::max(measure, across) : std::min(measure, distance);
             // What stands nowhere leaves everything as it is.
-            if (!(distance < std::numeric_limits<double>::infinity())) measure = std::numeric_limits<double>::quiet_NaN();
+            if (!(distance < std::numeric_limits<double>::infinity()))
+                measure = std::numeric_limits<double>::quiet_NaN();
         }
         const std::uint64_t now = static_cast<std::uint64_t>(node.levels) >> (8 * byte) & 0xff;
         chosen[byte] = nextLevel(lod, now, measure);
     }
     std::uint64_t levels = 0;
-    for (std::size_t byte = 0; byte < kLevelUsers; ++byte)
-        levels |= chosen[lookers_.byteFor(byte)] << (8 * byte);
+    for (std::size_t byte = 0; byte < kLevelUsers; ++byte) levels |= chosen[lookers_.byteFor(byte)] << (8 * byte);
     return static_cast<std::int64_t>(levels);
 }
 

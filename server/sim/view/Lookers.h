@@ -18,8 +18,9 @@ public:
 
     struct Looker {
         Vec3d head = Vec3d::Zero();  ///< between the eyes, world
-        double pixels = 0;           ///< of what is as large as it is far away, straight before the eye, on the finest of the user's screens
-        double coarser = 1;          ///< DetailStep::coarser
+        double pixels =
+            0;  ///< of what is as large as it is far away, straight before the eye, on the finest of the user's screens
+        double coarser = 1;  ///< DetailStep::coarser
     };
     /// Whether any of them is another than before.
     [[nodiscard]] bool lookFrom(const View& view);
@@ -29,7 +30,9 @@ public:
     [[nodiscard]] std::span<const std::size_t> bytes() const { return used_; }
     [[nodiscard]] std::span<const std::size_t> usersOf(std::size_t byte) const { return usersOf_[byte]; }
     /// The byte itself, or the one that stands for it where the wall has no such user. Wants a byte with users.
-    [[nodiscard]] std::size_t byteFor(std::size_t byte) const { return usersOf_[byte].empty() ? used_[byte % used_.size()] : byte; }
+    [[nodiscard]] std::size_t byteFor(std::size_t byte) const {
+        return usersOf_[byte].empty() ? used_[byte % used_.size()] : byte;
+    }
 
 private:
     Wall wall_;

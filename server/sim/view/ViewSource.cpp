@@ -16,7 +16,8 @@ namespace {
 Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const Camera& camera) {
     const Affine3d world_T_camera = worldTransform(scene, node);
     if (!world_T_camera.matrix().allFinite())
-        return fail(ErrorCode::kBadInput, fmt::format("camera {}: its place in the world is not finite", pathOf(scene, node)));
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("camera {}: its place in the world is not finite", pathOf(scene, node)));
     View view;
     view.position = world_T_camera.translation();
     view.orientation = Quatd(rotationOf(world_T_camera)).normalized();
@@ -28,7 +29,8 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 
 }  // namespace
 
-ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView) : wall_(wall), firstView_(firstView), users_(wall.users) {
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView)
+    : wall_(wall), firstView_(firstView), users_(wall.users) {
     if (cameraPath.empty()) return;
     named_.emplace(cameraPath);
     update(Aspect(), nullptr);

@@ -21,8 +21,8 @@ namespace tessera {
 /// Places that people keep, 1 to 9. Their users do not count.
 using Bookmarks = std::array<std::optional<View>, 9>;
 
-/// Where a wall stands that nobody has moved and no camera leads. kOfScene: where all of the scene is seen; kOfWall: the world's coordinates are the
-/// wall's own, a unit a metre, as things stand in metres of it.
+/// Where a wall stands that nobody has moved and no camera leads. kOfScene: where all of the scene is seen; kOfWall:
+/// the world's coordinates are the wall's own, a unit a metre, as things stand in metres of it.
 enum class FirstView : std::uint8_t { kOfScene, kOfWall };
 
 /// What a ViewSource knows and the scene does not.
@@ -51,21 +51,23 @@ public:
 
     /// `scene`: as of the last update. Fails when the named camera is not there or is none.
     [[nodiscard]] Expected<View> view(const Aspect& scene);
-    /// `bounds`: of the scene as its animations take it (AnimatedBounds), for who goes back to the default camera; null: it is found
-    /// when the next view is.
+    /// `bounds`: of the scene as its animations take it (AnimatedBounds), for who goes back to the default camera;
+    /// null: it is found when the next view is.
     [[nodiscard]] Expected<void> set(const Aspect& scene, const ViewWish& wish, const Box* bounds = nullptr);
     /// The scene's camera counts unless somebody has moved the wall: no default one is needed.
     /// Without a camera all of the scene is to be seen: else the wall stands in its own place.
     [[nodiscard]] bool framesScene() const { return firstView_ == FirstView::kOfScene; }
     [[nodiscard]] bool hasCamera() const { return !camera_ || camera_->has_value(); }
 
-    /// From now on the bounds of the scene are found elsewhere where a view needs them after the first one: `order` is called, and
-    /// the wall stands where it stood until `surveyed` is told them. Not more than one order is open. `order` says how far the scene has come:
-    /// a survey of an older one does not serve, and another is ordered.
+    /// From now on the bounds of the scene are found elsewhere where a view needs them after the first one: `order` is
+    /// called, and the wall stands where it stood until `surveyed` is told them. Not more than one order is open.
+    /// `order` says how far the scene has come: a survey of an older one does not serve, and another is ordered.
     void surveyElsewhere(std::function<Sequence()> order) { order_ = std::move(order); }
     void surveyed(const Box& bounds, Sequence at);
     /// False: `home` is where the wall stands, until bounds that are found elsewhere are known.
-    [[nodiscard]] bool homeKnown() const { return !camera_ || *camera_ || default_ || firstView_ != FirstView::kOfScene || !order_ || !last_; }
+    [[nodiscard]] bool homeKnown() const {
+        return !camera_ || *camera_ || default_ || firstView_ != FirstView::kOfScene || !order_ || !last_;
+    }
     /// How often `set` has moved the wall, or has let it go: who steers sees that somebody else does.
     [[nodiscard]] std::uint64_t setByHand() const { return setByHand_; }
 

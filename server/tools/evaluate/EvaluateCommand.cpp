@@ -26,7 +26,8 @@ std::string answerLine(const SurfacePoint& p, bool json) {
     const auto list = [](const Vec3d& v) { return fmt::format("[{:.17g},{:.17g},{:.17g}]", v.x(), v.y(), v.z()); };
     const auto words = [](const Vec3d& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x(), v.y(), v.z()); };
     if (json) {
-        return fmt::format(R"({{"point":{},"du":{},"dv":{},"normal":{},"error":{:.17g}}})", list(p.point), list(p.du), list(p.dv), list(p.normal), p.error);
+        return fmt::format(R"({{"point":{},"du":{},"dv":{},"normal":{},"error":{:.17g}}})", list(p.point), list(p.du),
+                           list(p.dv), list(p.normal), p.error);
     }
     return fmt::format("point {}  du {}  dv {}  normal {}{}", words(p.point), words(p.du), words(p.dv), words(p.normal),
                        p.error > 0 ? fmt::format("  error {:.3g}", p.error) : "");
@@ -34,10 +35,9 @@ std::string answerLine(const SurfacePoint& p, bool json) {
 
 std::string answerLine(const NearestPoint& p, bool json) {
     if (json)
-        return fmt::format(
-            R"({{"face":{},"u":{:.17g},"v":{:.17g},"point":[{:.17g},{:.17g},{:.17g}],)"
-            R"("distance":{:.17g},"error":{:.17g}}})",
-            p.face, p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
+        return fmt::format(R"({{"face":{},"u":{:.17g},"v":{:.17g},"point":[{:.17g},{:.17g},{:.17g}],)"
+                           R"("distance":{:.17g},"error":{:.17g}}})",
+                           p.face, p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
     return fmt::format("face {} at {:.9g} {:.9g}  point {:.9g} {:.9g} {:.9g}  distance {:.9g}  error {:.3g}", p.face,
                        p.u, p.v, p.point.x(), p.point.y(), p.point.z(), p.distance, p.error);
 }
@@ -59,10 +59,12 @@ Expected<void> evaluateFile(const EvaluateArguments& arguments) {
     const Expected<std::string> text = readSurfaceText(arguments.surface);
     if (!text) return tl::unexpected(text.error());
     const auto schemes = surfaceSchemes();
-    const auto scheme = std::find_if(schemes.begin(), schemes.end(), [&](const SurfaceScheme& s) { return s.name == arguments.scheme; });
+    const auto scheme = std::find_if(schemes.begin(), schemes.end(),
+                                     [&](const SurfaceScheme& s) { return s.name == arguments.scheme; });
     Expected<std::unique_ptr<EvaluatedSurface>> surface = scheme->load(*text, arguments.surface);
     if (!surface) return tl::unexpected(surface.error());
-    for (const std::string& note : (*surface)->notes()) fmt::print(stderr, "tessera-evaluate: {}: {}\n", arguments.surface, note);
+    for (const std::string& note : (*surface)->notes())
+        fmt::print(stderr, "tessera-evaluate: {}: {}\n", arguments.surface, note);
     const Expected<std::string> placesText = readSurfaceText(arguments.places);
     if (!placesText) return tl::unexpected(placesText.error());
     if (arguments.nearest) return tellNearest(**surface, arguments, *placesText);
@@ -70,7 +72,9 @@ Expected<void> evaluateFile(const EvaluateArguments& arguments) {
     if (!places) return tl::unexpected(places.error());
     for (const PlaceLine& place : *places) {
         const Expected<SurfacePoint> point = (*surface)->at(place.face, place.u, place.v);
-        if (!point) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", arguments.places, place.line, point.error().message));
+        if (!point)
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{}:{}: {}", arguments.places, place.line, point.error().message));
         fmt::print("{}\n", answerLine(*point, arguments.json));
     }
     return {};
@@ -80,17 +84,19 @@ Expected<void> evaluateFile(const EvaluateArguments& arguments) {
 
 Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(const std::vector<std::string>& words) {
     EvaluateArguments out;
-    Options options(
-        "tessera-evaluate",
-        "Points, derivatives and normals of a smooth surface by its parameters: a line\n"
-        "'face u v' each. Faces are numbered as OpenSubdiv's ptex faces: a quadrilateral\n"
-        "is one, another polygon as many as it has corners, a triangle of Loop's scheme\n"
-        "one with corners (0, 0), (1, 0), (0, 1). Of NURBS the n-th surface of the file\n"
-        "is n, from 0, and u and v are those of its knots.",
-        versionText("tessera-evaluate"));
+    Options options("tessera-evaluate",
+                    "Points, derivatives and normals of a smooth surface by its parameters: a line\n"
+                    "'face u v' each. Faces are numbered as OpenSubdiv's ptex faces: a quadrilateral\n"
+                    "is one, another polygon as many as it has corners, a triangle of Loop's scheme\n"
+                    "one with corners (0, 0), (1, 0), (0, 1). Of NURBS the n-th surface of the file\n"
+                    "is n, from 0, and u and v are those of its knots.",
+                    versionText("tessera-evaluate"));
     std::string names;
-    for (const SurfaceScheme& scheme : surfaceSchemes()) names += (names.empty() ? "" : ", ") + std::string(scheme.name);
-    options.option("SURFACE", out.surface, "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
+    for (const SurfaceScheme& scheme : surfaceSchemes())
+        names += (names.empty() ? "" : ", ") + std::string(scheme.name);
+    options.option(
+        "SURFACE", out.surface,
+        "Wavefront OBJ, with the tags of\nOpenSubdiv's shapes (t crease …), or\nwith free-form surfaces (surf, trim)");
     options.option("--at", out.places, "The places, one a line; # begins a\ncomment").typeName("FILE");
     std::string nearest;
     options
@@ -133,7 +139,8 @@ bool nextLine(std::string_view& text, std::size_t& line, std::vector<std::string
         text.remove_prefix(std::min(content.size() + 1, text.size()));
         content = content.substr(0, content.find('#'));
         constexpr std::string_view kSpace = " \t\r\v\f";
-        for (std::size_t begin = content.find_first_not_of(kSpace); begin != std::string_view::npos; begin = content.find_first_not_of(kSpace)) {
+        for (std::size_t begin = content.find_first_not_of(kSpace); begin != std::string_view::npos;
+             begin = content.find_first_not_of(kSpace)) {
             content.remove_prefix(begin);
             words.push_back(content.substr(0, content.find_first_of(kSpace)));
             content.remove_prefix(words.back().size());
@@ -166,12 +173,16 @@ Expected<std::vector<PlaceLine>> parsePlaces(std::string_view text, std::string_
     std::vector<std::string_view> words;
     for (std::size_t line = 0; nextLine(text, line, words);) {
         PlaceLine place{.line = line};
-        if (words.size() != 3) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: a place is 'face u v'", file, line));
+        if (words.size() != 3)
+            return fail(ErrorCode::kBadInput, fmt::format("{}:{}: a place is 'face u v'", file, line));
         if (!readNumber(words[0], place.face)) {
-            return fail(ErrorCode::kBadInput, fmt::format("{}:{}: '{}' is no number of a face", file, line, words[0].substr(0, 40)));
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("{}:{}: '{}' is no number of a face", file, line, words[0].substr(0, 40)));
         }
         for (const auto& [word, value] : {std::pair(words[1], &place.u), std::pair(words[2], &place.v)}) {
-            if (!readNumber(word, *value)) return fail(ErrorCode::kBadInput, fmt::format("{}:{}: '{}' is no number", file, line, word.substr(0, 40)));
+            if (!readNumber(word, *value))
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}:{}: '{}' is no number", file, line, word.substr(0, 40)));
         }
         places.push_back(place);
     }

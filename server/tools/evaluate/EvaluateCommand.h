@@ -21,7 +21,8 @@ struct EvaluateArguments {
 struct EvaluateText {
     std::string text;
 };
-[[nodiscard]] Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(const std::vector<std::string>& words);
+[[nodiscard]] Expected<std::variant<EvaluateArguments, EvaluateText>> parseEvaluateArguments(
+    const std::vector<std::string>& words);
 
 /// A line of a file of places.
 struct PlaceLine {

@@ -1,4 +1,5 @@
-/// NURBS surfaces of OBJ files (common/freeform/nurbs/ObjSurfaces.h), by their number in the file and the parameters of their knots.
+/// NURBS surfaces of OBJ files (common/freeform/nurbs/ObjSurfaces.h), by their number in the file and the parameters of
+/// their knots.
 #pragma once
 
 #include "server/tools/evaluate/EvaluatedSurface.h"

@@ -17,7 +17,9 @@ public:
     EvaluatedSubdivision(SubdivisionTopology topology, ObjControlMesh file)
         : topology_(std::move(topology)), file_(std::move(file)), evaluator_(topology_) {}
 
-    Expected<SurfacePoint> at(std::uint32_t face, double u, double v) override { return evaluator_.evaluate(file_.mesh.positions, {face, u, v}); }
+    Expected<SurfacePoint> at(std::uint32_t face, double u, double v) override {
+        return evaluator_.evaluate(file_.mesh.positions, {face, u, v});
+    }
     std::vector<std::string> notes() const override { return file_.notes; }
 
     /// By Bézier patches, each no farther from the surface than its error (PatchExtraction.h).
@@ -66,7 +68,8 @@ private:
 
 }  // namespace
 
-Expected<std::unique_ptr<EvaluatedSurface>> loadSubdivision(std::string_view text, std::string_view file, SubdivisionScheme scheme) {
+Expected<std::unique_ptr<EvaluatedSurface>> loadSubdivision(std::string_view text, std::string_view file,
+                                                            SubdivisionScheme scheme) {
     Expected<ObjControlMesh> obj = parseObjControlMesh(text, file, scheme);
     if (!obj) return tl::unexpected(obj.error());
     Expected<SubdivisionTopology> topology = SubdivisionTopology::build(obj->mesh);

@@ -6,7 +6,8 @@
 
 namespace tessera {
 
-[[nodiscard]] Expected<std::unique_ptr<EvaluatedSurface>> loadSubdivision(std::string_view text, std::string_view file, SubdivisionScheme scheme);
+[[nodiscard]] Expected<std::unique_ptr<EvaluatedSurface>> loadSubdivision(std::string_view text, std::string_view file,
+                                                                          SubdivisionScheme scheme);
 
 template <SubdivisionScheme Scheme>
 Expected<std::unique_ptr<EvaluatedSurface>> loadSubdivision(std::string_view text, std::string_view file) {

@@ -24,7 +24,8 @@ struct NearestPoint {
 class EvaluatedSurface {
 public:
     virtual ~EvaluatedSurface() = default;
-    /// kBadInput, kRefused: there is no such point, in words without the place in a file. Not const: surfaces keep what they work out.
+    /// kBadInput, kRefused: there is no such point, in words without the place in a file. Not const: surfaces keep what
+    /// they work out.
     [[nodiscard]] virtual Expected<SurfacePoint> at(std::uint32_t face, double u, double v) = 0;
     /// The point that is nearest to a place. kRefused: this kind cannot tell, or there is none.
     [[nodiscard]] virtual Expected<NearestPoint> nearest(const Vec3d& place, double tolerance) = 0;

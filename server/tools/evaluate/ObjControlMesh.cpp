@@ -61,13 +61,17 @@ public:
             if (const auto good = readLine(text.substr(0, end)); !good) return tl::unexpected(good.error());
             text.remove_prefix(std::min(end + 1, text.size()));
         }
-        if (out_.mesh.faceSizes.empty()) return fail(ErrorCode::kBadInput, fmt::format("{}: there are no faces", file_));
-        for (const std::string_view name : ignoredTags_) out_.notes.push_back(fmt::format("the tag '{}' is passed over", name));
+        if (out_.mesh.faceSizes.empty())
+            return fail(ErrorCode::kBadInput, fmt::format("{}: there are no faces", file_));
+        for (const std::string_view name : ignoredTags_)
+            out_.notes.push_back(fmt::format("the tag '{}' is passed over", name));
         return std::move(out_);
     }
 
 private:
-    tl::unexpected<Error> wrong(const std::string& what) const { return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", file_, line_, what)); }
+    tl::unexpected<Error> wrong(const std::string& what) const {
+        return fail(ErrorCode::kBadInput, fmt::format("{}:{}: {}", file_, line_, what));
+    }
 
     Expected<void> readLine(std::string_view line) {
         ObjWords words(line);
@@ -83,7 +87,9 @@ private:
         for (int i = 0; i < 3; ++i) {
             const std::string_view word = words.next();
             const std::optional<double> value = numberOf<double>(word);
-            if (!value) return wrong(word.empty() ? "a vertex needs three coordinates" : fmt::format("'{}' is no number", word.substr(0, 40)));
+            if (!value)
+                return wrong(word.empty() ? "a vertex needs three coordinates"
+                                          : fmt::format("'{}' is no number", word.substr(0, 40)));
             p[i] = *value;
         }
         if (!p.allFinite()) return wrong("a coordinate is not finite");
@@ -99,7 +105,8 @@ private:
             const auto count = static_cast<std::int64_t>(out_.mesh.positions.size());
             if (!index || *index == 0) return wrong(fmt::format("'{}' is no number of a vertex", word.substr(0, 40)));
             // Vertices may come after the faces that name them; what is never defined, the topology refuses.
-            if (*index < -count || *index > std::int64_t{0x7fffffff}) return wrong(fmt::format("there is no vertex {}", *index));
+            if (*index < -count || *index > std::int64_t{0x7fffffff})
+                return wrong(fmt::format("there is no vertex {}", *index));
             out_.mesh.faceVertices.push_back(static_cast<std::uint32_t>(*index > 0 ? *index - 1 : count + *index));
             ++size;
         }
@@ -115,13 +122,16 @@ private:
         for (std::size_t i = 0; i < 3; ++i) {
             const std::size_t end = std::min(counts.find('/'), counts.size());
             const std::optional<std::uint32_t> value = numberOf<std::uint32_t>(counts.substr(0, end));
-            if (!value || (i < 2) != (end < counts.size())) return wrong("a tag needs its counts as INTS/FLOATS/STRINGS after its name");
+            if (!value || (i < 2) != (end < counts.size()))
+                return wrong("a tag needs its counts as INTS/FLOATS/STRINGS after its name");
             count[i] = *value;
             counts.remove_prefix(std::min(end + 1, counts.size()));
         }
         const auto bad = [&](std::string_view word) {
-            return wrong(word.empty() ? fmt::format("the tag '{}' has fewer values than it says", tag.name.substr(0, 40))
-                                      : fmt::format("'{}' is not what the tag '{}' needs", word.substr(0, 40), tag.name.substr(0, 40)));
+            return wrong(
+                word.empty()
+                    ? fmt::format("the tag '{}' has fewer values than it says", tag.name.substr(0, 40))
+                    : fmt::format("'{}' is not what the tag '{}' needs", word.substr(0, 40), tag.name.substr(0, 40)));
         };
         for (std::uint32_t i = 0; i < count[0]; ++i) {
             const std::string_view word = words.next();
@@ -146,7 +156,8 @@ private:
     Expected<void> readTag(ObjWords& words) {
         ObjWords copy = words;
         const std::string_view name = copy.next();
-        static constexpr std::array<std::string_view, 6> kKnown{"crease", "corner", "hole", "interpolateboundary", "creasemethod", "smoothtriangles"};
+        static constexpr std::array<std::string_view, 6> kKnown{
+            "crease", "corner", "hole", "interpolateboundary", "creasemethod", "smoothtriangles"};
         if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
             if (ignoredTags_.size() < 100) ignoredTags_.insert(std::string(name.substr(0, 40)));
             return {};
@@ -164,11 +175,14 @@ private:
     Expected<void> addSharpness(const ObjTag& tag) {
         const std::size_t each = tag.name == "crease" ? 2 : 1, count = tag.ints.size() / each;
         if (tag.ints.size() % each != 0) return wrong("a crease needs pairs of vertices");
-        if (count > 0 && tag.floats.size() != 1 && tag.floats.size() != count) return wrong(fmt::format("a {} needs one sharpness, or one each", tag.name));
+        if (count > 0 && tag.floats.size() != 1 && tag.floats.size() != count)
+            return wrong(fmt::format("a {} needs one sharpness, or one each", tag.name));
         for (std::size_t i = 0; i < count; ++i) {
             const float sharpness = tag.floats[tag.floats.size() == 1 ? 0 : i];
-            if (each == 2) out_.mesh.creases.push_back({tag.ints[2 * i], tag.ints[2 * i + 1], sharpness});
-            else out_.mesh.corners.push_back({tag.ints[i], sharpness});
+            if (each == 2)
+                out_.mesh.creases.push_back({tag.ints[2 * i], tag.ints[2 * i + 1], sharpness});
+            else
+                out_.mesh.corners.push_back({tag.ints[i], sharpness});
         }
         return {};
     }
@@ -176,8 +190,10 @@ private:
     Expected<void> setOption(const ObjTag& tag) {
         const std::string_view word = tag.strings.empty() ? std::string_view() : tag.strings.front();
         if (tag.name == "interpolateboundary") {
-            if (tag.ints.size() != 1 || tag.ints[0] > 2) return wrong("interpolateboundary is 0 (none), 1 (edges and corners) or 2 (edges)");
-            constexpr std::array kBoundaries{BoundaryInterpolation::kNone, BoundaryInterpolation::kEdgeAndCorner, BoundaryInterpolation::kEdgeOnly};
+            if (tag.ints.size() != 1 || tag.ints[0] > 2)
+                return wrong("interpolateboundary is 0 (none), 1 (edges and corners) or 2 (edges)");
+            constexpr std::array kBoundaries{BoundaryInterpolation::kNone, BoundaryInterpolation::kEdgeAndCorner,
+                                             BoundaryInterpolation::kEdgeOnly};
             out_.mesh.boundary = kBoundaries[tag.ints[0]];
         } else if (tag.name == "creasemethod") {
             if (word != "normal" && word != "chaikin") return wrong("creasemethod is normal or chaikin");

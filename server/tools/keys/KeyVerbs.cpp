@@ -22,8 +22,7 @@ namespace {
 
 using Kind = Identity::Kind;
 
-constexpr std::string_view kAuthorityKey = "authority.pem", kAuthority = "authority.crt",
-                           kBegun = "authority.begun";
+constexpr std::string_view kAuthorityKey = "authority.pem", kAuthority = "authority.crt", kBegun = "authority.begun";
 constexpr std::chrono::days kSoon{30};
 
 /// How hints call this program.
@@ -283,9 +282,9 @@ Expected<std::string> revokeIn(OpenKeys& keys, const std::string& name) {
     if (count > 0) {
         if (const Expected<void> written = keys.writer.write(keys.issued); !written)
             return tl::unexpected(written.error());
-        said = fmt::format("revoked {}: {} key{}; the server that reads {}/issued lets nobody in by {}\n",
-                           describe(holder), count, count == 1 ? "" : "s", keys.folder.path(),
-                           count == 1 ? "it" : "them");
+        said =
+            fmt::format("revoked {}: {} key{}; the server that reads {}/issued lets nobody in by {}\n",
+                        describe(holder), count, count == 1 ? "" : "s", keys.folder.path(), count == 1 ? "it" : "them");
     }
     const std::string path = keys.folder.path() + "/" + KeyFolder::fileOf(holder);
     if (::unlink(path.c_str()) == 0)

@@ -54,9 +54,9 @@ Expected<std::string> issueToken(const KeysArguments& arguments) {
     if (tokens->size() >= kMostTokens)
         return fail(ErrorCode::kLimit, fmt::format("{} tokens hold already, the most there may be", kMostTokens));
     const std::string word = freshToken();
-    const Role role = arguments.role == "viewer"                              ? Role::kViewer
+    const Role role = arguments.role == "viewer"                             ? Role::kViewer
                       : arguments.role == "editor" || arguments.role.empty() ? Role::kEditor
-                                                                              : Role::kOperator;
+                                                                             : Role::kOperator;
     const Expected<std::string> panelName = panel.empty() ? std::string() : writer->writePanel(panel);
     if (!panelName) return tl::unexpected(panelName.error());
     const auto serves = std::chrono::duration_cast<std::chrono::seconds>(

@@ -19,7 +19,9 @@ constexpr std::size_t kMostXml = std::size_t{4} << 20, kMostPfm = std::size_t{25
 
 /// Writers differ in capitals.
 bool sameWord(std::string_view a, std::string_view b) {
-    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](unsigned char x, unsigned char y) {
+               return std::tolower(x) == std::tolower(y);
+           });
 }
 pugi::xml_node childOf(const pugi::xml_node& node, std::string_view name) {
     for (const pugi::xml_node& child : node.children())
@@ -58,12 +60,16 @@ public:
         if (!text) return tl::unexpected(text.error());
         pugi::xml_document document;
         const pugi::xml_parse_result parsed = document.load_buffer(text->data(), text->size());
-        if (!parsed) return wrong(fmt::format("{} is not XML: {} at byte {}", name, parsed.description(), parsed.offset));
+        if (!parsed)
+            return wrong(fmt::format("{} is not XML: {} at byte {}", name, parsed.description(), parsed.offset));
         const pugi::xml_node root = childOf(document, "MPCDI");
         if (!root) return wrong(name + " has no element MPCDI");
         const std::string profile = attributeOf(root, "profile");
         if (!sameWord(profile, "2d") && !sameWord(profile, "3d"))
-            return wrong(fmt::format("profile \"{}\": 2d and 3d are read (a3 and sl say where pixels land in space, which needs the surface in the scene)", profile));
+            return wrong(
+                fmt::format("profile \"{}\": 2d and 3d are read (a3 and sl say where pixels land in space, which needs "
+                            "the surface in the scene)",
+                            profile));
         file_.threeD = sameWord(profile, "3d");
         for (const pugi::xml_node& buffer : childrenOf(childOf(root, "display"), "buffer")) {
             if (auto read = readBuffer(buffer); !read) return tl::unexpected(read.error());
@@ -75,23 +81,30 @@ public:
         }
         for (const MpcdiBuffer& buffer : file_.buffers)
             for (const MpcdiRegion& region : buffer.regions)
-                if (region.warp.pixels.empty()) return wrong(fmt::format("region \"{}\" has no geometryWarpFile", region.id));
+                if (region.warp.pixels.empty())
+                    return wrong(fmt::format("region \"{}\" has no geometryWarpFile", region.id));
         return std::move(file_);
     }
 
 private:
-    [[nodiscard]] tl::unexpected<Error> wrong(std::string what) const { return fail(ErrorCode::kBadInput, fmt::format("{}: {}", path_, what)); }
+    [[nodiscard]] tl::unexpected<Error> wrong(std::string what) const {
+        return fail(ErrorCode::kBadInput, fmt::format("{}: {}", path_, what));
+    }
 
-    [[nodiscard]] Expected<double> number(std::string_view word, const std::string& what, double least, double most) const {
+    [[nodiscard]] Expected<double> number(std::string_view word, const std::string& what, double least,
+                                          double most) const {
         double value = std::nan("");
         if (word.starts_with('+')) word.remove_prefix(1);
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
         if (error != std::errc() || end != word.data() + word.size() || !(value >= least && value <= most))
-            return wrong(fmt::format("{} is \"{}\": a number from {} to {} is needed", what, word.substr(0, 40), least, most));
+            return wrong(
+                fmt::format("{} is \"{}\": a number from {} to {} is needed", what, word.substr(0, 40), least, most));
         return value;
     }
     /// Attributes by name; the first that is wrong is said.
-    Expected<void> numbers(const pugi::xml_node& node, const std::string& owner, std::initializer_list<std::pair<const char*, double*>> wanted, double least, double most) const {
+    Expected<void> numbers(const pugi::xml_node& node, const std::string& owner,
+                           std::initializer_list<std::pair<const char*, double*>> wanted, double least,
+                           double most) const {
         for (const auto& [name, to] : wanted) {
             const auto value = number(attributeOf(node, name), fmt::format("{} of {}", name, owner), least, most);
             if (!value) return tl::unexpected(value.error());
@@ -104,7 +117,10 @@ private:
         MpcdiBuffer buffer{.id = attributeOf(node, "id"), .regions = {}};
         double width = 0, height = 0;
         if (!attributeOf(node, "xResolution").empty()) {
-            if (auto ok = numbers(node, fmt::format("buffer \"{}\"", buffer.id), {{"xResolution", &width}, {"yResolution", &height}}, 1, 65536); !ok) return ok;
+            if (auto ok = numbers(node, fmt::format("buffer \"{}\"", buffer.id),
+                                  {{"xResolution", &width}, {"yResolution", &height}}, 1, 65536);
+                !ok)
+                return ok;
         }
         buffer.widthPx = static_cast<int>(width);
         buffer.heightPx = static_cast<int>(height);
@@ -112,21 +128,32 @@ private:
             MpcdiRegion region{.id = attributeOf(child, "id"), .warpName = {}, .warp = {}, .alpha = {}};
             // It stands in wall files, logs and names of files.
             if (std::ranges::any_of(region.id, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
-                return wrong("the id of a region has characters that no name has (line breaks, tabs, control characters)");
+                return wrong(
+                    "the id of a region has characters that no name has (line breaks, tabs, control characters)");
             const std::string owner = fmt::format("region \"{}\"", region.id);
-            if (region.id.empty() || !ids_.insert(region.id).second) return wrong("a region without an id, or two of one: \"" + region.id + "\"");
-            if (++regions_ > kMostRegions) return fail(ErrorCode::kLimit, fmt::format("{}: more than {} regions", path_, kMostRegions));
+            if (region.id.empty() || !ids_.insert(region.id).second)
+                return wrong("a region without an id, or two of one: \"" + region.id + "\"");
+            if (++regions_ > kMostRegions)
+                return fail(ErrorCode::kLimit, fmt::format("{}: more than {} regions", path_, kMostRegions));
             double w = 0, h = 0;
             if (auto ok = numbers(child, owner, {{"xResolution", &w}, {"yResolution", &h}}, 1, 16384); !ok) return ok;
             if (auto ok = numbers(child, owner, {{"x", &region.x}, {"y", &region.y}}, -1, 2); !ok) return ok;
-            if (auto ok = numbers(child, owner, {{"xsize", &region.width}, {"ysize", &region.height}}, 1e-4, 2); !ok) return ok;
+            if (auto ok = numbers(child, owner, {{"xsize", &region.width}, {"ysize", &region.height}}, 1e-4, 2); !ok)
+                return ok;
             region.widthPx = static_cast<int>(w);
             region.heightPx = static_cast<int>(h);
-            if (childOf(child, "coordinateFrame")) file_.notes.push_back(owner + ": its coordinateFrame is left out; the wall's own is x right, y up");
+            if (childOf(child, "coordinateFrame"))
+                file_.notes.push_back(owner + ": its coordinateFrame is left out; the wall's own is x right, y up");
             if (const pugi::xml_node frustum = childOf(child, "frustum")) {
                 region.frustum.emplace();
                 MpcdiFrustum& f = *region.frustum;
-                for (const auto& [name, to] : {std::pair<const char*, double*>{"yaw", &f.yaw}, {"pitch", &f.pitch}, {"roll", &f.roll}, {"leftAngle", &f.left}, {"rightAngle", &f.right}, {"upAngle", &f.up}, {"downAngle", &f.down}}) {
+                for (const auto& [name, to] : {std::pair<const char*, double*>{"yaw", &f.yaw},
+                                               {"pitch", &f.pitch},
+                                               {"roll", &f.roll},
+                                               {"leftAngle", &f.left},
+                                               {"rightAngle", &f.right},
+                                               {"upAngle", &f.up},
+                                               {"downAngle", &f.down}}) {
                     const auto value = number(textOf(frustum, name), fmt::format("{} of {}", name, owner), -360, 360);
                     if (!value) return tl::unexpected(value.error());
                     *to = *value;
@@ -152,7 +179,8 @@ private:
         if (const pugi::xml_node warp = childOf(set, "geometryWarpFile")) {
             region->warpName = textOf(warp, "path");
             const std::string way = textOf(warp, "interpolation");
-            if (!way.empty() && !sameWord(way, "linear")) file_.notes.push_back(fmt::format("{}: interpolation \"{}\" is taken as linear", owner, way));
+            if (!way.empty() && !sameWord(way, "linear"))
+                file_.notes.push_back(fmt::format("{}: interpolation \"{}\" is taken as linear", owner, way));
             const auto bytes = zip_.read(region->warpName, kMostPfm);
             if (!bytes) return failWith(owner, bytes.error());
             auto picture = readPfm(*bytes, path_ + ": " + region->warpName);
@@ -165,16 +193,20 @@ private:
             const auto picture = decodeBlendPicture(*bytes);
             if (!picture) return failWith(fmt::format("{}: the alpha map of {}", path_, owner), picture.error());
             if (picture->widthPx != region->widthPx || picture->heightPx != region->heightPx)
-                file_.notes.push_back(fmt::format("{}: its alpha map of {} x {} pixels is stretched over its {} x {}", owner, picture->widthPx, picture->heightPx, region->widthPx, region->heightPx));
+                file_.notes.push_back(fmt::format("{}: its alpha map of {} x {} pixels is stretched over its {} x {}",
+                                                  owner, picture->widthPx, picture->heightPx, region->widthPx,
+                                                  region->heightPx));
             region->alpha = std::move(*bytes);
-            if (textOf(alpha, "componentDepth") == "3") file_.notes.push_back(owner + ": of its coloured alpha map the green channel is taken");
+            if (textOf(alpha, "componentDepth") == "3")
+                file_.notes.push_back(owner + ": of its coloured alpha map the green channel is taken");
             if (!textOf(alpha, "gammaEmbedded").empty()) {
                 const auto gamma = number(textOf(alpha, "gammaEmbedded"), "gammaEmbedded of " + owner, 0.1, 5);
                 if (!gamma) return tl::unexpected(gamma.error());
                 region->alphaGamma = *gamma;
             }
         }
-        if (childOf(set, "betaMap")) file_.notes.push_back(owner + ": its beta map is left out; say `black` in the wall where overlaps show");
+        if (childOf(set, "betaMap"))
+            file_.notes.push_back(owner + ": its beta map is left out; say `black` in the wall where overlaps show");
         if (childOf(set, "distortionMap")) file_.notes.push_back(owner + ": its distortion map is left out");
         return {};
     }

@@ -39,7 +39,8 @@ Expected<FloatPicture> readPfm(ByteSpan bytes, const std::string& name) {
     const double scale = numberOr(takeWord(rest), 0.0);
     constexpr int kMostPx = 8192;
     if (picture.widthPx < 2 || picture.heightPx < 2 || picture.widthPx > kMostPx || picture.heightPx > kMostPx)
-        return bad(fmt::format("a PFM of {} x {} pixels: 2 to {} are read", picture.widthPx, picture.heightPx, kMostPx));
+        return bad(
+            fmt::format("a PFM of {} x {} pixels: 2 to {} are read", picture.widthPx, picture.heightPx, kMostPx));
     if (scale == 0 || !std::isfinite(scale) || rest.empty()) return bad("a PFM without a scale");
     rest.remove_prefix(1);
     const std::size_t count = static_cast<std::size_t>(picture.widthPx) * static_cast<std::size_t>(picture.heightPx);

@@ -1,5 +1,5 @@
-/// Pictures of floating point numbers (PFM): "PF", width and height, a scale whose sign says the order of bytes, then three numbers
-/// for each pixel. In MPCDI rows come from the top.
+/// Pictures of floating point numbers (PFM): "PF", width and height, a scale whose sign says the order of bytes, then
+/// three numbers for each pixel. In MPCDI rows come from the top.
 #pragma once
 
 #include <array>

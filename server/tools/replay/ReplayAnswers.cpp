@@ -79,8 +79,9 @@ std::string contactsLine(FrameNumber frame, const FrameResult& made, const Aspec
                             {"normal", toJson(contact.normal)},
                             {"interest", contact.interest.value},
                             {"time", contact.time}});
-    return line(
-        {{"frame", frame.value}, {"state_hash", toHex(made.commit.sent->stateHash)}, {"contacts", std::move(contacts)}});
+    return line({{"frame", frame.value},
+                 {"state_hash", toHex(made.commit.sent->stateHash)},
+                 {"contacts", std::move(contacts)}});
 }
 
 std::string summaryText(const ReplaySummary& summary) {
@@ -94,9 +95,10 @@ std::string summaryText(const ReplaySummary& summary) {
                         times.max);
     for (const std::string& note : notesOf(summary)) text += "note: " + note + "\n";
     if (result.firstDifference) {
-        text += result.firstDifference->frame ? fmt::format("differs first in frame {} ({} frames differ):\n",
-                                                            result.firstDifference->frame->value, result.differingFrames)
-                                              : std::string("the start scene differs:\n");
+        text += result.firstDifference->frame
+                    ? fmt::format("differs first in frame {} ({} frames differ):\n",
+                                  result.firstDifference->frame->value, result.differingFrames)
+                    : std::string("the start scene differs:\n");
         for (const std::string& what : result.firstDifference->what) text += "  " + what + "\n";
     } else if (result.end != ReplayResult::End::kDamaged) {
         text += "the same: every frame's contacts, their order and the scene are those of the recording\n";

@@ -80,12 +80,11 @@ int replayFile(const ReplayArguments& arguments) {
 
 Expected<std::variant<ReplayArguments, ReplayHelp>> parseReplayArguments(const std::vector<std::string>& words) {
     ReplayArguments out;
-    Options options(
-        "tessera-replay",
-        "Makes the frames of a recording (tessera-server --record) again and\n"
-        "says whether contacts, their order and the scene are the same.\n"
-        "Exit code 0: the same, 1: they differ, 3: the file is damaged.",
-        versionText("tessera-replay"));
+    Options options("tessera-replay",
+                    "Makes the frames of a recording (tessera-server --record) again and\n"
+                    "says whether contacts, their order and the scene are the same.\n"
+                    "Exit code 0: the same, 1: they differ, 3: the file is damaged.",
+                    versionText("tessera-replay"));
     options.option("FILE", out.file, "The recording").required();
     options.option("--threads", out.threads, "Of the collision pipeline (1)")
         .typeName("N")

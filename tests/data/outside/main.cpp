@@ -1,4 +1,5 @@
-// Moves a node of a running wall along x, a step a frame; or follows one until its x is GOAL, and tells what touches meanwhile.
+// Moves a node of a running wall along x, a step a frame; or follows one until its x is GOAL, and tells what touches
+// meanwhile.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-/// FCL 0.7 as Debian ships it, on two meshes: a witness in tests and the peer in benchmarks. Its package is built for SSE2;
-/// whatever includes FCL's headers must be compiled without flags for newer processors, or layouts differ.
+/// FCL 0.7 as Debian ships it, on two meshes: a witness in tests and the peer in benchmarks. Its package is built for
+/// SSE2; whatever includes FCL's headers must be compiled without flags for newer processors, or layouts differ.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-/// Stands in libEGL's place (LD_LIBRARY_PATH) and hands everything on to it, until the file that $TESSERA_GPU_LOST_WHEN names is there:
-/// from then on OpenGL says that the context is lost, as a GPU's driver does after a reset. TESSERA_GPU_LOST_SAYS=status: by
-/// glGetGraphicsResetStatus alone, without an error.
+/// Stands in libEGL's place (LD_LIBRARY_PATH) and hands everything on to it, until the file that $TESSERA_GPU_LOST_WHEN
+/// names is there: from then on OpenGL says that the context is lost, as a GPU's driver does after a reset.
+/// TESSERA_GPU_LOST_SAYS=status: by glGetGraphicsResetStatus alone, without an error.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <dlfcn.h>

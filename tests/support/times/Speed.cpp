@@ -1,5 +1,5 @@
-// How fast this machine is at what tests do: milliseconds of processor time that a fixed piece of work takes, the least of three
-// goes. Half of it is arithmetic, half waits for memory.
+// How fast this machine is at what tests do: milliseconds of processor time that a fixed piece of work takes, the least
+// of three goes. Half of it is arithmetic, half waits for memory.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -13,7 +13,8 @@ namespace {
 double processorMs() {
     rusage used{};
     getrusage(RUSAGE_SELF, &used);
-    return 1e3 * static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-3 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+    return 1e3 * static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-3 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
 }
 
 double work(std::vector<std::uint32_t>& table) {

@@ -1,8 +1,10 @@
-/// Freeform queries on all shapes and nets of shared/data: each against a moved copy of itself and against a mesh of a ball.
+/// Freeform queries on all shapes and nets of shared/data: each against a moved copy of itself and against a mesh of a
+/// ball.
 ///
-/// What judges are points of both bodies that nobody has to look for: random places, evaluated (LimitEvaluator, which OpenSubdivTest has
-/// compared; Cox's and de Boor's sums of NURBS). Bodies that are laid so that two such points are one do meet; no point of one is nearer to
-/// a point of the other than what a query proves to be the least. So nothing here allows for an error of a tessellation.
+/// What judges are points of both bodies that nobody has to look for: random places, evaluated (LimitEvaluator, which
+/// OpenSubdivTest has compared; Cox's and de Boor's sums of NURBS). Bodies that are laid so that two such points are
+/// one do meet; no point of one is nearer to a point of the other than what a query proves to be the least. So nothing
+/// here allows for an error of a tessellation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,10 +27,13 @@
 namespace tessera {
 namespace {
 
-/// Of a folder of the data, in the order of their names; none where it is missing. Templates and notes beside them are sorted out by whoever reads them.
+/// Of a folder of the data, in the order of their names; none where it is missing. Templates and notes beside them are
+/// sorted out by whoever reads them.
 std::vector<std::filesystem::path> sweptFiles(const std::filesystem::path& folder, const std::string& extension) {
     const char* named = std::getenv("TESSERA_TEST_DATA");
-    const std::filesystem::path all = (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") / folder;
+    const std::filesystem::path all =
+        (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") /
+        folder;
     std::vector<std::filesystem::path> files;
     if (!std::filesystem::is_directory(all)) return files;
     for (const auto& entry : std::filesystem::directory_iterator(all))
@@ -40,7 +45,9 @@ std::vector<std::filesystem::path> sweptFiles(const std::filesystem::path& folde
 class SweepRandom {
 public:
     explicit SweepRandom(std::uint64_t seed) : engine_(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+    double uniform(double low, double high) {
+        return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+    }
     std::size_t below(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
     Vec3d direction() {
         for (;;) {
@@ -58,7 +65,8 @@ private:
 struct SweptBody {
     std::string name;
     std::optional<FreeformShape> shape;
-    std::function<std::optional<Vec3d>(std::uint32_t face, double u, double v)> at;  ///< nothing: there is no such place
+    std::function<std::optional<Vec3d>(std::uint32_t face, double u, double v)>
+        at;  ///< nothing: there is no such place
     std::vector<Vec3d> points;
     double size = 0;
 };
@@ -94,14 +102,18 @@ SweptBody sweptBall(SweepRandom& random, double radius) {
     for (std::uint32_t j = 0; j <= kUp; ++j)
         for (std::uint32_t i = 0; i < kAround; ++i) {
             const double a = 2 * 3.14159265358979 * i / kAround, b = 3.14159265358979 * (j / double(kUp) - 0.5);
-            for (const double x : {std::cos(a) * std::cos(b), std::sin(b), std::sin(a) * std::cos(b)}) positions.push_back(radius * x);
+            for (const double x : {std::cos(a) * std::cos(b), std::sin(b), std::sin(a) * std::cos(b)})
+                positions.push_back(radius * x);
         }
     for (std::uint32_t j = 0; j < kUp; ++j)
         for (std::uint32_t i = 0; i < kAround; ++i) {
             const std::uint32_t a = j * kAround + i, b = j * kAround + (i + 1) % kAround;
             indices.insert(indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
         }
-    SweptBody body{.name = "ball", .shape = FreeformShape::ofTriangles(TriangleMesh::make(std::span<const double>(positions), indices).value()).value()};
+    SweptBody body{
+        .name = "ball",
+        .shape = FreeformShape::ofTriangles(TriangleMesh::make(std::span<const double>(positions), indices).value())
+                     .value()};
     const auto corner = [=](std::size_t index) {
         const std::size_t at = 3 * indices[index];
         return Vec3d(positions[at], positions[at + 1], positions[at + 2]);
@@ -122,7 +134,8 @@ SweptBody sweptBall(SweepRandom& random, double radius) {
     return body;
 }
 
-/// Where hundreds of faces share a vertex, near it is work that a server would not do either; then it is not known, never denied.
+/// Where hundreds of faces share a vertex, near it is work that a server would not do either; then it is not known,
+/// never denied.
 constexpr std::uint64_t kMostWork = 60'000;
 struct SweepCounts {
     std::size_t asked = 0, exhausted = 0;
@@ -177,9 +190,11 @@ void sweep(SweptBody& a, SweptBody& b, SweepRandom& random, int poses, SweepCoun
         if (answered(found.complete)) {
             ASSERT_LE(found.distance - found.least, tolerance * (1 + 1e-9));
         }
-        const std::optional<Vec3d> placeA = a.at(found.a.face, found.a.u, found.a.v), placeB = b.at(found.b.face, found.b.u, found.b.v);
-        ASSERT_TRUE(placeA && placeB) << found.complete << ' ' << found.distance << ' ' << found.least << ": " << found.a.face << ' ' << found.a.u << ' ' << found.a.v << ", "
-                                      << found.b.face << ' ' << found.b.u << ' ' << found.b.v;
+        const std::optional<Vec3d> placeA = a.at(found.a.face, found.a.u, found.a.v),
+                                   placeB = b.at(found.b.face, found.b.u, found.b.v);
+        ASSERT_TRUE(placeA && placeB) << found.complete << ' ' << found.distance << ' ' << found.least << ": "
+                                      << found.a.face << ' ' << found.a.u << ' ' << found.a.v << ", " << found.b.face
+                                      << ' ' << found.b.u << ' ' << found.b.v;
         ASSERT_LT((*placeA - found.a.point).norm(), rounding) << "the place is the surface's";
         ASSERT_LT((pose * *placeB - found.b.point).norm(), rounding);
         ASSERT_NEAR((found.a.point - found.b.point).norm(), found.distance, rounding);
@@ -193,7 +208,8 @@ void sweep(SweptBody& a, SweptBody& b, SweepRandom& random, int poses, SweepCoun
         // On a straight way on which the two points are one at a third of the time.
         const double reach = size * random.uniform(0.1, 2);
         const BodyMotion still{};
-        const BodyMotion moves{.start = {.translation = meets + reach * away, .rotation = turn}, .end = {.translation = meets - 2 * reach * away, .rotation = turn}};
+        const BodyMotion moves{.start = {.translation = meets + reach * away, .rotation = turn},
+                               .end = {.translation = meets - 2 * reach * away, .rotation = turn}};
         work = fresh();
         const FreeformImpact impact = pair.firstContact(still, moves, tolerance, work);
         ASSERT_LE(impact.t, 1.0 / 3 + 1e-9) << "late";
@@ -202,7 +218,8 @@ void sweep(SweptBody& a, SweptBody& b, SweepRandom& random, int poses, SweepCoun
             const Affine3d then = composeTransform(meets + (1 - 3 * impact.t) * reach * away, turn, Vec3d::Ones());
             work = fresh();
             const FreeformDistance left = pair.distance(then, work, {.tolerance = 0.01 * tolerance});
-            ASSERT_LE(left.least, tolerance * 1.001 + rounding) << "the places of a hit are no farther apart than the tolerance";
+            ASSERT_LE(left.least, tolerance * 1.001 + rounding)
+                << "the places of a hit are no farther apart than the tolerance";
         }
     }
 }
@@ -216,13 +233,16 @@ TEST(FreeformSweep, MissesNoContactOfAnyShape) {
     const std::vector<std::filesystem::path> files = sweptFiles("subdiv", ".obj");
     if (files.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
     const std::uint64_t seed = sweepSeed();
-    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                 " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
     std::size_t swept = 0, refused = 0;
     SweepCounts counts;
     for (const std::filesystem::path& file : files) {
         const std::string name = file.stem();
         SCOPED_TRACE(name);
-        const SubdivisionScheme scheme = name.starts_with("loop") ? SubdivisionScheme::kLoop : name.starts_with("bilinear") ? SubdivisionScheme::kBilinear : SubdivisionScheme::kCatmullClark;
+        const SubdivisionScheme scheme = name.starts_with("loop")       ? SubdivisionScheme::kLoop
+                                         : name.starts_with("bilinear") ? SubdivisionScheme::kBilinear
+                                                                        : SubdivisionScheme::kCatmullClark;
         std::ifstream in(file);
         std::stringstream text;
         text << in.rdbuf();
@@ -236,13 +256,15 @@ TEST(FreeformSweep, MissesNoContactOfAnyShape) {
             continue;
         }
         const auto begin = std::chrono::steady_clock::now();
-        SweptBody a = sweptSubdivision(name, obj->mesh, std::move(*shape), random), b = sweptSubdivision(name, obj->mesh, FreeformShape::ofSubdivision(obj->mesh).value(), random),
+        SweptBody a = sweptSubdivision(name, obj->mesh, std::move(*shape), random),
+                  b = sweptSubdivision(name, obj->mesh, FreeformShape::ofSubdivision(obj->mesh).value(), random),
                   ball = sweptBall(random, 0.3 * a.size);
         ASSERT_NO_FATAL_FAILURE(sweep(a, b, random, 2, counts));
         ASSERT_NO_FATAL_FAILURE(sweep(a, ball, random, 1, counts));
         ++swept;
         if (std::getenv("TESSERA_SWEEP_TIMES")) {
-            std::printf("%s %.0f ms\n", name.c_str(), std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+            std::printf("%s %.0f ms\n", name.c_str(),
+                        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
             std::fflush(stdout);
         }
     }
@@ -261,7 +283,8 @@ KnotVector sweptKnots(int degree, int count) {
     return knots;
 }
 
-/// A line per row, points apart by semicolons: x, y, z, or w·x, w·y, w·z, w. Nothing of a file that holds other things (a template).
+/// A line per row, points apart by semicolons: x, y, z, or w·x, w·y, w·z, w. Nothing of a file that holds other things
+/// (a template).
 std::optional<NurbsSurface> sweptNet(const std::filesystem::path& file) {
     std::ifstream in(file);
     std::string line, point, number;
@@ -293,10 +316,14 @@ std::optional<NurbsSurface> sweptNet(const std::filesystem::path& file) {
 
 SweptBody sweptNurbs(const std::string& name, const NurbsSurface& surface, SweepRandom& random) {
     SweptBody body{.name = name, .shape = FreeformShape::ofNurbs({surface}).value()};
-    body.at = [surface](std::uint32_t, double u, double v) -> std::optional<Vec3d> { return evaluate(surface, u, v).at.point; };
+    body.at = [surface](std::uint32_t, double u, double v) -> std::optional<Vec3d> {
+        return evaluate(surface, u, v).at.point;
+    };
     const ParameterRectangle& domain = surface.domain();
     for (int i = 0; i < 160; ++i) {
-        const auto within = [&](const ParameterRange& range) { return random.below(4) == 0 ? range.lower : random.uniform(range.lower, range.upper); };
+        const auto within = [&](const ParameterRange& range) {
+            return random.below(4) == 0 ? range.lower : random.uniform(range.lower, range.upper);
+        };
         body.points.push_back(*body.at(0, within(domain.u), within(domain.v)));
     }
     body.size = body.shape->bounds().size().norm();
@@ -307,7 +334,8 @@ TEST(FreeformSweep, MissesNoContactOfAnyNet) {
     const std::vector<std::filesystem::path> files = sweptFiles(std::filesystem::path("nurbs") / "geomdlsurface", "");
     if (files.empty()) GTEST_SKIP() << "no nets (TESSERA_TEST_DATA)";
     const std::uint64_t seed = sweepSeed();
-    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                 " build/bin/truth_subdivision --gtest_filter=FreeformSweep.*");
     std::size_t swept = 0;
     SweepCounts counts;
     for (const std::filesystem::path& file : files) {
@@ -316,7 +344,8 @@ TEST(FreeformSweep, MissesNoContactOfAnyNet) {
         const std::optional<NurbsSurface> surface = sweptNet(file);
         if (!surface) continue;
         SweepRandom random(seed ^ std::hash<std::string>()(name));
-        SweptBody a = sweptNurbs(name, *surface, random), b = sweptNurbs(name, *surface, random), ball = sweptBall(random, 0.3 * a.size);
+        SweptBody a = sweptNurbs(name, *surface, random), b = sweptNurbs(name, *surface, random),
+                  ball = sweptBall(random, 0.3 * a.size);
         ASSERT_NO_FATAL_FAILURE(sweep(a, b, random, 6, counts));
         ASSERT_NO_FATAL_FAILURE(sweep(a, ball, random, 6, counts));
         ++swept;

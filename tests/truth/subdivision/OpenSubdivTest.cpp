@@ -1,8 +1,9 @@
 /// Subdivision surfaces beside OpenSubdiv 3.5, on all its shapes and on random meshes.
 ///
-/// Bfr isolates irregular vertices until level 10, the most that it survives, and approximates what is nearer than 2^-10; so places here
-/// are at least 1/250 from corners. Limits of Far are compared where they are exact: at vertices of a refinement, once no sharpness is
-/// left to run out, but not at darts and interior vertices of valence 2, where its masks are those of other vertices.
+/// Bfr isolates irregular vertices until level 10, the most that it survives, and approximates what is nearer than
+/// 2^-10; so places here are at least 1/250 from corners. Limits of Far are compared where they are exact: at vertices
+/// of a refinement, once no sharpness is left to run out, but not at darts and interior vertices of valence 2, where
+/// its masks are those of other vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +29,9 @@ using test::SubdivisionOracle;
 /// TESSERA_TEST_DATA, else shared/data beside the project. Empty: there are none.
 std::filesystem::path shapesFolder() {
     const char* named = std::getenv("TESSERA_TEST_DATA");
-    const auto folder = (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") / "subdiv";
+    const auto folder =
+        (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") /
+        "subdiv";
     return std::filesystem::exists(folder) ? folder : std::filesystem::path();
 }
 
@@ -38,7 +41,9 @@ struct Shape {
 };
 Shape readShape(const std::filesystem::path& path) {
     const std::string name = path.stem();
-    const SubdivisionScheme scheme = name.starts_with("loop") ? SubdivisionScheme::kLoop : name.starts_with("bilinear") ? SubdivisionScheme::kBilinear : SubdivisionScheme::kCatmullClark;
+    const SubdivisionScheme scheme = name.starts_with("loop")       ? SubdivisionScheme::kLoop
+                                     : name.starts_with("bilinear") ? SubdivisionScheme::kBilinear
+                                                                    : SubdivisionScheme::kCatmullClark;
     std::ifstream in(path);
     std::stringstream text;
     text << in.rdbuf();
@@ -101,10 +106,11 @@ TEST(OpenSubdiv, AgreesOnAllItsShapes) {
     if (!test::hasOpenSubdiv()) GTEST_SKIP() << "built without OpenSubdiv (deploy/set-up unpacks it)";
     const auto folder = shapesFolder();
     if (folder.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
-    // Where Bfr itself is wrong: it does not see sharpness beyond the face's own vertices, and Far below agrees with us.
+    // Where Bfr itself is wrong: it does not see sharpness beyond the face's own vertices, and Far below agrees with
+    // us.
     const std::set<std::string> wrongInBfr{"catmark_chaikin1"};
-    // It loses creases at interior vertices of valence 2, says so, and looks for edges by numbers that it has never written: this has
-    // ended the program. Far is asked alone.
+    // It loses creases at interior vertices of valence 2, says so, and looks for edges by numbers that it has never
+    // written: this has ended the program. Far is asked alone.
     const std::set<std::string> badForBfr{"catmark_val2_interior"};
     std::size_t shapes = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -124,7 +130,8 @@ TEST(OpenSubdiv, AgreesOnAllItsShapes) {
         }
         // Rounding at valence 360 after ten levels; Loop's masks there are in single precision in OpenSubdiv.
         EXPECT_LT(d.point, shape.mesh.scheme == SubdivisionScheme::kLoop ? 1e-7 : 1e-12);
-        EXPECT_LT(d.tangent, shape.mesh.scheme == SubdivisionScheme::kLoop ? 1e-6 : 1e-10) << d.worst.face << " " << d.worst.u << " " << d.worst.v;
+        EXPECT_LT(d.tangent, shape.mesh.scheme == SubdivisionScheme::kLoop ? 1e-6 : 1e-10)
+            << d.worst.face << " " << d.worst.u << " " << d.worst.v;
     }
     EXPECT_GE(shapes, 82U);
 }
@@ -140,7 +147,8 @@ TEST(OpenSubdiv, FarAgreesWhereBfrIsWrong) {
         double most = 0;
         for (const auto& vertex : SubdivisionOracle(shape.mesh, 2).far(level)) {
             if (interiorOnly && !vertex.isInterior) continue;
-            const auto ours = evaluator.evaluate(shape.mesh.positions, {static_cast<std::uint32_t>(vertex.ptex), vertex.u, vertex.v});
+            const auto ours =
+                evaluator.evaluate(shape.mesh.positions, {static_cast<std::uint32_t>(vertex.ptex), vertex.u, vertex.v});
             if (ours) most = std::max(most, (ours->point - vertex.point).norm() / sizeOf(shape.mesh));
         }
         return most;
@@ -148,7 +156,8 @@ TEST(OpenSubdiv, FarAgreesWhereBfrIsWrong) {
     // Sharpness of 5 is gone after six or seven refinements.
     EXPECT_LT(farthest("catmark_chaikin1", 7, false), 1e-9);
     // A quarter of what is left of valence 2 with each: not zero, and it goes away.
-    const double coarse = farthest("catmark_val2_interior", 5, false), fine = farthest("catmark_val2_interior", 6, false);
+    const double coarse = farthest("catmark_val2_interior", 5, false),
+                 fine = farthest("catmark_val2_interior", 6, false);
     EXPECT_LT(fine, 0.3 * coarse);
     EXPECT_LT(fine, 5e-5);
     EXPECT_LT(farthest("catmark_val2_interior", 6, true), 1e-12);
@@ -167,7 +176,8 @@ TEST(OpenSubdiv, AgreesOnRandomMeshes) {
         compared += d.compared;
         EXPECT_EQ(d.onlyOurs + d.onlyTheirs, 0U);
         EXPECT_LT(d.point, mesh.scheme == SubdivisionScheme::kLoop ? 1e-7 : 1e-12);
-        EXPECT_LT(d.tangent, mesh.scheme == SubdivisionScheme::kLoop ? 1e-6 : 1e-10) << d.worst.face << " " << d.worst.u << " " << d.worst.v;
+        EXPECT_LT(d.tangent, mesh.scheme == SubdivisionScheme::kLoop ? 1e-6 : 1e-10)
+            << d.worst.face << " " << d.worst.u << " " << d.worst.v;
     }
     EXPECT_GT(compared, 100 * seeds.count);
 }
@@ -176,7 +186,8 @@ TEST(OpenSubdiv, ItsPointsLieWithinThePatchesErrors) {
     if (!test::hasOpenSubdiv()) GTEST_SKIP() << "built without OpenSubdiv";
     const auto folder = shapesFolder();
     if (folder.empty()) GTEST_SKIP() << "no shapes (TESSERA_TEST_DATA)";
-    for (const char* name : {"catmark_cube", "catmark_helmet", "catmark_cube_creases1", "catmark_pole64", "loop_cube", "loop_icos_infsharp"}) {
+    for (const char* name : {"catmark_cube", "catmark_helmet", "catmark_cube_creases1", "catmark_pole64", "loop_cube",
+                             "loop_icos_infsharp"}) {
         SCOPED_TRACE(name);
         const Shape shape = readShape(folder / (std::string(name) + ".obj"));
         const auto topology = SubdivisionTopology::build(shape.mesh);
@@ -192,7 +203,8 @@ TEST(OpenSubdiv, ItsPointsLieWithinThePatchesErrors) {
             const auto [s, t] = test::somePlace(random, shape.mesh.scheme == SubdivisionScheme::kLoop);
             const auto theirs = oracle.bfr(patch.ptex, patch.u + patch.size * s, patch.v + patch.size * t);
             ASSERT_TRUE(theirs.has_value());
-            // Bfr's own masks are rounded to single precision in Loop's scheme; its Gregory patches at level 10 are 1e-6 off.
+            // Bfr's own masks are rounded to single precision in Loop's scheme; its Gregory patches at level 10 are
+            // 1e-6 off.
             EXPECT_LE((evaluate(patch, s, t).point - theirs->point).norm(), patch.error + 2e-6 * size);
         }
     }

@@ -22,16 +22,19 @@ struct FarPoint {
 std::unique_ptr<osd::Far::TopologyRefiner> makeRefiner(const ControlMesh& mesh) {
     using Options = osd::Sdc::Options;
     Options options;
-    options.SetVtxBoundaryInterpolation(mesh.boundary == BoundaryInterpolation::kNone       ? Options::VTX_BOUNDARY_NONE
-                                        : mesh.boundary == BoundaryInterpolation::kEdgeOnly ? Options::VTX_BOUNDARY_EDGE_ONLY
-                                                                                            : Options::VTX_BOUNDARY_EDGE_AND_CORNER);
-    options.SetCreasingMethod(mesh.creaseMethod == CreaseMethod::kChaikin ? Options::CREASE_CHAIKIN : Options::CREASE_UNIFORM);
-    options.SetTriangleSubdivision(mesh.triangles == TriangleRule::kSmooth ? Options::TRI_SUB_SMOOTH : Options::TRI_SUB_CATMARK);
+    options.SetVtxBoundaryInterpolation(mesh.boundary == BoundaryInterpolation::kNone ? Options::VTX_BOUNDARY_NONE
+                                        : mesh.boundary == BoundaryInterpolation::kEdgeOnly
+                                            ? Options::VTX_BOUNDARY_EDGE_ONLY
+                                            : Options::VTX_BOUNDARY_EDGE_AND_CORNER);
+    options.SetCreasingMethod(mesh.creaseMethod == CreaseMethod::kChaikin ? Options::CREASE_CHAIKIN
+                                                                          : Options::CREASE_UNIFORM);
+    options.SetTriangleSubdivision(mesh.triangles == TriangleRule::kSmooth ? Options::TRI_SUB_SMOOTH
+                                                                           : Options::TRI_SUB_CATMARK);
     const osd::Sdc::SchemeType scheme = mesh.scheme == SubdivisionScheme::kLoop       ? osd::Sdc::SCHEME_LOOP
                                         : mesh.scheme == SubdivisionScheme::kBilinear ? osd::Sdc::SCHEME_BILINEAR
                                                                                       : osd::Sdc::SCHEME_CATMARK;
-    const std::vector<int> sizes(mesh.faceSizes.begin(), mesh.faceSizes.end()), vertices(mesh.faceVertices.begin(), mesh.faceVertices.end()),
-        holes(mesh.holes.begin(), mesh.holes.end());
+    const std::vector<int> sizes(mesh.faceSizes.begin(), mesh.faceSizes.end()),
+        vertices(mesh.faceVertices.begin(), mesh.faceVertices.end()), holes(mesh.holes.begin(), mesh.holes.end());
     std::vector<int> creases, corners;
     std::vector<float> creaseSharpness, cornerSharpness;
     for (const auto& c : mesh.creases) {
@@ -77,7 +80,9 @@ struct SubdivisionOracle::Parts {
     mutable std::vector<std::unique_ptr<FaceSurface>> surfaces;
 };
 
-bool hasOpenSubdiv() { return true; }
+bool hasOpenSubdiv() {
+    return true;
+}
 
 SubdivisionOracle::SubdivisionOracle(const ControlMesh& mesh, int level) : parts_(std::make_unique<Parts>()) {
     parts_->mesh = mesh;
@@ -98,14 +103,17 @@ SubdivisionOracle::SubdivisionOracle(const ControlMesh& mesh, int level) : parts
 
 SubdivisionOracle::~SubdivisionOracle() = default;
 
-std::size_t SubdivisionOracle::ptexFaceCount() const { return parts_->ptex.size(); }
+std::size_t SubdivisionOracle::ptexFaceCount() const {
+    return parts_->ptex.size();
+}
 
 std::optional<OraclePoint> SubdivisionOracle::bfr(std::size_t ptex, double u, double v) const {
     const Parts::PtexFace& face = parts_->ptex[ptex];
     auto& held = parts_->surfaces[static_cast<std::size_t>(face.face)];
     if (!held) {
         held = std::make_unique<Parts::FaceSurface>();
-        if (parts_->factory->FaceHasLimitSurface(face.face) && parts_->factory->InitVertexSurface(face.face, &held->surface)) {
+        if (parts_->factory->FaceHasLimitSurface(face.face) &&
+            parts_->factory->InitVertexSurface(face.face, &held->surface)) {
             held->points.resize(static_cast<std::size_t>(held->surface.GetNumPatchPoints()) * 3);
             held->surface.PreparePatchPoints(parts_->mesh.positions.front().data(), 3, held->points.data(), 3);
         }
@@ -156,8 +164,10 @@ std::vector<SubdivisionOracle::FarVertex> SubdivisionOracle::far(int level) cons
             while (children[child] != face) ++child;
             face = parent;
             parentSize = refiner->GetLevel(l - 1).GetFaceVertices(face).size();
-            if (parentSize == 4) quarters.push_back(child);
-            else corner = child;
+            if (parentSize == 4)
+                quarters.push_back(child);
+            else
+                corner = child;
         }
         for (auto q = quarters.rbegin(); q != quarters.rend(); ++q) {
             size /= 2;
@@ -170,7 +180,8 @@ std::vector<SubdivisionOracle::FarVertex> SubdivisionOracle::far(int level) cons
         const auto vertices = last.GetFaceVertices(f);
         for (int i = 0; i < 4; ++i) {
             const double pu = u + (i == 1 || i == 2 ? size : 0), pv = v + (i >= 2 ? size : 0);
-            out.push_back({ptex, pu, pv, limits[static_cast<std::size_t>(vertices[i])].p, pu > 0 && pu < 1 && pv > 0 && pv < 1});
+            out.push_back(
+                {ptex, pu, pv, limits[static_cast<std::size_t>(vertices[i])].p, pu > 0 && pu < 1 && pv > 0 && pv < 1});
         }
     }
     return out;
@@ -183,12 +194,20 @@ std::vector<SubdivisionOracle::FarVertex> SubdivisionOracle::far(int level) cons
 namespace tessera::test {
 
 struct SubdivisionOracle::Parts {};
-bool hasOpenSubdiv() { return false; }
+bool hasOpenSubdiv() {
+    return false;
+}
 SubdivisionOracle::SubdivisionOracle(const ControlMesh&, int) {}
 SubdivisionOracle::~SubdivisionOracle() = default;
-std::size_t SubdivisionOracle::ptexFaceCount() const { return 0; }
-std::optional<OraclePoint> SubdivisionOracle::bfr(std::size_t, double, double) const { return std::nullopt; }
-std::vector<SubdivisionOracle::FarVertex> SubdivisionOracle::far(int) const { return {}; }
+std::size_t SubdivisionOracle::ptexFaceCount() const {
+    return 0;
+}
+std::optional<OraclePoint> SubdivisionOracle::bfr(std::size_t, double, double) const {
+    return std::nullopt;
+}
+std::vector<SubdivisionOracle::FarVertex> SubdivisionOracle::far(int) const {
+    return {};
+}
 
 }  // namespace tessera::test
 #endif

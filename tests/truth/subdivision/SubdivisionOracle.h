@@ -1,7 +1,8 @@
-/// OpenSubdiv's own answers for a control mesh: limit surfaces of Bfr, and limits at the vertices of uniform refinement of Far.
+/// OpenSubdiv's own answers for a control mesh: limit surfaces of Bfr, and limits at the vertices of uniform refinement
+/// of Far.
 ///
-/// Both in double. Bfr approximates what lies within 2^-level of an irregular vertex by a Gregory patch; Far's limits have no such
-/// limit and exist where faces are no manifold, but only at dyadic parameters.
+/// Both in double. Bfr approximates what lies within 2^-level of an irregular vertex by a Gregory patch; Far's limits
+/// have no such limit and exist where faces are no manifold, but only at dyadic parameters.
 #pragma once
 
 #include <memory>
@@ -34,7 +35,8 @@ public:
         Vec3d point;
         bool isInterior = false;  ///< not on the edge of its ptex face
     };
-    /// The limits of Far's vertices after `level` uniform refinements, by every ptex face that has them; quadrilaterals only.
+    /// The limits of Far's vertices after `level` uniform refinements, by every ptex face that has them; quadrilaterals
+    /// only.
     [[nodiscard]] std::vector<FarVertex> far(int level) const;
 
 private:

@@ -12,23 +12,35 @@
 namespace tessera {
 namespace {
 
-KeyFrames framesOf(std::string field, std::vector<double> times, std::vector<double> values, std::int64_t interpolation = KeyFrames::kLinear) {
-    return {.target = ObjectId(7), .field = std::move(field), .times = Blob::of(std::span<const double>(times)), .values = Blob::of(std::span<const double>(values)), .interpolation = interpolation};
+KeyFrames framesOf(std::string field, std::vector<double> times, std::vector<double> values,
+                   std::int64_t interpolation = KeyFrames::kLinear) {
+    return {.target = ObjectId(7),
+            .field = std::move(field),
+            .times = Blob::of(std::span<const double>(times)),
+            .values = Blob::of(std::span<const double>(values)),
+            .interpolation = interpolation};
 }
 
-const TypeInfo& typeCalled(std::string_view name) { return *findType(name); }
+const TypeInfo& typeCalled(std::string_view name) {
+    return *findType(name);
+}
 
 std::string refusal(const KeyFrames& frames, const TypeInfo* type) {
     const Expected<KeyTrack> track = KeyTrack::of(frames, type);
     return track ? "taken" : track.error().message;
 }
 
-double uniform(Random& random, double low, double high) { return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53; }
+double uniform(Random& random, double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
 
 /// glTF 2.0, appendix C, a number at a time, found by walking along the keys.
-std::vector<long double> byTheBook(const std::vector<double>& times, const std::vector<double>& values, std::int64_t interpolation, std::size_t width, bool quaternion, double at) {
+std::vector<long double> byTheBook(const std::vector<double>& times, const std::vector<double>& values,
+                                   std::int64_t interpolation, std::size_t width, bool quaternion, double at) {
     const std::size_t parts = interpolation == KeyFrames::kSpline ? 3 : 1;
-    const auto number = [&](std::size_t key, std::size_t part, std::size_t i) { return static_cast<long double>(values[(key * parts + part) * width + i]); };
+    const auto number = [&](std::size_t key, std::size_t part, std::size_t i) {
+        return static_cast<long double>(values[(key * parts + part) * width + i]);
+    };
     const std::size_t middle = parts == 3 ? 1 : 0;
     std::vector<long double> out(width);
     std::size_t key = 0;
@@ -41,7 +53,9 @@ std::vector<long double> byTheBook(const std::vector<double>& times, const std::
     long double length = 0;
     if (parts == 3) {
         for (std::size_t i = 0; i < width; ++i) {
-            out[i] = (2 * t * t * t - 3 * t * t + 1) * number(key, 1, i) + td * (t * t * t - 2 * t * t + t) * number(key, 2, i) + (-2 * t * t * t + 3 * t * t) * number(key + 1, 1, i) +
+            out[i] = (2 * t * t * t - 3 * t * t + 1) * number(key, 1, i) +
+                     td * (t * t * t - 2 * t * t + t) * number(key, 2, i) +
+                     (-2 * t * t * t + 3 * t * t) * number(key + 1, 1, i) +
                      td * (t * t * t - t * t) * number(key + 1, 0, i);
             length += out[i] * out[i];
         }
@@ -71,17 +85,20 @@ TEST(KeyTrack, SaysWhatTheFormulasSayAtAnyTime) {
     forSeeds(300, [](Random& random) {
         const bool quaternion = oneIn(random, 3);
         const std::int64_t interpolation = static_cast<std::int64_t>(below(random, 3));
-        const std::size_t width = quaternion ? 4 : 3, keys = 1 + below(random, 6), parts = interpolation == KeyFrames::kSpline ? 3 : 1;
+        const std::size_t width = quaternion ? 4 : 3, keys = 1 + below(random, 6),
+                          parts = interpolation == KeyFrames::kSpline ? 3 : 1;
         std::vector<double> times, values;
         double time = uniform(random, 0, 2);
         for (std::size_t i = 0; i < keys; ++i) times.push_back(time), time += uniform(random, 1e-3, 2);
-        for (std::size_t i = 0; i < keys * parts * width; ++i) values.push_back(uniform(random, -1, 1) + (i % 4 == 0 ? 1.5 : 0));
+        for (std::size_t i = 0; i < keys * parts * width; ++i)
+            values.push_back(uniform(random, -1, 1) + (i % 4 == 0 ? 1.5 : 0));
         const KeyFrames frames = framesOf(quaternion ? "rotation" : "translation", times, values, interpolation);
         const Expected<KeyTrack> track = KeyTrack::of(frames, &typeCalled("Transform"));
         ASSERT_TRUE(track) << track.error().message;
         EXPECT_EQ(track->lastTime(), times.back());
         for (int i = 0; i < 30; ++i) {
-            const double at = i < static_cast<int>(keys) ? times[static_cast<std::size_t>(i)] : uniform(random, times.front() - 1, times.back() + 1);
+            const double at = i < static_cast<int>(keys) ? times[static_cast<std::size_t>(i)]
+                                                         : uniform(random, times.front() - 1, times.back() + 1);
             std::vector<long double> right = byTheBook(times, values, interpolation, width, quaternion, at);
             const std::vector<double> now = track->at(at);
             long double same = 0, opposite = 0, norm = 0;
@@ -90,8 +107,10 @@ TEST(KeyTrack, SaysWhatTheFormulasSayAtAnyTime) {
                 opposite = std::max(opposite, std::abs(right[c] + static_cast<long double>(now[c])));
                 norm += right[c] * right[c];
             }
-            // At a key a quaternion stands as it was said; else it has length one. Rounding: slerp's angle near 0 loses half the digits.
-            ASSERT_LT(quaternion ? std::min(same, opposite) : same, 1e-7L * std::max(1.0L, std::sqrt(norm))) << "at " << at << " kind " << interpolation;
+            // At a key a quaternion stands as it was said; else it has length one. Rounding: slerp's angle near 0 loses
+            // half the digits.
+            ASSERT_LT(quaternion ? std::min(same, opposite) : same, 1e-7L * std::max(1.0L, std::sqrt(norm)))
+                << "at " << at << " kind " << interpolation;
         }
     });
 }
@@ -124,7 +143,8 @@ TEST(KeyTrack, WhatStepsAtAFrameDoesSoInThatFrame) {
         values.push_back(static_cast<double>(frame));
     }
     for (const auto& times : {exact, floats})
-        for (const auto& [type, field, interpolation] : {std::tuple("PointLight", "intensity", KeyFrames::kStep), std::tuple("Switch", "choice", KeyFrames::kLinear)}) {
+        for (const auto& [type, field, interpolation] : {std::tuple("PointLight", "intensity", KeyFrames::kStep),
+                                                         std::tuple("Switch", "choice", KeyFrames::kLinear)}) {
             const KeyFrames frames = framesOf(field, times, values, interpolation);
             const Expected<KeyTrack> track = KeyTrack::of(frames, &typeCalled(type));
             ASSERT_TRUE(track) << track.error().message;
@@ -151,7 +171,9 @@ TEST(KeyTrack, ASplineThatSwingsBeyondTheFieldsBoundsIsBroughtBackToThem) {
 }
 
 TEST(KeyTrack, ASplineThatPassesThroughNoTurnKeepsTheOneBefore) {
-    const KeyFrames frames = framesOf("rotation", {0, 1}, {0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0}, KeyFrames::kSpline);
+    const KeyFrames frames =
+        framesOf("rotation", {0, 1}, {0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0},
+                 KeyFrames::kSpline);
     const Expected<KeyTrack> track = KeyTrack::of(frames, &typeCalled("Transform"));
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_EQ(track->at(0.5), (std::vector<double>{1, 0, 0, 0}));
@@ -206,7 +228,8 @@ TEST(KeyTrack, TimesFoldIntoOneLengthWhateverTheyAre) {
     EXPECT_EQ(shownTime(foldedTime(4.5, 2, Animation::kPingPong), 2, Animation::kPingPong), 0.5);
     EXPECT_EQ(shownTime(foldedTime(-0.5, 2, Animation::kPingPong), 2, Animation::kPingPong), 0.5);
     forSeeds(200, [](Random& random) {
-        const double last = std::exp(uniform(random, -30, 20)), time = uniform(random, -1, 1) * std::exp(uniform(random, -30, 20));
+        const double last = std::exp(uniform(random, -30, 20)),
+                     time = uniform(random, -1, 1) * std::exp(uniform(random, -30, 20));
         for (const std::int64_t mode : {Animation::kOnce, Animation::kLoop, Animation::kPingPong}) {
             const double folded = foldedTime(time, last, mode), shown = shownTime(folded, last, mode);
             ASSERT_GE(folded, 0) << time << " in " << last;
@@ -216,7 +239,8 @@ TEST(KeyTrack, TimesFoldIntoOneLengthWhateverTheyAre) {
             ASSERT_EQ(foldedTime(folded, last, mode), folded) << "folded is folded";
         }
     });
-    for (const double odd : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    for (const double odd :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
         EXPECT_TRUE(std::isfinite(foldedTime(odd, 2, Animation::kLoop)));
         EXPECT_EQ(foldedTime(odd, 0, Animation::kLoop), 0);
     }

@@ -214,7 +214,8 @@ TEST(Application, WhoDoesNotFollowIsToldWhatItAsksFor) {
     const auto missing = application->describe("/hall/crna");
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(missing.error().message.find("its 1 children are \"crane\""), std::string::npos) << missing.error().message;
+    EXPECT_NE(missing.error().message.find("its 1 children are \"crane\""), std::string::npos)
+        << missing.error().message;
     const auto several = application->describe(std::vector<std::string>{"#3", "#4711", "/"});
     ASSERT_TRUE(several);
     EXPECT_EQ(several->at(0).path, "/hall/crane");

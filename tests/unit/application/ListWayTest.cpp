@@ -25,7 +25,8 @@ constexpr std::size_t kMoved = 100'000;
 ChangeList moves() {
     ChangeListBuilder builder;
     for (std::uint64_t i = 0; i < kMoved; ++i)
-        builder.set(ObjectId(2 + i), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(double(i), 1, 2)));
+        builder.set(ObjectId(2 + i), typeOf<Transform>(), fieldId<&Transform::translation>,
+                    toValue(Vec3d(double(i), 1, 2)));
     return builder.take();
 }
 

@@ -96,8 +96,8 @@ public:
         const std::scoped_lock lock(mutex_);
         for (const LinkId link : links_) transport_.close(link, "cut by the test");
     }
-    /// Answers a request of the given kind; what is not scripted is refused. Edits, Undo and what asks for the scene work
-    /// by themselves.
+    /// Answers a request of the given kind; what is not scripted is refused. Edits, Undo and what asks for the scene
+    /// work by themselves.
     void script(std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> answer) {
         const std::scoped_lock lock(mutex_);
         script_ = std::move(answer);
@@ -116,7 +116,7 @@ public:
     }
 
     struct Faults {
-        bool mute = false;  ///< never answers requests
+        bool mute = false;          ///< never answers requests
         bool cutWhenAsked = false;  ///< closes the connection instead of answering
         bool noSnapshot = false;
         bool wrongHash = false;  ///< of lists
@@ -211,8 +211,8 @@ private:
         const Message life = message::Heartbeat{};
         transport_.keepAlive(link, std::chrono::milliseconds(100), wireType(life), 7_epoch, share(encodeMessage(life)));
         if (hello.follows && !faults_.noSnapshot)
-            say(link, message::Snapshot{share(CommittedList{
-                          sequence_, scene_.stateHash(), encodeChangeList(snapshot(scene_)), {}})});
+            say(link, message::Snapshot{
+                          share(CommittedList{sequence_, scene_.stateHash(), encodeChangeList(snapshot(scene_)), {}})});
     }
 
     void answer(LinkId link, const message::Request& request) {
@@ -236,7 +236,8 @@ private:
         if (const auto* propose = std::get_if<request::ProposeChanges>(&asked)) {
             if (!keepUploads_) return fail(ErrorCode::kRefused, "the arrays were thrown away");
             std::vector<Blob> arrays = std::exchange(whole_, {});
-            for (const ByteSlice& bytes : propose->blobs) arrays.push_back(store_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
+            for (const ByteSlice& bytes : propose->blobs)
+                arrays.push_back(store_.add(Blob(Bytes(bytes.begin(), bytes.end()))));
             BlobStore fresh;
             for (const Blob& array : arrays) (void)fresh.add(array);
             Expected<ChangeList> list = decodeChangeList(propose->list, arraysGone_ ? fresh : store_);
@@ -308,8 +309,9 @@ private:
         Bytes bytes = encodeChangeList(list);
         if (faults_.malformed) bytes.assign(30, std::byte{0xff});
         for (const LinkId link : followers_)
-            say(link, message::Changes{share(CommittedList{
-                          sequence_, StateHash(scene_.stateHash().value + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
+            say(link,
+                message::Changes{share(CommittedList{
+                    sequence_, StateHash(scene_.stateHash().value + (faults_.wrongHash ? 1 : 0)), share(bytes), {}})});
         answer::Committed committed;
         committed.sequence = sequence_;
         committed.ids.assign(given.begin(), given.end());

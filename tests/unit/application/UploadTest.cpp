@@ -1,10 +1,11 @@
-// What a proposal may bring: said by the library before anything is sent, and above a small array in pieces that are not copied.
+// What a proposal may bring: said by the library before anything is sent, and above a small array in pieces that are
+// not copied.
 #include <sys/mman.h>
 
+#include "common/application/Application.h"
 #include "common/cores/ApplicationData.h"
 #include "tests/unit/Sanitized.h"
 #include "tests/unit/application/ScriptedServer.h"
-#include "common/application/Application.h"
 
 namespace tessera {
 namespace {
@@ -22,7 +23,8 @@ Blob sparse(std::size_t size) {
 }
 
 std::unique_ptr<Application> join(ScriptedServer& server) {
-    auto application = Application::connect({.address = server.address(), .name = "test", .followScene = false, .timeout = 60s});
+    auto application =
+        Application::connect({.address = server.address(), .name = "test", .followScene = false, .timeout = 60s});
     EXPECT_TRUE(application) << application.error().message;
     return application ? std::move(*application) : nullptr;
 }
@@ -101,7 +103,8 @@ TEST(Uploading, OfSeveralArraysTheSumCounts) {
     ScriptedServer server;
     const auto application = join(server);
     ASSERT_TRUE(application);
-    const auto refused = application->propose(naming({sparse(limits::kMaxUploadBytes / 2), sparse(limits::kMaxUploadBytes / 2 + 1)}));
+    const auto refused =
+        application->propose(naming({sparse(limits::kMaxUploadBytes / 2), sparse(limits::kMaxUploadBytes / 2 + 1)}));
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
     EXPECT_EQ(server.uploaded().pieces, 0u);
@@ -113,7 +116,8 @@ TEST(Uploading, AListThatIsTooLongIsSaidTooAndTheConnectionStays) {
     ASSERT_TRUE(application);
     ChangeListBuilder edits;
     const std::string name(4000, 'n');
-    for (std::uint64_t i = 0; i * name.size() <= limits::kMaxProposalBytes; ++i) setField<&Node::name>(edits, ObjectId{1000 + i}, name);
+    for (std::uint64_t i = 0; i * name.size() <= limits::kMaxProposalBytes; ++i)
+        setField<&Node::name>(edits, ObjectId{1000 + i}, name);
     const auto refused = application->propose(edits.take());
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kLimit);

@@ -47,9 +47,7 @@ TEST_F(Audit, SaysWhoDidWhatToWhat) {
 }
 
 TEST_F(Audit, ALineIsOfOneAddressAndManyFillNoFile) {
-    const auto moves = [&](const std::string& from) {
-        book.answered(kAda, book.asked(kAda, kMove, from), true);
-    };
+    const auto moves = [&](const std::string& from) { book.answered(kAda, book.asked(kAda, kMove, from), true); };
     for (int i = 0; i < 3; ++i)
         for (const char* from : {"10.0.0.1", "10.0.0.2", "10.0.0.3"}) moves(from);
     std::vector<AuditLine> lines = handedOver();
@@ -152,8 +150,11 @@ TEST_F(Audit, NothingOfWhatIsSaidLeavesItsLine) {
 
 /// To whoever reads the file in a terminal a name would look like another one, or be a command.
 TEST_F(Audit, CharactersThatChangeHowALineLooksAreWrittenAsNumbers) {
-    does(kAda, kMove, {"Bö \u202Eabc\u2066\u2069", "\x7F\xC2\x9B" "31m", "\u2028\u2029\u200B\u200F\uFEFF",
-                       "日本 😀 \u00A0"});
+    does(kAda, kMove,
+         {"Bö \u202Eabc\u2066\u2069",
+          "\x7F\xC2\x9B"
+          "31m",
+          "\u2028\u2029\u200B\u200F\uFEFF", "日本 😀 \u00A0"});
     const std::string text = toJson(handedOver().at(0));
     for (const char* part : {R"("Bö \u202eabc\u2066\u2069")", R"("\u007f\u009b31m")",
                              R"("\u2028\u2029\u200b\u200f\ufeff")", "\"日本 😀 \u00A0\""})

@@ -24,9 +24,7 @@ protected:
     }
     /// One line in a batch of its own.
     static std::vector<AuditLine> did(const std::string& what) { return {AuditLine{.at = {}, .who = {}, .did = what}}; }
-    [[nodiscard]] std::string path(const std::string& ending = "") const {
-        return folder / ("audit.log" + ending);
-    }
+    [[nodiscard]] std::string path(const std::string& ending = "") const { return folder / ("audit.log" + ending); }
     /// Of a whole file: what was done, in order; of a line that tells of lost ones "lost".
     [[nodiscard]] std::vector<std::string> deeds(const std::string& ending = "") const {
         std::vector<std::string> all;

@@ -22,13 +22,17 @@ struct Ended {
 };
 
 /// A shell that does that, its outputs read to their end.
-Ended shell(const std::string& what, std::vector<ChildProgram::Given> files = {}, std::vector<std::string> environment = {}) {
+Ended shell(const std::string& what, std::vector<ChildProgram::Given> files = {},
+            std::vector<std::string> environment = {}) {
     std::array<int, 2> ends{};
     EXPECT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
     const FileHandle readEnd(ends[0]);
     std::optional<FileHandle> writeEnd(ends[1]);
     files.push_back({writeEnd->get(), 1});
-    Expected<ChildProgram> child = ChildProgram::start({.path = "/bin/sh", .arguments = {"-c", what}, .environment = std::move(environment), .files = std::move(files)});
+    Expected<ChildProgram> child = ChildProgram::start({.path = "/bin/sh",
+                                                        .arguments = {"-c", what},
+                                                        .environment = std::move(environment),
+                                                        .files = std::move(files)});
     if (!child) {
         ADD_FAILURE() << child.error().message;
         return {};
@@ -36,14 +40,17 @@ Ended shell(const std::string& what, std::vector<ChildProgram::Given> files = {}
     writeEnd.reset();
     Ended ended;
     std::array<char, 4096> piece{};
-    for (ssize_t got = 0; (got = ::read(readEnd.get(), piece.data(), piece.size())) > 0;) ended.said.append(piece.data(), static_cast<std::size_t>(got));
+    for (ssize_t got = 0; (got = ::read(readEnd.get(), piece.data(), piece.size())) > 0;)
+        ended.said.append(piece.data(), static_cast<std::size_t>(got));
     ended.status = child->reap();
     EXPECT_LT(child->pid(), 0);
     EXPECT_EQ(child->kill(), 0) << "there is none any more";
     return ended;
 }
 
-bool isGone(pid_t pid) { return ::waitpid(pid, nullptr, WNOHANG) == -1 && errno == ECHILD; }
+bool isGone(pid_t pid) {
+    return ::waitpid(pid, nullptr, WNOHANG) == -1 && errno == ECHILD;
+}
 
 TEST(ChildProgram, HasTheFilesAndVariablesThatItIsGivenAndNoOthers) {
     ASSERT_EQ(::setenv("TESSERA_NOT_FOR_CHILDREN", "1", 1), 0);
@@ -53,16 +60,20 @@ TEST(ChildProgram, HasTheFilesAndVariablesThatItIsGivenAndNoOthers) {
     EXPECT_NE(variables.said.find("FOR_CHILDREN=2\n"), std::string::npos) << variables.said;
     EXPECT_EQ(variables.said.find("TESSERA_NOT"), std::string::npos) << variables.said;
 
-    // One stands where another is to come, one where it is to come itself, one is not for it at all, though it is not close-on-exec.
+    // One stands where another is to come, one where it is to come itself, one is not for it at all, though it is not
+    // close-on-exec.
     std::array<int, 2> first{}, second{};
     ASSERT_EQ(::pipe(first.data()), 0);
     ASSERT_EQ(::pipe(second.data()), 0);
     ASSERT_EQ(::write(first[1], "one\n", 4), 4);
     ASSERT_EQ(::write(second[1], "two\n", 4), 4);
-    const std::array<FileHandle, 4> owned = {FileHandle(first[0]), FileHandle(first[1]), FileHandle(second[0]), FileHandle(second[1])};
-    const Ended files = shell("read a <&" + std::to_string(second[0]) + "; read b <&" + std::to_string(first[0]) + "; echo $a $b; for i in " + std::to_string(first[1]) + " " +
-                                  std::to_string(second[1]) + "; do [ -e /proc/$$/fd/$i ] && echo $i is open; done; readlink /proc/self/fd/0 /proc/self/fd/2",
-                              {{first[0], second[0]}, {second[0], first[0]}});
+    const std::array<FileHandle, 4> owned = {FileHandle(first[0]), FileHandle(first[1]), FileHandle(second[0]),
+                                             FileHandle(second[1])};
+    const Ended files =
+        shell("read a <&" + std::to_string(second[0]) + "; read b <&" + std::to_string(first[0]) +
+                  "; echo $a $b; for i in " + std::to_string(first[1]) + " " + std::to_string(second[1]) +
+                  "; do [ -e /proc/$$/fd/$i ] && echo $i is open; done; readlink /proc/self/fd/0 /proc/self/fd/2",
+              {{first[0], second[0]}, {second[0], first[0]}});
     ASSERT_TRUE(files.said.starts_with("one two\n")) << files.said;
     EXPECT_EQ(files.said.substr(8), "/dev/null\n/dev/null\n") << "nothing else is open";
     const FileHandle empty(::open("/dev/null", O_RDONLY));
@@ -79,7 +90,8 @@ TEST(ChildProgram, EndsAsItLikesOrWithItsOwner) {
     EXPECT_EQ(WTERMSIG(signal.status), SIGABRT);
 
     const auto sleeper = [] {
-        Expected<ChildProgram> child = ChildProgram::start({.path = "/bin/sleep", .arguments = {"1000"}, .environment = {}, .files = {}});
+        Expected<ChildProgram> child =
+            ChildProgram::start({.path = "/bin/sleep", .arguments = {"1000"}, .environment = {}, .files = {}});
         EXPECT_TRUE(child);
         EXPECT_EQ(::getpgid(child->pid()), child->pid()) << "a group of its own";
         return std::move(*child);
@@ -104,12 +116,16 @@ TEST(ChildProgram, EndsAsItLikesOrWithItsOwner) {
 }
 
 TEST(ChildProgram, SaysWhyItCannotBeStarted) {
-    const Expected<ChildProgram> nowhere = ChildProgram::start({.path = "/nowhere/at-all", .arguments = {}, .environment = {}, .files = {}});
+    const Expected<ChildProgram> nowhere =
+        ChildProgram::start({.path = "/nowhere/at-all", .arguments = {}, .environment = {}, .files = {}});
     ASSERT_FALSE(nowhere);
-    EXPECT_EQ(nowhere.error().message, "'/nowhere/at-all' cannot be started: No such file or directory; it belongs beside the running program");
-    const Expected<ChildProgram> noFile = ChildProgram::start({.path = "/bin/true", .arguments = {}, .environment = {}, .files = {{-1, 3}}});
+    EXPECT_EQ(nowhere.error().message,
+              "'/nowhere/at-all' cannot be started: No such file or directory; it belongs beside the running program");
+    const Expected<ChildProgram> noFile =
+        ChildProgram::start({.path = "/bin/true", .arguments = {}, .environment = {}, .files = {{-1, 3}}});
     ASSERT_FALSE(noFile);
-    EXPECT_NE(noFile.error().message.find("a file of its own: Bad file descriptor"), std::string::npos) << noFile.error().message;
+    EXPECT_NE(noFile.error().message.find("a file of its own: Bad file descriptor"), std::string::npos)
+        << noFile.error().message;
 }
 
 }  // namespace

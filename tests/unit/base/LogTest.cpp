@@ -55,7 +55,10 @@ TEST(Log, WhatItQuotesIsNeitherACommandNorALineOfItsOwn) {
 TEST(Log, WhatItQuotesLooksLikeNothingElse) {
     Pipe pipe;
     Log log("test", pipe.in);
-    log.info("日本 😀 \xC2\x9B" "2J \x9B" "2J \u202Egnp\u2028 end");
+    log.info(
+        "日本 😀 \xC2\x9B"
+        "2J \x9B"
+        "2J \u202Egnp\u2028 end");
     EXPECT_EQ(pipe.readUntil("end\n"), "test: 日本 😀 \\u009b2J \\x9b2J \\u202egnp\\u2028 end\n");
 }
 

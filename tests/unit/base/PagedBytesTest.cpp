@@ -27,7 +27,8 @@ void forEachSeed(std::uint64_t count, Test&& test) {
     const std::uint64_t first = only ? std::strtoull(only, nullptr, 10) : 0;
     for (std::uint64_t seed = first; seed < (only ? first + 1 : count) && !testing::Test::HasFatalFailure(); ++seed) {
         const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
-        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_base --gtest_filter=PagedBytes." + info->name());
+        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_base --gtest_filter=PagedBytes." +
+                     info->name());
         test(seed);
     }
 }
@@ -43,7 +44,8 @@ std::uint64_t memoryTaken() {
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
         std::error_code error;
         struct stat status {};
-        if (std::filesystem::read_symlink(entry.path(), error).string().starts_with("/memfd:tessera-pages") && ::stat(entry.path().c_str(), &status) == 0)
+        if (std::filesystem::read_symlink(entry.path(), error).string().starts_with("/memfd:tessera-pages") &&
+            ::stat(entry.path().c_str(), &status) == 0)
             return static_cast<std::uint64_t>(status.st_blocks) * 512;
     }
     return 0;
@@ -88,14 +90,17 @@ TEST(PagedBytes, EveryVersionKeepsItsBytesWhateverBecomesOfOthers) {
         const std::size_t most = 1 + random() % 12;
         for (int step = 0; step < 120; ++step) {
             const Version& from = versions[random() % versions.size()];
-            const std::size_t at = random() % size, count = random() % 8 == 0 ? 1 + random() % (size - at) : 1 + random() % std::min<std::size_t>(size - at, 300);
+            const std::size_t at = random() % size, count = random() % 8 == 0
+                                                                ? 1 + random() % (size - at)
+                                                                : 1 + random() % std::min<std::size_t>(size - at, 300);
             const Bytes bytes = randomBytes(random, count);
             Version next{from.paged->withRange(at, bytes), from.bytes};
             std::ranges::copy(bytes, next.bytes.begin() + static_cast<std::ptrdiff_t>(at));
             ASSERT_TRUE(next.paged);
             EXPECT_LE(next.paged->pieces(), PagedBytes::kMostPieces);
             versions.push_back(std::move(next));
-            while (versions.size() > most) versions.erase(versions.begin() + static_cast<std::ptrdiff_t>(random() % versions.size()));
+            while (versions.size() > most)
+                versions.erase(versions.begin() + static_cast<std::ptrdiff_t>(random() % versions.size()));
             for (const Version& version : versions) expectSame(version, random);
             if (testing::Test::HasFatalFailure()) return;
         }
@@ -126,8 +131,8 @@ TEST(PagedBytes, ThreadsMakeVersionsOfTheSame) {
     expectSame(common, random);
 }
 
-/// While the newest few are held, as a wall does, pages come home: whatever has been edited, the newest has few pieces, and what is
-/// taken is the array and what those few differ by.
+/// While the newest few are held, as a wall does, pages come home: whatever has been edited, the newest has few pieces,
+/// and what is taken is the array and what those few differ by.
 TEST(PagedBytes, HaveFewPiecesAfterAnyNumberOfEdits) {
     forEachSeed(4, [](std::uint64_t seed) {
         std::mt19937_64 random(seed);
@@ -166,7 +171,8 @@ TEST(PagedBytes, CanBeSeenAsAWholeInAnyNumberOfVersions) {
         all.push_back(all.back()->withRange(version * kPage, one));
         const ByteSpan view = all.back()->view();
         ASSERT_EQ(view.size(), 600 * kPage);
-        for (std::size_t page = 0; page < 600; ++page) ASSERT_EQ(view[page * kPage], static_cast<std::byte>(page >= 1 && page <= version ? 1 : 0));
+        for (std::size_t page = 0; page < 600; ++page)
+            ASSERT_EQ(view[page * kPage], static_cast<std::byte>(page >= 1 && page <= version ? 1 : 0));
     }
 }
 

@@ -62,7 +62,8 @@ TEST(ThreadPriority, WithoutPrivilegesItSaysSoAndTheThreadIsOrdinary) {
                   if (answer.realTime || policyHere() != SCHED_OTHER) return 1;
                   if (answer.refused.find("SCHED_RR 1: Operation not permitted") == std::string::npos) return 2;
                   if (answer.refused.find("nice -10: ") == std::string::npos) return 3;
-                  return AheadForNow::refusal().find("SCHED_RR 2: Operation not permitted") == std::string::npos ? 4 : 0;
+                  return AheadForNow::refusal().find("SCHED_RR 2: Operation not permitted") == std::string::npos ? 4
+                                                                                                                 : 0;
               }),
               0);
 }

@@ -85,7 +85,8 @@ TEST(ApplicationCodec, WhatIsSaidOfTheSceneKeepsItsFields) {
     EXPECT_TRUE(page.lengths.empty());
     const answer::TreePage films{.lengths = {{ObjectId{9}, 2.5}, {ObjectId{7}, 0.25}}};
     EXPECT_EQ(std::get<answer::TreePage>(*decodeAnswer(encodeAnswer(films))).lengths, films.lengths);
-    EXPECT_FALSE(decodeAnswer(encodeAnswer(answer::TreePage{.lengths = {{ObjectId{9}, std::numeric_limits<double>::quiet_NaN()}}})));
+    EXPECT_FALSE(decodeAnswer(
+        encodeAnswer(answer::TreePage{.lengths = {{ObjectId{9}, std::numeric_limits<double>::quiet_NaN()}}})));
     const auto named = std::get<request::GetObjects>(*decodeRequest(encodeRequest(everyRequest()[14]))).wish;
     EXPECT_EQ(named.names, (std::vector<std::string>{"/hall/crane", "#17"}));
     EXPECT_TRUE(!named.paths && named.content);

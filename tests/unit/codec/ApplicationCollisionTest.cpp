@@ -88,8 +88,9 @@ void expectSame(const PairEventValue& a, const PairEventValue& b) {
     EXPECT_EQ(a.normal, b.normal);
 }
 void expectSame(const PairDistanceValue& a, const PairDistanceValue& b) {
-    EXPECT_EQ(std::tie(a.interest, a.objectA, a.objectB, a.phase, a.distance, a.error, a.nodeA, a.nodeB, a.faceA, a.faceB),
-              std::tie(b.interest, b.objectA, b.objectB, b.phase, b.distance, b.error, b.nodeA, b.nodeB, b.faceA, b.faceB));
+    EXPECT_EQ(
+        std::tie(a.interest, a.objectA, a.objectB, a.phase, a.distance, a.error, a.nodeA, a.nodeB, a.faceA, a.faceB),
+        std::tie(b.interest, b.objectA, b.objectB, b.phase, b.distance, b.error, b.nodeA, b.nodeB, b.faceA, b.faceB));
     EXPECT_EQ(a.pointA, b.pointA);
     EXPECT_EQ(a.pointB, b.pointB);
 }

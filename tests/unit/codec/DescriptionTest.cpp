@@ -73,8 +73,9 @@ void expectOneMeaning(const std::vector<MemberText>& members, std::map<std::stri
 /// Clients in other languages know types by their names alone.
 TEST(Descriptions, GiveNoTwoTypesOneName) {
     std::map<std::string, std::string> contents;
-    for (const char* known : {"bool", "word", "double", "text", "Place", "Vector", "Rotation", "bytes", "fixed64", "reserved",
-                              "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float"})
+    for (const char* known :
+         {"bool", "word", "double", "text", "Place", "Vector", "Rotation", "bytes", "fixed64", "reserved", "int8",
+          "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float"})
         contents[known] = "";
     const std::size_t atFirst = contents.size();
     for (const RequestText& request : allRequests()) expectOneMeaning(request.members, contents);

@@ -61,7 +61,8 @@ TEST(FrameCodec, CarriesWhatIsShown) {
     for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
         EXPECT_EQ(decodeFrame(encodeFrame({.view = someView(), .showing = showing}))->showing, showing);
     EXPECT_FALSE(decodeFrame(encodeFrame({.view = someView(), .showing = static_cast<Showing>(kLastShowing + 1)})));
-    EXPECT_EQ(encodeFrame({.view = someView()}).size() + 2, encodeFrame({.view = someView(), .showing = Showing::kTestPicture}).size())
+    EXPECT_EQ(encodeFrame({.view = someView()}).size() + 2,
+              encodeFrame({.view = someView(), .showing = Showing::kTestPicture}).size())
         << "a scene costs nothing";
 }
 
@@ -72,20 +73,28 @@ TEST(FrameCodec, RefusesEveryTruncation) {
 }
 
 TEST(FrameCodec, CarriesStatistics) {
-    const HostStats stats{{{"front-0-1", 0.25, 12.5, 100, 80, 75'730, 7, 3, 900, 0.5, 0.125, 4, 8, 3, 1}, {"floor-0-0"}}, 20, 1.5, 0.75, 5, 9.5, {{ObjectId(17), 501.5}}};
+    const HostStats stats{
+        {{"front-0-1", 0.25, 12.5, 100, 80, 75'730, 7, 3, 900, 0.5, 0.125, 4, 8, 3, 1}, {"floor-0-0"}},
+        20,
+        1.5,
+        0.75,
+        5,
+        9.5,
+        {{ObjectId(17), 501.5}}};
     EXPECT_EQ(decodeStats(encodeStats(stats)).value(), stats);
     EXPECT_EQ(decodeStats(encodeStats({})).value(), HostStats());
 }
 
 TEST(FrameCodec, RefusesStatisticsThatWouldSpoilAReport) {
     for (const double none : {-1.0, double{NAN}, double{INFINITY}}) {
-        for (double TileStats::* time : {&TileStats::cullMs, &TileStats::drawMs, &TileStats::handOverMs, &TileStats::cullQueuedMs,
-                                         &TileStats::drawQueuedMs}) {
+        for (double TileStats::*time : {&TileStats::cullMs, &TileStats::drawMs, &TileStats::handOverMs,
+                                        &TileStats::cullQueuedMs, &TileStats::drawQueuedMs}) {
             HostStats stats{{{"t"}}};
             stats.tiles[0].*time = none;
             EXPECT_FALSE(decodeStats(encodeStats(stats))) << none;
         }
-        for (double HostStats::* time : {&HostStats::workMs, &HostStats::applyMs, &HostStats::applyQueuedMs, &HostStats::helpMs}) {
+        for (double HostStats::*time :
+             {&HostStats::workMs, &HostStats::applyMs, &HostStats::applyQueuedMs, &HostStats::helpMs}) {
             HostStats stats;
             stats.*time = none;
             EXPECT_FALSE(decodeStats(encodeStats(stats))) << none;

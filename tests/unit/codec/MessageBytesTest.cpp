@@ -1,4 +1,5 @@
-/// The bytes of every message, and of what travels in their bodies, as they are kept in tests/data/messages; and the schema that documents them.
+/// The bytes of every message, and of what travels in their bodies, as they are kept in tests/data/messages; and the
+/// schema that documents them.
 ///
 /// After a change of what goes over the wire: raise kProtocolVersion (common/base/Version.h), then
 ///     TESSERA_WRITE_BYTES=1 ./build/bin/unit_codec --gtest_filter=MessageBytes.AreAsTheyAreKept
@@ -88,7 +89,8 @@ KeptBytes readKept() {
 
 void writeKept(const KeptBytes& now) {
     std::ofstream file(kKept);
-    file << "# One message of each kind (tests/unit/AnyMessage.h: sampleMessage) as its payload on the wire, and what travels in\n"
+    file << "# One message of each kind (tests/unit/AnyMessage.h: sampleMessage) as its payload on the wire, and what "
+            "travels in\n"
             "# the bodies of messages (tests/unit/codec/Samples.h).\n"
             "# Written by unit_codec; tests/unit/codec/MessageBytesTest.cpp says how.\n"
             "protocol "

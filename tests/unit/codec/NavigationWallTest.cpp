@@ -26,14 +26,16 @@ TEST(NavigationWall, ReadsWhatIsThereAndHasDefaultsForTheRest) {
     const Expected<Wall> none = parseWall(wallWithNavigation(""), "try.wall");
     ASSERT_TRUE(none) << none.error().message;
     EXPECT_EQ(none->navigation, Navigation());
-    const Expected<Wall> some = parseWall(wallWithNavigation("navigation { mode: WALK speed_m_s: 1.4 step_m: 0 }"), "try.wall");
+    const Expected<Wall> some =
+        parseWall(wallWithNavigation("navigation { mode: WALK speed_m_s: 1.4 step_m: 0 }"), "try.wall");
     ASSERT_TRUE(some) << some.error().message;
     EXPECT_EQ(some->navigation, (Navigation{.mode = NavigationMode::kWalk, .speed = 1.4, .step = 0}));
 }
 
 TEST(NavigationWall, SaysWhatIsWrongAndWhere) {
-    for (const char* wrong : {"speed_m_s: 0", "speed_m_s: -1", "speed_m_s: nan", "speed_m_s: inf", "faster: 0.5", "turn_deg_s: 1e9",
-                              "body_radius_m: 0", "body_radius_m: 250", "step_m: -0.1", "step_m: 400", "steepest_deg: 90"}) {
+    for (const char* wrong :
+         {"speed_m_s: 0", "speed_m_s: -1", "speed_m_s: nan", "speed_m_s: inf", "faster: 0.5", "turn_deg_s: 1e9",
+          "body_radius_m: 0", "body_radius_m: 250", "step_m: -0.1", "step_m: 400", "steepest_deg: 90"}) {
         const std::string error = errorOfNavigation(std::string("navigation { ") + wrong + " }");
         EXPECT_EQ(error.rfind("try.wall:5:1: navigation: ", 0), 0u) << error;
         EXPECT_NE(error.find(std::string(wrong).substr(0, std::string(wrong).find(':'))), std::string::npos) << error;

@@ -23,7 +23,8 @@ protected:
         folder_ = ::mkdtemp(pattern.data());
         write("left.warp", kMeshText);
         const auto grey = [&](const std::string& name, std::uint16_t value) {
-            const Bytes png = encodeBlendPicture({.widthPx = 8, .heightPx = 4, .values = std::vector<std::uint16_t>(32, value)});
+            const Bytes png =
+                encodeBlendPicture({.widthPx = 8, .heightPx = 4, .values = std::vector<std::uint16_t>(32, value)});
             write(name, std::string(asText(png)));
         };
         grey("half.png", 32767);
@@ -36,11 +37,14 @@ protected:
     }
     /// Two tiles of 8 × 4 pixels, 4 of which both show.
     [[nodiscard]] static std::string wallText(const std::string& left, const std::string& right) {
-        return R"(screens { name: "s" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 } upper_left { x: -1.6 y: 2.4 }
+        return R"(screens { name: "s" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 }
+        upper_left { x: -1.6 y: 2.4 }
   grid { columns: 2 rows: 1 tile_width_px: 8 tile_height_px: 4 overlap_x_px: 4 } }
 users { name: "u" position { y: 1.7 z: 2.4 } }
-hosts { name: "a" tiles { screen: "s" column: 0 row: 0 user: "u" output { )" + left + R"( } } }
-hosts { name: "b" tiles { screen: "s" column: 1 row: 0 user: "u" output { )" + right + " } } }\n";
+hosts { name: "a" tiles { screen: "s" column: 0 row: 0 user: "u" output { )" +
+               left + R"( } } }
+hosts { name: "b" tiles { screen: "s" column: 1 row: 0 user: "u" output { )" +
+               right + " } } }\n";
     }
     [[nodiscard]] Expected<Wall> load(const std::string& left, const std::string& right = "") {
         write("w.wall", wallText(left, right));
@@ -56,12 +60,15 @@ hosts { name: "b" tiles { screen: "s" column: 1 row: 0 user: "u" output { )" + r
 #define EXPECT_PART(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
 
 TEST_F(OutputFiles, AreReadBesideTheWallAndTravelInItsBytes) {
-    const auto wall = load("warp: \"left.warp\" blend_picture: \"half.png\" blend_picture_gamma: 1.5 gain { g: 0.5 } gamma { r: 2.4 } black: 0.001 flip_x: true monitor: \"HDMI-1\"",
-                           "blend_picture: \"half.png\" width_px: 16 height_px: 9");
+    const auto wall = load(
+        "warp: \"left.warp\" blend_picture: \"half.png\" blend_picture_gamma: 1.5 gain { g: 0.5 } gamma { r: 2.4 } "
+        "black: 0.001 flip_x: true monitor: \"HDMI-1\"",
+        "blend_picture: \"half.png\" width_px: 16 height_px: 9");
     ASSERT_TRUE(wall) << wall.error().message;
     const TileOutput& left = wall->hosts[0].tiles[0].output;
     ASSERT_TRUE(left.warp);
-    EXPECT_EQ(left.warp->at(1, 1), (WarpNode{.x = 1, .y = 1, .u = 1, .v = 1, .intensity = 0.5f})) << "x in halves of the width, which is twice the height";
+    EXPECT_EQ(left.warp->at(1, 1), (WarpNode{.x = 1, .y = 1, .u = 1, .v = 1, .intensity = 0.5f}))
+        << "x in halves of the width, which is twice the height";
     EXPECT_EQ(left.gain, (ChannelValues{1, 0.5, 1}));
     EXPECT_EQ(left.gamma, (ChannelValues{2.4, 2.2, 2.2}));
     EXPECT_EQ(left.monitor, "HDMI-1");
@@ -83,18 +90,22 @@ TEST_F(OutputFiles, WhatIsWrongIsSaidWithItsLine) {
     EXPECT_PART(errorOf("wrap: \"left.warp\""), "did you mean \"warp\"");
     write("bad.warp", "2\n2 2\n-2 -1 0 0 1\n2 -1 1 0 -1\n-2 1 0 1 1\n2 1 1 1 1\n");
     EXPECT_PART(errorOf("warp: \"bad.warp\""), here + ":4:19: bad.warp:4: a hole: node column 1 row 0");
-    EXPECT_PART(errorOf("blend_picture: \"left.warp\"", "blend_picture: \"all.png\""), here + ":4:19: the blend picture \"left.warp\": not a readable PNG");
-    EXPECT_PART(errorOf("blend_picture: \"half.png\"", "blend_picture: \"all.png\""), here + ":5:19: the blend pictures of screen \"s\" add up to 1.500");
+    EXPECT_PART(errorOf("blend_picture: \"left.warp\"", "blend_picture: \"all.png\""),
+                here + ":4:19: the blend picture \"left.warp\": not a readable PNG");
+    EXPECT_PART(errorOf("blend_picture: \"half.png\"", "blend_picture: \"all.png\""),
+                here + ":5:19: the blend pictures of screen \"s\" add up to 1.500");
     EXPECT_PART(errorOf("blend_picture: \"half.png\""), "all tiles of a screen are blended alike");
     EXPECT_EQ(errorOf("blend_picture: \"half.png\"", "blend_picture: \"half.png\""), "accepted");
-    EXPECT_PART(parseWall(wallText("warp: \"left.warp\"", ""), "f").error().message, "does not come from a file itself");
+    EXPECT_PART(parseWall(wallText("warp: \"left.warp\"", ""), "f").error().message,
+                "does not come from a file itself");
 }
 
 TEST_F(OutputFiles, OfOtherFoldersAreNotRead) {
     write("below/left.warp", kMeshText);
     EXPECT_EQ(errorOf("warp: \"below/left.warp\""), "accepted");
     EXPECT_EQ(errorOf("warp: \"below/../left.warp\""), "accepted");
-    for (const char* name : {"../left.warp", "/etc/passwd", "below/../../x", ".."}) EXPECT_PART(errorOf(std::string("warp: \"") + name + "\""), "beside the wall file");
+    for (const char* name : {"../left.warp", "/etc/passwd", "below/../../x", ".."})
+        EXPECT_PART(errorOf(std::string("warp: \"") + name + "\""), "beside the wall file");
     EXPECT_PART(errorOf("warp: \"below\""), "not a file");
     fs::create_symlink("/dev/zero", folder_ / "endless");
     EXPECT_PART(errorOf("warp: \"endless\""), "a link that leads out of the wall file's folder");
@@ -111,7 +122,9 @@ TEST_F(OutputFiles, OfOtherFoldersAreNotRead) {
 }
 
 TEST_F(OutputFiles, DamagedBytesNeverCrash) {
-    const Bytes whole = encodeWall(load("warp: \"left.warp\" blend_picture: \"half.png\" stereo: NONE gain { r: 1 }", "blend_picture: \"half.png\"").value());
+    const Bytes whole = encodeWall(load("warp: \"left.warp\" blend_picture: \"half.png\" stereo: NONE gain { r: 1 }",
+                                        "blend_picture: \"half.png\"")
+                                       .value());
     for (std::size_t length = 0; length < whole.size(); ++length) (void)decodeWall(ByteSpan(whole).first(length));
     std::mt19937_64 random(11);
     for (int i = 0; i < 20'000; ++i) {

@@ -300,9 +300,9 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                              .sets = {{ObjectId{43}, ObjectType{8}, "name", {}, {}, "x"}},
                              .bookmark = 3,
                              .home = true}}},
-        answer::FolderPage{{{"hall.glb", "/srv/models/hall.glb", false, 44, true},
-                            {"parts", "/srv/models/parts", true, 0, false}},
-                           "parts"}};
+        answer::FolderPage{
+            {{"hall.glb", "/srv/models/hall.glb", false, 44, true}, {"parts", "/srv/models/parts", true, 0, false}},
+            "parts"}};
 }
 
 inline notice::Poses somePoses() {
@@ -314,7 +314,8 @@ inline notice::Poses somePoses() {
 inline std::vector<ApplicationNotice> everyNotice() {
     return {notice::Frame{40_frame, {"a", "b"}, {"c"}},
             twoContacts(),
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5), Vec2d(0.125, 0.75)},
+            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5),
+                           Vec2d(0.125, 0.75)},
             answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
             answer::Distances{1_frame, {aDistance()}, 2},
             answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},

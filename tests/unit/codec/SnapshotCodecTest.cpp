@@ -9,7 +9,8 @@ namespace tessera {
 namespace {
 
 Blob snapshotOf(std::size_t listBytes, std::size_t blobs) {
-    CommittedList whole{.sequence = Sequence(7), .stateHash = StateHash(9), .encoded = share(Bytes(listBytes, std::byte{5}))};
+    CommittedList whole{
+        .sequence = Sequence(7), .stateHash = StateHash(9), .encoded = share(Bytes(listBytes, std::byte{5}))};
     for (std::size_t i = 0; i < blobs; ++i) whole.blobs.push_back({{i, i + 1}, i + 2});
     return encodeSnapshot(whole);
 }

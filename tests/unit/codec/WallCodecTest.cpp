@@ -67,14 +67,20 @@ constexpr const char* kWithMachine =
 TEST(WallText, ReadsTheMachineOfAHostAndSaysItOnTheWireToo) {
     const Expected<Wall> wall = parseWall(replaced(kExample, "hosts { name: \"left\"", kWithMachine), "f");
     ASSERT_TRUE(wall) << wall.error().message;
-    const Machine expected{.ssh = "me@wall-3", .port = 2222, .command = "/opt/t/client", .display = ":0", .environment = {{"A", "b c"}}, .arguments = {"--window", "DP-1"}};
+    const Machine expected{.ssh = "me@wall-3",
+                           .port = 2222,
+                           .command = "/opt/t/client",
+                           .display = ":0",
+                           .environment = {{"A", "b c"}},
+                           .arguments = {"--window", "DP-1"}};
     EXPECT_EQ(wall->hosts[0].machine, expected);
     EXPECT_FALSE(wall->hosts[1].machine);
     const Expected<Wall> again = decodeWall(encodeWall(*wall));
     ASSERT_TRUE(again) << again.error().message;
     EXPECT_EQ(again->hosts[0].machine, expected);
     EXPECT_FALSE(again->hosts[1].machine);
-    const Expected<Wall> least = parseWall(replaced(kExample, "hosts { name: \"left\"", "hosts { name: \"left\" machine { ssh: \"wall-3\" }"), "f");
+    const Expected<Wall> least = parseWall(
+        replaced(kExample, "hosts { name: \"left\"", "hosts { name: \"left\" machine { ssh: \"wall-3\" }"), "f");
     ASSERT_TRUE(least);
     EXPECT_EQ(least->hosts[0].machine, Machine{.ssh = "wall-3"});
 }
@@ -85,9 +91,11 @@ TEST(WallText, RefusesMachinesThatCouldMeanSomethingElseToAShell) {
     };
     EXPECT_BEGINS(with(""), "some/try.wall:");
     EXPECT_HAS(with(""), "the machine of host \"left\" has no address");
-    for (const char* ssh : {"-oProxyCommand=x", "me@-oProxyCommand=x", "a b", "a;b", "a\\nb", "a$b", "`a`", "a'b", "@wall", "me@", "a|b"})
+    for (const char* ssh :
+         {"-oProxyCommand=x", "me@-oProxyCommand=x", "a b", "a;b", "a\\nb", "a$b", "`a`", "a'b", "@wall", "me@", "a|b"})
         EXPECT_HAS(with(std::string("ssh: \"") + ssh + "\""), "the machine of host \"left\" has ");
-    for (const char* ssh : {"wall-3", "me@wall-3.lab.example", "me@10.0.0.3", "me@fe80::1%eth0", "user.name@wall_3", "mein-wand-ä"})
+    for (const char* ssh :
+         {"wall-3", "me@wall-3.lab.example", "me@10.0.0.3", "me@fe80::1%eth0", "user.name@wall_3", "mein-wand-ä"})
         EXPECT_EQ(with(std::string("ssh: \"") + ssh + "\""), "accepted") << ssh;
     EXPECT_HAS(with("ssh: \"a\" port: 65536"), "port 65536");
     EXPECT_HAS(with("ssh: \"a\" port: -1"), "port -1");
@@ -145,8 +153,10 @@ TEST(WallText, TakesAnyThreeCornersAndFourThatClose) {
 }
 
 TEST(WallText, MayBeginWithAByteOrderMark) {
-    const std::string text = "screens { name: \"s\" lower_left { } lower_right { x: 1 } upper_left { y: 1 } grid { columns: 1 rows: 1 tile_width_px: 8 tile_height_px: 8 } } "
-                             "users { name: \"u\" position { z: 2 } } hosts { name: \"h\" tiles { screen: \"s\" user: \"u\" } }";
+    const std::string text =
+        "screens { name: \"s\" lower_left { } lower_right { x: 1 } upper_left { y: 1 } grid { columns: 1 rows: 1 "
+        "tile_width_px: 8 tile_height_px: 8 } } "
+        "users { name: \"u\" position { z: 2 } } hosts { name: \"h\" tiles { screen: \"s\" user: \"u\" } }";
     const Expected<Wall> plainText = parseWall(text, "x.wall"), marked = parseWall("\xEF\xBB\xBF" + text, "x.wall");
     ASSERT_TRUE(plainText) << plainText.error().message;
     ASSERT_TRUE(marked) << marked.error().message;
@@ -368,13 +378,15 @@ TEST(ShippedWalls, TheExampleOfThePageOnRealScreensLoads) {
     std::ifstream page(TESSERA_SOURCE_DIR "/deploy/real-screens.md");
     std::string text;
     for (std::string line; std::getline(page, line);)
-        if (line.starts_with("    screens {") || line.starts_with("      lower_left") || line.starts_with("      grid") ||
-            line.starts_with("    users {") || line.starts_with("    hosts { name: \"here\""))
+        if (line.starts_with("    screens {") || line.starts_with("      lower_left") ||
+            line.starts_with("      grid") || line.starts_with("    users {") ||
+            line.starts_with("    hosts { name: \"here\""))
             text += line + "\n";
     const Expected<Wall> wall = parseWall(text, "real-screens.md");
     ASSERT_TRUE(wall) << wall.error().message << "\n" << text;
     const ScreenPixels pixels = screenPixels(wall->screens.at(0));
-    EXPECT_NEAR(pixels.width / wall->screens[0].widthMetres(), pixels.height / wall->screens[0].heightMetres(), 10) << "pixels are square";
+    EXPECT_NEAR(pixels.width / wall->screens[0].widthMetres(), pixels.height / wall->screens[0].heightMetres(), 10)
+        << "pixels are square";
 }
 
 TEST(ShippedWalls, AreFoundFromABuildFolder) {
@@ -389,7 +401,8 @@ TEST(ShippedScenes, AreKnownByTheirNames) {
     const Expected<std::string> missing = findScene("engine-hal", program);
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(missing.error().message.find("did you mean \"engine-hall\"?"), std::string::npos) << missing.error().message;
+    EXPECT_NE(missing.error().message.find("did you mean \"engine-hall\"?"), std::string::npos)
+        << missing.error().message;
 }
 
 TEST(ShippedWalls, FlatOnesHaveTheSameCameraInEveryBit) {
@@ -414,8 +427,16 @@ TEST(ShippedWalls, FlatOnesHaveTheSameCameraInEveryBit) {
 
 TEST(ShippedWalls, HaveSquarePixels) {
     // Of displays that were measured the pixels are square to a part in a thousand.
-    for (const auto& [name, tolerance] : {std::pair{"1x1", 1e-9}, {"2x2", 1e-9}, {"3x1", 1e-9}, {"3x1-bezels", 1e-9}, {"cave4", 1e-9},
-                                          {"cave4-stereo", 1e-9}, {"5-sided", 1e-9}, {"curved-9x2", 3.0}, {"powerwall-4k-2x3", 1.0}, {"two-users", 1e-9}}) {
+    for (const auto& [name, tolerance] : {std::pair{"1x1", 1e-9},
+                                          {"2x2", 1e-9},
+                                          {"3x1", 1e-9},
+                                          {"3x1-bezels", 1e-9},
+                                          {"cave4", 1e-9},
+                                          {"cave4-stereo", 1e-9},
+                                          {"5-sided", 1e-9},
+                                          {"curved-9x2", 3.0},
+                                          {"powerwall-4k-2x3", 1.0},
+                                          {"two-users", 1e-9}}) {
         for (const Screen& screen : shipped(name).screens) {
             const ScreenPixels pixels = screenPixels(screen);
             EXPECT_NEAR(pixels.width / screen.widthMetres(), pixels.height / screen.heightMetres(), tolerance)

@@ -89,10 +89,13 @@ protected:
     }
     [[nodiscard]] std::string own() const { return folder_ / "own/own.obj"; }
     void writeVictim() const {
-        for (const char* name : {"new", "file2", "file3", "file4", "folder", "fifo"}) std::filesystem::remove(folder_ / name);
+        for (const char* name : {"new", "file2", "file3", "file4", "folder", "fifo"})
+            std::filesystem::remove(folder_ / name);
         std::ofstream(victims_.file) << "of somebody else\n";
     }
-    [[nodiscard]] static bool diedOf(int status, int signal) { return WIFSIGNALED(status) && WTERMSIG(status) == signal; }
+    [[nodiscard]] static bool diedOf(int status, int signal) {
+        return WIFSIGNALED(status) && WTERMSIG(status) == signal;
+    }
 
     TestFolder folder_;
     Victims victims_;
@@ -103,11 +106,15 @@ TEST_P(Confinement, LeavesNothingThatHarms) {
     std::vector<Attempt> attempts = forbiddenAttempts();
     if (!GetParam().makesCode) attempts.push_back(makingCode());
     // Shadow memory is terabytes of address space.
-    if (kSanitized) std::erase_if(attempts, [](const Attempt& attempt) { return attempt.name.ends_with("memory than there may be"); });
+    if (kSanitized)
+        std::erase_if(attempts,
+                      [](const Attempt& attempt) { return attempt.name.ends_with("memory than there may be"); });
     for (const Attempt& attempt : attempts) {
         const int status = confined(GetParam(), own(), [&] { return attempt.succeeds(victims_) ? 1 : 0; });
-        ASSERT_FALSE(WIFEXITED(status) && WEXITSTATUS(status) == kNotConfined) << "this kernel cannot: " << attempt.name;
-        EXPECT_TRUE(WIFEXITED(status) ? WEXITSTATUS(status) == 0 : WTERMSIG(status) == SIGSYS) << GetParam().who << " can " << attempt.name << " (" << status << ")";
+        ASSERT_FALSE(WIFEXITED(status) && WEXITSTATUS(status) == kNotConfined)
+            << "this kernel cannot: " << attempt.name;
+        EXPECT_TRUE(WIFEXITED(status) ? WEXITSTATUS(status) == 0 : WTERMSIG(status) == SIGSYS)
+            << GetParam().who << " can " << attempt.name << " (" << status << ")";
         std::string content;
         std::getline(std::ifstream(victims_.file), content);
         EXPECT_EQ(content, "of somebody else") << attempt.name;
@@ -120,7 +127,7 @@ TEST_P(Confinement, LeavesTighterLimitsAsTheyAre) {
     if (kSanitized) GTEST_SKIP() << "shadow memory is terabytes of address space";
     for (const int resource : {RLIMIT_AS, RLIMIT_NOFILE, RLIMIT_CPU}) {
         const auto which = static_cast<decltype(RLIMIT_AS)>(resource);
-        const rlim_t tight = resource == RLIMIT_AS ? GetParam().memoryBytes / 2
+        const rlim_t tight = resource == RLIMIT_AS       ? GetParam().memoryBytes / 2
                              : resource == RLIMIT_NOFILE ? GetParam().openFiles - 1
                                                          : 1;
         const int status = inFork([&] {
@@ -162,7 +169,8 @@ TEST_P(Confinement, IsRefusedInWordsWhereTheKernelHasNoSeccomp) {
         takeSeccompAway();
         const bool bounded = boundResources(GetParam(), ::getppid()).has_value();
         const Expected<void> done = confine(GetParam(), own());
-        const bool said = !done && done.error().code == ErrorCode::kUnsupported && done.error().message.find(GetParam().otherwise) != std::string::npos;
+        const bool said = !done && done.error().code == ErrorCode::kUnsupported &&
+                          done.error().message.find(GetParam().otherwise) != std::string::npos;
         return bounded && said && !missingForConfinement().empty() ? 0 : 1;
     });
     EXPECT_EQ(status, 0);
@@ -175,7 +183,9 @@ TEST_P(Confinement, WithoutLandlockOpensNoFileOrDoesNotBegin) {
         const bool is = isConfined(GetParam(), own());
         if (GetParam().readsFolder) return is ? 2 : 0;
         if (!is) return kNotConfined;
-        return ::open("/etc/passwd", O_RDONLY | O_NONBLOCK) >= 0 || ::open(own().c_str(), O_RDONLY | O_NONBLOCK) >= 0 ? 1 : 0;
+        return ::open("/etc/passwd", O_RDONLY | O_NONBLOCK) >= 0 || ::open(own().c_str(), O_RDONLY | O_NONBLOCK) >= 0
+                   ? 1
+                   : 0;
     });
     EXPECT_EQ(status, 0);
 }
@@ -184,7 +194,8 @@ std::string nameOfCase(const testing::TestParamInfo<ConfinementProfile>& info) {
     const std::string words(info.param.who);
     return words.substr(words.rfind(' ') + 1);
 }
-INSTANTIATE_TEST_SUITE_P(OfChild, Confinement, testing::Values(kImporterProfile, kFilmDecoderProfile, kProgramTrialProfile), nameOfCase);
+INSTANTIATE_TEST_SUITE_P(OfChild, Confinement,
+                         testing::Values(kImporterProfile, kFilmDecoderProfile, kProgramTrialProfile), nameOfCase);
 
 /// The attempts are real ones: whoever is not confined succeeds.
 class Unconfined : public Confinement {};
@@ -212,7 +223,8 @@ TEST(ConfinedImporter, ReadsItsFolderAndNeverWaitsForAPipe) {
     std::ofstream(own) << "v 0 0 0\n";
     ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
     const int status = confined(kImporterProfile, own, [&] {
-        const bool reads = ::open(own.c_str(), O_RDONLY | O_NONBLOCK) >= 0 && ::open((folder / "in").c_str(), O_RDONLY | O_DIRECTORY) >= 0;
+        const bool reads = ::open(own.c_str(), O_RDONLY | O_NONBLOCK) >= 0 &&
+                           ::open((folder / "in").c_str(), O_RDONLY | O_DIRECTORY) >= 0;
         // Whoever forgets O_NONBLOCK is told so, and waits for nobody.
         return reads && ::open(pipe.c_str(), O_RDONLY) < 0 && ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK) >= 0 ? 0 : 1;
     });
@@ -226,7 +238,9 @@ TEST(ConfinedFilmDecoder, HasTimeAnewForEachPicture) {
         renewTime(std::chrono::seconds(5));
         const bool first = ::getrlimit(RLIMIT_CPU, &before) == 0;
         renewTime(std::chrono::seconds(9));
-        return first && ::getrlimit(RLIMIT_CPU, &after) == 0 && after.rlim_cur > before.rlim_cur && before.rlim_cur >= 5 ? 0 : 1;
+        return first && ::getrlimit(RLIMIT_CPU, &after) == 0 && after.rlim_cur > before.rlim_cur && before.rlim_cur >= 5
+                   ? 0
+                   : 1;
     });
     EXPECT_EQ(status, 0);
 }
@@ -244,7 +258,8 @@ std::string triedByTheRealChild(const std::string& surface) {
     for (const int end : {in[0], in[1], out[1]}) ::close(end);
     std::string said;
     char piece[512];
-    for (ssize_t got = 0; (got = ::read(out[0], piece, sizeof piece)) > 0;) said.append(piece, static_cast<std::size_t>(got));
+    for (ssize_t got = 0; (got = ::read(out[0], piece, sizeof piece)) > 0;)
+        said.append(piece, static_cast<std::size_t>(got));
     ::close(out[0]);
     const int status = child->reap();
     return WIFSIGNALED(status) ? "died of " + std::to_string(WTERMSIG(status)) : said;
@@ -252,17 +267,28 @@ std::string triedByTheRealChild(const std::string& surface) {
 
 TEST(ConfinedProgramTrial, CompilesAndDrawsWithARealProgram) {
     const std::string waves = R"(uniform vec3 tint; uniform float pace;
-        float sum(vec3 p) { float s = 0.0; for (int i = 0; i < 20; ++i) { s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3); if (s > 9.0) break; } return s; }
-        void surface(inout Surface s) { s.base.rgb = mix(tint, vec3(1.0), smoothstep(0.4, 0.6, fract(sum(nodePosition)))); })";
+        float sum(vec3 p) {
+            float s = 0.0;
+            for (int i = 0; i < 20; ++i) {
+                s += sin(p.x * float(i) + pace) * pow(abs(p.z) + 0.1, 1.3);
+                if (s > 9.0) break;
+            }
+            return s;
+        }
+        void surface(inout Surface s) {
+            s.base.rgb = mix(tint, vec3(1.0), smoothstep(0.4, 0.6, fract(sum(nodePosition))));
+        })";
     EXPECT_EQ(triedByTheRealChild(waves), "good");
-    EXPECT_NE(triedByTheRealChild("void surface(inout Surface s) { s.base = colour; }").find("colour"), std::string::npos);
+    EXPECT_NE(triedByTheRealChild("void surface(inout Surface s) { s.base = colour; }").find("colour"),
+              std::string::npos);
 }
 
 TEST(ConfinedProgramTrial, TriesNothingWhereTheKernelHasNoSeccomp) {
     const int status = inFork([] {
         takeSeccompAway();
         const std::string said = triedByTheRealChild("void surface(inout Surface s) { }");
-        if (!said.starts_with("cannot this system cannot confine the trial of programs")) std::fprintf(stderr, "%s\n", said.c_str());
+        if (!said.starts_with("cannot this system cannot confine the trial of programs"))
+            std::fprintf(stderr, "%s\n", said.c_str());
         return said.starts_with("cannot this system cannot confine the trial of programs") ? 0 : 1;
     });
     EXPECT_EQ(status, 0);

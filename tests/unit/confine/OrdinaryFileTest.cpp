@@ -27,7 +27,8 @@ namespace fs = std::filesystem;
 
 std::string contentOf(const OrdinaryFile& file) {
     std::string content(file.bytes, '\0');
-    return ::read(file.handle.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size()) ? content : "(cut)";
+    return ::read(file.handle.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size()) ? content
+                                                                                                             : "(cut)";
 }
 
 class OrdinaryFiles : public testing::Test {
@@ -51,10 +52,15 @@ protected:
         const auto expect = [&](bool good, const std::string& what) { faults += good ? "" : what + "; "; };
         const Expected<OrdinaryFile> file = openOrdinaryFile(root_ + "/in/sub/a.txt");
         expect(file && contentOf(*file) == "inside", "a plain file");
-        for (const char* name : {"/in/link/a.txt", "/in/file-link.txt"}) expect(codeOf(root_ + name) == ErrorCode::kRefused, name);
-        for (const char* name : {"/in/../out/sub/a.txt", "/in/./sub/a.txt", "/in//sub/a.txt", "/in/sub/", "/.."}) expect(codeOf(root_ + name) == ErrorCode::kRefused, name);
-        for (const std::string& path : {std::string(), std::string("/"), std::string("a.txt"), std::string("/etc/passwd\0x", 13)}) expect(codeOf(path) == ErrorCode::kRefused, path);
-        for (const char* name : {"/in/none", "/none/a.txt", "/in/sub/a.txt/b"}) expect(codeOf(root_ + name) == ErrorCode::kNotFound, name);
+        for (const char* name : {"/in/link/a.txt", "/in/file-link.txt"})
+            expect(codeOf(root_ + name) == ErrorCode::kRefused, name);
+        for (const char* name : {"/in/../out/sub/a.txt", "/in/./sub/a.txt", "/in//sub/a.txt", "/in/sub/", "/.."})
+            expect(codeOf(root_ + name) == ErrorCode::kRefused, name);
+        for (const std::string& path :
+             {std::string(), std::string("/"), std::string("a.txt"), std::string("/etc/passwd\0x", 13)})
+            expect(codeOf(path) == ErrorCode::kRefused, path);
+        for (const char* name : {"/in/none", "/none/a.txt", "/in/sub/a.txt/b"})
+            expect(codeOf(root_ + name) == ErrorCode::kNotFound, name);
         expect(codeOf(root_ + "/in/sub") == ErrorCode::kBadInput, "a folder");
         expect(codeOf(root_ + "/in/pipe") == ErrorCode::kBadInput, "a pipe");
         expect(codeOf("/dev/null") == ErrorCode::kBadInput, "a device");
@@ -62,7 +68,8 @@ protected:
         expect(!openPlace(root_ + "/in/link") && !openPlace(root_ + "/in/link/sub"), "the place of a link");
         return faults;
     }
-    /// Of many opens while a folder and a link to another one change places all the time, how many led to the other's file; how many found the right one.
+    /// Of many opens while a folder and a link to another one change places all the time, how many led to the other's
+    /// file; how many found the right one.
     [[nodiscard]] std::pair<int, int> ledAstray() const {
         std::atomic<bool> stop = false;
         std::thread swapping([&] {
@@ -71,7 +78,8 @@ protected:
         });
         int astray = 0, right = 0;
         for (int i = 0; i < 20'000; ++i)
-            if (const Expected<OrdinaryFile> file = openOrdinaryFile(root_ + "/in/sub/a.txt")) ++(contentOf(*file) == "inside" ? right : astray);
+            if (const Expected<OrdinaryFile> file = openOrdinaryFile(root_ + "/in/sub/a.txt"))
+                ++(contentOf(*file) == "inside" ? right : astray);
         stop = true;
         swapping.join();
         return {astray, right};
@@ -83,7 +91,10 @@ protected:
             ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
             const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
             seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SYS_openat2, 0);
-            ::_exit(seccomp_load(filter) == 0 && ::syscall(SYS_openat2, 0, nullptr, nullptr, 0) < 0 && errno == ENOSYS && good() ? 0 : 1);
+            ::_exit(seccomp_load(filter) == 0 && ::syscall(SYS_openat2, 0, nullptr, nullptr, 0) < 0 &&
+                            errno == ENOSYS && good()
+                        ? 0
+                        : 1);
         }
         int status = 0;
         ::waitpid(pid, &status, 0);

@@ -303,7 +303,8 @@ TEST_F(CollisionVerbs, AMoveSaysWhatStoppedIt) {
     contacts.contacts.clear();
     const std::string set = ctl({"set", "/hall/crane", "scale", "0", "0", "0"}).out;
     EXPECT_NE(set.find("scale of /hall/crane was to be 0 0 0"), std::string::npos) << set;
-    EXPECT_NE(ctl({"move", "/hall/crane", "1", "0", "0"}).out.find("was stopped: by what it hit (see contacts), or because it cannot be so"),
+    EXPECT_NE(ctl({"move", "/hall/crane", "1", "0", "0"})
+                  .out.find("was stopped: by what it hit (see contacts), or because it cannot be so"),
               std::string::npos)
         << "where the contacts do not tell";
     EXPECT_TRUE(askJson({"move", "/hall/crane", "1", "0", "0"})["stopped_by"].empty());

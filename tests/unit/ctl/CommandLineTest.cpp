@@ -1,4 +1,5 @@
 #include "client/ctl/CommandLine.h"
+#include "client/ctl/VerbWords.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -77,7 +78,8 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Load>("load a.ply --point-radius 0.02").placing.pointRadius, 0.02);
     EXPECT_NE(refusal("--server a:1 load a.ply --point-radius -1").find("a radius of points of -1"), std::string::npos);
     EXPECT_EQ(parsed<verb::Load>("load a.stl --scale 0.01").placing.scale, 0.01);
-    for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2", "--at 1e300 0 0", "--at 1 2", "--up x"})
+    for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2",
+                            "--at 1e300 0 0", "--at 1 2", "--up x"})
         EXPECT_FALSE(refusal(std::string("--server a:1 load a.stl ") + bad).empty()) << bad;
     EXPECT_EQ(parsed<verb::Set>("set /lamp color 1 0.5 -1e-3").values.size(), 3u);
     EXPECT_EQ(parsed<verb::Set>("set #17 choice -1").values.at(0), "-1");
@@ -130,11 +132,15 @@ TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
     EXPECT_NE(refusal("--server a:1 view --position 0 nan 0").find("--position: nan is not finite"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --scale 0x10").find("--scale: \"0x10\" is not a number"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /n 1 2 inf").find("PLACE: inf is not finite"), std::string::npos);
-    for (const char* none : {"-inf", "-nan", "-Infinity"}) EXPECT_EQ(refusal(std::string("--server a:1 seek /n ") + none).find(std::string(none) + " is not finite, and a number has to be"), 0u);
+    for (const char* none : {"-inf", "-nan", "-Infinity"})
+        EXPECT_EQ(refusal(std::string("--server a:1 seek /n ") + none)
+                      .find(std::string(none) + " is not finite, and a number has to be"),
+                  0u);
     EXPECT_NE(refusal("--server a:1 seek /n --").find("SECONDS is required"), std::string::npos);
     const auto empty = parseCommandLine({"--server", "a:1", "view", "--position", "", "0", "0"});
     ASSERT_FALSE(empty);
-    EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos) << empty.error().message;
+    EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos)
+        << empty.error().message;
 }
 
 TEST(CommandLine, TestPicturesAreAskedForInAllTheirForms) {
@@ -221,7 +227,8 @@ TEST(CommandLine, NonsenseIsRefusedInWords) {
     EXPECT_NE(refusal("--server a:1 move /a --rotate w 90").find("is no axis"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a --rotate x much").find("is not a number"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a --quaternion 0 0 0 0").find("its length is 0"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --orientation 1e300 1e300 0 0").find("beyond what numbers can hold"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 view --orientation 1e300 1e300 0 0").find("beyond what numbers can hold"),
+              std::string::npos);
     EXPECT_NE(refusal("--server a:1 move /a --rotate x 1 --quaternion 1 0 0 0").find("give one"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view").find("say what to change"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 view --look-at 0 0 0").find("needs --position"), std::string::npos);
@@ -255,8 +262,8 @@ TEST(CommandLine, WhatAKeyAsksForAVerbAsksFor) {
 
 TEST(CommandLine, HelpFitsATerminal) {
     for (const std::string verb :
-         {"",        "status ",   "tree ",  "load ",     "move ",     "set ",      "remove ",      "undo ",
-          "redo ",   "view ",     "fly ",   "navigate ", "bookmark ", "pick ",     "contacts ",    "questions ",
+         {"",        "status ",   "tree ",  "load ",     "move ",     "set ",      "remove ",       "undo ",
+          "redo ",   "view ",     "fly ",   "navigate ", "bookmark ", "pick ",     "contacts ",     "questions ",
           "answer ", "snapshot ", "types ", "requests ", "save ",     "trackers ", "play-tracker ", "files "}) {
         const auto result = parseCommandLine(split(verb + "--help"));
         ASSERT_TRUE(result) << verb << result.error().message;

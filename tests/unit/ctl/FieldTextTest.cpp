@@ -48,7 +48,8 @@ TEST_F(FieldText, NumbersHaveToBeFinite) {
     const FieldEntry& color = field(typeOf<PointLight>(), "color");
     EXPECT_EQ(why(color, {"+1", "-.5", "1e-3"}), "accepted");
     for (const char* word : {"inf", "-inf", "nan"})
-        EXPECT_NE(why(color, {"0", "0", word}).find("is not finite, and a number has to be"), std::string::npos) << word;
+        EXPECT_NE(why(color, {"0", "0", word}).find("is not finite, and a number has to be"), std::string::npos)
+            << word;
     EXPECT_NE(why(color, {"0", "0", "1e999"}).find("too large"), std::string::npos);
     for (const char* word : {"", "+", "-", "+-1", "1x", "0x10", "1,5"})
         EXPECT_NE(why(color, {"0", "0", word}).find("is not a number"), std::string::npos) << word;
@@ -103,7 +104,9 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
     ASSERT_TRUE(part);
     EXPECT_EQ(part->field, "points");
     EXPECT_EQ(part->first, 17u);
-    for (const char* bad : {"points@", "points@x", "points@-1", "points@1.5", "points@99999999999999999999", "points@1@2"}) EXPECT_FALSE(parseArrayPart(bad)) << bad;
+    for (const char* bad :
+         {"points@", "points@x", "points@-1", "points@1.5", "points@99999999999999999999", "points@1@2"})
+        EXPECT_FALSE(parseArrayPart(bad)) << bad;
     const FieldInfo& points = field(typeOf<SubdivisionSurface>(), "points");
     const Expected<Blob> said = parseElements(points, {"1", "-2", ".5", "0", "0", "4"});
     ASSERT_TRUE(said) << said.error().message;
@@ -111,7 +114,8 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
     EXPECT_EQ(std::vector<float>(numbers.begin(), numbers.end()), (std::vector<float>{1, -2, 0.5f, 0, 0, 4}));
     const Expected<Blob> doubles = parseElements(field(typeOf<NurbsSurfaceCore>(), "points"), {"1e300", "-2", ".1"});
     ASSERT_TRUE(doubles) << doubles.error().message;
-    EXPECT_EQ(std::vector<double>(doubles->as<double>().begin(), doubles->as<double>().end()), (std::vector<double>{1e300, -2, .1}));
+    EXPECT_EQ(std::vector<double>(doubles->as<double>().begin(), doubles->as<double>().end()),
+              (std::vector<double>{1e300, -2, .1}));
     const auto whyNot = [&](const FieldInfo& of, const std::vector<std::string>& words) {
         const Expected<Blob> read = parseElements(of, words);
         return read ? std::string("accepted") : read.error().message;
@@ -120,25 +124,32 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
     EXPECT_NE(whyNot(points, {}).find("not 0"), std::string::npos);
     EXPECT_NE(whyNot(points, {"1", "2", "up"}).find("not a number"), std::string::npos);
     EXPECT_NE(whyNot(points, {"1", "2", "1e39"}).find("too large"), std::string::npos);
-    EXPECT_NE(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}).find("no array of numbers"), std::string::npos);
-    EXPECT_NE(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}).find("no array of numbers"), std::string::npos);
+    EXPECT_NE(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}).find("no array of numbers"),
+              std::string::npos);
+    EXPECT_NE(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}).find("no array of numbers"),
+              std::string::npos);
 }
 
 /// So a list is made longer, and a first clip plane comes where there is none.
 TEST_F(FieldText, ArraysOfNumbersAreSetWholeAtAnyLength) {
     const FieldEntry& planes = field(typeOf<Volume>(), "clipPlanes");
-    const auto parsed = [&](const std::vector<std::string>& words) { return std::get<Blob>(*parseValue(find, planes, words)); };
+    const auto parsed = [&](const std::vector<std::string>& words) {
+        return std::get<Blob>(*parseValue(find, planes, words));
+    };
     for (const std::size_t count : {std::size_t(1), std::size_t(2), std::size_t(5)}) {
         std::vector<std::string> words;
         std::vector<double> numbers;
-        for (std::size_t i = 0; i < 4 * count; ++i) words.push_back(std::to_string(numbers.emplace_back(static_cast<double>(i) / 4)));
+        for (std::size_t i = 0; i < 4 * count; ++i)
+            words.push_back(std::to_string(numbers.emplace_back(static_cast<double>(i) / 4)));
         const Blob blob = parsed(words);
         EXPECT_EQ(std::vector<double>(blob.as<double>().begin(), blob.as<double>().end()), numbers);
         EXPECT_EQ(wordOf(planes, blob), std::to_string(count) + (count == 1 ? " element" : " elements"));
     }
     EXPECT_TRUE(parsed({"none"}).empty());
     EXPECT_EQ(wordOf(planes, Blob()), "none");
-    EXPECT_NE(why(planes, {"1", "0", "0"}).find("clipPlanes takes 4 numbers for each element, not 3"), std::string::npos) << why(planes, {"1", "0", "0"});
+    EXPECT_NE(why(planes, {"1", "0", "0"}).find("clipPlanes takes 4 numbers for each element, not 3"),
+              std::string::npos)
+        << why(planes, {"1", "0", "0"});
     EXPECT_NE(why(planes, {"none", "1", "0", "0"}).find("not a number"), std::string::npos);
 }
 
@@ -170,7 +181,8 @@ TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     EXPECT_EQ(unknown.error().message, "response: \"slde\" is none of report, stop, slide, bounce, rollback, ask");
     EXPECT_FALSE(parseValue(find, response, {"1", "2"}));
     EXPECT_FALSE(parseValue(find, response, {""}));
-    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"al"}).find("no whole number and none of mask, none, all"), std::string::npos);
+    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"al"}).find("no whole number and none of mask, none, all"),
+              std::string::npos);
     EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"false"})), false);
     EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"1"})), true);
     EXPECT_NE(why(field(typeOf<Motion>(), "playing"), {"yes"}).find("neither true nor false"), std::string::npos);

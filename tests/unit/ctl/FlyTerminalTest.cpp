@@ -95,10 +95,12 @@ TEST(FlyTerminal, EndsWhereOneIsMeant) {
 TEST(FlyTerminal, WhatIsCutMeansWhatItMeansWhole) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_ctl --gtest_filter=FlyTerminal.WhatIsCut*");
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                    << " build/bin/unit_ctl --gtest_filter=FlyTerminal.WhatIsCut*");
     std::mt19937 random(seed);
-    const std::array<std::string_view, 12> parts = {"\x1b[A",    "\x1b[B", "\x1b[C", "\x1b[D", "\x1bOA", "\x1b[1;2D",
-                                                    "\x1b[12;345~", "\x1b[H", "\x1b[1~", "w",     "D",      "+"};
+    const std::array<std::string_view, 12> parts = {
+        "\x1b[A",       "\x1b[B", "\x1b[C",  "\x1b[D", "\x1bOA", "\x1b[1;2D",
+        "\x1b[12;345~", "\x1b[H", "\x1b[1~", "w",      "D",      "+"};
     for (int round = 0; round < 2000; ++round) {
         std::string typed;
         for (std::size_t count = 1 + random() % 100; count > 0; --count) typed += parts[random() % parts.size()];
@@ -132,7 +134,8 @@ TEST(FlyTerminal, AnyBytesAreSomeInput) {
         for (char& c : bytes) c = static_cast<char>(random());
         keys.feed(bytes, now += 10ms);
         const InputState& state = keys.at(now);
-        for (const std::int16_t axis : {state.right, state.up, state.back, state.turnRight, state.turnUp, state.rollRight})
+        for (const std::int16_t axis :
+             {state.right, state.up, state.back, state.turnRight, state.turnUp, state.rollRight})
             ASSERT_TRUE(axis == 0 || axis == InputState::kFull || axis == -InputState::kFull);
     }
 }

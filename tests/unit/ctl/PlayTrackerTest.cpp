@@ -50,7 +50,9 @@ TEST(PlayTracker, GoesThroughAFileAndBeginsItAgain) {
     EXPECT_EQ(poseAt(*poses, 1.5).position, Vec3d(1, 1, 0));
     EXPECT_NEAR(poseAt(*poses, 1.5).orientation.angularDistance(Quatd::Identity()), EIGEN_PI / 2, 1e-9);
     EXPECT_EQ(poseAt(*poses, 2.25).position, Vec3d(0.25, 0, 0));
-    const auto one = readPoses(written(folder, "\xEF\xBB\xBF" "5 1 2 3"));  // as some editors begin
+    const auto one = readPoses(written(folder,
+                                       "\xEF\xBB\xBF"
+                                       "5 1 2 3"));  // as some editors begin
     ASSERT_TRUE(one);
     EXPECT_EQ(poseAt(*one, 77).position, Vec3d(1, 2, 3));
 }
@@ -60,7 +62,8 @@ TEST(PlayTracker, RefusesFilesThatSayNoPosesWithTheLine) {
     for (const auto& [text, words] :
          {std::pair("", "no pose in it"), std::pair("1 2 3\n", ":1: a line has 4 numbers"),
           std::pair("0 0 0 0\n0 0 0 0\n", ":2: its time"), std::pair("0 0 0 x\n", ":1: something that is no number"),
-          std::pair("0 0 0 0 0 0 0 0\n", ":1: a quaternion whose length is 0"), std::pair("0 0 0 0 1e308 1e308 0 0\n", "beyond what numbers can hold")}) {
+          std::pair("0 0 0 0 0 0 0 0\n", ":1: a quaternion whose length is 0"),
+          std::pair("0 0 0 0 1e308 1e308 0 0\n", "beyond what numbers can hold")}) {
         const auto poses = readPoses(written(folder, text));
         ASSERT_FALSE(poses) << text;
         EXPECT_NE(poses.error().message.find(words), std::string::npos) << poses.error().message;

@@ -11,7 +11,9 @@ namespace {
 
 using test::ScriptedServer;
 
-Blob blobOf(const std::vector<double>& numbers) { return Blob::of(std::span<const double>(numbers)); }
+Blob blobOf(const std::vector<double>& numbers) {
+    return Blob::of(std::span<const double>(numbers));
+}
 
 /// The crane walks four seconds: /hall/walk, of a mode. Ids follow those of the server's own scene.
 ChangeList walkOf(std::int64_t mode) {
@@ -35,7 +37,8 @@ ChangeList walkOf(std::int64_t mode) {
 class Seek : public testing::Test {
 protected:
     CtlOutcome seek(const ScriptedServer& server, const char* seconds, bool json = false) {
-        std::vector<std::string> words = {"--server", server.address(), "--timeout", "5", "seek", "/hall/walk", seconds};
+        std::vector<std::string> words = {"--server", server.address(), "--timeout", "5",
+                                          "seek",     "/hall/walk",     seconds};
         if (json) words.insert(words.begin(), "--json");
         return runCtl(words);
     }
@@ -49,11 +52,19 @@ TEST_F(Seek, BeyondTheEndSaysWhereItStopped) {
     ScriptedServer server;
     server.commit(walkOf(Animation::kOnce));
     EXPECT_EQ(seek(server, "1.5").out.rfind("/hall/walk is at 1.5 s (change", 0), 0u);
-    EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk stopped at 4 s: 99 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "99").out;
-    EXPECT_EQ(seek(server, "4.0000001").out.rfind("/hall/walk stopped at 4 s: 4.0000001 s is beyond its end, 4 s (change", 0), 0u) << "no contradiction";
+    EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk stopped at 4 s: 99 s is beyond its end, 4 s (change", 0), 0u)
+        << seek(server, "99").out;
+    EXPECT_EQ(
+        seek(server, "4.0000001").out.rfind("/hall/walk stopped at 4 s: 4.0000001 s is beyond its end, 4 s (change", 0),
+        0u)
+        << "no contradiction";
     EXPECT_EQ(timeOf(server), 4) << "what is shown is what it says";
-    EXPECT_EQ(seek(server, "1e10").out.rfind("/hall/walk stopped at 4 s: 1e+10 s is beyond its end, 4 s (change", 0), 0u) << seek(server, "1e10").out;
-    EXPECT_EQ(seek(server, "-1e300").out.rfind("/hall/walk stopped at 0 s: -1e+300 s is before its beginning (change", 0), 0u) << seek(server, "-1e300").out;
+    EXPECT_EQ(seek(server, "1e10").out.rfind("/hall/walk stopped at 4 s: 1e+10 s is beyond its end, 4 s (change", 0),
+              0u)
+        << seek(server, "1e10").out;
+    EXPECT_EQ(
+        seek(server, "-1e300").out.rfind("/hall/walk stopped at 0 s: -1e+300 s is before its beginning (change", 0), 0u)
+        << seek(server, "-1e300").out;
     EXPECT_EQ(seek(server, "-2").out.rfind("/hall/walk stopped at 0 s: -2 s is before its beginning (change", 0), 0u);
     const auto json = nlohmann::json::parse(seek(server, "99", true).out);
     EXPECT_EQ(json["time"], 4);
@@ -64,7 +75,10 @@ TEST_F(Seek, BeyondTheEndSaysWhereItStopped) {
 TEST_F(Seek, BeyondTheEndOfWhatGoesRoundSaysWhereItIs) {
     ScriptedServer server;
     server.commit(walkOf(Animation::kLoop));
-    EXPECT_EQ(seek(server, "99").out.rfind("/hall/walk is at 3 s: 99 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "99").out;
+    EXPECT_EQ(
+        seek(server, "99").out.rfind("/hall/walk is at 3 s: 99 s is beyond its end, 4 s, and it goes round (change", 0),
+        0u)
+        << seek(server, "99").out;
     EXPECT_EQ(timeOf(server), 3);
     EXPECT_EQ(nlohmann::json::parse(seek(server, "-1", true).out)["time"], 3);
     EXPECT_EQ(nlohmann::json::parse(seek(server, "2.5", true).out)["time"], 2.5);
@@ -73,15 +87,24 @@ TEST_F(Seek, BeyondTheEndOfWhatGoesRoundSaysWhereItIs) {
 TEST_F(Seek, OfWhatGoesToAndFroSaysWhenItIsOnItsWayBack) {
     ScriptedServer server;
     server.commit(walkOf(Animation::kPingPong));
-    EXPECT_EQ(seek(server, "5").out.rfind("/hall/walk is at 5 s: 5 s is beyond its end, 4 s, and it is on its way back, at 3 s (change", 0), 0u) << seek(server, "5").out;
+    EXPECT_EQ(seek(server, "5")
+                  .out.rfind(
+                      "/hall/walk is at 5 s: 5 s is beyond its end, 4 s, and it is on its way back, at 3 s (change", 0),
+              0u)
+        << seek(server, "5").out;
     EXPECT_EQ(timeOf(server), 5);
     // A list says where it is within its length.
     const std::string listed = runCtl({"--server", server.address(), "animations"}).out;
     EXPECT_NE(listed.find("3.000"), std::string::npos) << listed;
     EXPECT_EQ(listed.find("5.000"), std::string::npos) << listed;
     EXPECT_NE(listed.find("plays, on its way back"), std::string::npos) << listed;
-    EXPECT_EQ(nlohmann::json::parse(runCtl({"--server", server.address(), "--json", "animations"}).out)["animations"][0]["shown"], 3);
-    EXPECT_EQ(seek(server, "9").out.rfind("/hall/walk is at 1 s: 9 s is beyond its end, 4 s, and it goes round (change", 0), 0u) << seek(server, "9").out;
+    EXPECT_EQ(nlohmann::json::parse(
+                  runCtl({"--server", server.address(), "--json", "animations"}).out)["animations"][0]["shown"],
+              3);
+    EXPECT_EQ(
+        seek(server, "9").out.rfind("/hall/walk is at 1 s: 9 s is beyond its end, 4 s, and it goes round (change", 0),
+        0u)
+        << seek(server, "9").out;
 }
 
 /// /hall/fountain plays, with no end.

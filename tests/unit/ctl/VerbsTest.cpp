@@ -103,7 +103,8 @@ TEST(Ctl, ClonesAndTakesBack) {
     EXPECT_EQ(ctl(server, {"undo"}).exitCode, 0);
     const auto deep = askJson(server, {"clone", "/hall/crane", "--deep", "--name", "twin", "--under", "/"});
     EXPECT_EQ(deep["path"], "/twin");
-    const auto shared = askJson(server, {"clone", "/hall/crane", "--deep", "--share", "Material", "--share", "/hall/crane"});
+    const auto shared =
+        askJson(server, {"clone", "/hall/crane", "--deep", "--share", "Material", "--share", "/hall/crane"});
     EXPECT_EQ(shared["objects"].get<int>(), deep["objects"].get<int>() - 2) << "a material, and the crane's Transform";
     EXPECT_EQ(ctl(server, {"clone", "/hall", "--under", "/hall/crane"}).exitCode, 1);
     EXPECT_EQ(ctl(server, {"clone", "/hall", "--share", "Material"}).exitCode, 2);
@@ -249,7 +250,10 @@ TEST(Ctl, ExitCodesSayWhatKindOfThingWentWrong) {
 
 TEST(Answer, NoNameCommandsATerminal) {
     EXPECT_EQ(withoutControls("\x1b[31mEVIL\a\x1b]0;t\a\r\n\tok \x7f"), "?[31mEVIL??]0;t??\n\tok ?");
-    EXPECT_EQ(withoutControls("a\xc2\x9bm b\xc2\xa0" "c \xc3\xa4\xe2\x80\xa6 \xc2"), "a?m b\xc2\xa0" "c \xc3\xa4\xe2\x80\xa6 \xc2");
+    EXPECT_EQ(withoutControls("a\xc2\x9bm b\xc2\xa0"
+                              "c \xc3\xa4\xe2\x80\xa6 \xc2"),
+              "a?m b\xc2\xa0"
+              "c \xc3\xa4\xe2\x80\xa6 \xc2");
     const CtlOutcome wrong = runCtl({"--server", "\x1b[31mnonsense", "status"});
     EXPECT_EQ(wrong.err.find('\x1b'), std::string::npos) << wrong.err;
 }

@@ -46,9 +46,26 @@ TEST(Deforming, IsReadFromWords) {
     EXPECT_EQ(swell->axis, -1);
     EXPECT_EQ(swell->from, -2.5);
     EXPECT_EQ(swell->to, 2.5);
-    for (const char* words : {"", "bend", "bend:1:2", "bend:1:2:", "fold:1:2:/a", "bend-w:1:2:/a", "bend-:1:2:/a", "bend-xy:1:2:/a", "bend:x:2:/a",
-                              "bend:1..:2:/a", "bend:..1:2:/a", "bend:nan:2:/a", "bend:inf:2:/a", "bend:1e5:2:/a", "bend:1:0:/a",
-                              "bend:1:-2:/a", "bend:1:nan:/a", "bend:1:1e7:/a", "Bend:1:2:/a", " bend:1:2:/a"}) {
+    for (const char* words : {"",
+                              "bend",
+                              "bend:1:2",
+                              "bend:1:2:",
+                              "fold:1:2:/a",
+                              "bend-w:1:2:/a",
+                              "bend-:1:2:/a",
+                              "bend-xy:1:2:/a",
+                              "bend:x:2:/a",
+                              "bend:1..:2:/a",
+                              "bend:..1:2:/a",
+                              "bend:nan:2:/a",
+                              "bend:inf:2:/a",
+                              "bend:1e5:2:/a",
+                              "bend:1:0:/a",
+                              "bend:1:-2:/a",
+                              "bend:1:nan:/a",
+                              "bend:1:1e7:/a",
+                              "Bend:1:2:/a",
+                              " bend:1:2:/a"}) {
         const Expected<Deforming> refused = Deforming::parse(words);
         ASSERT_FALSE(refused) << words;
         EXPECT_EQ(refused.error().code, ErrorCode::kUsage) << words;
@@ -91,7 +108,8 @@ TEST(Deformed, ABentLineIsAnArcOfItsLength) {
 
 TEST(Deformed, TwistsAndSwellsAboutTheMiddleAlone) {
     const std::vector<Vec3d> bar{{1, 0, 1}, {-1, 0, -1}, {1, 10, 1}, {-1, 10, -1}, {1, 5, 0}, {0, 5, 0}};
-    const std::vector<Vec3d> twisted = deformed(bar, DeformingKind::kTwist, 1, 90), swollen = deformed(bar, DeformingKind::kSwell, 1, 50);
+    const std::vector<Vec3d> twisted = deformed(bar, DeformingKind::kTwist, 1, 90),
+                             swollen = deformed(bar, DeformingKind::kSwell, 1, 50);
     EXPECT_TRUE(twisted[0].isApprox(bar[0]));
     EXPECT_NEAR(twisted[2].y(), 10, 1e-12);
     EXPECT_NEAR(twisted[2].dot(Vec3d(1, 0, 1)), 0, 1e-12) << "a quarter turn";
@@ -113,13 +131,15 @@ TEST(Deformed, OfAnyBoxIsFiniteAndByNothingIsItself) {
         for (const Vec3d& point : rest) size = std::max(size, (point - rest[0]).norm() + point.norm());
         for (const DeformingKind kind : {DeformingKind::kBend, DeformingKind::kTwist, DeformingKind::kSwell})
             for (int axis = -1; axis < 3; ++axis) {
-                const std::vector<Vec3d> same = deformed(rest, kind, axis, 0), far = deformed(rest, kind, axis, amounts(random)),
+                const std::vector<Vec3d> same = deformed(rest, kind, axis, 0),
+                                         far = deformed(rest, kind, axis, amounts(random)),
                                          near = deformed(rest, kind, axis, small(random));
                 ASSERT_EQ(far.size(), rest.size());
                 for (std::size_t i = 0; i < rest.size(); ++i) {
                     ASSERT_LE((same[i] - rest[i]).norm(), 1e-14 * size);
                     ASSERT_TRUE(far[i].allFinite());
-                    // An angle of 1e-5 degrees moves nothing by more than its arc over a box; a swelling of 1e-5 per cent by less.
+                    // An angle of 1e-5 degrees moves nothing by more than its arc over a box; a swelling of 1e-5 per
+                    // cent by less.
                     ASSERT_LE((near[i] - rest[i]).norm(), 1e-6 * size);
                 }
             }
@@ -129,7 +149,8 @@ TEST(Deformed, OfAnyBoxIsFiniteAndByNothingIsItself) {
 TEST(Deformed, WhatHasNoExtentStays) {
     const double nan = std::nan("");
     EXPECT_TRUE(deformed({}, DeformingKind::kBend, -1, 20).empty());
-    const std::vector<Vec3d> one(5, Vec3d(1, 2, 3)), bad{Vec3d::Zero(), Vec3d(nan, 0, 0)}, flat{Vec3d::Zero(), Vec3d::UnitX()};
+    const std::vector<Vec3d> one(5, Vec3d(1, 2, 3)), bad{Vec3d::Zero(), Vec3d(nan, 0, 0)},
+        flat{Vec3d::Zero(), Vec3d::UnitX()};
     EXPECT_EQ(deformed(one, DeformingKind::kTwist, -1, 20), one);
     EXPECT_EQ(deformed(bad, DeformingKind::kTwist, -1, 20)[0], bad[0]);
     EXPECT_EQ(deformed(flat, DeformingKind::kBend, 1, 20), flat) << "it has no length along this axis";
@@ -145,7 +166,8 @@ TEST(ControlPointsOf, ASceneAreFoundAndLed) {
     builder.create(surface, typeOf<SubdivisionSurface>());
     builder.create(lattice, typeOf<Deformation>());
     for (const ObjectId id : {both, node, other}) builder.create(id, typeOf<Node>());
-    builder.set(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, Blob::of(std::span<const float>(points)));
+    builder.set(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>,
+                Blob::of(std::span<const float>(points)));
     builder.set(both, typeOf<Node>(), fieldId<&Node::name>, std::string("all"));
     builder.set(node, typeOf<Node>(), fieldId<&Node::core>, surface);
     builder.set(other, typeOf<Node>(), fieldId<&Node::core>, lattice);

@@ -34,8 +34,10 @@ TEST(Gatekeeper, LetsInThisMachinesPagesWithTheToken) {
     // Names of hosts and of schemes have no case.
     EXPECT_EQ(verdict({.target = "/api", .host = "LocalHost:7001", .authorization = bearer}), 200);
     EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .authorization = "bEARER secret"}), 200);
-    EXPECT_EQ(verdict({.target = "/api", .host = "127.0.0.1:7001", .origin = "HTTP://LOCALHOST:7001", .authorization = bearer}),
-              200);
+    EXPECT_EQ(
+        verdict(
+            {.target = "/api", .host = "127.0.0.1:7001", .origin = "HTTP://LOCALHOST:7001", .authorization = bearer}),
+        200);
     EXPECT_EQ(verdict({.target = "/?token=secret", .host = "localhost:7001"}), 200);
     EXPECT_EQ(verdict({.target = "/socket?changes=1&token=secret", .host = "localhost:7001"}), 200);
 }
@@ -52,7 +54,8 @@ TEST(Gatekeeper, TellsRolesByTheirTokens) {
 }
 
 TEST(Gatekeeper, LetsVisitorsInToAPanelOfTheServersAlone) {
-    const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001, {}, "me", {{"word", "0123", "Hall"}, {"other", "4567", "Yard"}});
+    const Gatekeeper gate({{"looks", "changes", "secret"}}, 7001, {}, "me",
+                          {{"word", "0123", "Hall"}, {"other", "4567", "Yard"}});
     const auto entrant = [&](const std::string& token) {
         const HttpRequest request{.target = "/", .host = "localhost:7001", .authorization = "Bearer " + token};
         EXPECT_EQ(gate.passIn(request, *readTarget("/")), "") << "it ends with the server, and is no pass of its keys";
@@ -112,8 +115,8 @@ TEST(Gatekeeper, KnowsThisMachinesAddressesAndTheCertificatesNamesWhereOthersRea
                           std::uint16_t port = 7001) {
         return verdict({.target = "/api", .host = host, .origin = origin, .authorization = bearer}, reach, port);
     };
-    for (const std::string name : {"wall.example:7001", "WALL.example:7001", "192.0.2.7:7001", "[2001:db8::7]:7001",
-                                   "[2001:DB8:0::7]:7001"}) {
+    for (const std::string name :
+         {"wall.example:7001", "WALL.example:7001", "192.0.2.7:7001", "[2001:db8::7]:7001", "[2001:DB8:0::7]:7001"}) {
         EXPECT_EQ(from(name, "https://" + name, sealed), 200) << name;
         EXPECT_EQ(from(name, "http://" + name, sealed), 403) << name;
         EXPECT_EQ(from(name, "", {}), 421) << name;
@@ -150,7 +153,8 @@ TEST(Gatekeeper, LetsInByKeyBeforeAToken) {
     };
     const test::WallOfKeys wall;
     for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator})
-        EXPECT_EQ(answer({.identity = wall.person("anna", role), .serial = "1"}).value(), (Entrant{role, Entrant::By::kKey, "anna"}));
+        EXPECT_EQ(answer({.identity = wall.person("anna", role), .serial = "1"}).value(),
+                  (Entrant{role, Entrant::By::kKey, "anna"}));
     const Identity anna = wall.person("anna", Role::kOperator);
     for (const Credential& wrong : {Credential{.identity = anna, .serial = "1", .fault = "it has ended"},
                                     Credential{.identity = wall.host("left"), .serial = "1"},

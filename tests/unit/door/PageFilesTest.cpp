@@ -35,8 +35,9 @@ TEST(PageFiles, AreSentAsWhatTheyAre) {
 
 TEST(PageFiles, ReadNothingAsHtmlOrAsAProgram) {
     for (const PageFile& file : pageFiles())
-        for (const char* word : {"innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function",
-                                 "setHTML", "createContextualFragment", "DOMParser", "srcdoc", "javascript:"})
+        for (const char* word :
+             {"innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "setHTML",
+              "createContextualFragment", "DOMParser", "srcdoc", "javascript:"})
             EXPECT_EQ(file.text.find(word), std::string_view::npos) << file.name << " has " << word;
 }
 
@@ -60,8 +61,10 @@ TEST(PageFiles, HaveLinesThatOneReads) {
     for (const PageFile& file : pageFiles()) {
         std::size_t letters = 0, line = 1;
         for (const char c : file.text) {
-            if (c == '\n') letters = 0, ++line;
-            else if ((static_cast<unsigned char>(c) & 0xC0) != 0x80) ++letters;
+            if (c == '\n')
+                letters = 0, ++line;
+            else if ((static_cast<unsigned char>(c) & 0xC0) != 0x80)
+                ++letters;
             ASSERT_LE(letters, 120u) << file.name << ':' << line;
         }
     }

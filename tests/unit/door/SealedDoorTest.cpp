@@ -206,9 +206,8 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
 TEST_F(SealedDoor, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
     const std::string word = freshToken(), other = freshToken();
     for (const auto& [name, said] : {std::pair("ci", word), std::pair("ada", other)})
-        keys.tokens.push_back({.hash = hashOfToken(said),
-                               .pass = {name, Role::kViewer},
-                               .until = std::chrono::system_clock::now() + 1h});
+        keys.tokens.push_back(
+            {.hash = hashOfToken(said), .pass = {name, Role::kViewer}, .until = std::chrono::system_clock::now() + 1h});
     current.store(contextOf(keys));
     const auto opened = [&](const std::string& with, int most) {
         int count = 0;

@@ -1,6 +1,7 @@
-// Points are drawn as the balls that they are. They are judged by meshes of triangles: one that lies in each ball, one that holds
-// it. Where both of them are as deep the ball is, too, and where one is not seen the ball may be or not: so the bound is no
-// guess, but what the two differ by: kPixels of a pixel each way, and the height of the finest triangles' chords.
+// Points are drawn as the balls that they are. They are judged by meshes of triangles: one that lies in each ball, one
+// that holds it. Where both of them are as deep the ball is, too, and where one is not seen the ball may be or not: so
+// the bound is no guess, but what the two differ by: kPixels of a pixel each way, and the height of the finest
+// triangles' chords.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +32,8 @@ struct Cloud {
     bool bothSides = false;
 
     [[nodiscard]] Vec3d centre(std::size_t i) const {
-        return at + turn * scale.cwiseProduct(Vec3d(points.positions[3 * i], points.positions[3 * i + 1], points.positions[3 * i + 2]));
+        return at + turn * scale.cwiseProduct(Vec3d(points.positions[3 * i], points.positions[3 * i + 1],
+                                                    points.positions[3 * i + 2]));
     }
     [[nodiscard]] std::size_t count() const { return points.positions.size() / 3; }
 };
@@ -49,10 +51,13 @@ protected:
     }
 
     static double depthOf(const ScreenCamera& camera, const Vec3d& world) { return -(camera.eye_T_world * world).z(); }
-    static double pixelsPerUnitAt(const ScreenCamera& camera, double depth) { return 0.5 * camera.clip_T_eye(0, 0) * camera.pixels.width / depth; }
+    static double pixelsPerUnitAt(const ScreenCamera& camera, double depth) {
+        return 0.5 * camera.clip_T_eye(0, 0) * camera.pixels.width / depth;
+    }
 
     /// The same things by the same numbers. Of normals a colour each, and nothing of light, where `normals`.
-    static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, BallsAs as, bool normals = false) {
+    static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera, BallsAs as,
+                          bool normals = false) {
         return sceneOf(clouds, camera, std::vector<BallsAs>(clouds.size(), as), normals);
     }
     static Aspect sceneOf(const std::vector<Cloud>& clouds, const ScreenCamera& camera,
@@ -60,7 +65,9 @@ protected:
         TestScene scene;
         scene.setEnvironment(Vec3f::Constant(0.3f), Vec3f::Constant(0.1f), Vec3f(0, 0, 0.4f));
         scene.addDirectionalLight({0.4, -0.8, -0.5}, {1, 0.9f, 0.8f}, 1);
-        const ObjectId program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = 0.5 + 0.5 * normalize(s.normal); }", .verdict = SurfaceProgram::kGood});
+        const ObjectId program = scene.add(
+            SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb = 0.5 + 0.5 * normalize(s.normal); }",
+                           .verdict = SurfaceProgram::kGood});
         for (std::size_t which = 0; which < clouds.size(); ++which) {
             const Cloud& cloud = clouds[which];
             const BallsAs as = ways[which];
@@ -73,12 +80,17 @@ protected:
                 double largest = 0;
                 const double radius = cloud.points.pointRadius;
                 for (std::size_t i = 0; i < cloud.count(); ++i)
-                    largest = std::max(largest, radius * cloud.scale.cwiseAbs().maxCoeff() * pixelsPerUnitAt(camera, std::max(0.05, depthOf(camera, cloud.centre(i)) - radius)));
+                    largest = std::max(
+                        largest,
+                        radius * cloud.scale.cwiseAbs().maxCoeff() *
+                            pixelsPerUnitAt(camera, std::max(0.05, depthOf(camera, cloud.centre(i)) - radius)));
                 const int level = levelFor(0.03 / std::max(largest, 1.0));
                 mesh = ballsOf(cloud.points, level, [&](std::size_t i) {
                     const double pixel = std::max(0.05, depthOf(camera, cloud.centre(i))) / pixelsPerUnitAt(camera, 1);
                     const double more = kPixels * pixel / cloud.scale.cwiseAbs().minCoeff() + 1e-6 * radius;
-                    return as == BallsAs::kInner ? radius - more : as == BallsAs::kOuter ? (radius + more) / fineBall(level).within : 0.5 * radius * (1 + 1 / fineBall(level).within);
+                    return as == BallsAs::kInner   ? radius - more
+                           : as == BallsAs::kOuter ? (radius + more) / fineBall(level).within
+                                                   : 0.5 * radius * (1 + 1 / fineBall(level).within);
                 });
             }
             scene.place(scene.add(mesh, paint), cloud.at, cloud.turn, cloud.scale);
@@ -87,8 +99,8 @@ protected:
     }
 
     struct Seen {
-        std::vector<float> depths;          ///< the farthest of each pixel's samples
-        std::vector<std::uint64_t> ids;     ///< of pixels' middles, from above
+        std::vector<float> depths;       ///< the farthest of each pixel's samples
+        std::vector<std::uint64_t> ids;  ///< of pixels' middles, from above
     };
     Seen look(const Aspect& aspect, const ScreenCamera& camera) {
         Seen seen;
@@ -124,7 +136,8 @@ protected:
 
     /// `cut`: by the near plane.
     void expectBetween(const std::vector<Cloud>& clouds, const ScreenCamera& camera, bool cut = false) {
-        const Seen inner = look(sceneOf(clouds, camera, BallsAs::kInner), camera), outer = look(sceneOf(clouds, camera, BallsAs::kOuter), camera);
+        const Seen inner = look(sceneOf(clouds, camera, BallsAs::kInner), camera),
+                   outer = look(sceneOf(clouds, camera, BallsAs::kOuter), camera);
         const Seen seen = look(sceneOf(clouds, camera, BallsAs::kPoints), camera);
         std::size_t outside = 0, undecided = 0;
         float worst = 0;
@@ -148,13 +161,15 @@ protected:
     /// Its centre on a ray through the picture, so far before the eye.
     Vec3d inSight(const ScreenCamera& camera, double depth) {
         const Mat4d& clip = camera.clip_T_eye;
-        const Vec3d eye((between(-1, 1) + clip(0, 2)) / clip(0, 0) * depth, (between(-1, 1) + clip(1, 2)) / clip(1, 1) * depth, -depth);
+        const Vec3d eye((between(-1, 1) + clip(0, 2)) / clip(0, 0) * depth,
+                        (between(-1, 1) + clip(1, 2)) / clip(1, 1) * depth, -depth);
         return camera.eye_T_world.inverse() * eye;
     }
     ScreenCamera someCamera() {
         View view;
         view.position = {between(-3, 3), between(-3, 3), between(-3, 3)};
-        view.orientation = Quatd(Eigen::AngleAxisd(between(-3, 3), Vec3d(between(-1, 1), between(-1, 1), between(-1, 1)).normalized()));
+        view.orientation = Quatd(
+            Eigen::AngleAxisd(between(-3, 3), Vec3d(between(-1, 1), between(-1, 1), between(-1, 1)).normalized()));
         // Off the middle of its screen, on every other one far off.
         const double off = below(2) ? 0.4 : 2.0;
         return cameraOf(200, 130, {between(-off, off), between(-off, off), between(0.8, 2.4)}, 3.2, view);
@@ -163,8 +178,10 @@ protected:
     Cloud someCloud(const ScreenCamera& camera, double radiusPx, std::size_t count, bool stretched) {
         Cloud cloud;
         const double depth = std::exp(between(-0.5, 3));
-        if (stretched) cloud.scale = Vec3d(between(0.2, 1), between(0.2, 1), below(2) ? 0.5 : -0.5);
-        else if (below(2)) cloud.scale = Vec3d::Constant(between(0.1, 3)).cwiseProduct(Vec3d(1, 1, below(2) ? 1 : -1));
+        if (stretched)
+            cloud.scale = Vec3d(between(0.2, 1), between(0.2, 1), below(2) ? 0.5 : -0.5);
+        else if (below(2))
+            cloud.scale = Vec3d::Constant(between(0.1, 3)).cwiseProduct(Vec3d(1, 1, below(2) ? 1 : -1));
         cloud.turn = Quatd(between(-1, 1), between(-1, 1), between(-1, 1), 0.3).normalized();
         cloud.at = inSight(camera, depth);
         const double radius = radiusPx / pixelsPerUnitAt(camera, depth) / cloud.scale.cwiseAbs().maxCoeff();
@@ -191,11 +208,17 @@ TEST_F(BallTest, LieBetweenTheirFineMeshes) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         for (unsigned seed = from; seed < to; ++seed) {
-            SCOPED_TRACE(testing::Message() << samples << " samples; TESSERA_SEED=" << seed << " build/bin/unit_draw --gtest_filter='BallTest.LieBetween*'");
+            SCOPED_TRACE(testing::Message() << samples << " samples; TESSERA_SEED=" << seed
+                                            << " build/bin/unit_draw --gtest_filter='BallTest.LieBetween*'");
             random_.seed(seed);
             const ScreenCamera camera = someCamera();
             std::vector<Cloud> clouds;
-            for (const double radiusPx : {0.05, 0.6, 3.0, 15.0, 60.0}) clouds.push_back(someCloud(camera, radiusPx * between(0.5, 2), radiusPx < 1 ? 80 : radiusPx < 10 ? 30 : 4, below(3) == 0));
+            for (const double radiusPx : {0.05, 0.6, 3.0, 15.0, 60.0})
+                clouds.push_back(someCloud(camera, radiusPx * between(0.5, 2),
+                                           radiusPx < 1    ? 80
+                                           : radiusPx < 10 ? 30
+                                                           : 4,
+                                           below(3) == 0));
             if (seed % 4 == 3) clouds = {someCloud(camera, 400, 2, below(2) == 0), clouds[2]};
             expectBetween(clouds, camera);
         }
@@ -205,12 +228,14 @@ TEST_F(BallTest, LieBetweenTheirFineMeshes) {
     EXPECT_LT(undecided_, pixels_ / 50) << "nor do bounds that hold everything";
 }
 
-// Cut by the near plane, or around the eye: what faces the eye ends there, and behind it is the inside, where that is shown.
+// Cut by the near plane, or around the eye: what faces the eye ends there, and behind it is the inside, where that is
+// shown.
 TEST_F(BallTest, AtTheNearPlaneShowTheirInsidesIfBothSidesAreShown) {
     const auto [from, to] = seeds(24);
     std::size_t inside = 0;
     for (unsigned seed = from; seed < to; ++seed) {
-        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_draw --gtest_filter='BallTest.AtTheNear*'");
+        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                        << " build/bin/unit_draw --gtest_filter='BallTest.AtTheNear*'");
         restart({.samples = seed % 2 ? 4 : 1});
         random_.seed(seed);
         const ScreenCamera camera = someCamera();
@@ -229,7 +254,8 @@ TEST_F(BallTest, AtTheNearPlaneShowTheirInsidesIfBothSidesAreShown) {
     }
 }
 
-// Whoever stands on a planet sees ground, up to where something stands on it: from below upwards ground, that thing, and nothing of the ground again.
+// Whoever stands on a planet sees ground, up to where something stands on it: from below upwards ground, that thing,
+// and nothing of the ground again.
 TEST_F(BallTest, FromRightAboveALargeOneItsSurfaceIsSmooth) {
     for (const double radius : {1e5, 1e7, 1e8, 1e9, 1e11})
         for (const bool stretched : {false, true}) {
@@ -239,7 +265,8 @@ TEST_F(BallTest, FromRightAboveALargeOneItsSurfaceIsSmooth) {
             MeshData point{.primitive = Primitive::kPoints};
             point.positions = {0, 0, 0};
             point.pointRadius = stretched ? 0.5 * radius : radius;
-            const ObjectId ground = scene.place(scene.add(point), {0, -radius - height, 0}, Quatd::Identity(), stretched ? Vec3d(2.2, 2, 2) : Vec3d(1, 1, 1));
+            const ObjectId ground = scene.place(scene.add(point), {0, -radius - height, 0}, Quatd::Identity(),
+                                                stretched ? Vec3d(2.2, 2, 2) : Vec3d(1, 1, 1));
             const ObjectId sheet = scene.place(scene.add(makeSheet(100 * height, 100 * height)), {0, 0, -10 * height});
             const Aspect aspect = scene.take();
             const ScreenCamera camera = cameraOf(128, 128);
@@ -250,20 +277,22 @@ TEST_F(BallTest, FromRightAboveALargeOneItsSurfaceIsSmooth) {
                 for (std::size_t y = 1; y < 128; ++y) {
                     const std::uint64_t above = (*ids)[(y - 1) * 128 + x], here = (*ids)[y * 128 + x];
                     grounds += here == ground.value;
-                    wrong += (above == ground.value && here != ground.value) || (here != ground.value && here != sheet.value);
+                    wrong += (above == ground.value && here != ground.value) ||
+                             (here != ground.value && here != sheet.value);
                 }
             EXPECT_EQ(wrong, 0) << radius << (stretched ? " stretched" : "");
             EXPECT_NEAR(grounds, 128 * 54, 128 * 12) << radius << (stretched ? " stretched" : "");
         }
 }
 
-// Each is a node, so that pixels are known to show the same one. A pixel shows the normal where its middle is: off by no more than its
-// place on the ball is, which near the outline is by the root of it; and by two bytes' rounding.
+// Each is a node, so that pixels are known to show the same one. A pixel shows the normal where its middle is: off by
+// no more than its place on the ball is, which near the outline is by the root of it; and by two bytes' rounding.
 TEST_F(BallTest, HaveTheirOwnNormals) {
     const auto [from, to] = seeds(6);
     std::size_t compared = 0;
     for (unsigned seed = from; seed < to; ++seed) {
-        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_draw --gtest_filter='BallTest.HaveTheir*'");
+        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                        << " build/bin/unit_draw --gtest_filter='BallTest.HaveTheir*'");
         random_.seed(seed);
         const ScreenCamera camera = someCamera();
         std::vector<Cloud> clouds;
@@ -280,7 +309,8 @@ TEST_F(BallTest, HaveTheirOwnNormals) {
         const auto half = [&](BallsAs as) {
             const Aspect aspect = sceneOf(clouds, camera, as, true);
             const DrawList list = listOf(aspect, camera);
-            return Half{renderer_->draw(aspect, list, camera, whole(camera)).value(), renderer_->drawNodeIds(aspect, list, camera, whole(camera)).value()};
+            return Half{renderer_->draw(aspect, list, camera, whole(camera)).value(),
+                        renderer_->drawNodeIds(aspect, list, camera, whole(camera)).value()};
         };
         const Half balls = half(BallsAs::kPoints), meshes = half(BallsAs::kMean);
         std::size_t others = 0;
@@ -292,8 +322,11 @@ TEST_F(BallTest, HaveTheirOwnNormals) {
             }
             double apart = 0;
             for (std::size_t k = 0; k < 3; ++k) {
-                const auto linear = [](std::uint8_t byte) { return byte <= 10 ? byte / 255.0 / 12.92 : std::pow((byte / 255.0 + 0.055) / 1.055, 2.4); };
-                apart += std::pow(2 * (linear(balls.picture.rgb[3 * i + k]) - linear(meshes.picture.rgb[3 * i + k])), 2);
+                const auto linear = [](std::uint8_t byte) {
+                    return byte <= 10 ? byte / 255.0 / 12.92 : std::pow((byte / 255.0 + 0.055) / 1.055, 2.4);
+                };
+                apart +=
+                    std::pow(2 * (linear(balls.picture.rgb[3 * i + k]) - linear(meshes.picture.rgb[3 * i + k])), 2);
             }
             const double off = 0.03 / 2 + kPixels / 2;  // of a pixel, and a ball has two at least
             ASSERT_LT(std::sqrt(apart), 0.05 + std::sqrt(2 * off)) << i % 200 << ' ' << i / 200;
@@ -308,13 +341,14 @@ TEST_F(BallTest, HaveTheirOwnNormals) {
     }
 }
 
-// With light, shadows, images, holes, layers, programs; as glass, whose both halves are seen. A pixel may be another where an outline comes past a sample, so
-// few may be, and all of them together little.
+// With light, shadows, images, holes, layers, programs; as glass, whose both halves are seen. A pixel may be another
+// where an outline comes past a sample, so few may be, and all of them together little.
 TEST_F(BallTest, LookLikeTheirFineMeshes) {
     const auto [from, to] = seeds(8);
     std::size_t shown = 0;
     for (unsigned seed = from; seed < to; ++seed) {
-        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_draw --gtest_filter='BallTest.LookLike*'");
+        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                        << " build/bin/unit_draw --gtest_filter='BallTest.LookLike*'");
         restart({.samples = seed % 2 ? 4 : 1});
         const ScreenCamera camera = cameraOf(200, 130, {0.3, 0.1, 2.4});
         const auto drawn = [&](bool balls) {
@@ -325,18 +359,23 @@ TEST_F(BallTest, LookLikeTheirFineMeshes) {
             scene.addPointLight({0.5, 1, 1}, {0.6f, 0.8f, 1}, 2, 6);
             std::vector<std::uint8_t> pixels;
             for (int i = 0; i < 16 * 16; ++i)
-                pixels.insert(pixels.end(), {static_cast<std::uint8_t>(16 * (i % 16)), static_cast<std::uint8_t>(i), 128, static_cast<std::uint8_t>(i % 5 ? 255 : 40)});
+                pixels.insert(pixels.end(), {static_cast<std::uint8_t>(16 * (i % 16)), static_cast<std::uint8_t>(i),
+                                             128, static_cast<std::uint8_t>(i % 5 ? 255 : 40)});
             Image image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 16, .heightPx = 16};
             const ObjectId first = scene.add(image);
             image.texcoordSet = 1;
             const ObjectId second = scene.add(image);
-            const ObjectId layer = scene.addCore(TextureLayer{.image = first, .strength = 0.7f, .source = TextureLayer::kPosition});
-            const ObjectId program = scene.add(SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb *= 0.6 + 0.4 * sin(9.0 * nodePosition); s.roughness = 0.5 + 0.3 * sin(worldPosition.x); }",
-                                                              .verdict = SurfaceProgram::kGood});
+            const ObjectId layer =
+                scene.addCore(TextureLayer{.image = first, .strength = 0.7f, .source = TextureLayer::kPosition});
+            const ObjectId program = scene.add(
+                SurfaceProgram{.surface = "void surface(inout Surface s) { s.base.rgb *= 0.6 + 0.4 * sin(9.0 * "
+                                          "nodePosition); s.roughness = 0.5 + 0.3 * sin(worldPosition.x); }",
+                               .verdict = SurfaceProgram::kGood});
             scene.place(scene.add(makeSheet(6, 6)), {0, -0.9, -1.5}, Quatd(Eigen::AngleAxisd(-1.4, Vec3d::UnitX())));
             for (int kind = 0; kind < 7; ++kind) {
                 Material m;
-                m.baseColor = Vec4f(static_cast<float>(between(0.3, 1)), static_cast<float>(between(0.3, 1)), 0.8f, kind == 1 ? 0.5f : 1);
+                m.baseColor = Vec4f(static_cast<float>(between(0.3, 1)), static_cast<float>(between(0.3, 1)), 0.8f,
+                                    kind == 1 ? 0.5f : 1);
                 m.metallic = static_cast<float>(between(0, 1));
                 m.roughness = static_cast<float>(between(0.4, 1));
                 m.doubleSided = seed / 2 % 2;
@@ -350,18 +389,24 @@ TEST_F(BallTest, LookLikeTheirFineMeshes) {
                 const bool normals = below(3) == 0, colors = below(3) > 0;
                 for (int i = 0; i < 8; ++i) {
                     // Glass balls lie apart: triangles of two that meet are sorted otherwise than halves of balls.
-                    const Vec3d at = kind == 1 ? Vec3d(0.55 * (i % 4) - 0.8, 0.55 * (i / 4) - 0.3, 0) : Vec3d(between(-0.7, 0.7), between(-0.7, 0.7), between(-0.7, 0.7));
+                    const Vec3d at = kind == 1 ? Vec3d(0.55 * (i % 4) - 0.8, 0.55 * (i / 4) - 0.3, 0)
+                                               : Vec3d(between(-0.7, 0.7), between(-0.7, 0.7), between(-0.7, 0.7));
                     for (int k = 0; k < 3; ++k) points.positions.push_back(static_cast<float>(at[k]));
                     for (int k = 0; normals && k < 3; ++k) points.normals.push_back(static_cast<float>(between(-1, 1)));
-                    for (int k = 0; colors && k < 4; ++k) points.colors.push_back(static_cast<std::uint8_t>(k < 3 ? random_() : 255));
+                    for (int k = 0; colors && k < 4; ++k)
+                        points.colors.push_back(static_cast<std::uint8_t>(k < 3 ? random_() : 255));
                     for (int k = 0; k < 2; ++k) points.texcoords.push_back(static_cast<float>(between(-2, 2)));
                     for (int k = 0; k < 2; ++k) points.texcoords1.push_back(static_cast<float>(between(-2, 2)));
                 }
                 const double radius = points.pointRadius;
-                const MeshData meshes = ballsOf(points, kind == 1 ? 4 : 5, [&](std::size_t) { return 0.5 * radius * (1 + 1 / fineBall(kind == 1 ? 4 : 5).within); });
+                const MeshData meshes = ballsOf(points, kind == 1 ? 4 : 5, [&](std::size_t) {
+                    return 0.5 * radius * (1 + 1 / fineBall(kind == 1 ? 4 : 5).within);
+                });
                 const Quatd turn = Quatd(between(-1, 1), between(-1, 1), between(-1, 1), 0.3).normalized();
-                const Vec3d scale = below(2) ? Vec3d(between(0.4, 1), between(0.4, 1), below(2) ? 0.6 : -0.6) : Vec3d::Constant(between(0.5, 1)).eval();
-                scene.place(scene.add(balls ? points : meshes, scene.add(m)), {between(-1, 1), between(-0.6, 0.6), between(-2, 0.5)}, turn, scale);
+                const Vec3d scale = below(2) ? Vec3d(between(0.4, 1), between(0.4, 1), below(2) ? 0.6 : -0.6)
+                                             : Vec3d::Constant(between(0.5, 1)).eval();
+                scene.place(scene.add(balls ? points : meshes, scene.add(m)),
+                            {between(-1, 1), between(-0.6, 0.6), between(-2, 0.5)}, turn, scale);
             }
             return draw(scene.take(), camera);
         };

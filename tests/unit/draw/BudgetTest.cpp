@@ -12,7 +12,8 @@ namespace {
 
 class BudgetTest : public RendererTest {
 protected:
-    /// A wall of four tiles side by side; a ball of its own, with an image of its own, before each of them, `variant` of it.
+    /// A wall of four tiles side by side; a ball of its own, with an image of its own, before each of them, `variant`
+    /// of it.
     static Aspect rowOfBalls(int variant, bool images) {
         TestScene scene;
         scene.setDark();
@@ -22,7 +23,8 @@ protected:
                 std::vector<std::uint8_t> pixels(64 * 64 * 4, static_cast<std::uint8_t>(17 * i + variant));
                 material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
             }
-            scene.place(scene.add(makeSphere(0.2 + 0.001 * (4 * variant + i), 24), scene.add(material)), {-1.2 + 0.8 * i, 0, 0});
+            scene.place(scene.add(makeSphere(0.2 + 0.001 * (4 * variant + i), 24), scene.add(material)),
+                        {-1.2 + 0.8 * i, 0, 0});
         }
         return scene.take();
     }
@@ -71,7 +73,9 @@ TEST_F(BudgetTest, WhatOneFrameNeedsStaysWhereAllOfItFits) {
 TEST_F(BudgetTest, TilesInTurnUploadAsLittleAsCanBe) {
     const Bytes one = ofOne();
     for (const std::uint64_t room : {1u, 2u, 3u}) {
-        restart({.samples = 1, .meshBudgetBytes = one.meshes * room + one.meshes / 2, .textureBudgetBytes = one.images * room + one.images / 2});
+        restart({.samples = 1,
+                 .meshBudgetBytes = one.meshes * room + one.meshes / 2,
+                 .textureBudgetBytes = one.images * room + one.images / 2});
         const Aspect aspect = rowOfBalls(0, true);
         for (int i = 0; i < 4; ++i) (void)frame(aspect);
         // `room` of them are there when a tile begins: it may find its own among them. By last use it never would.
@@ -184,7 +188,8 @@ TEST_F(BudgetTest, NothingIsThrownOutForWhatComesAhead) {
     restart({.samples = 1, .meshBudgetBytes = needed + needed / 4, .textureBudgetBytes = needed + needed / 4});
     const Picture expected = draw();
     UploadAhead ahead;
-    for (int i = 0; i < 10'000 && ahead.step(*renderer_, aspect, scene, camera.eyeWorld, 10'000).value(); ++i) {}
+    for (int i = 0; i < 10'000 && ahead.step(*renderer_, aspect, scene, camera.eyeWorld, 10'000).value(); ++i) {
+    }
     EXPECT_GT(renderer_->residentBytes(), needed);
     EXPECT_LE(renderer_->residentBytes(), 2 * (needed + needed / 4));
     const std::uint64_t before = renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes();

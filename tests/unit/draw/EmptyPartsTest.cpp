@@ -57,8 +57,8 @@ protected:
             }
             const double depth = below(5) ? -std::exp(between(-3, 3)) : between(-0.5, 4);
             const Vec3d scale(std::exp(between(-1, 1)), between(0.2, 2), below(4) ? 1 : -1);
-            scene.place(thing, {between(-2.5, 2.5), between(-1.2, 1.2), depth}, Quatd(between(-1, 1), 0.3, between(-1, 1), 0.4).normalized(),
-                        scale);
+            scene.place(thing, {between(-2.5, 2.5), between(-1.2, 1.2), depth},
+                        Quatd(between(-1, 1), 0.3, between(-1, 1), 0.4).normalized(), scale);
         }
         return scene.take();
     }
@@ -82,10 +82,12 @@ TEST_F(EmptyParts, AreBackgroundToTheBit) {
             view.worldUnitsPerMetre = std::exp(between(-0.5, 0.5));
             // Four cells; a tile anywhere on them.
             const ScreenCamera camera = cameraOf(1290, 700, {between(-1, 1), between(-0.3, 0.3), 2}, 3.2, view);
-            const PixelRect rect{.x = below(900), .y = below(400), .width = 100 + below(290), .height = 100 + below(200)};
+            const PixelRect rect{
+                .x = below(900), .y = below(400), .width = 100 + below(290), .height = 100 + below(200)};
             const DrawList list = inFrustum(aspect, camera);
             items += list.opaque.size() + list.transparent.size();
-            const auto all = other->draw(aspect, list, camera, rect), some = renderer_->draw(aspect, list, camera, rect);
+            const auto all = other->draw(aspect, list, camera, rect),
+                       some = renderer_->draw(aspect, list, camera, rect);
             ASSERT_TRUE(all && some);
             ASSERT_TRUE(*all == *some);
             shown += renderer_->lastCounts().pixels;
@@ -116,8 +118,12 @@ TEST_F(EmptyParts, AreNotGoneThrough) {
 TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
     for (int round = 0; round < 300; ++round) {
         random_.seed(emptySeedOr(7) + static_cast<unsigned>(round));
-        const PixelRect within{.x = 64 * below(16), .y = 64 * below(9), .width = 64 * (1 + below(16)), .height = 64 * (1 + below(9))};
-        const PixelRect tile{.x = within.x, .y = within.y, .width = std::min(within.width, 1024 - within.x), .height = std::min(within.height, 576 - within.y)};
+        const PixelRect within{
+            .x = 64 * below(16), .y = 64 * below(9), .width = 64 * (1 + below(16)), .height = 64 * (1 + below(9))};
+        const PixelRect tile{.x = within.x,
+                             .y = within.y,
+                             .width = std::min(within.width, 1024 - within.x),
+                             .height = std::min(within.height, 576 - within.y)};
         ScreenBlocks blocks(tile);
         std::array<std::array<bool, 16>, 9> wanted{};
         for (int i = 0, count = below(6); i < count; ++i) {
@@ -133,7 +139,8 @@ TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
                                        64 * row <= f.upperY + reach && 64 * (row + 1) > f.lowerY - reach;
                     const bool its = 64 * column >= tile.x && 64 * column < tile.x + tile.width && 64 * row >= tile.y &&
                                      64 * row < tile.y + tile.height;
-                    if (its && (meets || f.nearPlane)) wanted[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = true;
+                    if (its && (meets || f.nearPlane))
+                        wanted[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = true;
                 }
         }
         PixelRect pixels = tile;
@@ -145,7 +152,8 @@ TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
                 for (int x = r.x; x < r.x + r.width; ++x) ++times[static_cast<std::size_t>(1024 * y + x)];
         for (int y = 0; y < 576; ++y)
             for (int x = 0; x < 1024; ++x) {
-                const bool own = x >= pixels.x && y >= pixels.y && x < pixels.x + pixels.width && y < pixels.y + pixels.height;
+                const bool own =
+                    x >= pixels.x && y >= pixels.y && x < pixels.x + pixels.width && y < pixels.y + pixels.height;
                 const bool is = own && wanted[static_cast<std::size_t>(y / 64)][static_cast<std::size_t>(x / 64)];
                 ASSERT_EQ(times[static_cast<std::size_t>(1024 * y + x)], is) << x << ", " << y << " in round " << round;
             }

@@ -44,11 +44,15 @@ Image pictureOf(const Sky& sky, int width = 256) {
             const Vec3d value = sky(directionAt(x + 0.5, y + 0.5, width, height));
             int exponent = 0;
             (void)std::frexp(value.maxCoeff() * 1.002, &exponent);
-            for (int c = 0; c < 3; ++c) pixels.push_back(static_cast<std::uint8_t>(std::lround(std::ldexp(value[c], 8 - exponent))));
+            for (int c = 0; c < 3; ++c)
+                pixels.push_back(static_cast<std::uint8_t>(std::lround(std::ldexp(value[c], 8 - exponent))));
             pixels.push_back(static_cast<std::uint8_t>(exponent + 128));
         }
     }
-    return Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = width, .heightPx = height, .encoding = Image::kRgbe};
+    return Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)),
+                 .widthPx = width,
+                 .heightPx = height,
+                 .encoding = Image::kRgbe};
 }
 
 /// Sum over the sphere of value · weight · solid angle, and of weight · solid angle.
@@ -80,14 +84,16 @@ Vec3d lampSky(const Vec3d& d) {
 }
 
 TEST(EnvironmentLight, InWhiteSurroundingsEverythingIsAsWhite) {
-    const EnvironmentLight light = EnvironmentLight::of(pictureOf([](const Vec3d&) { return Vec3d(0.75, 0.75, 0.75); })).value();
+    const EnvironmentLight light =
+        EnvironmentLight::of(pictureOf([](const Vec3d&) { return Vec3d(0.75, 0.75, 0.75); })).value();
     for (int i = 0; i < 50; ++i) {
         const Vec3d n = Vec3d(std::sin(1.3 * i), std::cos(2.1 * i), std::sin(0.7 * i + 1)).normalized();
         EXPECT_LT((diffuseOf(light, n) - Vec3d::Constant(0.75)).cwiseAbs().maxCoeff(), 2e-3) << i;
     }
     for (int level = 0; level < EnvironmentLight::kLevels; ++level)
         for (int at = 0; at < EnvironmentLight::kSides[static_cast<std::size_t>(level)]; ++at)
-            EXPECT_LT((light.reflected(level, at, (7 * at) % 32) - Vec3d::Constant(0.75)).cwiseAbs().maxCoeff(), 2e-3) << level;
+            EXPECT_LT((light.reflected(level, at, (7 * at) % 32) - Vec3d::Constant(0.75)).cwiseAbs().maxCoeff(), 2e-3)
+                << level;
 }
 
 TEST(EnvironmentLight, DiffuseLightIsTheIntegralOverTheCosine) {
@@ -98,8 +104,8 @@ TEST(EnvironmentLight, DiffuseLightIsTheIntegralOverTheCosine) {
         const auto cosine = [&](const Vec3d& d) { return std::max(0.0, d.dot(n)) / kPi; };
         // Of second order: the expansion is exact, but for the picture's bytes.
         EXPECT_LT((diffuseOf(smooth, n) - integrate(smoothSky, cosine).value).cwiseAbs().maxCoeff(), 0.01) << i;
-        // A lamp's light is a cosine cut off at 0, of which orders 0 to 2 are off by up to 1/11 of its peak (Ramamoorthi and
-        // Hanrahan 2001, of one direction).
+        // A lamp's light is a cosine cut off at 0, of which orders 0 to 2 are off by up to 1/11 of its peak
+        // (Ramamoorthi and Hanrahan 2001, of one direction).
         const Vec3d wanted = integrate(lampSky, cosine).value;
         const double peak = 30 * (1 - std::cos(0.25)) * 2;
         EXPECT_LT(std::abs(diffuseOf(lamp, n).x() - wanted.x()), peak / 11 + 0.01) << i;
@@ -129,7 +135,8 @@ TEST(EnvironmentLight, ReflectionsAreMeansOverTheLobeOfTheirRoughness) {
                 });
                 const Vec3d wanted = sums.value / sums.weight, is = light.reflected(level, x, y);
                 EXPECT_LT((is - wanted).cwiseAbs().maxCoeff(), 0.02 * wanted.maxCoeff() + 0.02)
-                    << "level " << level << " at " << x << ' ' << y << ": " << is.transpose() << " for " << wanted.transpose();
+                    << "level " << level << " at " << x << ' ' << y << ": " << is.transpose() << " for "
+                    << wanted.transpose();
             }
         }
     }
@@ -224,7 +231,11 @@ TEST_F(EnvironmentTest, WithoutAUsableImageSkyAndGroundStandInAndTheReasonIsSaid
     const auto with = [&](bool bad) {
         TestScene scene;
         Environment environment;
-        if (bad) environment.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(std::array<std::uint8_t, 16>{})), .widthPx = 2, .heightPx = 2});
+        if (bad)
+            environment.image =
+                scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(std::array<std::uint8_t, 16>{})),
+                                .widthPx = 2,
+                                .heightPx = 2});
         environment.showImage = bad;
         scene.addEnvironment(environment);
         scene.place(scene.add(makeSphere(0.5, 12)), {0, 0, -1});

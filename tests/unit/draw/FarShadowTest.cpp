@@ -36,15 +36,19 @@ protected:
     /// Columns on a floor of 24 × 24, a sun, two spots; `seed` says where.
     static Aspect group(unsigned seed, bool shadows, const FarThing* far) {
         std::mt19937 random(seed);
-        const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
+        };
         TestScene scene;
         scene.setEnvironment(Vec3f::Constant(0.1f), Vec3f::Constant(0.05f), Vec3f(0.2f, 0.3f, 0.4f));
         scene.addDirectionalLight(sunOf(seed), Vec3f::Ones(), 0.6f, shadows);
         for (const float range : {0.0f, 30.0f}) {
             const Vec3d at(between(-6, 6), between(4, 8), between(-12, 2));
-            scene.addSpotLight(at, (Vec3d(0, -1, -4) - at).normalized(), Vec3f(1, 0.8f, 0.6f), 20, 0.5f, 0.7f, range, shadows);
+            scene.addSpotLight(at, (Vec3d(0, -1, -4) - at).normalized(), Vec3f(1, 0.8f, 0.6f), 20, 0.5f, 0.7f, range,
+                               shadows);
         }
-        scene.place(scene.add(makeSheet(24, 24), scene.add(matt(0.7f))), {0, -1, -6}, Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
+        scene.place(scene.add(makeSheet(24, 24), scene.add(matt(0.7f))), {0, -1, -6},
+                    Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
         const ObjectId paint = scene.add(matt(0.5f));
         for (int i = 0; i < 12; ++i) {
             const Vec3d size(between(0.2, 0.8), between(0.5, 3), between(0.2, 0.8));
@@ -56,21 +60,27 @@ protected:
     }
     static Vec3d sunOf(unsigned seed) {
         std::mt19937 random(seed + 1000);
-        const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
+        };
         return Vec3d(between(-1, 1), between(-1.5, -0.3), between(-1, 1)).normalized();
     }
     static ScreenCamera standing(unsigned seed) {
         std::mt19937 random(seed + 2000);
-        const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
+        };
         View view;
         view.position = Vec3d(between(-3, 3), between(0.5, 3), between(-2, 3));
-        view.orientation = Quatd(Eigen::AngleAxisd(between(-0.6, 0.6), Vec3d::UnitY()) * Eigen::AngleAxisd(between(-0.6, -0.1), Vec3d::UnitX()));
+        view.orientation = Quatd(Eigen::AngleAxisd(between(-0.6, 0.6), Vec3d::UnitY()) *
+                                 Eigen::AngleAxisd(between(-0.6, -0.1), Vec3d::UnitX()));
         return cameraOf(kWidthPx, kHeightPx, {0, 0, 2.4}, 3.2, view);
     }
 };
 
 TEST_F(FarShadow, OneThingVeryFarAwayLeavesThoseNearByAsTheyAre) {
-    // The last three: at 1e17 things near by shared a box with the far one, whose middle was rounded to more than where they are.
+    // The last three: at 1e17 things near by shared a box with the far one, whose middle was rounded to more than where
+    // they are.
     std::vector<unsigned> seeds{0, 1, 2, 3, 4, 5, 55, 62, 66};
     const char* said = std::getenv("TESSERA_SEED");
     if (said) seeds = {static_cast<unsigned>(std::strtoul(said, nullptr, 10))};
@@ -91,11 +101,13 @@ TEST_F(FarShadow, OneThingVeryFarAwayLeavesThoseNearByAsTheyAre) {
             do towards = Vec3d(unit(), unit(), unit()).normalized();
             while (std::abs(towards.dot(sunOf(seed))) > 0.8);
             const FarThing thing{.at = distance * towards, .side = random() % 2 ? 1 : 0.2 * distance};
-            const Picture with = draw(group(seed, true, &thing), camera), seen = draw(group(seed, false, &thing), camera);
+            const Picture with = draw(group(seed, true, &thing), camera),
+                          seen = draw(group(seed, false, &thing), camera);
             int others = 0;
             for (int y = 0; y < kHeightPx; ++y) {
                 for (int x = 0; x < kWidthPx; ++x)
-                    if (colorAt(seen, x, y) == colorAt(plain, x, y)) others += colorAt(with, x, y) != colorAt(alone, x, y);  // else it is seen itself
+                    if (colorAt(seen, x, y) == colorAt(plain, x, y))
+                        others += colorAt(with, x, y) != colorAt(alone, x, y);  // else it is seen itself
             }
             EXPECT_EQ(others, 0) << "at " << distance << ", side " << thing.side << "; " << again;
         }
@@ -116,12 +128,15 @@ TEST_F(FarShadow, TheTilesOfAWallLayTheSameMaps) {
             for (int i = 0; i < columns * rows; ++i) {
                 // A host of its own.
                 restart({.samples = 1});
-                const PixelRect tile{.x = i % columns * width, .y = i / columns * height, .width = width, .height = height};
+                const PixelRect tile{
+                    .x = i % columns * width, .y = i / columns * height, .width = width, .height = height};
                 RenderScene all;
                 all.update(scene, nullptr);
-                const auto part = renderer_->draw(scene, RenderAction(CullerKind::kMasked).run(all, camera, tile, nullptr), camera, tile);
+                const auto part = renderer_->draw(
+                    scene, RenderAction(CullerKind::kMasked).run(all, camera, tile, nullptr), camera, tile);
                 ASSERT_TRUE(part) << part.error().message;
-                EXPECT_EQ(test::differingPixels(*part, test::cropOf(one, tile)), 0u) << distance << ", " << columns << "x" << rows << ", tile " << i;
+                EXPECT_EQ(test::differingPixels(*part, test::cropOf(one, tile)), 0u)
+                    << distance << ", " << columns << "x" << rows << ", tile " << i;
             }
         }
     }

@@ -41,7 +41,8 @@ TEST_F(FarVertex, ReachesFarAndTheRestIsAsItWas) {
         const auto sceneOf = [&](double length) {
             const Vec3f far = atLength(direction, length);
             MeshData mesh;
-            mesh.positions = {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0.2f, -0.5f, 0.5f, 0, far.x(), far.y(), far.z()};
+            mesh.positions = {-0.5f, -0.5f, 0,    0.5f, -0.5f,   0,       0.5f,   0.5f,
+                              0.2f,  -0.5f, 0.5f, 0,    far.x(), far.y(), far.z()};
             if (kind == 3) {
                 mesh.primitive = Primitive::kPoints;
                 mesh.pointRadius = 0.2;
@@ -66,14 +67,16 @@ TEST_F(FarVertex, ReachesFarAndTheRestIsAsItWas) {
         shown += shows(wanted);
         for (const double length : kLengths)
             EXPECT_LE(apart(draw(sceneOf(length), camera), wanted, 12), 4u)
-                << "reaching " << length << ", kind " << kind << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=FarVertex.*";
+                << "reaching " << length << ", kind " << kind << "\nTESSERA_SEED=" << seed
+                << " unit_draw --gtest_filter=FarVertex.*";
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_EQ(shown, 100);
     }
 }
 
-// Of each kind, larger and larger: drawn, or named; what else is there stays as it was; and tiles are crops of the one picture.
+// Of each kind, larger and larger: drawn, or named; what else is there stays as it was; and tiles are crops of the one
+// picture.
 TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
     const Vec3d light(-0.3, -0.5, -1);
     for (int kind = 0; kind < 5; ++kind) {
@@ -85,8 +88,13 @@ TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
             FieldDice dice(7);
             ObjectId core;
             if (kind == 0) core = scene.add(makeSphere(0.5, 9));
-            if (kind == 1) core = scene.add(MeshData{.positions = {0, 0, 0, 0.3f, 0.2f, 0}, .primitive = Primitive::kPoints, .pointRadius = 0.2});
-            const MeshData line{.positions = {-0.5f, 0, 0, 0.5f, 0.2f, 0}, .lines = {0, 1}, .primitive = Primitive::kLines, .lineWidth = 4};
+            if (kind == 1)
+                core = scene.add(MeshData{
+                    .positions = {0, 0, 0, 0.3f, 0.2f, 0}, .primitive = Primitive::kPoints, .pointRadius = 0.2});
+            const MeshData line{.positions = {-0.5f, 0, 0, 0.5f, 0.2f, 0},
+                                .lines = {0, 1},
+                                .primitive = Primitive::kLines,
+                                .lineWidth = 4};
             if (kind == 2) core = scene.add(line);
             if (kind == 3) {
                 Particles particles;
@@ -97,7 +105,8 @@ TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
             }
             if (kind == 4) core = scene.addCore(someVolume(dice));
             // Behind the eye as it grows, so that what stands before it stays in sight.
-            scene.addNode(core, scene.addTransform(Vec3d(0, 0, -0.3 - (scale > 1 ? -4 * scale : 0)), Quatd::Identity(), Vec3d::Constant(scale).eval()));
+            scene.addNode(core, scene.addTransform(Vec3d(0, 0, -0.3 - (scale > 1 ? -4 * scale : 0)), Quatd::Identity(),
+                                                   Vec3d::Constant(scale).eval()));
             scene.place(scene.add(makeBox(Vec3d(0.3, 0.3, 0.3))), {0.6, 0.5, 0});
             const Aspect aspect = scene.take();
             const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
@@ -113,12 +122,15 @@ TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
             }
             const Picture one = draw(aspect, camera);
             EXPECT_TRUE(shows(one)) << "kind " << kind << ", scale " << scale;
-            for (const PixelRect& tile : {PixelRect{0, 0, 32, 32}, PixelRect{32, 0, 32, 32}, PixelRect{0, 32, 32, 32}, PixelRect{32, 32, 32, 32}}) {
+            for (const PixelRect& tile : {PixelRect{0, 0, 32, 32}, PixelRect{32, 0, 32, 32}, PixelRect{0, 32, 32, 32},
+                                          PixelRect{32, 32, 32, 32}}) {
                 const auto part = renderer_->draw(aspect, action.run(all, camera, tile, nullptr), camera, tile);
                 ASSERT_TRUE(part);
                 for (int y = 0; y < tile.height; ++y) {
-                    const auto* from = &one.rgb[3 * static_cast<std::size_t>(kSidePx * (kSidePx - tile.y - tile.height + y) + tile.x)];
-                    ASSERT_TRUE(std::equal(from, from + 3 * tile.width, &part->rgb[3 * static_cast<std::size_t>(tile.width * y)]))
+                    const auto* from =
+                        &one.rgb[3 * static_cast<std::size_t>(kSidePx * (kSidePx - tile.y - tile.height + y) + tile.x)];
+                    ASSERT_TRUE(std::equal(from, from + 3 * tile.width,
+                                           &part->rgb[3 * static_cast<std::size_t>(tile.width * y)]))
                         << "kind " << kind << ", scale " << scale;
                 }
             }

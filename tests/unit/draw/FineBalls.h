@@ -1,5 +1,5 @@
-/// Balls as closed meshes of triangles, so fine that the truth lies between two of them: one that lies in the ball, one that
-/// holds it.
+/// Balls as closed meshes of triangles, so fine that the truth lies between two of them: one that lies in the ball, one
+/// that holds it.
 #pragma once
 
 #include <array>
@@ -27,17 +27,20 @@ inline const FineBall& fineBall(int level) {
     if (!ball.corners.empty()) return ball;
     if (level == 0) {
         const double g = (1 + std::sqrt(5.0)) / 2;
-        for (const Vec3d& c : {Vec3d(-1, g, 0), Vec3d(1, g, 0), Vec3d(-1, -g, 0), Vec3d(1, -g, 0), Vec3d(0, -1, g), Vec3d(0, 1, g), Vec3d(0, -1, -g),
-                               Vec3d(0, 1, -g), Vec3d(g, 0, -1), Vec3d(g, 0, 1), Vec3d(-g, 0, -1), Vec3d(-g, 0, 1)})
+        for (const Vec3d& c :
+             {Vec3d(-1, g, 0), Vec3d(1, g, 0), Vec3d(-1, -g, 0), Vec3d(1, -g, 0), Vec3d(0, -1, g), Vec3d(0, 1, g),
+              Vec3d(0, -1, -g), Vec3d(0, 1, -g), Vec3d(g, 0, -1), Vec3d(g, 0, 1), Vec3d(-g, 0, -1), Vec3d(-g, 0, 1)})
             ball.corners.push_back(c.normalized());
-        ball.indices = {0, 11, 5, 0, 5, 1, 0, 1, 7, 0, 7, 10, 0, 10, 11, 1, 5, 9, 5, 11, 4, 11, 10, 2, 10, 7, 6, 7, 1, 8,
-                        3, 9, 4, 3, 4, 2, 3, 2, 6, 3, 6, 8, 3, 8, 9, 4, 9, 5, 2, 4, 11, 6, 2, 10, 8, 6, 7, 9, 8, 1};
+        ball.indices = {0, 11, 5,  0, 5,  1, 0, 1, 7, 0, 7,  10, 0, 10, 11, 1, 5, 9, 5, 11,
+                        4, 11, 10, 2, 10, 7, 6, 7, 1, 8, 3,  9,  4, 3,  4,  2, 3, 2, 6, 3,
+                        6, 8,  3,  8, 9,  4, 9, 5, 2, 4, 11, 6,  2, 10, 8,  6, 7, 9, 8, 1};
     } else {
         const FineBall& coarser = fineBall(level - 1);
         ball.corners = coarser.corners;
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
         const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [at, isNew] = middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(ball.corners.size()));
+            const auto [at, isNew] =
+                middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(ball.corners.size()));
             if (isNew) ball.corners.push_back((ball.corners[a] + ball.corners[b]).normalized());
             return at->second;
         };
@@ -48,7 +51,8 @@ inline const FineBall& fineBall(int level) {
         }
     }
     for (std::size_t i = 0; i < ball.indices.size(); i += 3) {
-        const Vec3d &a = ball.corners[ball.indices[i]], &b = ball.corners[ball.indices[i + 1]], &c = ball.corners[ball.indices[i + 2]];
+        const Vec3d &a = ball.corners[ball.indices[i]], &b = ball.corners[ball.indices[i + 1]],
+                    &c = ball.corners[ball.indices[i + 2]];
         ball.within = std::min(ball.within, std::abs((b - a).cross(c - a).normalized().dot(a)));
     }
     return ball;
@@ -61,22 +65,26 @@ inline int levelFor(double most) {
     return level;
 }
 
-/// Points as such balls, of the point's colour, normal and texture coordinates. `radiusOf`: of each, by its number, that of the mesh's corners; 0: it is
-/// left away.
+/// Points as such balls, of the point's colour, normal and texture coordinates. `radiusOf`: of each, by its number,
+/// that of the mesh's corners; 0: it is left away.
 template <typename RadiusOf>
 MeshData ballsOf(const MeshData& points, int level, const RadiusOf& radiusOf) {
     const FineBall& ball = fineBall(level);
     MeshData mesh;
     const std::size_t count = points.positions.size() / 3;
     const auto repeat = [](const auto& from, auto& to, std::size_t width, std::size_t i) {
-        if (!from.empty()) to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(width * i), from.begin() + static_cast<std::ptrdiff_t>(width * (i + 1)));
+        if (!from.empty())
+            to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(width * i),
+                      from.begin() + static_cast<std::ptrdiff_t>(width * (i + 1)));
     };
     for (std::size_t i = 0; i < count; ++i) {
         const double radius = radiusOf(i);
         if (!(radius > 0)) continue;
         const auto first = static_cast<std::uint32_t>(mesh.positions.size() / 3);
         for (const Vec3d& corner : ball.corners) {
-            for (int k = 0; k < 3; ++k) mesh.positions.push_back(static_cast<float>(double{points.positions[3 * i + static_cast<std::size_t>(k)]} + radius * corner[k]));
+            for (int k = 0; k < 3; ++k)
+                mesh.positions.push_back(static_cast<float>(
+                    double{points.positions[3 * i + static_cast<std::size_t>(k)]} + radius * corner[k]));
             if (points.normals.empty())
                 for (int k = 0; k < 3; ++k) mesh.normals.push_back(static_cast<float>(corner[k]));
             repeat(points.normals, mesh.normals, 3, i);

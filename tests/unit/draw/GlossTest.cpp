@@ -1,4 +1,5 @@
-// Phong's surfaces, and how strongly others reflect (KHR_materials_specular, KHR_materials_ior), beside their formulas in double.
+// Phong's surfaces, and how strongly others reflect (KHR_materials_specular, KHR_materials_ior), beside their formulas
+// in double.
 #include <algorithm>
 #include <cmath>
 
@@ -12,19 +13,23 @@ Vec3d phongOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d& v)
     const double nl = n.dot(l);
     if (nl <= 0) return Vec3d::Zero();
     const double highlight = std::pow(std::max(n.dot((l + v).normalized()), 0.0), static_cast<double>(m.shininess));
-    const Vec3d diffuse = m.baseColor.head<3>().cast<double>(), specular = static_cast<double>(m.specular) * m.specularColor.cast<double>();
+    const Vec3d diffuse = m.baseColor.head<3>().cast<double>(),
+                specular = static_cast<double>(m.specular) * m.specularColor.cast<double>();
     return nl * diffuse + highlight * specular;
 }
 
-/// KHR_materials_specular with KHR_materials_ior: a layer that reflects what Fresnel's term says over a diffuse base; of metal glTF 2.0, B.3.
+/// KHR_materials_specular with KHR_materials_ior: a layer that reflects what Fresnel's term says over a diffuse base;
+/// of metal glTF 2.0, B.3.
 Vec3d reflectedOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d& v) {
     const double nl = n.dot(l), nv = n.dot(v);
     if (nl <= 0) return Vec3d::Zero();
     const Vec3d h = (l + v).normalized(), base = m.baseColor.head<3>().cast<double>();
-    const double grazing = std::pow(1 - v.dot(h), 5), root = (static_cast<double>(m.ior) - 1) / (static_cast<double>(m.ior) + 1);
+    const double grazing = std::pow(1 - v.dot(h), 5),
+                 root = (static_cast<double>(m.ior) - 1) / (static_cast<double>(m.ior) + 1);
     const Vec3d straight = (root * root * m.specularColor.cast<double>()).cwiseMin(1.0);
     const double weight = m.specular;
-    const Vec3d dielectric = weight * (straight + (Vec3d::Ones() - straight) * grazing), metal = base + (Vec3d::Ones() - base) * grazing;
+    const Vec3d dielectric = weight * (straight + (Vec3d::Ones() - straight) * grazing),
+                metal = base + (Vec3d::Ones() - base) * grazing;
     const double alpha2 = std::pow(static_cast<double>(m.roughness), 4), nh = n.dot(h);
     const auto smith = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
     const double lobe = alpha2 / std::pow(nh * nh * (alpha2 - 1) + 1, 2) * 0.5 / (nl * smith(nv) + nv * smith(nl));
@@ -35,9 +40,10 @@ Vec3d reflectedOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d
 class GlossTest : public RendererTest {
 protected:
     static Vec3d towardsEye() { return Vec3d(-0.5 * 3.2 / kSidePx, 0.5 * 3.2 / kSidePx, 2.4).normalized(); }
-    /// A sheet that fills the picture's middle, under one sun; `mapped`: an image says beside it what it says already; `beside`: a thing
-    /// elsewhere in the picture.
-    Rgb shown(Material material, const Vec3d& light, double strength, const Quatd& turned, bool mapped, const Material* beside = nullptr) {
+    /// A sheet that fills the picture's middle, under one sun; `mapped`: an image says beside it what it says already;
+    /// `beside`: a thing elsewhere in the picture.
+    Rgb shown(Material material, const Vec3d& light, double strength, const Quatd& turned, bool mapped,
+              const Material* beside = nullptr) {
         TestScene scene;
         scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero());
         scene.addDirectionalLight(-light, Vec3f::Ones(), static_cast<float>(strength));
@@ -75,7 +81,8 @@ TEST_F(GlossTest, PhongIsOpenGlsFormula) {
                     const Vec3d should = 0.6 * phongOf(material, turn * Vec3d::UnitZ(), light_, towardsEye());
                     bright += should.y() > 0.3;
                     for (const bool mapped : {false, true})
-                        EXPECT_LE(worstOf(shown(material, light_, 0.6, turn, mapped), should), 2) << "shininess " << shininess << ", " << samples << " samples" << (mapped ? ", mapped" : "");
+                        EXPECT_LE(worstOf(shown(material, light_, 0.6, turn, mapped), should), 2)
+                            << "shininess " << shininess << ", " << samples << " samples" << (mapped ? ", mapped" : "");
                 }
     }
     EXPECT_GT(bright, 20);
@@ -92,8 +99,10 @@ TEST_F(GlossTest, ReflectionIsThatOfSpecularColourAndIndex) {
         Vec3f color;
         float ior, metallic;
     };
-    const Case cases[] = {{1, {1, 1, 1}, 1.5f, 0}, {0, {1, 1, 1}, 1.5f, 0}, {0.5f, {1, 1, 1}, 1.5f, 0}, {1, {1, 1, 1}, 1, 0}, {1, {1, 1, 1}, 2.4f, 0},
-                          {1, {1, 0.3f, 0}, 2.0f, 0}, {0.7f, {8, 2, 1}, 1.8f, 0}, {1, {1, 1, 1}, 20, 0}, {1, {0.2f, 1, 1}, 2.4f, 1}, {0, {1, 1, 1}, 1.5f, 1}};
+    const Case cases[] = {{1, {1, 1, 1}, 1.5f, 0},    {0, {1, 1, 1}, 1.5f, 0}, {0.5f, {1, 1, 1}, 1.5f, 0},
+                          {1, {1, 1, 1}, 1, 0},       {1, {1, 1, 1}, 2.4f, 0}, {1, {1, 0.3f, 0}, 2.0f, 0},
+                          {0.7f, {8, 2, 1}, 1.8f, 0}, {1, {1, 1, 1}, 20, 0},   {1, {0.2f, 1, 1}, 2.4f, 1},
+                          {0, {1, 1, 1}, 1.5f, 1}};
     for (const Case& c : cases)
         for (const float roughness : {0.35f, 0.6f, 1.0f})
             for (const Quatd& turn : turns()) {
@@ -103,7 +112,8 @@ TEST_F(GlossTest, ReflectionIsThatOfSpecularColourAndIndex) {
                 material.ior = c.ior;
                 const Vec3d should = 0.5 * reflectedOf(material, turn * Vec3d::UnitZ(), light_, towardsEye());
                 EXPECT_LE(worstOf(shown(material, light_, 0.5, turn, false), should), 2)
-                    << "specular " << c.specular << ' ' << c.color.transpose() << " ior " << c.ior << " metal " << c.metallic << " rough " << roughness;
+                    << "specular " << c.specular << ' ' << c.color.transpose() << " ior " << c.ior << " metal "
+                    << c.metallic << " rough " << roughness;
             }
 }
 
@@ -130,7 +140,8 @@ TEST_F(GlossTest, GlassShinesAsWhatIsSolid) {
             Material glass = solid;
             glass.baseColor.w() = 0.9999f;
             const Rgb is = shown(glass, light_, 0.4, turn, false), should = shown(solid, light_, 0.4, turn, false);
-            EXPECT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}), 2) << is << " and " << should;
+            EXPECT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}), 2)
+                << is << " and " << should;
         }
 }
 

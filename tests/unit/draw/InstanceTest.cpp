@@ -13,9 +13,9 @@ class InstanceTest : public RendererTest {};
 
 enum class As { kShared, kApart, kLarge };
 
-/// Things in random places, many of them in the very same place as another one of another colour. Shared: few cores; apart:
-/// each node has a mesh of its own, which differs from the others' by a vertex that no triangle has; large: by so many
-/// triangles of no area that it is given to GL otherwise.
+/// Things in random places, many of them in the very same place as another one of another colour. Shared: few cores;
+/// apart: each node has a mesh of its own, which differs from the others' by a vertex that no triangle has; large: by
+/// so many triangles of no area that it is given to GL otherwise.
 Aspect randomThings(unsigned seed, As as) {
     std::mt19937 random(seed);
     const auto any = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
@@ -23,7 +23,8 @@ Aspect randomThings(unsigned seed, As as) {
     std::vector<std::pair<MeshData, ObjectId>> kinds;
     for (int i = 0; i < 5; ++i) {
         Material material;
-        material.baseColor = Vec4f(static_cast<float>(any(0, 1)), static_cast<float>(any(0, 1)), 0.5f, i == 4 ? 0.5f : 1);
+        material.baseColor =
+            Vec4f(static_cast<float>(any(0, 1)), static_cast<float>(any(0, 1)), 0.5f, i == 4 ? 0.5f : 1);
         material.doubleSided = i == 1;
         MeshData mesh = i % 2 ? makeBox({1, 1, 1}) : makeTorus(0.5, 0.2, 12, 8);
         if (i == 3) mesh.normals.clear();
@@ -62,12 +63,15 @@ TEST_F(InstanceTest, LookAsIfEachWereDrawnByItself) {
         SCOPED_TRACE(seed);
         restart({.samples = seed % 2 ? 4 : 1});
         const ScreenCamera camera = cameraOf(300, 200);
-        // One order for all: by depth, which looks at no state. That of meshes with another vertex has other boxes: by hand.
+        // One order for all: by depth, which looks at no state. That of meshes with another vertex has other boxes: by
+        // hand.
         const auto listed = [&](const Aspect& aspect) {
             DrawList list = listOf(aspect, camera);
-            std::sort(list.opaque.begin(), list.opaque.end(), [](const DrawItem& a, const DrawItem& b) { return a.node < b.node; });
+            std::sort(list.opaque.begin(), list.opaque.end(),
+                      [](const DrawItem& a, const DrawItem& b) { return a.node < b.node; });
             std::erase_if(list.transparent, [](const DrawItem& item) { return item.sortedCount > 0; });
-            std::sort(list.transparent.begin(), list.transparent.end(), [](const DrawItem& a, const DrawItem& b) { return a.node < b.node; });
+            std::sort(list.transparent.begin(), list.transparent.end(),
+                      [](const DrawItem& a, const DrawItem& b) { return a.node < b.node; });
             return list;
         };
         const Aspect shared = randomThings(seed, As::kShared), apart = randomThings(seed, As::kApart),
@@ -82,7 +86,9 @@ TEST_F(InstanceTest, LookAsIfEachWereDrawnByItself) {
         EXPECT_TRUE(draw(shared) == expected);
         EXPECT_LT(renderer_->lastCounts().glCalls, callsApart);
         EXPECT_TRUE(draw(large) == expected);
-        const auto ids = [&](const Aspect& aspect) { return renderer_->drawNodeIds(aspect, listed(aspect), camera, whole(camera)).value(); };
+        const auto ids = [&](const Aspect& aspect) {
+            return renderer_->drawNodeIds(aspect, listed(aspect), camera, whole(camera)).value();
+        };
         EXPECT_TRUE(ids(shared) == ids(apart));
     }
 }

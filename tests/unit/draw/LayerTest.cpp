@@ -23,16 +23,25 @@ protected:
     static Image ramp() {
         std::vector<std::uint8_t> pixels;
         for (int y = 0; y < kImagePx; ++y)
-            for (int x = 0; x < kImagePx; ++x) pixels.insert(pixels.end(), {static_cast<std::uint8_t>(40 + 6 * x), static_cast<std::uint8_t>(40 + 6 * y), 128, 255});
-        return {.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = kImagePx, .heightPx = kImagePx, .magnification = Image::kNearest, .minification = Image::kNearestAlone};
+            for (int x = 0; x < kImagePx; ++x)
+                pixels.insert(pixels.end(),
+                              {static_cast<std::uint8_t>(40 + 6 * x), static_cast<std::uint8_t>(40 + 6 * y), 128, 255});
+        return {.pixels = Blob::of(std::span<const std::uint8_t>(pixels)),
+                .widthPx = kImagePx,
+                .heightPx = kImagePx,
+                .magnification = Image::kNearest,
+                .minification = Image::kNearestAlone};
     }
-    static Image uniform(const Texel& texel) { return {.pixels = Blob::of(std::span<const std::uint8_t>(texel)), .widthPx = 1, .heightPx = 1}; }
+    static Image uniform(const Texel& texel) {
+        return {.pixels = Blob::of(std::span<const std::uint8_t>(texel)), .widthPx = 1, .heightPx = 1};
+    }
     struct Said {
         Image image;
         TextureLayer layer;
     };
     /// Its own colour, in the picture's middle.
-    Picture shown(const std::vector<Said>& layers, Material material = bare(), const MeshData& mesh = makeSheet(4, 4), const Quatd& turned = Quatd::Identity()) {
+    Picture shown(const std::vector<Said>& layers, Material material = bare(), const MeshData& mesh = makeSheet(4, 4),
+                  const Quatd& turned = Quatd::Identity()) {
         TestScene scene;
         scene.setDark();
         for (Said said : layers) {
@@ -49,8 +58,13 @@ protected:
     }
     /// Colours are kept as bytes of their roots, which are 255 · 2.2 / 2 steps apart at most: 2 of 255.
     static void expectShown(const Rgb& is, const Vec3d& linear, int allowed = 2) {
-        const auto byte = [](double v) { return static_cast<int>(std::lround(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055))); };
-        EXPECT_LE(std::max({std::abs(is.r - byte(linear.x())), std::abs(is.g - byte(linear.y())), std::abs(is.b - byte(linear.z()))}), allowed)
+        const auto byte = [](double v) {
+            return static_cast<int>(
+                std::lround(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055)));
+        };
+        EXPECT_LE(std::max({std::abs(is.r - byte(linear.x())), std::abs(is.g - byte(linear.y())),
+                            std::abs(is.b - byte(linear.z()))}),
+                  allowed)
             << is << " and not " << byte(linear.x()) << ' ' << byte(linear.y()) << ' ' << byte(linear.z());
     }
     /// Where a pixel of `ramp` lies: within its texel, and what rounding makes of its edge.
@@ -59,7 +73,9 @@ protected:
         EXPECT_NEAR(is.g, 40 + 6 * (kImagePx * (v - std::floor(v)) - 0.5), 3 + 2) << "v " << v;
     }
     /// In world coordinates, where the picture's plane shows pixel (x, y).
-    static Vec3d placeOf(int x, int y) { return {3.2 * ((x + 0.5) / kSidePx - 0.5), -3.2 * ((y + 0.5) / kSidePx - 0.5), 0}; }
+    static Vec3d placeOf(int x, int y) {
+        return {3.2 * ((x + 0.5) / kSidePx - 0.5), -3.2 * ((y + 0.5) / kSidePx - 0.5), 0};
+    }
 };
 
 TEST_F(LayerTest, ModesAndStrengthAreAsTheirHeaderSays) {
@@ -68,8 +84,12 @@ TEST_F(LayerTest, ModesAndStrengthAreAsTheirHeaderSays) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         for (const float strength : {0.0f, 0.4f, 1.0f}) {
-            const auto mixed = [&](const Vec3d& made) { return Vec3d(base + static_cast<double>(strength) * (made - base)); };
-            const auto is = [&](std::int64_t mode) { return center(shown({{uniform(texel), {.mode = mode, .strength = strength}}})); };
+            const auto mixed = [&](const Vec3d& made) {
+                return Vec3d(base + static_cast<double>(strength) * (made - base));
+            };
+            const auto is = [&](std::int64_t mode) {
+                return center(shown({{uniform(texel), {.mode = mode, .strength = strength}}}));
+            };
             expectShown(is(TextureLayer::kModulate), mixed(base.cwiseProduct(t)));
             expectShown(is(TextureLayer::kAdd), mixed(base + t).cwiseMin(1.0));
             expectShown(is(TextureLayer::kDecal), mixed(base + (128 / 255.0) * (t - base)));
@@ -79,8 +99,9 @@ TEST_F(LayerTest, ModesAndStrengthAreAsTheirHeaderSays) {
 }
 
 TEST_F(LayerTest, LieOverEachOtherInTheirOrderAndOverTheImageAndTheVerticesColours) {
-    const Said replace{uniform({100, 150, 200, 255}), {.mode = TextureLayer::kReplace, .strength = 0.5f}}, modulate{uniform({128, 255, 128, 255}), {}},
-        add{uniform({30, 30, 30, 255}), {.mode = TextureLayer::kAdd}}, decal{uniform({255, 0, 0, 64}), {.mode = TextureLayer::kDecal}};
+    const Said replace{uniform({100, 150, 200, 255}), {.mode = TextureLayer::kReplace, .strength = 0.5f}},
+        modulate{uniform({128, 255, 128, 255}), {}}, add{uniform({30, 30, 30, 255}), {.mode = TextureLayer::kAdd}},
+        decal{uniform({255, 0, 0, 64}), {.mode = TextureLayer::kDecal}};
     const auto linear = [](const Said& said) {
         const auto bytes = said.image.pixels.as<std::uint8_t>();
         return Vec3d(decoded(bytes[0]), decoded(bytes[1]), decoded(bytes[2]));
@@ -94,7 +115,10 @@ TEST_F(LayerTest, LieOverEachOtherInTheirOrderAndOverTheImageAndTheVerticesColou
         for (const Said* said : order) {
             layers.push_back(*said);
             const Vec3d t = linear(*said);
-            c = said == &replace ? Vec3d(0.5 * c + 0.5 * t) : said == &modulate ? Vec3d(c.cwiseProduct(t)) : said == &add ? Vec3d(c + t) : Vec3d(c + (64 / 255.0) * (t - c));
+            c = said == &replace    ? Vec3d(0.5 * c + 0.5 * t)
+                : said == &modulate ? Vec3d(c.cwiseProduct(t))
+                : said == &add      ? Vec3d(c + t)
+                                    : Vec3d(c + (64 / 255.0) * (t - c));
         }
         expectShown(center(shown(layers)), c);
     } while (++orders < 24 && std::next_permutation(order.begin(), order.end()));
@@ -117,7 +141,8 @@ TEST_F(LayerTest, TexcoordsAndPlacesInTheNodeLieAsTheImageSays) {
     };
     const Picture byTexcoords = shown({{image, {.mode = TextureLayer::kReplace}}});
     const Quatd turned(Eigen::AngleAxisd(0.3, Vec3d::UnitZ()));
-    const Picture byPosition = shown({{image, {.mode = TextureLayer::kReplace, .source = TextureLayer::kPosition}}}, bare(), makeSheet(6, 6), turned);
+    const Picture byPosition = shown({{image, {.mode = TextureLayer::kReplace, .source = TextureLayer::kPosition}}},
+                                     bare(), makeSheet(6, 6), turned);
     for (int y = 3; y < kSidePx; y += 7)
         for (int x = 2; x < kSidePx; x += 5) {
             const Vec3d at = placeOf(x, y);
@@ -134,19 +159,24 @@ TEST_F(LayerTest, SphereMapsAndReflectionsFollowTheNormalAndTheEye) {
     for (const double angle : {-0.9, -0.3, 0.0, 0.5, 1.0}) {
         const Quatd turned(Eigen::AngleAxisd(angle, Vec3d(1, 2, 0.5).normalized()));
         MeshData sheet = makeSheet(1, 1);
-        const Picture sphere = shown({{ramp(), {.mode = TextureLayer::kReplace, .source = TextureLayer::kSphere}}}, bare(), sheet, turned);
-        const Picture around = shown({{ramp(), {.mode = TextureLayer::kReplace, .source = TextureLayer::kReflection}}}, bare(), sheet, turned);
-        const Vec3d n = turned * Vec3d::UnitZ(), v = (Vec3d(0, 0, 2.4) - placeOf(kSidePx / 2, kSidePx / 2)).normalized();
+        const Picture sphere =
+            shown({{ramp(), {.mode = TextureLayer::kReplace, .source = TextureLayer::kSphere}}}, bare(), sheet, turned);
+        const Picture around = shown({{ramp(), {.mode = TextureLayer::kReplace, .source = TextureLayer::kReflection}}},
+                                     bare(), sheet, turned);
+        const Vec3d n = turned * Vec3d::UnitZ(),
+                    v = (Vec3d(0, 0, 2.4) - placeOf(kSidePx / 2, kSidePx / 2)).normalized();
         const Vec3d right = Vec3d::UnitY().cross(v).normalized(), up = v.cross(right);
         expectAt(center(sphere), 0.5 + 0.5 * n.dot(right), 0.5 - 0.5 * n.dot(up));
         const Vec3d r = 2 * n.dot(v) * n - v;
-        expectAt(center(around), 0.5 + std::atan2(r.x(), -r.z()) / (2 * std::numbers::pi), std::acos(r.y()) / std::numbers::pi);
+        expectAt(center(around), 0.5 + std::atan2(r.x(), -r.z()) / (2 * std::numbers::pi),
+                 std::acos(r.y()) / std::numbers::pi);
     }
 }
 
 // The sides of a picture of all around meet without a line, mipmaps and all.
 TEST_F(LayerTest, APictureOfAllAroundHasNoSeam) {
-    // Grey, with a single dark column opposite of its sides: a line of a coarse mipmap would be darker than its neighbours.
+    // Grey, with a single dark column opposite of its sides: a line of a coarse mipmap would be darker than its
+    // neighbours.
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 64; ++x) {
@@ -155,7 +185,8 @@ TEST_F(LayerTest, APictureOfAllAroundHasNoSeam) {
         }
     const Image image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 64, .heightPx = 32};
     // A ball mirrors +Z, the sides of the picture, in its middle.
-    const Picture picture = shown({{image, {.mode = TextureLayer::kReplace, .source = TextureLayer::kReflection}}}, bare(), makeSphere(1, 64));
+    const Picture picture = shown({{image, {.mode = TextureLayer::kReplace, .source = TextureLayer::kReflection}}},
+                                  bare(), makeSphere(1, 64));
     for (int y = 24; y < 40; ++y)
         for (int x = 26; x < 38; ++x) EXPECT_NEAR(pixel(picture, x, y).g, 200, 2) << x << ' ' << y;
 }
@@ -165,7 +196,8 @@ TEST_F(LayerTest, CoverWhatTheBaseColourCoversAlone) {
     glass.baseColor.w() = 0.5f;
     Material cut = bare();
     cut.alphaMode = Material::kMask;
-    const Said clear{uniform({255, 0, 0, 0}), {.mode = TextureLayer::kDecal}}, solid{uniform({0, 255, 0, 255}), {.mode = TextureLayer::kReplace}};
+    const Said clear{uniform({255, 0, 0, 0}), {.mode = TextureLayer::kDecal}},
+        solid{uniform({0, 255, 0, 255}), {.mode = TextureLayer::kReplace}};
     expectNear(center(shown({clear}, glass)), center(shown({}, glass)));
     expectNear(center(shown({clear}, cut)), center(shown({}, cut)));
     Material green = glass;
@@ -201,8 +233,10 @@ TEST_F(LayerTest, TilesArePartsOfThePicture) {
     Material material;
     material.normalImage = scene.add(uniform({150, 110, 240, 255}));
     material.roughness = 0.3f;
-    for (const std::int64_t source : {TextureLayer::kTexcoords, TextureLayer::kSphere, TextureLayer::kReflection, TextureLayer::kPosition})
-        material.layers.push_back(scene.addCore(TextureLayer{.image = scene.add(ramp()), .mode = source, .strength = 0.6f, .source = source}));
+    for (const std::int64_t source :
+         {TextureLayer::kTexcoords, TextureLayer::kSphere, TextureLayer::kReflection, TextureLayer::kPosition})
+        material.layers.push_back(scene.addCore(
+            TextureLayer{.image = scene.add(ramp()), .mode = source, .strength = 0.6f, .source = source}));
     Material glass = material;
     glass.baseColor.w() = 0.6f;
     scene.place(scene.add(makeSphere(0.9, 30), scene.add(material)), {-0.4, 0, -1});

@@ -77,7 +77,8 @@ Aspect randomHall(Random& random, int lights) {
 TEST_F(LightTest, WhatClustersLeaveAwayGivesNothing) {
     int lit = 0;
     for (unsigned seed = seedOr(1), end = std::getenv("TESSERA_SEED") ? seed + 1 : 17; seed < end; ++seed) {
-        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " unit_draw --gtest_filter=LightTest.WhatClusters*");
+        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                        << " unit_draw --gtest_filter=LightTest.WhatClusters*");
         Random random(seed);
         const int lights = std::array{1, 5, 40, 300}[static_cast<std::size_t>(random.below(4))];
         const Aspect aspect = randomHall(random, lights);
@@ -86,7 +87,8 @@ TEST_F(LightTest, WhatClustersLeaveAwayGivesNothing) {
         view.orientation = Quatd(Eigen::AngleAxisd(random.between(-0.6, 0.6), Vec3d(0.2, 1, 0.1).normalized()));
         view.worldUnitsPerMetre = std::exp(random.between(-0.7, 0.7));
         // Two cells wide; the eye beside the middle.
-        const ScreenCamera camera = cameraOf(1400, 330, Vec3d(random.between(-1, 1), random.between(-0.3, 0.3), 2.0), 3.2, view);
+        const ScreenCamera camera =
+            cameraOf(1400, 330, Vec3d(random.between(-1, 1), random.between(-0.3, 0.3), 2.0), 3.2, view);
         const PixelRect part{.x = random.below(900), .y = random.below(100), .width = 500, .height = 230};
         const int samples = random.below(2) ? 4 : 1;
         const Picture clustered = drawPart(aspect, camera, part, {.samples = samples});
@@ -102,13 +104,17 @@ TEST(LightClusters, NameWhoeverReachesAPixel) {
     Random random(seedOr(5));
     std::size_t reached = 0, named = 0;
     for (int round = 0; round < 40; ++round) {
-        const View view{.position = random.in(3), .orientation = Quatd(Eigen::AngleAxisd(random.between(-3, 3), random.in(1).normalized())),
+        const View view{.position = random.in(3),
+                        .orientation = Quatd(Eigen::AngleAxisd(random.between(-3, 3), random.in(1).normalized())),
                         .worldUnitsPerMetre = std::exp(random.between(-3, 3))};
-        const ScreenCamera screen = cameraOf(2300, 1300, {random.between(-1, 1), random.between(-1, 1), 1.5}, 3.2, view);
+        const ScreenCamera screen =
+            cameraOf(2300, 1300, {random.between(-1, 1), random.between(-1, 1), 1.5}, 3.2, view);
         std::vector<LightItem> lights(200);
         for (LightItem& light : lights) {
             light.kind = random.below(2) ? LightItem::Kind::kSpot : LightItem::Kind::kPoint;
-            light.position = view.position + view.worldUnitsPerMetre * (view.orientation * Vec3d(random.between(-9, 9), random.between(-6, 6), random.between(-30, 3)));
+            light.position = view.position + view.worldUnitsPerMetre *
+                                                 (view.orientation * Vec3d(random.between(-9, 9), random.between(-6, 6),
+                                                                           random.between(-30, 3)));
             light.direction = random.in(1).normalized();
             light.outerAngle = static_cast<float>(random.between(0.01, 1.57));
             light.range = static_cast<float>(view.worldUnitsPerMetre * std::exp(random.between(-3, 2.5)));
@@ -126,15 +132,19 @@ TEST(LightClusters, NameWhoeverReachesAPixel) {
                 const Vec3d towards = ray.head<3>() / ray.w();
                 const double depth = std::exp(random.between(-3, 3.6));
                 const Vec3d point = towards * (depth / -towards.z());
-                const int slice = std::clamp(static_cast<int>(std::floor(std::log2(static_cast<float>(depth)) * scale + offset)), 0, 31);
-                const auto cluster = static_cast<std::size_t>((slice * 9 + static_cast<int>(y) / 64) * 16 + static_cast<int>(x) / 64);
+                const int slice = std::clamp(
+                    static_cast<int>(std::floor(std::log2(static_cast<float>(depth)) * scale + offset)), 0, 31);
+                const auto cluster =
+                    static_cast<std::size_t>((slice * 9 + static_cast<int>(y) / 64) * 16 + static_cast<int>(x) / 64);
                 const std::uint32_t from = clusters.lists()[2 * cluster], count = clusters.lists()[2 * cluster + 1];
                 named += count;
                 for (std::uint32_t k = 0; k < lights.size(); ++k) {
                     const Vec3d away = point - screen.eye_T_world * lights[k].position;
                     if (away.norm() >= lights[k].range / view.worldUnitsPerMetre) continue;
                     const Vec3d axis = (screen.eye_T_world.linear() * lights[k].direction).normalized();
-                    if (lights[k].kind == LightItem::Kind::kSpot && away.normalized().dot(axis) < std::cos(lights[k].outerAngle)) continue;
+                    if (lights[k].kind == LightItem::Kind::kSpot &&
+                        away.normalized().dot(axis) < std::cos(lights[k].outerAngle))
+                        continue;
                     ++reached;
                     bool found = false;
                     for (std::uint32_t at = 0; at < count; ++at) found = found || clusters.lists()[from + at] == k;
@@ -154,7 +164,8 @@ TEST_F(LightTest, AHundredWeakLightsAreOneStrongOne) {
         Material matt;
         matt.baseColor = Vec4f(0.7f, 0.7f, 0.7f, 1);
         scene.place(scene.add(makeSheet(9, 9), scene.add(matt)), {0, 0, -3});
-        for (int i = 0; i < count; ++i) scene.addPointLight({0, 0, -1.5}, Vec3f::Ones(), 1.0f / static_cast<float>(count), range);
+        for (int i = 0; i < count; ++i)
+            scene.addPointLight({0, 0, -1.5}, Vec3f::Ones(), 1.0f / static_cast<float>(count), range);
         return center(draw(scene));
     };
     for (const float range : {0.0f, 4.0f}) {
@@ -164,7 +175,8 @@ TEST_F(LightTest, AHundredWeakLightsAreOneStrongOne) {
     }
 }
 
-/// What is infinitely far away has a way of its own as long as nothing else is there: a dark lamp somewhere takes it away.
+/// What is infinitely far away has a way of its own as long as nothing else is there: a dark lamp somewhere takes it
+/// away.
 TEST_F(LightTest, SunsShineAloneAsAmongOthers) {
     Random random(seedOr(11));
     int lit = 0;
@@ -210,7 +222,8 @@ TEST_F(LightTest, PointsAndSpotsFallOffAsGltfSays) {
     };
     for (int i = 0; i < 60; ++i) {
         const double distance = std::exp(random.between(1.5, 3)), range = i % 3 ? distance * random.between(0.9, 3) : 0;
-        const double outer = random.between(0.1, 1.4), inner = outer * random.between(0, 0.95), angle = outer * random.between(0, 1.1);
+        const double outer = random.between(0.1, 1.4), inner = outer * random.between(0, 0.95),
+                     angle = outer * random.between(0, 1.1);
         const bool spot = i % 2;
         // What the pixel beside the middle shows, as the eye at 2.4 before the screen sees it.
         const double beside = 0.5 * (3.2 / kSidePx) * (5.4 / 2.4);
@@ -218,12 +231,12 @@ TEST_F(LightTest, PointsAndSpotsFallOffAsGltfSays) {
         const Vec3d axis(std::sin(angle), 0, -std::cos(angle));
         const double x = way.norm() / range, cosine = way.normalized().dot(axis);
         const double window = range > 0 ? std::clamp(1 - x * x * x * x, 0.0, 1.0) : 1;
-        const double cone = std::clamp((cosine - std::cos(outer)) / std::max(0.001, std::cos(inner) - std::cos(outer)), 0.0, 1.0);
+        const double cone =
+            std::clamp((cosine - std::cos(outer)) / std::max(0.001, std::cos(inner) - std::cos(outer)), 0.0, 1.0);
         const double arrives = 0.8 * distance * distance / way.squaredNorm() * window * (spot ? cone * cone : 1);
         const auto strength = static_cast<float>(0.8 * distance * distance);
-        const Rgb wanted = shade([&](TestScene& scene) {
-            scene.addDirectionalLight(way, Vec3f::Ones(), static_cast<float>(arrives));
-        });
+        const Rgb wanted = shade(
+            [&](TestScene& scene) { scene.addDirectionalLight(way, Vec3f::Ones(), static_cast<float>(arrives)); });
         const Rgb is = shade([&](TestScene& scene) {
             if (spot)
                 scene.addSpotLight(at, axis, Vec3f::Ones(), strength, static_cast<float>(inner),
@@ -231,8 +244,8 @@ TEST_F(LightTest, PointsAndSpotsFallOffAsGltfSays) {
             else
                 scene.addPointLight(at, Vec3f::Ones(), strength, static_cast<float>(range));
         });
-        EXPECT_NEAR(is.g, wanted.g, 1) << "distance " << distance << " range " << range << " angle " << angle
-                                                  << " of " << inner << " to " << outer;
+        EXPECT_NEAR(is.g, wanted.g, 1) << "distance " << distance << " range " << range << " angle " << angle << " of "
+                                       << inner << " to " << outer;
     }
 }
 
@@ -252,9 +265,11 @@ TEST_F(LightTest, LightsFallOffAsTheirAttenuationSays) {
     for (int i = 0; i < 30; ++i) {
         const double distance = std::exp(random.between(1.5, 3)), beside = 0.5 * (3.2 / kSidePx) * (5.4 / 2.4);
         const Vec3d at(0, 0, -3 + distance), way = Vec3d(beside, -beside, -3) - at;
-        Vec3d attenuation(i & 1 ? random.between(0.1, 3) : 0, i & 2 ? random.between(0.1, 3) : 0, i & 4 ? random.between(0.1, 3) : 0);
+        Vec3d attenuation(i & 1 ? random.between(0.1, 3) : 0, i & 2 ? random.between(0.1, 3) : 0,
+                          i & 4 ? random.between(0.1, 3) : 0);
         const double d = way.norm();
-        const double fallen = attenuation.isZero() ? 1 : 1 / (attenuation.x() + attenuation.y() * d + attenuation.z() * d * d);
+        const double fallen =
+            attenuation.isZero() ? 1 : 1 / (attenuation.x() + attenuation.y() * d + attenuation.z() * d * d);
         const auto strength = static_cast<float>(0.8 / fallen);
         const Rgb wanted = shade([&](TestScene& scene) { scene.addDirectionalLight(way, Vec3f::Ones(), 0.8f); });
         const Rgb is = shade([&](TestScene& scene) {
@@ -272,12 +287,14 @@ TEST(LightClusters, AttenuationIsInWorldUnitsWhateverTheScale) {
         const ScreenCamera screen = cameraOf(2300, 1300, {0, 0, 1.5}, 3.2, view);
         LightItem light;
         light.kind = LightItem::Kind::kPoint;
-        light.attenuation = Vec3f(static_cast<float>(random.between(0, 2)), static_cast<float>(random.between(0, 2)), static_cast<float>(i % 2 ? random.between(0, 2) : 0));
+        light.attenuation = Vec3f(static_cast<float>(random.between(0, 2)), static_cast<float>(random.between(0, 2)),
+                                  static_cast<float>(i % 2 ? random.between(0, 2) : 0));
         LightClusters clusters;
         clusters.collect(std::span(&light, 1), screen);
         const LightTexels& texels = clusters.lights()[0];
         const double world = std::exp(random.between(-3, 6)), metres = world / view.worldUnitsPerMetre;
-        const double shader = texels.radiance[0] / (texels.falloff[0] + texels.falloff[1] * metres + texels.falloff[2] * metres * metres);
+        const double shader =
+            texels.radiance[0] / (texels.falloff[0] + texels.falloff[1] * metres + texels.falloff[2] * metres * metres);
         const Vec3d said = light.attenuation.cast<double>();
         const double wanted = 1 / (said.x() + said.y() * world + said.z() * world * world);
         ASSERT_NEAR(shader / wanted, 1, 1e-5);
@@ -331,7 +348,8 @@ TEST_F(LightTest, FallsTheSameWayHoweverFarAwayAndLargeAllIs) {
         EXPECT_GT(center(picture).r, 30) << scale;
         if (!near) near = picture;
         for (int y = 4; y < kSidePx; y += 8)
-            for (int x = 4; x < kSidePx; x += 8) EXPECT_NEAR(pixel(picture, x, y).r, pixel(*near, x, y).r, 2) << scale << " at " << x << ' ' << y;
+            for (int x = 4; x < kSidePx; x += 8)
+                EXPECT_NEAR(pixel(picture, x, y).r, pixel(*near, x, y).r, 2) << scale << " at " << x << ' ' << y;
     }
 }
 

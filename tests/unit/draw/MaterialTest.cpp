@@ -9,55 +9,11 @@
 #include <set>
 #include <tuple>
 
-#include "tests/unit/draw/RendererStage.h"
+#include "tests/unit/draw/MaterialStage.h"
 #include "tests/unit/draw/ShadedSurface.h"
 
 namespace tessera {
 namespace {
-
-using Rgba = std::array<std::uint8_t, 4>;
-
-/// An image whose pixel is what `of` says at its column and row.
-Image imageOf(int side, const std::function<Rgba(int, int)>& of) {
-    std::vector<std::uint8_t> pixels;
-    for (int y = 0; y < side; ++y)
-        for (int x = 0; x < side; ++x) {
-            const Rgba value = of(x, y);
-            pixels.insert(pixels.end(), value.begin(), value.end());
-        }
-    return {.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = side, .heightPx = side};
-}
-Image plain(const Rgba& value) {
-    return imageOf(2, [&](int, int) { return value; });
-}
-
-double linearOf(int srgb) {
-    const double s = srgb / 255.0;
-    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-}
-
-class MaterialTest : public RendererTest {
-protected:
-    /// A sheet that is as large as the picture at the wall's plane, seen from in front, with light from `light` alone.
-    TestScene lit(const Vec3d& light, float intensity = 0.5f) {
-        TestScene scene;
-        scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero());
-        scene.addDirectionalLight(-light, Vec3f::Ones(), intensity);
-        return scene;
-    }
-    static Material of(const Vec3d& base) {
-        Material material;
-        material.baseColor << base.cast<float>(), 1.0f;
-        material.roughness = 1;
-        return material;
-    }
-    Rgb middleOf(TestScene& scene, const Material& material, const Quatd& turned = Quatd::Identity()) {
-        scene.place(scene.add(makeSheet(1.0, 1.0), scene.add(material)), {0, 0, -0.001}, turned);
-        return center(draw(scene));
-    }
-    /// From the middle of the pixel that `center` looks at.
-    static Vec3d towardsEye() { return Vec3d(-0.5 * 3.2 / kSidePx, 0.5 * 3.2 / kSidePx, 2.4).normalized(); }
-};
 
 TEST_F(MaterialTest, MetalAndRoughnessAreThoseOfTheFormulas) {
     const Vec3d light = Vec3d(0.5, 0.4, 0.8).normalized();
@@ -74,7 +30,8 @@ TEST_F(MaterialTest, MetalAndRoughnessAreThoseOfTheFormulas) {
                 const Rgb is = middleOf(scene, material, turn);
                 const Rgb should =
                     expectedOf((0.5 * surface.reflected(turn * Vec3d::UnitZ(), light, towardsEye())).cast<float>());
-                for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) worst = std::max(worst, std::abs(off));
+                for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b})
+                    worst = std::max(worst, std::abs(off));
             }
     // The shader takes Hammon's approximation of the visibility: at most 2 of 255 here.
     EXPECT_LE(worst, 2);
@@ -119,8 +76,8 @@ TEST_F(MaterialTest, EmissionIsAsBrightAsItIs) {
     }
 }
 
-// Samples of one surface whose material images differ: sorting pixels by whether their samples are alike must look at what
-// images say, too. Two triangles fill the picture, alike but for the light that an image lets them give.
+// Samples of one surface whose material images differ: sorting pixels by whether their samples are alike must look at
+// what images say, too. Two triangles fill the picture, alike but for the light that an image lets them give.
 TEST_F(MaterialTest, APixelBetweenTwoEmissionsHasTheirMean) {
     restart({.samples = 4});
     const std::array<std::uint8_t, 8> halves{0, 0, 0, 255, 255, 255, 255, 255};
@@ -203,7 +160,8 @@ TEST_F(MaterialTest, NormalMapsTiltAlongTheTextureCoordinates) {
                 scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.001}, turn);
                 Vec3d n = turn * (inMap.x() * c.alongU + inMap.y() * c.againstV + inMap.z() * Vec3d::UnitZ());
                 if (fromBehind) n = -n;  // glTF: back faces have their normals reversed
-                SCOPED_TRACE(testing::Message() << c.name << (normals ? "" : ", faceted") << (fromBehind ? ", from behind" : ""));
+                SCOPED_TRACE(testing::Message()
+                             << c.name << (normals ? "" : ", faceted") << (fromBehind ? ", from behind" : ""));
                 const Rgb is = center(draw(scene));
                 const Rgb should = expectedOf((0.7 * surface.reflected(n, light, towardsEye())).cast<float>());
                 EXPECT_NEAR(is.g, should.g, 2);
@@ -220,146 +178,8 @@ TEST_F(MaterialTest, NormalScaleFlattensAndZeroIsFlat) {
         const Vec3d n(scale * (191 / 127.5 - 1), scale * (127 / 127.5 - 1), 230 / 127.5 - 1);
         const Shaded surface{.base = {0.6, 0.6, 0.6}};
         const Rgb is = middleOf(scene, material);
-        EXPECT_NEAR(is.g, expectedOf((0.7 * surface.reflected(n.normalized(), light, towardsEye())).cast<float>()).g, 3);
-    }
-}
-
-/// A picture that shows an image by its own light, on a sheet that fills it: u to the right, v down, 0 to 1.
-class PlacedImageTest : public MaterialTest {
-protected:
-    static constexpr int kImagePx = 8;
-    static Rgba colorOf(int x, int y) {
-        return {static_cast<std::uint8_t>(25 * x + 20), static_cast<std::uint8_t>(25 * y + 20),
-                static_cast<std::uint8_t>((x * 5 + y * 3) % 8 * 25), 255};
-    }
-    static Image numbered() { return imageOf(kImagePx, colorOf); }
-    static MeshData sheetOf(const std::function<Vec2f(Vec2f)>& texcoord, bool second) {
-        MeshData sheet = makeSheet(3.2, 3.2);
-        std::vector<float> set;
-        for (std::size_t i = 0; i < sheet.texcoords.size(); i += 2) {
-            const Vec2f uv = texcoord({sheet.texcoords[i], sheet.texcoords[i + 1]});
-            set.insert(set.end(), {uv.x(), uv.y()});
-        }
-        (second ? sheet.texcoords1 : sheet.texcoords) = set;
-        return sheet;
-    }
-    Picture shown(const Image& image, const MeshData& sheet) {
-        TestScene scene;
-        scene.setDark();
-        Material material = of({0, 0, 0});
-        material.emissive = Vec3f::Ones();
-        material.emissiveImage = scene.add(image);
-        scene.place(scene.add(sheet, scene.add(material)), {0, 0, -0.0001});
-        return draw(scene);
-    }
-    /// Each pixel beside the image's own nearest pixel at `place` of its texture coordinates; but for pixels whose place
-    /// lies within a twentieth of the image's pixel from another one.
-    static void expectPlaced(const Picture& picture, const std::function<Vec2d(Vec2d)>& place) {
-        int compared = 0;
-        for (int y = 1; y < kSidePx - 1; ++y)
-            for (int x = 1; x < kSidePx - 1; ++x) {
-                const Vec2d at = kImagePx * place({(x + 0.5) / kSidePx, (y + 0.5) / kSidePx});
-                const Vec2d within = at - at.array().floor().matrix();
-                if (within.minCoeff() < 0.05 || within.maxCoeff() > 0.95) continue;
-                const auto wrapped = [](double v) {
-                    const int i = static_cast<int>(std::floor(v)) % kImagePx;
-                    return i < 0 ? i + kImagePx : i;
-                };
-                const Rgba color = colorOf(wrapped(at.x()), wrapped(at.y()));
-                const Vec3d linear(linearOf(color[0]), linearOf(color[1]), linearOf(color[2]));
-                ++compared;
-                const Rgb is = pixel(picture, x, y), should = expectedOf(linear.cast<float>());
-                // Colours are kept with 9 bits of the brightest one.
-                ASSERT_LE(std::max({std::abs(is.r - should.r), std::abs(is.g - should.g), std::abs(is.b - should.b)}), 3)
-                    << x << ' ' << y << ": " << is << " instead of " << should;
-            }
-        EXPECT_GT(compared, 1000);
-    }
-};
-
-TEST_F(PlacedImageTest, ScaledThenTurnedThenMoved) {
-    std::mt19937 random(20);
-    std::uniform_real_distribution<float> any(-3, 3);
-    for (int i = 0; i < 12; ++i) {
-        Image image = numbered();
-        image.magnification = Image::kNearest;
-        image.minification = Image::kNearestAlone;
-        image.offset = {any(random), any(random)};
-        image.scale = {any(random), any(random)};
-        image.rotation = i == 0 ? 0 : any(random);
-        const Picture picture = shown(image, sheetOf([](Vec2f uv) { return uv; }, false));
-        // KHR_texture_transform: T · R · S. Counter-clockwise where v points down.
-        const Eigen::Rotation2Dd turn(-static_cast<double>(image.rotation));
-        expectPlaced(picture, [&](const Vec2d& uv) {
-            return Vec2d(turn * uv.cwiseProduct(image.scale.cast<double>()) + image.offset.cast<double>());
-        });
-        if (HasFatalFailure()) return;
-    }
-}
-
-TEST_F(PlacedImageTest, ByTheSecondTextureCoordinatesWhereItAsks) {
-    Image image = numbered();
-    image.magnification = Image::kNearest;
-    image.texcoordSet = 1;
-    MeshData sheet = sheetOf([](const Vec2f& uv) { return Vec2f(uv.y(), 2 * uv.x()); }, true);
-    expectPlaced(shown(image, sheet), [](const Vec2d& uv) { return Vec2d(uv.y(), 2 * uv.x()); });
-    // A mesh without a second set shows one place of the image.
-    sheet.texcoords1.clear();
-    const Picture one = shown(image, sheet);
-    EXPECT_EQ(pixel(one, 5, 5).r, pixel(one, 60, 40).r);
-}
-
-TEST_F(PlacedImageTest, RepeatsClampsAndMirrors) {
-    const auto wrap = [](std::int64_t how, double v) {
-        if (how == Image::kClamp) return std::clamp(v, 0.06, 0.94);
-        if (how == Image::kRepeat) return v;
-        const double two = v - 2 * std::floor(v / 2);
-        return two < 1 ? two : 2 - two;
-    };
-    for (const std::int64_t u : {Image::kRepeat, Image::kClamp, Image::kMirror})
-        for (const std::int64_t v : {Image::kRepeat, Image::kClamp, Image::kMirror}) {
-            Image image = numbered();
-            image.magnification = Image::kNearest;
-            image.minification = Image::kNearestAlone;
-            image.wrapU = u;
-            image.wrapV = v;
-            const Picture picture = shown(image, sheetOf([](const Vec2f& uv) { return Vec2f(3 * uv.x() - 1, 3 * uv.y() - 1.5f); }, false));
-            expectPlaced(picture, [&](const Vec2d& uv) { return Vec2d(wrap(u, 3 * uv.x() - 1), wrap(v, 3 * uv.y() - 1.5)); });
-            if (HasFatalFailure()) return;
-        }
-}
-
-TEST_F(PlacedImageTest, FiltersAsItIsTold) {
-    // Two columns, black and white: linear makes a slope of them, nearest an edge.
-    const Image halves = imageOf(2, [](int x, int) {
-        const auto v = static_cast<std::uint8_t>(x == 0 ? 0 : 255);
-        return Rgba{v, v, v, 255};
-    });
-    const MeshData sheet = sheetOf([](const Vec2f& uv) { return uv; }, false);
-    for (const std::int64_t how : {Image::kLinear, Image::kNearest}) {
-        Image image = halves;
-        image.magnification = how;
-        std::set<int> tones;
-        const Picture picture = shown(image, sheet);
-        for (int x = 20; x < 44; ++x) tones.insert(pixel(picture, x, 30).g);
-        EXPECT_EQ(tones.size() > 5, how == Image::kLinear);
-    }
-    // A checkerboard of single pixels, made small: grey where levels are used, black and white where not.
-    const Image board = imageOf(256, [](int x, int y) {
-        const auto v = static_cast<std::uint8_t>((x ^ y) & 1 ? 255 : 0);
-        return Rgba{v, v, v, 255};
-    });
-    for (const std::int64_t how : {Image::kTrilinear, Image::kNearestAlone, Image::kNearestOfNearest, Image::kLinearOfNearest,
-                                   Image::kNearestOfTwo}) {
-        Image image = board;
-        image.minification = how;
-        const Picture picture = shown(image, sheet);
-        int grey = 0;
-        for (int x = 8; x < 56; ++x) {
-            const int tone = pixel(picture, x, 31).g;
-            grey += tone > 100 && tone < 230;
-        }
-        EXPECT_EQ(grey > 40, how != Image::kNearestAlone) << how;
+        EXPECT_NEAR(is.g, expectedOf((0.7 * surface.reflected(n.normalized(), light, towardsEye())).cast<float>()).g,
+                    3);
     }
 }
 
@@ -374,7 +194,9 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
         material.baseColor.w() = own;
         material.alphaMode = mode;
         material.alphaCutoff = cutoff;
-        Image image = imageOf(2, [](int x, int) { return Rgba{255, 255, 255, static_cast<std::uint8_t>(x == 0 ? 51 : 179)}; });
+        Image image = imageOf(2, [](int x, int) {
+            return Rgba{255, 255, 255, static_cast<std::uint8_t>(x == 0 ? 51 : 179)};
+        });
         image.magnification = Image::kNearest;
         material.baseColorImage = scene.add(image);
         scene.place(scene.add(makeSheet(3.2, 3.2), scene.add(material)), {0, 0, -0.001});
@@ -383,7 +205,8 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
     };
     const Rgb red = expectedOf({0.5f, 0, 0}), green = expectedOf({0, 0.5f, 0});
     const auto mixed = [&](double alpha) {
-        return Rgb{static_cast<int>(std::lround(alpha * red.r)), static_cast<int>(std::lround((1 - alpha) * green.g)), 0};
+        return Rgb{static_cast<int>(std::lround(alpha * red.r)), static_cast<int>(std::lround((1 - alpha) * green.g)),
+                   0};
     };
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
@@ -410,8 +233,11 @@ TEST_F(MaterialTest, AlphaMeansWhatItsModeSays) {
 TEST_F(MaterialTest, WhatIsAsOpaqueAsTheCutoffIsThere) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
-        for (const auto& [own, cutoff, there] :
-             {std::tuple(1.0f, 1.0f, true), {0.5f, 0.5f, true}, {0.5f, 0.51f, false}, {1.0f, 1.5f, false}, {0.0f, 0.0f, true}}) {
+        for (const auto& [own, cutoff, there] : {std::tuple(1.0f, 1.0f, true),
+                                                 {0.5f, 0.5f, true},
+                                                 {0.5f, 0.51f, false},
+                                                 {1.0f, 1.5f, false},
+                                                 {0.0f, 0.0f, true}}) {
             TestScene scene;
             scene.setDark(Vec3f(0, 0.5f, 0));
             Material material = unlit({0.5f, 0, 0});
@@ -470,7 +296,9 @@ TEST_F(MaterialTest, UnlitIsItsBaseColourAndNoLightChangesIt) {
             material.alphaMode = glass ? Material::kBlend : Material::kAutoAlpha;
             material.baseColor.w() = glass ? 0.99f : 1.0f;
             const Rgb is = middleOf(scene, material);
-            const auto byte = [](double v) { return static_cast<int>(std::lround(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055))); };
+            const auto byte = [](double v) {
+                return static_cast<int>(std::lround(255 * (1.055 * std::pow(v, 1 / 2.4) - 0.055)));
+            };
             // Not even white is toned down.
             EXPECT_NEAR(is.r, 255, glass ? 3 : 1);
             EXPECT_NEAR(is.g, byte(0.5), glass ? 3 : 1);
@@ -482,7 +310,8 @@ TEST_F(MaterialTest, LacquerAddsALayerOfItsOwn) {
     const Vec3d light = Vec3d(0.3, 0.2, 0.9).normalized();
     for (const double coat : {0.5, 1.0})
         for (const double roughness : {0.3, 0.6}) {
-            const Shaded surface{.base = {0.7, 0.1, 0.1}, .roughness = 0.9, .clearcoat = coat, .clearcoatRoughness = roughness};
+            const Shaded surface{
+                .base = {0.7, 0.1, 0.1}, .roughness = 0.9, .clearcoat = coat, .clearcoatRoughness = roughness};
             Material material = of(surface.base);
             material.roughness = 0.9f;
             material.clearcoat = static_cast<float>(coat);
@@ -515,8 +344,8 @@ TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
     EXPECT_NEAR(behind(1, {1, 1, 1}, 1).g, 0, 1) << "metals let nothing through";
 }
 
-/// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through (KHR_materials_transmission) takes nothing of what is
-/// reflected.
+/// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through
+/// (KHR_materials_transmission) takes nothing of what is reflected.
 TEST_F(MaterialTest, AlphaWeakensAllOfASurfaceAndTransmissionLeavesItsHighlights) {
     const Vec3d light = Vec3d(0.1, 0.3, 0.9).normalized();
     const Vec3f behind(0.05f, 0.2f, 0.4f);
@@ -534,17 +363,22 @@ TEST_F(MaterialTest, AlphaWeakensAllOfASurfaceAndTransmissionLeavesItsHighlights
         return middleOf(scene, material);
     };
     const auto over = [&](const Rgb& c, float alpha) {
-        const auto mixed = [alpha](int front, int back) { return static_cast<int>(std::lround(alpha * static_cast<float>(front) + (1 - alpha) * static_cast<float>(back))); };
+        const auto mixed = [alpha](int front, int back) {
+            return static_cast<int>(
+                std::lround(alpha * static_cast<float>(front) + (1 - alpha) * static_cast<float>(back)));
+        };
         return Rgb{mixed(c.r, background.r), mixed(c.g, background.g), mixed(c.b, background.b)};
     };
     const auto expectWithin2 = [](const Rgb& is, const Rgb& should, double metallic, float alpha) {
-        for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b}) EXPECT_LE(std::abs(off), 2) << is << " for " << should << ", metallic " << metallic << ", alpha " << alpha;
+        for (const int off : {is.r - should.r, is.g - should.g, is.b - should.b})
+            EXPECT_LE(std::abs(off), 2) << is << " for " << should << ", metallic " << metallic << ", alpha " << alpha;
     };
     for (const double metallic : {0.0, 0.5, 1.0}) {
         const Shaded surface{.base = {0.8, 0.5, 0.2}, .metallic = metallic, .roughness = 0.5};
         const Rgb solid = expectedOf((0.5 * surface.reflected(Vec3d::UnitZ(), light, towardsEye())).cast<float>());
         EXPECT_GT(solid.r, background.r + 40) << "something to be weakened";
-        for (const float alpha : {0.0f, 0.1f, 0.5f, 0.9f}) expectWithin2(shown(metallic, alpha, 0), over(solid, alpha), metallic, alpha);
+        for (const float alpha : {0.0f, 0.1f, 0.5f, 0.9f})
+            expectWithin2(shown(metallic, alpha, 0), over(solid, alpha), metallic, alpha);
     }
     const Rgb clear = shown(0, 0.999f, 1);
     EXPECT_GT(clear.r, background.r + 5) << "a highlight on glass";

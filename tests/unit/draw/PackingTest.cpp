@@ -18,7 +18,8 @@ protected:
     std::mt19937 random_;
 };
 
-/// A thing of one colour has it from its material, packed before; one with colours of its own, all white, packs it pixel by pixel.
+/// A thing of one colour has it from its material, packed before; one with colours of its own, all white, packs it
+/// pixel by pixel.
 TEST_F(Packing, OfOneColourIsThatOfWhiteVertices) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
@@ -30,7 +31,9 @@ TEST_F(Packing, OfOneColourIsThatOfWhiteVertices) {
                 // More materials than the first word has room for.
                 for (int i = 0; i < 150; ++i) {
                     Material paint;
-                    const auto part = [&] { return static_cast<float>(i % 9 == 0 ? std::round(between(0, 1)) : between(0, 1)); };
+                    const auto part = [&] {
+                        return static_cast<float>(i % 9 == 0 ? std::round(between(0, 1)) : between(0, 1));
+                    };
                     paint.baseColor = Vec4f(part(), part(), part(), 1);
                     paint.emissive = Vec3f::Constant(0.1f * part());
                     paint.metallic = part();
@@ -39,7 +42,8 @@ TEST_F(Packing, OfOneColourIsThatOfWhiteVertices) {
                     MeshData ball = makeSphere(0.1, 8);
                     if (i % 3 == 0) ball.normals.clear();
                     if (colored) ball.colors.assign(ball.positions.size() / 3 * 4, 255);
-                    scene.place(scene.add(ball, scene.add(paint)), {between(-1.2, 1.2), between(-0.6, 0.6), between(-1, 0)});
+                    scene.place(scene.add(ball, scene.add(paint)),
+                                {between(-1.2, 1.2), between(-0.6, 0.6), between(-1, 0)});
                 }
                 scene.addDirectionalLight({0.4, -1, -0.5}, Vec3f::Ones(), 1);
                 return scene.take();
@@ -53,8 +57,8 @@ TEST_F(Packing, OfOneColourIsThatOfWhiteVertices) {
 
 /// Only what will be read is cleared, and that depends on whether the background is a picture.
 TEST_F(Packing, KnowsNothingOfPicturesBefore) {
-    const std::array<std::uint8_t, 32> texels{90, 120, 200, 128, 20, 70, 40, 128, 200, 30, 20, 129, 9, 9, 200, 128,
-                                              70, 20, 60, 128, 20, 170, 40, 128, 20, 230, 20, 127, 90, 9, 20, 128};
+    const std::array<std::uint8_t, 32> texels{90, 120, 200, 128, 20, 70,  40, 128, 200, 30,  20, 129, 9,  9, 200, 128,
+                                              70, 20,  60,  128, 20, 170, 40, 128, 20,  230, 20, 127, 90, 9, 20,  128};
     std::size_t pictures = 0;
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
@@ -70,7 +74,10 @@ TEST_F(Packing, KnowsNothingOfPicturesBefore) {
                 around.background = Vec3f(0.1f, 0.3f, 0.2f);
                 const bool behind = between(0, 1) < 0.5;
                 if (behind) {
-                    around.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(texels)), .widthPx = 4, .heightPx = 2, .encoding = Image::kRgbe});
+                    around.image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(texels)),
+                                                   .widthPx = 4,
+                                                   .heightPx = 2,
+                                                   .encoding = Image::kRgbe});
                     around.showImage = true;
                     ++pictures;
                 }

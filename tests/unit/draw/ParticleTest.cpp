@@ -53,7 +53,8 @@ Rgb composed(std::vector<Layer> layers) {
     std::sort(layers.begin(), layers.end(), [](const Layer& a, const Layer& b) { return a.depth > b.depth; });
     std::array<double, 3> out{};
     for (const Layer& layer : layers)
-        for (std::size_t c = 0; c < 3; ++c) out[c] = std::round(layer.color[c] * layer.alpha + out[c] * (1 - layer.alpha));
+        for (std::size_t c = 0; c < 3; ++c)
+            out[c] = std::round(layer.color[c] * layer.alpha + out[c] * (1 - layer.alpha));
     return {static_cast<int>(out[0]), static_cast<int>(out[1]), static_cast<int>(out[2])};
 }
 
@@ -65,7 +66,9 @@ protected:
         std::vector<std::uint8_t> colors;
     };
     static Cloud someCloud(std::mt19937& random, std::int64_t mode, std::size_t count) {
-        const auto any = [&](double from, double to) { return static_cast<float>(std::uniform_real_distribution<double>(from, to)(random)); };
+        const auto any = [&](double from, double to) {
+            return static_cast<float>(std::uniform_real_distribution<double>(from, to)(random));
+        };
         Cloud cloud;
         cloud.core.mode = mode;
         for (std::size_t i = 0; i < count; ++i) {
@@ -84,11 +87,15 @@ protected:
         cloud.core.colors = blobFrom(cloud.colors);
         return cloud;
     }
-    static Vec3d placeOf(const std::vector<float>& places, std::size_t i) { return {places[3 * i], places[3 * i + 1], places[3 * i + 2]}; }
+    static Vec3d placeOf(const std::vector<float>& places, std::size_t i) {
+        return {places[3 * i], places[3 * i + 1], places[3 * i + 2]};
+    }
 
-    /// `inside(i, ray)`: how far within particle i the pixel's ray passes, in pixels, negative outside. Pixels near a rim are left out.
+    /// `inside(i, ray)`: how far within particle i the pixel's ray passes, in pixels, negative outside. Pixels near a
+    /// rim are left out.
     template <typename Inside>
-    void expectPicture(const Picture& picture, const Cloud& cloud, const ScreenCamera& camera, const Vec3d& scale, Inside&& inside) {
+    void expectPicture(const Picture& picture, const Cloud& cloud, const ScreenCamera& camera, const Vec3d& scale,
+                       Inside&& inside) {
         int looked = 0, covered = 0;
         for (int y = 0; y < kSidePx; ++y)
             for (int x = 0; x < kSidePx; ++x) {
@@ -101,7 +108,8 @@ protected:
                     if (near || within < 0) continue;
                     Vec3d middle = placeOf(cloud.places, i);
                     if (cloud.core.mode == Particles::kLines) middle = 0.5 * (middle + placeOf(cloud.tails, i));
-                    Layer layer{.depth = -(camera.eye_T_world * scale.cwiseProduct(middle)).z(), .alpha = cloud.colors[4 * i + 3] / 255.0};
+                    Layer layer{.depth = -(camera.eye_T_world * scale.cwiseProduct(middle)).z(),
+                                .alpha = cloud.colors[4 * i + 3] / 255.0};
                     for (std::size_t c = 0; c < 3; ++c) layer.color[c] = cloud.colors[4 * i + c];
                     layers.push_back(layer);
                 }
@@ -111,7 +119,8 @@ protected:
                 const Rgb wanted = composed(layers), is = pixel(picture, x, y);
                 // Each layer is rounded once.
                 const double tolerance = 1 + 0.5 * static_cast<double>(layers.size());
-                ASSERT_TRUE(std::abs(is.r - wanted.r) <= tolerance && std::abs(is.g - wanted.g) <= tolerance && std::abs(is.b - wanted.b) <= tolerance)
+                ASSERT_TRUE(std::abs(is.r - wanted.r) <= tolerance && std::abs(is.g - wanted.g) <= tolerance &&
+                            std::abs(is.b - wanted.b) <= tolerance)
                     << x << ' ' << y << ": " << is << ", wanted " << wanted << " of " << layers.size() << " layers";
             }
         EXPECT_GT(looked, 300);
@@ -157,7 +166,8 @@ TEST_F(ParticleTest, QuadsFaceTheHeadWhateverTheEye) {
             std::array<Vec2d, 4> corners;
             for (std::size_t k = 0; k < 4; ++k) {
                 const double x = k == 1 || k == 2 ? 1 : -1, y = k >= 2 ? 1 : -1;
-                const Vec3d place = middle + half * ((std::cos(turn) * x - std::sin(turn) * y) * aside + (std::sin(turn) * x + std::cos(turn) * y) * up);
+                const Vec3d place = middle + half * ((std::cos(turn) * x - std::sin(turn) * y) * aside +
+                                                     (std::sin(turn) * x + std::cos(turn) * y) * up);
                 corners[k] = pixelOf(camera, camera.eye_T_world * place);
             }
             for (std::size_t k = 0; k < 4; ++k) {
@@ -176,10 +186,12 @@ TEST_F(ParticleTest, LinesAreEachAsWideAsTheySay) {
         const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
         const Picture picture = draw(aspectWith(cloud.core), camera);
         expectPicture(picture, cloud, camera, Vec3d::Ones(), [&](std::size_t i, const Vec2d& at) {
-            const Vec2d from = pixelOf(camera, camera.eye_T_world * placeOf(cloud.tails, i)), to = pixelOf(camera, camera.eye_T_world * placeOf(cloud.places, i));
+            const Vec2d from = pixelOf(camera, camera.eye_T_world * placeOf(cloud.tails, i)),
+                        to = pixelOf(camera, camera.eye_T_world * placeOf(cloud.places, i));
             const double size = (to - from).norm(), half = 0.5 * static_cast<double>(cloud.sizes[i]);
             const Vec2d along = (to - from) / size, off = at - from;
-            const double beside = std::abs(along.x() * off.y() - along.y() * off.x()), beyond = std::max(-off.dot(along), off.dot(along) - size);
+            const double beside = std::abs(along.x() * off.y() - along.y() * off.x()),
+                         beyond = std::max(-off.dot(along), off.dot(along) - size);
             return half - std::max(beside, beyond);
         });
     }
@@ -211,10 +223,14 @@ TEST_F(ParticleTest, AreNotThereBeforeTheirBirthAndAfterTheirEnd) {
 }
 
 TEST_F(ParticleTest, TakeColourAndPictureOfTheirMaterial) {
-    const std::array<std::uint8_t, 16> pixels{255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255};  // from the top
+    const std::array<std::uint8_t, 16> pixels{255, 0, 0,   255, 0,   255, 0,   255,
+                                              0,   0, 255, 255, 255, 255, 255, 255};  // from the top
     TestScene scene;
     scene.setDark();
-    const ObjectId image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 2, .heightPx = 2, .magnification = Image::kNearest});
+    const ObjectId image = scene.add(Image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)),
+                                           .widthPx = 2,
+                                           .heightPx = 2,
+                                           .magnification = Image::kNearest});
     Aspect aspect = scene.take();
     Particles one;
     one.mode = Particles::kQuads;
@@ -246,7 +262,9 @@ TEST_F(ParticleTest, LoseNothingToACuller) {
     restart({.samples = 4});
     for (unsigned seed = 1; seed <= 24; ++seed) {
         std::mt19937 random(seed);
-        const auto any = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto any = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         Cloud cloud = someCloud(random, static_cast<std::int64_t>(seed % 3), 2);
         const Vec3d scale(any(0.2, 2), any(0.2, 2), any(0.2, 2));
         ScreenCamera camera = cameraOf(kSidePx, kSidePx, {any(-3, 3), any(-3, 3), 2.4});
@@ -280,12 +298,14 @@ TEST_F(ParticleTest, UploadTheRangesThatAreWritten) {
             const std::size_t first = random() % 1900, count = 1 + random() % 100;
             const std::vector<float> moved(3 * count, 0.1F * static_cast<float>(turn));
             ChangeListBuilder edit;
-            edit.setRange(kParticlesId, typeOf<Particles>(), fieldId<&Particles::positions>, 12 * first, Blob::of(std::span<const float>(moved)));
+            edit.setRange(kParticlesId, typeOf<Particles>(), fieldId<&Particles::positions>, 12 * first,
+                          Blob::of(std::span<const float>(moved)));
             const ChangeList list = edit.take();
             ASSERT_TRUE(aspect.apply(list));
             scene.update(aspect, &list);
             const std::uint64_t before = renderer_->uploadedMeshBytes();
-            const auto picture = renderer_->draw(aspect, action.run(scene, camera, whole(camera), nullptr), camera, whole(camera));
+            const auto picture =
+                renderer_->draw(aspect, action.run(scene, camera, whole(camera), nullptr), camera, whole(camera));
             ASSERT_TRUE(picture);
             EXPECT_EQ(renderer_->uploadedMeshBytes() - before, count * 4 * sizeof(MeshVertex)) << mode;
             auto another = makeSurface("osmesa");

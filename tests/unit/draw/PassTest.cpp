@@ -67,7 +67,9 @@ TEST_F(PassTest, NoLineIsWiderThanItsItemMayHaveIt) {
         Material over = flat(kBlue);
         if (kind == 1) over.passes.push_back(scene.add(edges));
         const std::array<Vec3d, 2> side{Vec3d(-0.8, -0.8, 0), Vec3d(-0.8, 0.8, 0)};
-        scene.place(kind == 2 ? scene.add(test::makeLines(side, 20), scene.add(flat(kRed))) : scene.add(makeSheet(1.6, 1.6), scene.add(kind == 1 ? over : edges)), Vec3d::Zero());
+        scene.place(kind == 2 ? scene.add(test::makeLines(side, 20), scene.add(flat(kRed)))
+                              : scene.add(makeSheet(1.6, 1.6), scene.add(kind == 1 ? over : edges)),
+                    Vec3d::Zero());
         const Aspect aspect = scene.take();
         const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
         DrawList list = listOf(aspect, camera);
@@ -105,7 +107,9 @@ TEST_F(PassTest, TheLastOpaquePassIsSeenWhereItIsNotCut) {
     Material base = flat(kRed), second = flat(kGreen), third = flat(kBlue);
     // The third pass has an image whose left half is not there.
     const std::array<std::uint8_t, 8> halves{255, 255, 255, 0, 255, 255, 255, 255};
-    Image image{.pixels = Blob(Bytes(std::as_bytes(std::span(halves)).begin(), std::as_bytes(std::span(halves)).end())), .widthPx = 2, .heightPx = 1};
+    Image image{.pixels = Blob(Bytes(std::as_bytes(std::span(halves)).begin(), std::as_bytes(std::span(halves)).end())),
+                .widthPx = 2,
+                .heightPx = 1};
     image.magnification = Image::kNearest;
     third.baseColorImage = scene.add(image);
     third.alphaMode = Material::kMask;
@@ -152,7 +156,8 @@ TEST_F(PassTest, EdgesOverASurfaceAreWholeAndHiddenBehindIt) {
     edges.lineWidth = 2;
     base.passes.push_back(scene.add(edges));
     scene.setDark();
-    scene.place(scene.add(makeSheet(1.6, 1.6), scene.add(base)), Vec3d::Zero(), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY())));
+    scene.place(scene.add(makeSheet(1.6, 1.6), scene.add(base)), Vec3d::Zero(),
+                Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY())));
     Material behind = flat(kBlue);
     behind.fill = Material::kEdges;
     behind.lineWidth = 8;
@@ -211,7 +216,9 @@ TEST_F(PassTest, TilesAreCutFromOnePicture) {
         const ObjectId materials[] = {scene.add(base), scene.add(edges), scene.add(corners), scene.add(glass)};
         scene.setDark();
         for (int i = 0; i < 12; ++i)
-            scene.place(scene.add(makeSheet(0.3, 0.3), materials[i % 4]), {-1.3 + 0.24 * i, 0.05 * (i % 5) - 0.1, -0.1 * (i % 3)}, Quatd(Eigen::AngleAxisd(0.3 * i, Vec3d(1, 2, 3).normalized())));
+            scene.place(scene.add(makeSheet(0.3, 0.3), materials[i % 4]),
+                        {-1.3 + 0.24 * i, 0.05 * (i % 5) - 0.1, -0.1 * (i % 3)},
+                        Quatd(Eigen::AngleAxisd(0.3 * i, Vec3d(1, 2, 3).normalized())));
         const Aspect aspect = scene.take();
         const ScreenCamera camera = cameraOf(1200, 300);
         const Picture all = draw(aspect, camera);

@@ -26,19 +26,23 @@ TEST(PersonText, NothingIsNothing) {
 }
 
 TEST(PersonText, UniformsComeOutAndLinesStay) {
-    const auto text = preparePersonText("uniform vec3 tint;\nuniform sampler2D map;\nuniform\nfloat k;\n" + surfaceOf("", "s.base.rgb = k * tint;"), "");
+    const auto text = preparePersonText(
+        "uniform vec3 tint;\nuniform sampler2D map;\nuniform\nfloat k;\n" + surfaceOf("", "s.base.rgb = k * tint;"),
+        "");
     ASSERT_TRUE(text) << text.error().message;
     EXPECT_EQ(text->uniforms, (std::vector<PersonUniform>{{"tint", 3}, {"k", 1}, {"map", 0}}));
     EXPECT_EQ(text->numbers(), 2u);
     EXPECT_EQ(text->surface.find("uniform"), std::string::npos);
     EXPECT_EQ(std::count(text->surface.begin(), text->surface.end(), '\n'), 4);
-    const auto both = preparePersonText("uniform float a;" + surfaceOf(""), "uniform float a;void vertex(inout vec3 p, inout vec3 n) { p *= a; }");
+    const auto both = preparePersonText("uniform float a;" + surfaceOf(""),
+                                        "uniform float a;void vertex(inout vec3 p, inout vec3 n) { p *= a; }");
     ASSERT_TRUE(both) << both.error().message;
     EXPECT_EQ(both->uniforms.size(), 1u);
 }
 
 TEST(PersonText, LoopsHaveAnEnd) {
-    const auto text = preparePersonText(surfaceOf("", "while (true) { for (;;) for (int i = 0; i < 3; ++i) ; do { } while (s.base.r < 2.0); }"), "");
+    const auto text = preparePersonText(
+        surfaceOf("", "while (true) { for (;;) for (int i = 0; i < 3; ++i) ; do { } while (s.base.r < 2.0); }"), "");
     ASSERT_TRUE(text) << text.error().message;
     std::size_t counted = 0;
     for (std::size_t at = 0; (at = text->surface.find("tesseraRounds-- > 0", at)) != std::string::npos; ++at) ++counted;
@@ -98,7 +102,8 @@ TEST(PersonText, WhatReachesBeyondTheFunctionIsRefusedByItsNameAndLine) {
         EXPECT_NE(problem.find(h.says), std::string::npos) << h.what << ": '" << problem << "'";
         EXPECT_TRUE(problem.starts_with("surface")) << problem;
     }
-    EXPECT_TRUE(problemOf("", "void vertex(inout vec3 p, inout vec3 n) {\ngl_Position = vec4(0);}").starts_with("vertex, line 2: 'gl_Position'"));
+    EXPECT_TRUE(problemOf("", "void vertex(inout vec3 p, inout vec3 n) {\ngl_Position = vec4(0);}")
+                    .starts_with("vertex, line 2: 'gl_Position'"));
     std::string many;
     for (int i = 0; i < 17; ++i) many += "uniform float u" + std::to_string(i) + ";";
     EXPECT_NE(problemOf(surfaceOf(many)).find("more than 16 uniforms"), std::string::npos);
@@ -108,10 +113,13 @@ TEST(PersonText, WhatReachesBeyondTheFunctionIsRefusedByItsNameAndLine) {
 }
 
 TEST(PersonText, OrdinaryProgramsPass) {
-    for (const char* text : {"struct Wave { float height; }; const float k = 2.0;\nfloat of(in Wave w, out float h) { h = w.height; return h; }\nvoid surface(inout Surface s) { "
-                             "float h; s.base.r = of(Wave(1.0), h); if (h > 2.0) discard; s.normal.xy += dFdx(uv) + fwidth(uv1); }",
-                             "void surface(inout Surface s) { for (int i = 0, j = 3; i < j; ++i) { if (i == 2) continue; s.base *= 0.5; } }",
-                             "void surface(inout Surface s) { switch (int(uv.x)) { case 0: break; default: s.roughness = 1.; } }"})
+    for (const char* text :
+         {"struct Wave { float height; }; const float k = 2.0;\nfloat of(in Wave w, out float h) { h = w.height; "
+          "return h; }\nvoid surface(inout Surface s) { "
+          "float h; s.base.r = of(Wave(1.0), h); if (h > 2.0) discard; s.normal.xy += dFdx(uv) + fwidth(uv1); }",
+          "void surface(inout Surface s) { for (int i = 0, j = 3; i < j; ++i) { if (i == 2) continue; s.base *= 0.5; } "
+          "}",
+          "void surface(inout Surface s) { switch (int(uv.x)) { case 0: break; default: s.roughness = 1.; } }"})
         EXPECT_EQ(problemOf(text), "") << text;
 }
 
@@ -119,15 +127,43 @@ TEST(PersonText, OrdinaryProgramsPass) {
 TEST(PersonText, AnyBytesHaveAnAnswer) {
     const char* seeds = std::getenv("TESSERA_SEED");
     const unsigned first = seeds ? static_cast<unsigned>(std::atoi(seeds)) : 1, count = seeds ? 1 : 20;
-    const char* pieces[] = {"void surface(inout Surface s)", "{", "}", "(", ")", "while", "for", "(;;)", "uniform", "float", "x", ";", "//", "/*", "*/", "\n", "#", "1.0", ".", "do", "=", "[", "]", "gl_X", "\\", "sampler2D"};
+    const char* pieces[] = {"void surface(inout Surface s)",
+                            "{",
+                            "}",
+                            "(",
+                            ")",
+                            "while",
+                            "for",
+                            "(;;)",
+                            "uniform",
+                            "float",
+                            "x",
+                            ";",
+                            "//",
+                            "/*",
+                            "*/",
+                            "\n",
+                            "#",
+                            "1.0",
+                            ".",
+                            "do",
+                            "=",
+                            "[",
+                            "]",
+                            "gl_X",
+                            "\\",
+                            "sampler2D"};
     for (unsigned seed = first; seed < first + count; ++seed) {
-        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_draw --gtest_filter=PersonText.AnyBytesHaveAnAnswer");
+        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                     " build/bin/unit_draw --gtest_filter=PersonText.AnyBytesHaveAnAnswer");
         std::mt19937 random(seed);
         for (int i = 0; i < 2000; ++i) {
             std::string text;
             for (unsigned k = random() % 40; k > 0; --k) {
-                if (random() % 20 == 0) text += static_cast<char>(random() % 256);
-                else text += std::string(pieces[random() % std::size(pieces)]) + (random() % 2 ? " " : "");
+                if (random() % 20 == 0)
+                    text += static_cast<char>(random() % 256);
+                else
+                    text += std::string(pieces[random() % std::size(pieces)]) + (random() % 2 ? " " : "");
             }
             const auto prepared = preparePersonText(text, {});
             if (!prepared) {
@@ -136,16 +172,22 @@ TEST(PersonText, AnyBytesHaveAnAnswer) {
             }
             ASSERT_EQ(prepared->surface.find('#'), std::string::npos);
             for (std::size_t at = 0; (at = prepared->surface.find("gl_", at)) != std::string::npos; ++at)
-                ASSERT_TRUE(at > 0 && (std::isalnum(static_cast<unsigned char>(prepared->surface[at - 1])) || prepared->surface[at - 1] == '_')) << prepared->surface;
+                ASSERT_TRUE(at > 0 && (std::isalnum(static_cast<unsigned char>(prepared->surface[at - 1])) ||
+                                       prepared->surface[at - 1] == '_'))
+                    << prepared->surface;
         }
     }
 }
 
 TEST(PersonText, CompilersWordsComeWithThePersonsLines) {
-    EXPECT_EQ(personProblem("0:1000003(12): error: `x' undeclared\n0:1000003(12): error: more"), "surface, line 3: `x' undeclared");
-    EXPECT_EQ(personProblem("the surface refuses a shader: 0:2000012(1): error: syntax error"), "vertex, line 12: syntax error");
-    EXPECT_EQ(personProblem("0(1000005) : error C1008: undefined variable \"x\""), "surface, line 5: error C1008: undefined variable \"x\"");
-    EXPECT_EQ(personProblem("ERROR: 0:1000004: 'x' : undeclared identifier"), "surface, line 4: 'x' : undeclared identifier");
+    EXPECT_EQ(personProblem("0:1000003(12): error: `x' undeclared\n0:1000003(12): error: more"),
+              "surface, line 3: `x' undeclared");
+    EXPECT_EQ(personProblem("the surface refuses a shader: 0:2000012(1): error: syntax error"),
+              "vertex, line 12: syntax error");
+    EXPECT_EQ(personProblem("0(1000005) : error C1008: undefined variable \"x\""),
+              "surface, line 5: error C1008: undefined variable \"x\"");
+    EXPECT_EQ(personProblem("ERROR: 0:1000004: 'x' : undeclared identifier"),
+              "surface, line 4: 'x' : undeclared identifier");
     EXPECT_NE(personProblem("0:120(3): error: `light' redefined").find("`light' redefined"), std::string::npos);
     EXPECT_NE(personProblem(""), "");
 }

@@ -19,21 +19,27 @@ protected:
     MeshData cloud(std::size_t count, double radius) {
         MeshData points{.primitive = Primitive::kPoints, .pointRadius = radius};
         for (std::size_t i = 0; i < 3 * count; ++i) points.positions.push_back(static_cast<float>(between(-1, 1)));
-        for (std::size_t i = 0; i < 4 * count; ++i) points.colors.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random_()));
+        for (std::size_t i = 0; i < 4 * count; ++i)
+            points.colors.push_back(i % 4 == 3 ? 255 : static_cast<std::uint8_t>(random_()));
         return points;
     }
     /// Those [begin, end).
     static MeshData partOf(const MeshData& all, std::size_t begin, std::size_t end) {
         const auto cut = [&](const auto& from, std::size_t width) {
-            return std::decay_t<decltype(from)>(from.begin() + static_cast<std::ptrdiff_t>(width * begin), from.begin() + static_cast<std::ptrdiff_t>(width * end));
+            return std::decay_t<decltype(from)>(from.begin() + static_cast<std::ptrdiff_t>(width * begin),
+                                                from.begin() + static_cast<std::ptrdiff_t>(width * end));
         };
-        return {.positions = cut(all.positions, 3), .colors = cut(all.colors, 4), .primitive = Primitive::kPoints, .pointRadius = all.pointRadius};
+        return {.positions = cut(all.positions, 3),
+                .colors = cut(all.colors, 4),
+                .primitive = Primitive::kPoints,
+                .pointRadius = all.pointRadius};
     }
 
     std::mt19937 random_;
 };
 
-// More than share their indices, and more than 65,536: several calls of GL an instance, and instances one after the other.
+// More than share their indices, and more than 65,536: several calls of GL an instance, and instances one after the
+// other.
 TEST_F(PointTest, HundredThousandsOfThemLookAsAFewAtATime) {
     restart({.samples = 4});
     for (const std::size_t count : {std::size_t{kPointsAtOnce}, std::size_t{kPointsAtOnce} + 1, std::size_t{150'000}}) {
@@ -63,10 +69,12 @@ TEST_F(PointTest, HundredThousandsOfThemLookAsAFewAtATime) {
 TEST_F(PointTest, AtTheEndOfWhatAFloatHoldsLookAsThoseOfAMetre) {
     const float most = std::numeric_limits<float>::max();
     const auto drawn = [&](float unit) {
-        const MeshData points{.positions = {unit, -unit, 0, -unit, unit, unit / 2, 0, 0, unit, unit / 3, unit, -unit}, .primitive = Primitive::kPoints};
+        const MeshData points{.positions = {unit, -unit, 0, -unit, unit, unit / 2, 0, 0, unit, unit / 3, unit, -unit},
+                              .primitive = Primitive::kPoints};
         TestScene scene;
         scene.setDark();
-        scene.place(scene.add(points, scene.add(unlit({0.5f, 0, 0}))), {0, 0, -2}, Quatd::Identity(), Vec3d::Constant(1 / double{unit}));
+        scene.place(scene.add(points, scene.add(unlit({0.5f, 0, 0}))), {0, 0, -2}, Quatd::Identity(),
+                    Vec3d::Constant(1 / double{unit}));
         return draw(scene.take(), cameraOf(640, 400, {0, 0, 0.5}, 0.3));
     };
     const Picture far = drawn(most), near = drawn(1);
@@ -86,7 +94,9 @@ TEST_F(PointTest, TakeATexelForEachOfWhatTheyHave) {
         for (const bool normals : {false, true})
             for (const bool texcoords : {false, true}) {
                 restart({.samples = 1});
-                MeshData points{.positions = std::vector<float>(3 * kCount, 0.25f), .primitive = Primitive::kPoints, .pointRadius = 0.1};
+                MeshData points{.positions = std::vector<float>(3 * kCount, 0.25f),
+                                .primitive = Primitive::kPoints,
+                                .pointRadius = 0.1};
                 if (colors) points.colors.assign(4 * kCount, 200);
                 if (normals) points.normals.assign(3 * kCount, 1);
                 if (texcoords) points.texcoords.assign(2 * kCount, 0.5f);
@@ -120,7 +130,9 @@ TEST_F(PointTest, OfAnotherRadiusShareTheMemory) {
     RenderScene scene;
     scene.update(aspect, nullptr);
     RenderAction action(CullerKind::kFrustum);
-    const auto drawNow = [&](Renderer& renderer) { return renderer.draw(aspect, action.run(scene, camera, whole(camera), nullptr), camera, whole(camera)).value(); };
+    const auto drawNow = [&](Renderer& renderer) {
+        return renderer.draw(aspect, action.run(scene, camera, whole(camera), nullptr), camera, whole(camera)).value();
+    };
     const Picture before = drawNow(*renderer_);
     const std::uint64_t bytes = renderer_->uploadedMeshBytes();
     EXPECT_EQ(bytes, sizeOf(arrays).bytes());
@@ -155,7 +167,9 @@ TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
     for (std::size_t i = 0; i < 4 * kCount; ++i) points.colors.push_back(static_cast<std::uint8_t>(random_() | 3));
     TestScene built;
     std::vector<std::uint8_t> pixels;
-    for (int i = 0; i < 64; ++i) pixels.insert(pixels.end(), {static_cast<std::uint8_t>(4 * i), static_cast<std::uint8_t>(255 - 3 * i), 90, 255});
+    for (int i = 0; i < 64; ++i)
+        pixels.insert(pixels.end(),
+                      {static_cast<std::uint8_t>(4 * i), static_cast<std::uint8_t>(255 - 3 * i), 90, 255});
     Image image{.pixels = Blob::of(std::span<const std::uint8_t>(pixels)), .widthPx = 8, .heightPx = 8};
     Material painted;
     painted.baseColorImage = built.add(image);
@@ -169,11 +183,16 @@ TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
     RenderScene scene;
     scene.update(aspect, nullptr);
     const auto drawNow = [&](Renderer& renderer) {
-        return renderer.draw(aspect, RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr), camera, whole(camera)).value();
+        return renderer
+            .draw(aspect, RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr), camera,
+                  whole(camera))
+            .value();
     };
     Picture last = drawNow(*renderer_);
-    const std::pair<FieldId, std::size_t> fields[] = {{fieldId<&Geometry::positions>, 3}, {fieldId<&Geometry::normals>, 3},
-                                                      {fieldId<&Geometry::texcoords>, 2}, {fieldId<&Geometry::texcoords1>, 2}};
+    const std::pair<FieldId, std::size_t> fields[] = {{fieldId<&Geometry::positions>, 3},
+                                                      {fieldId<&Geometry::normals>, 3},
+                                                      {fieldId<&Geometry::texcoords>, 2},
+                                                      {fieldId<&Geometry::texcoords1>, 2}};
     int seen = 0;
     for (std::size_t turn = 0; turn < 20; ++turn) {
         const std::size_t count = 30 + below(100);
@@ -183,14 +202,16 @@ TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
             std::vector<std::uint8_t> bytes(count);
             for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
             first = below(4 * kCount - count);
-            edits.setRange(core, typeOf<Geometry>(), fieldId<&Geometry::colors>, first, Blob::of(std::span<const std::uint8_t>(bytes)));
+            edits.setRange(core, typeOf<Geometry>(), fieldId<&Geometry::colors>, first,
+                           Blob::of(std::span<const std::uint8_t>(bytes)));
         } else {
             const auto& [field, width] = fields[turn % 5];
             std::vector<float> values(count);
             for (float& value : values) value = static_cast<float>(between(-1, 1));
             numbers = width;
             first = below(width * kCount - count);
-            edits.setRange(core, typeOf<Geometry>(), field, first * sizeof(float), Blob::of(std::span<const float>(values)));
+            edits.setRange(core, typeOf<Geometry>(), field, first * sizeof(float),
+                           Blob::of(std::span<const float>(values)));
         }
         const ChangeList list = edits.take();
         ASSERT_TRUE(aspect.apply(list));
@@ -210,7 +231,9 @@ TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
 TEST_F(PointTest, ThatAreSaidToBeSomethingElseAreLeftOutAndCounted) {
     TestScene scene;
     scene.setDark();
-    scene.place(scene.add(MeshData{.positions = {0, 0, 0}, .primitive = Primitive::kPoints, .pointRadius = 1}, scene.add(unlit({0.5f, 0, 0}))), {0, 0, -2});
+    scene.place(scene.add(MeshData{.positions = {0, 0, 0}, .primitive = Primitive::kPoints, .pointRadius = 1},
+                          scene.add(unlit({0.5f, 0, 0}))),
+                {0, 0, -2});
     const Aspect aspect = scene.take();
     const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
     DrawList list = listOf(aspect, camera);
@@ -223,7 +246,8 @@ TEST_F(PointTest, ThatAreSaidToBeSomethingElseAreLeftOutAndCounted) {
     }
 }
 
-// GL fetches from a texture of so many texels and no more: what has no room is left out and said, and the rest is drawn.
+// GL fetches from a texture of so many texels and no more: what has no room is left out and said, and the rest is
+// drawn.
 TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
     ASSERT_TRUE(surface_->makeCurrent());
     GlState gl(GlFunctions::load(*surface_).value());
@@ -232,9 +256,11 @@ TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
     gl.CreateVertexArrays(1, &array);
     TestScene built;
     const auto points = [&](std::size_t count, float at) {
-        return built.add(MeshData{.positions = std::vector<float>(3 * count, at), .primitive = Primitive::kPoints, .pointRadius = 1});
+        return built.add(MeshData{
+            .positions = std::vector<float>(3 * count, at), .primitive = Primitive::kPoints, .pointRadius = 1});
     };
-    const ObjectId most = points(10'001, 1), some = points(6000, 2), others = points(4001, 3), few = points(4000, 4), box = built.add(makeBox({1, 1, 1}));
+    const ObjectId most = points(10'001, 1), some = points(6000, 2), others = points(4001, 3), few = points(4000, 4),
+                   box = built.add(makeBox({1, 1, 1}));
     const Aspect aspect = built.take();
     {
         MeshBuffers meshes(gl, array, std::size_t{1} << 30);

@@ -1,4 +1,5 @@
-/// Where arrays were edited in ranges, the ranges go to GL, and the picture is that of who has never seen anything else.
+/// Where arrays were edited in ranges, the ranges go to GL, and the picture is that of who has never seen anything
+/// else.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,9 +57,11 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
             const auto numbers = [&](const Blob& blob, FieldId field, float by) {
                 const std::span<const float> all = blob.as<float>();
                 const std::size_t first = below(all.size() - count);
-                std::vector<float> moved(all.begin() + std::ptrdiff_t(first), all.begin() + std::ptrdiff_t(first + count));
+                std::vector<float> moved(all.begin() + std::ptrdiff_t(first),
+                                         all.begin() + std::ptrdiff_t(first + count));
                 for (float& number : moved) number += by * (float(below(100)) / 100 - 0.5f);
-                edits.setRange(ball, typeOf<Geometry>(), field, first * sizeof(float), Blob::of(std::span<const float>(moved)));
+                edits.setRange(ball, typeOf<Geometry>(), field, first * sizeof(float),
+                               Blob::of(std::span<const float>(moved)));
                 return all.size();
             };
             switch (below(4)) {
@@ -70,13 +73,15 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
                     break;
                 case 2: {
                     const std::vector<std::uint8_t> other(count, static_cast<std::uint8_t>(below(256)));
-                    edits.setRange(ball, typeOf<Geometry>(), fieldId<&Geometry::colors>, below(core.colors.sizeBytes() - count),
+                    edits.setRange(ball, typeOf<Geometry>(), fieldId<&Geometry::colors>,
+                                   below(core.colors.sizeBytes() - count),
                                    Blob::of(std::span<const std::uint8_t>(other)));
                     break;
                 }
                 default: {
                     std::vector<std::uint32_t> other(count);
-                    for (std::uint32_t& index : other) index = static_cast<std::uint32_t>(below(core.positions.sizeBytes() / 12));
+                    for (std::uint32_t& index : other)
+                        index = static_cast<std::uint32_t>(below(core.positions.sizeBytes() / 12));
                     const std::size_t first = below(core.indices.sizeBytes() / 4 - count);
                     edits.setRange(ball, typeOf<Geometry>(), fieldId<&Geometry::indices>, 4 * first,
                                    Blob::of(std::span<const std::uint32_t>(other)));

@@ -59,7 +59,8 @@ TEST_F(RendererTest, LightFallsWithTheCosineOfItsAngle) {
     EXPECT_EQ(shade(1.6), 0) << "from behind";
 }
 
-/// Strips narrower than a pixel whose normals lean 60 degrees to either side: beyond their edges they would lean ever more.
+/// Strips narrower than a pixel whose normals lean 60 degrees to either side: beyond their edges they would lean ever
+/// more.
 TEST_F(RendererTest, NormalsOfSliversAreThoseOfWhatIsSeenOfThem) {
     restart({.samples = 4});
     TestScene scene;
@@ -111,8 +112,8 @@ TEST_F(RendererTest, SpotLightFadesBetweenItsAnglesAsGltfSays) {
         matte.baseColor = Vec4f(0.7f, 0.7f, 0.7f, 1);
         matte.roughness = 1;
         // From afar, so that half a pixel makes no angle.
-        scene.addSpotLight({0, 0, 17}, {std::sin(angle), 0, -std::cos(angle)}, Vec3f::Ones(), 400, static_cast<float>(inner),
-                           static_cast<float>(kOuter));
+        scene.addSpotLight({0, 0, 17}, {std::sin(angle), 0, -std::cos(angle)}, Vec3f::Ones(), 400,
+                           static_cast<float>(inner), static_cast<float>(kOuter));
         scene.place(scene.add(makeSheet(9, 9), scene.add(matte)), {0, 0, -3});
         return center(draw(scene)).g;
     };
@@ -122,7 +123,8 @@ TEST_F(RendererTest, SpotLightFadesBetweenItsAnglesAsGltfSays) {
         const double share = std::clamp(t, 0.0, 1.0) * std::clamp(t, 0.0, 1.0);
         return expectedOf(Vec3f::Constant(static_cast<float>(0.7 * share))).g;
     };
-    for (const double angle : {0.0, 0.2, 0.29, 0.4, 0.5, 0.6}) EXPECT_NEAR(shade(angle, kInner), wanted(angle), 8) << angle;
+    for (const double angle : {0.0, 0.2, 0.29, 0.4, 0.5, 0.6})
+        EXPECT_NEAR(shade(angle, kInner), wanted(angle), 8) << angle;
     EXPECT_GT(shade(0.4, kInner), shade(0.5, kInner));
     for (const double angle : {0.71, 1.0, 2.0, 3.1}) EXPECT_EQ(shade(angle, kInner), 0) << angle;
     // Equal angles: an edge.
@@ -535,7 +537,8 @@ TEST_F(RendererTest, OfImagesThoseGoThatWereNotDrawnForLongest) {
         std::vector<std::uint8_t> pixels(64 * 64 * 4, static_cast<std::uint8_t>(image));
         TestScene scene;
         Material material;
-        if (image > 0) material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
+        if (image > 0)
+            material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 64, 64);
         scene.place(scene.add(makeSheet(1, 1), scene.add(material)), {0, 0, -1});
         (void)draw(scene);
         return renderer_->residentBytes();

@@ -49,14 +49,19 @@ protected:
             matt.baseColorImage = gloss.occlusionImage;
         }
         const ObjectId paints[] = {scene.add(matt), scene.add(gloss), scene.add(glass)};
-        const ObjectId shapes[] = {scene.add(makeSphere(0.35, 20), paints[0]), scene.add(makeBox({0.5, 0.5, 0.5}), paints[1]),
+        const ObjectId shapes[] = {scene.add(makeSphere(0.35, 20), paints[0]),
+                                   scene.add(makeBox({0.5, 0.5, 0.5}), paints[1]),
                                    scene.add(makeSheet(0.5, 0.9), paints[2])};
         Room room;
         std::array<ObjectId, kGroups> groups;
         for (int g = 0; g < kGroups; ++g) {
-            groups[static_cast<std::size_t>(g)] = scene.addTransform({g == 1 ? 0.0 : 1.0 * g - 1, g == 1 ? 1.0 : -0.5, -1}, Quatd::Identity(), Vec3d::Ones(), g == 1 ? groups[0] : kRootNode);
+            groups[static_cast<std::size_t>(g)] =
+                scene.addTransform({g == 1 ? 0.0 : 1.0 * g - 1, g == 1 ? 1.0 : -0.5, -1}, Quatd::Identity(),
+                                   Vec3d::Ones(), g == 1 ? groups[0] : kRootNode);
             for (int i = 0; i < (g == glassIn ? 3 : 2); ++i) {
-                const ObjectId at = scene.addTransform({0.45 * i - 0.4, 0.05 * i, 0.5 * i}, Quatd(0.9, 0.1, 0.2, 0.1 * i).normalized(), Vec3d::Ones(), groups[static_cast<std::size_t>(g)]);
+                const ObjectId at =
+                    scene.addTransform({0.45 * i - 0.4, 0.05 * i, 0.5 * i}, Quatd(0.9, 0.1, 0.2, 0.1 * i).normalized(),
+                                       Vec3d::Ones(), groups[static_cast<std::size_t>(g)]);
                 room.groupOf[scene.addNode(shapes[i], at).value] = g;
             }
         }
@@ -64,11 +69,26 @@ protected:
             const ObjectId scope = lamp.group < 0 ? ObjectId() : groups[static_cast<std::size_t>(lamp.group)];
             const ObjectId at = scene.addTransform(lamp.place, Quatd::FromTwoVectors(-Vec3d::UnitZ(), lamp.way));
             if (lamp.kind == ScopedLamp::Kind::kSun)
-                scene.addNode(scene.addCore(DirectionalLight{.color = lamp.color, .shadows = lamp.shadows, .scope = scope, .outside = lamp.outside}), at);
+                scene.addNode(
+                    scene.addCore(DirectionalLight{
+                        .color = lamp.color, .shadows = lamp.shadows, .scope = scope, .outside = lamp.outside}),
+                    at);
             else if (lamp.kind == ScopedLamp::Kind::kPoint)
-                scene.addNode(scene.addCore(PointLight{.color = lamp.color, .intensity = 2, .range = lamp.range, .scope = scope, .outside = lamp.outside}), at);
+                scene.addNode(scene.addCore(PointLight{.color = lamp.color,
+                                                       .intensity = 2,
+                                                       .range = lamp.range,
+                                                       .scope = scope,
+                                                       .outside = lamp.outside}),
+                              at);
             else
-                scene.addNode(scene.addCore(SpotLight{.color = lamp.color, .intensity = 4, .range = lamp.range, .outerAngle = 0.8f, .shadows = lamp.shadows, .scope = scope, .outside = lamp.outside}), at);
+                scene.addNode(scene.addCore(SpotLight{.color = lamp.color,
+                                                      .intensity = 4,
+                                                      .range = lamp.range,
+                                                      .outerAngle = 0.8f,
+                                                      .shadows = lamp.shadows,
+                                                      .scope = scope,
+                                                      .outside = lamp.outside}),
+                              at);
         }
         room.aspect = scene.take();
         return room;
@@ -83,13 +103,16 @@ protected:
 };
 
 std::vector<ScopedLamp> randomLamps(std::mt19937& random) {
-    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto between = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     std::vector<ScopedLamp> lamps(1 + random() % 6);
     for (ScopedLamp& lamp : lamps) {
         lamp.kind = static_cast<ScopedLamp::Kind>(random() % 3);
         lamp.place = {between(-2, 2), between(-1, 2), between(0, 1.5)};
         lamp.way = Vec3d(between(-1, 1), between(-1, 0.3), between(-1.5, -0.3)) - 0.3 * lamp.place;
-        lamp.color = Vec3f(static_cast<float>(between(0.2, 0.8)), static_cast<float>(between(0.2, 0.8)), static_cast<float>(between(0.2, 0.8)));
+        lamp.color = Vec3f(static_cast<float>(between(0.2, 0.8)), static_cast<float>(between(0.2, 0.8)),
+                           static_cast<float>(between(0.2, 0.8)));
         lamp.range = random() % 2 ? static_cast<float>(between(1, 4)) : 0;
         lamp.shadows = random() % 3 == 0;
         lamp.group = static_cast<int>(random() % 4) - 1;
@@ -121,7 +144,8 @@ TEST_F(ScopeTest, EachThingIsAsBrightAsWithTheLightsThatReachIt) {
         for (int group = 0; group < kGroups; ++group) {
             std::vector<ScopedLamp> reaching;
             for (ScopedLamp lamp : lamps) {
-                if (!reaches(lamp, group)) lamp.color = Vec3f::Zero();  // it keeps its place among those that get shadows
+                if (!reaches(lamp, group))
+                    lamp.color = Vec3f::Zero();  // it keeps its place among those that get shadows
                 lamp.group = -1;
                 reaching.push_back(lamp);
             }
@@ -132,13 +156,16 @@ TEST_F(ScopeTest, EachThingIsAsBrightAsWithTheLightsThatReachIt) {
                 if (!isOf(scoped, ids[i], group) || (!sky && !isOf(solid, behind[i], group))) continue;
                 ++compared;
                 throughGlass += sky || ids[i] != behind[i];
-                for (std::size_t c = 0; c < 3; ++c) ASSERT_NEAR(picture.rgb[3 * i + c], should.rgb[3 * i + c], 1) << "pixel " << i << ", group " << group;
+                for (std::size_t c = 0; c < 3; ++c)
+                    ASSERT_NEAR(picture.rgb[3 * i + c], should.rgb[3 * i + c], 1)
+                        << "pixel " << i << ", group " << group;
             }
         }
         std::vector<ScopedLamp> everywhere = lamps;
         for (ScopedLamp& lamp : everywhere) lamp.group = -1;
         const Picture unlike = drawn(room(everywhere, mapped, glassIn));
-        for (std::size_t i = 0; i < picture.rgb.size(); ++i) differently += std::abs(picture.rgb[i] - unlike.rgb[i]) > 8;
+        for (std::size_t i = 0; i < picture.rgb.size(); ++i)
+            differently += std::abs(picture.rgb[i] - unlike.rgb[i]) > 8;
     }
     if (said) return;
     EXPECT_GT(throughGlass, 1000);
@@ -171,7 +198,8 @@ TEST_F(ScopeTest, ListsAndTilesChangeNoByte) {
         for (int y = 0; y < rect.height; ++y)
             for (int x = 0; x < 3 * rect.width; ++x) {
                 const int row = all.height - rect.y - rect.height + y;
-                differing += picture[static_cast<std::size_t>(3 * (row * all.width + rect.x) + x)] != tile[static_cast<std::size_t>(3 * y * rect.width + x)];
+                differing += picture[static_cast<std::size_t>(3 * (row * all.width + rect.x) + x)] !=
+                             tile[static_cast<std::size_t>(3 * y * rect.width + x)];
             }
         EXPECT_EQ(differing, 0);
     }

@@ -24,8 +24,8 @@ struct Shaded {
         Vec3d c = nl * (diffuse + fresnel * lobe(roughness, n.dot(h), nl, nv));
         if (clearcoat > 0) {
             const double below = 1 - clearcoat * schlick(Vec3d::Constant(0.04), nv).x();
-            c = c * below + clearcoat * nl * schlick(Vec3d::Constant(0.04), v.dot(h)) *
-                                lobe(clearcoatRoughness, n.dot(h), nl, nv);
+            c = c * below +
+                clearcoat * nl * schlick(Vec3d::Constant(0.04), v.dot(h)) * lobe(clearcoatRoughness, n.dot(h), nl, nv);
         }
         return c;
     }

@@ -26,7 +26,8 @@ protected:
     }
     static void addFloor(TestScene& scene) {
         scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero());
-        scene.place(scene.add(makeSheet(16, 16), scene.add(matt())), {0, -1, -3}, Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
+        scene.place(scene.add(makeSheet(16, 16), scene.add(matt())), {0, -1, -3},
+                    Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
     }
     /// The floor's point that a pixel shows: the eye is at (0, 5.4, -3), the screen 2.4 below it.
     static Vec3d floorAt(int x, int y) {
@@ -50,19 +51,23 @@ double throughBox(const Vec3d& from, const Vec3d& to, const Box& box) {
 
 TEST_F(ShadowTest, WhatARayToTheLightMeetsIsDarkAndNothingElse) {
     std::mt19937 random(7);
-    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto between = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     int shaded = 0;
     for (int round = 0; round < 24; ++round) {
         const bool spot = round % 2;
         const Vec3d light(between(-3, 3), between(4, 7), -3 + between(-3, 3));
         const Vec3d travels = (Vec3d(0, -1, -3) - light).normalized();
-        const Vec3d size(between(0.3, 1), between(0.3, 1), between(0.3, 1)), at(between(-1, 1), between(-0.2, 0.8), -3 + between(-1, 1));
+        const Vec3d size(between(0.3, 1), between(0.3, 1), between(0.3, 1)),
+            at(between(-1, 1), between(-0.2, 0.8), -3 + between(-1, 1));
         const auto shown = [&](bool box, bool shadows) {
             TestScene scene;
             addFloor(scene);
             if (box) scene.place(scene.add(makeBox(size), scene.add(matt())), at);
             if (spot)
-                scene.addSpotLight(light, travels, Vec3f::Ones(), 40, 0.9f, 1.0f, round % 4 == 1 ? 0.0f : 30.0f, shadows);
+                scene.addSpotLight(light, travels, Vec3f::Ones(), 40, 0.9f, 1.0f, round % 4 == 1 ? 0.0f : 30.0f,
+                                   shadows);
             else
                 scene.addDirectionalLight(travels, Vec3f::Ones(), 1, shadows);
             return draw(scene.take(), fromAbove());
@@ -99,7 +104,8 @@ TEST_F(ShadowTest, NothingThatIsRoundOrFlatShadesItself) {
             scene.place(scene.add(makeSphere(1.1, 96), scene.add(matt())), {0, 0, -2});
             const Vec3d travels(std::sin(turn), -0.4, -std::cos(turn));
             if (spot)
-                scene.addSpotLight(Vec3d(0, 0, -2) - 6 * travels.normalized(), travels, Vec3f::Ones(), 36, 0.4f, 0.5f, 0, shadows);
+                scene.addSpotLight(Vec3d(0, 0, -2) - 6 * travels.normalized(), travels, Vec3f::Ones(), 36, 0.4f, 0.5f,
+                                   0, shadows);
             else
                 scene.addDirectionalLight(travels, Vec3f::Ones(), 1, shadows);
             return draw(scene.take(), cameraOf(kPx, kPx));
@@ -136,10 +142,13 @@ TEST_F(ShadowTest, OfGlassThereIsNoneAndHolesLetLightThrough) {
         TestScene scene;
         addFloor(scene);
         MeshData sheet = makeSheet(2, 2);
-        scene.place(scene.add(sheet, scene.add(make(scene))), {0, 0.5, -3}, Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
+        scene.place(scene.add(sheet, scene.add(make(scene))), {0, 0.5, -3},
+                    Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
         scene.addDirectionalLight({1.5, -1, 0}, Vec3f::Ones(), 1, true);
         const Picture picture = draw(scene.take(), fromAbove());
-        const auto at = [&](double x) { return pixel(picture, static_cast<int>(kPx / 2 + x / (3.2 / kPx * 6.4 / 2.4)), kPx / 2).g; };
+        const auto at = [&](double x) {
+            return pixel(picture, static_cast<int>(kPx / 2 + x / (3.2 / kPx * 6.4 / 2.4)), kPx / 2).g;
+        };
         // The sheet's shadow reaches from 1.25 to 3.25; its middle is at 2.25.
         return std::pair{at(1.75), at(2.75)};
     };
@@ -155,7 +164,8 @@ TEST_F(ShadowTest, OfGlassThereIsNoneAndHolesLetLightThrough) {
         Material material = matt();
         material.alphaMode = Material::kMask;
         std::vector<std::uint8_t> pixels;
-        for (int i = 0; i < 64; ++i) pixels.insert(pixels.end(), {255, 255, 255, static_cast<std::uint8_t>(i % 8 < 4 ? 255 : 0)});
+        for (int i = 0; i < 64; ++i)
+            pixels.insert(pixels.end(), {255, 255, 255, static_cast<std::uint8_t>(i % 8 < 4 ? 255 : 0)});
         material.baseColorImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 8, 8);
         return material;
     });
@@ -167,7 +177,8 @@ TEST_F(ShadowTest, OfOneSunAndEightSpotsTheOthersAreCounted) {
     TestScene scene;
     addFloor(scene);
     for (int i = 0; i < 3; ++i) scene.addDirectionalLight(-Vec3d::UnitY(), Vec3f::Ones(), 0.1f, true);
-    for (int i = 0; i < 10; ++i) scene.addSpotLight({0.1 * i, 3, -3}, -Vec3d::UnitY(), Vec3f::Ones(), 1, 0.2f, 0.5f, 0, true);
+    for (int i = 0; i < 10; ++i)
+        scene.addSpotLight({0.1 * i, 3, -3}, -Vec3d::UnitY(), Vec3f::Ones(), 1, 0.2f, 0.5f, 0, true);
     (void)draw(scene.take(), fromAbove());
     EXPECT_EQ(renderer_->lastCounts().shadowsLeftOut, 4u);
 }

@@ -11,14 +11,20 @@ namespace {
 /// A sky of blocks, each of one colour and another one than its neighbours: flat, or a cube.
 Image blockSky(std::int64_t encoding, bool cube) {
     std::mt19937 random(7);
-    Image image{.widthPx = cube ? 16 : 32, .heightPx = 16, .encoding = encoding, .shape = cube ? Image::kCube : Image::kFlat, .mipmaps = 1};
+    Image image{.widthPx = cube ? 16 : 32,
+                .heightPx = 16,
+                .encoding = encoding,
+                .shape = cube ? Image::kCube : Image::kFlat,
+                .mipmaps = 1};
     std::vector<std::uint8_t> bytes(levelsOf(image).back().offset + levelsOf(image).back().sizeBytes);
     for (std::size_t at = 0; at < bytes.size(); at += 16) {
-        // bc6h, mode 11: ends of ten bits a channel, alike. bc7, mode 5: ends of seven bits a channel, alike, and full alpha.
+        // bc6h, mode 11: ends of ten bits a channel, alike. bc7, mode 5: ends of seven bits a channel, alike, and full
+        // alpha.
         const bool halves = encoding == Image::kBc6h;
         std::size_t bit = 8 * at;
         const auto put = [&](unsigned value, int bits) {
-            for (int i = 0; i < bits; ++i, ++bit) bytes[bit / 8] |= static_cast<std::uint8_t>((value >> i & 1u) << bit % 8);
+            for (int i = 0; i < bits; ++i, ++bit)
+                bytes[bit / 8] |= static_cast<std::uint8_t>((value >> i & 1u) << bit % 8);
         };
         std::array<unsigned, 3> color{};
         for (unsigned& c : color) c = random() % (halves ? 496 : 128);
@@ -48,7 +54,8 @@ Aspect underSky(const Image& sky) {
     return scene.take();
 }
 
-/// A bit of everything that sets something: glass, holes, lines, points, shadows, clouds whose rows are no multiple of four bytes.
+/// A bit of everything that sets something: glass, holes, lines, points, shadows, clouds whose rows are no multiple of
+/// four bytes.
 Aspect everything() {
     TestScene scene;
     scene.addDirectionalLight({0.4, -0.5, -1}, Vec3f::Ones(), 1, true);
@@ -94,14 +101,37 @@ protected:
             getInteger(what, values.data());
         };
         constexpr GLenum kPackInvert = 0x8758;
-        for (const auto& [name, what] : std::initializer_list<std::pair<const char*, GLenum>>{
-                 {"pack alignment", GL_PACK_ALIGNMENT}, {"pack row length", GL_PACK_ROW_LENGTH}, {"pack skip rows", GL_PACK_SKIP_ROWS}, {"pack skip pixels", GL_PACK_SKIP_PIXELS},
-                 {"pack invert", kPackInvert}, {"unpack alignment", GL_UNPACK_ALIGNMENT}, {"unpack row length", GL_UNPACK_ROW_LENGTH}, {"draw framebuffer", GL_DRAW_FRAMEBUFFER_BINDING},
-                 {"read framebuffer", GL_READ_FRAMEBUFFER_BINDING}, {"program", GL_CURRENT_PROGRAM}, {"vertex array", GL_VERTEX_ARRAY_BINDING}, {"scissor test", GL_SCISSOR_TEST},
-                 {"depth test", GL_DEPTH_TEST}, {"depth function", GL_DEPTH_FUNC}, {"depth mask", GL_DEPTH_WRITEMASK}, {"depth clamp", GL_DEPTH_CLAMP}, {"color mask", GL_COLOR_WRITEMASK},
-                 {"blend", GL_BLEND}, {"blend source", GL_BLEND_SRC_RGB}, {"blend destination", GL_BLEND_DST_RGB}, {"blend source alpha", GL_BLEND_SRC_ALPHA},
-                 {"blend destination alpha", GL_BLEND_DST_ALPHA}, {"cull", GL_CULL_FACE}, {"cull which", GL_CULL_FACE_MODE}, {"front", GL_FRONT_FACE}, {"clip origin", GL_CLIP_ORIGIN},
-                 {"clip depth", GL_CLIP_DEPTH_MODE}, {"viewport", GL_VIEWPORT}, {"scissor", GL_SCISSOR_BOX}, {"seamless cubes", GL_TEXTURE_CUBE_MAP_SEAMLESS}})
+        for (const auto& [name, what] :
+             std::initializer_list<std::pair<const char*, GLenum>>{{"pack alignment", GL_PACK_ALIGNMENT},
+                                                                   {"pack row length", GL_PACK_ROW_LENGTH},
+                                                                   {"pack skip rows", GL_PACK_SKIP_ROWS},
+                                                                   {"pack skip pixels", GL_PACK_SKIP_PIXELS},
+                                                                   {"pack invert", kPackInvert},
+                                                                   {"unpack alignment", GL_UNPACK_ALIGNMENT},
+                                                                   {"unpack row length", GL_UNPACK_ROW_LENGTH},
+                                                                   {"draw framebuffer", GL_DRAW_FRAMEBUFFER_BINDING},
+                                                                   {"read framebuffer", GL_READ_FRAMEBUFFER_BINDING},
+                                                                   {"program", GL_CURRENT_PROGRAM},
+                                                                   {"vertex array", GL_VERTEX_ARRAY_BINDING},
+                                                                   {"scissor test", GL_SCISSOR_TEST},
+                                                                   {"depth test", GL_DEPTH_TEST},
+                                                                   {"depth function", GL_DEPTH_FUNC},
+                                                                   {"depth mask", GL_DEPTH_WRITEMASK},
+                                                                   {"depth clamp", GL_DEPTH_CLAMP},
+                                                                   {"color mask", GL_COLOR_WRITEMASK},
+                                                                   {"blend", GL_BLEND},
+                                                                   {"blend source", GL_BLEND_SRC_RGB},
+                                                                   {"blend destination", GL_BLEND_DST_RGB},
+                                                                   {"blend source alpha", GL_BLEND_SRC_ALPHA},
+                                                                   {"blend destination alpha", GL_BLEND_DST_ALPHA},
+                                                                   {"cull", GL_CULL_FACE},
+                                                                   {"cull which", GL_CULL_FACE_MODE},
+                                                                   {"front", GL_FRONT_FACE},
+                                                                   {"clip origin", GL_CLIP_ORIGIN},
+                                                                   {"clip depth", GL_CLIP_DEPTH_MODE},
+                                                                   {"viewport", GL_VIEWPORT},
+                                                                   {"scissor", GL_SCISSOR_BOX},
+                                                                   {"seamless cubes", GL_TEXTURE_CUBE_MAP_SEAMLESS}})
             look(name, what);
         for (GLuint i = 0; i < 4; ++i) {
             GLint bound = 0;
@@ -114,9 +144,15 @@ protected:
         getInteger(GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS, &units);
         for (GLint unit = 0; unit < std::min(units, 48); ++unit) {
             activeTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
-            for (const auto& [name, what] : std::initializer_list<std::pair<const char*, GLenum>>{{"flat", GL_TEXTURE_BINDING_2D}, {"solid", GL_TEXTURE_BINDING_3D}, {"cube", GL_TEXTURE_BINDING_CUBE_MAP},
-                                                                                                     {"several", GL_TEXTURE_BINDING_2D_MULTISAMPLE}, {"array", GL_TEXTURE_BINDING_2D_ARRAY},
-                                                                                                     {"buffer", GL_TEXTURE_BINDING_BUFFER}, {"rectangle", GL_TEXTURE_BINDING_RECTANGLE}, {"sampler", GL_SAMPLER_BINDING}})
+            for (const auto& [name, what] :
+                 std::initializer_list<std::pair<const char*, GLenum>>{{"flat", GL_TEXTURE_BINDING_2D},
+                                                                       {"solid", GL_TEXTURE_BINDING_3D},
+                                                                       {"cube", GL_TEXTURE_BINDING_CUBE_MAP},
+                                                                       {"several", GL_TEXTURE_BINDING_2D_MULTISAMPLE},
+                                                                       {"array", GL_TEXTURE_BINDING_2D_ARRAY},
+                                                                       {"buffer", GL_TEXTURE_BINDING_BUFFER},
+                                                                       {"rectangle", GL_TEXTURE_BINDING_RECTANGLE},
+                                                                       {"sampler", GL_SAMPLER_BINDING}})
                 look("unit " + std::to_string(unit) + " " + name, what);
         }
         activeTexture(GL_TEXTURE0);
@@ -131,7 +167,8 @@ TEST_F(StateTest, NothingOutlivesACall) {
         const auto first = state();
         const auto expectAsAtFirst = [&](const char* after) {
             const auto now = state();
-            for (const auto& [name, values] : first) EXPECT_EQ(now.at(name), values) << name << ", after " << after << ", samples " << samples;
+            for (const auto& [name, values] : first)
+                EXPECT_EQ(now.at(name), values) << name << ", after " << after << ", samples " << samples;
         };
         const Aspect aspect = everything();
         const ScreenCamera camera = cameraOf(70, 50);
@@ -145,7 +182,8 @@ TEST_F(StateTest, NothingOutlivesACall) {
         for (const CullerKind culler : {CullerKind::kQueriesWait, CullerKind::kQueries, CullerKind::kTwoPhase}) {
             RenderAction action(culler);
             // Of a device that is asked thing after thing the next call puts back what is left.
-            for (int i = 0; i < 3; ++i) ASSERT_TRUE(action.run(scene, camera, whole(camera), &renderer_->visibility(aspect), nullptr));
+            for (int i = 0; i < 3; ++i)
+                ASSERT_TRUE(action.run(scene, camera, whole(camera), &renderer_->visibility(aspect), nullptr));
             EXPECT_EQ(draw(aspect, camera).rgb, seen.rgb);
             expectAsAtFirst("visibility, and a picture");
         }
@@ -153,7 +191,8 @@ TEST_F(StateTest, NothingOutlivesACall) {
         ASSERT_TRUE(renderer_->pixelProbe());
         expectAsAtFirst("pixelProbe");
         const std::function<bool()> unwanted = [asked = 0]() mutable { return ++asked > 4; };
-        const auto leftOff = renderer_->drawWhileWanted(aspect, listOf(aspect, camera), camera, whole(camera), unwanted);
+        const auto leftOff =
+            renderer_->drawWhileWanted(aspect, listOf(aspect, camera), camera, whole(camera), unwanted);
         ASSERT_TRUE(leftOff && !*leftOff);
         expectAsAtFirst("a picture that nobody wants");
         EXPECT_EQ(draw(aspect, camera).rgb, seen.rgb);
@@ -173,7 +212,8 @@ TEST_F(StateTest, ASkyOfBlocksIsTheSameAfterAnyReadBack) {
             const int width = cube == (encoding == Image::kBc7) ? 200 : 5;
             restart({.samples = 1});
             (void)draw(everything(), cameraOf(width, 40));
-            EXPECT_EQ(draw(sky, camera).rgb, first.rgb) << "encoding " << encoding << (cube ? ", a cube" : ", flat") << ", after " << width;
+            EXPECT_EQ(draw(sky, camera).rgb, first.rgb)
+                << "encoding " << encoding << (cube ? ", a cube" : ", flat") << ", after " << width;
         }
 }
 

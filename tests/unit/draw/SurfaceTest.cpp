@@ -1,5 +1,5 @@
-/// Surfaces: what there is, what is refused, and that those on EGL's software draw what OSMesa draws. Each test is a process of
-/// its own (ctest), so that a library that one test loads does not meet that of another.
+/// Surfaces: what there is, what is refused, and that those on EGL's software draw what OSMesa draws. Each test is a
+/// process of its own (ctest), so that a library that one test loads does not meet that of another.
 #include <gtest/gtest.h>
 
 #include "client/draw/Renderer.h"

@@ -15,8 +15,8 @@ namespace {
 /// Sets of things, by the draws of a frame that comes again and again.
 using Frame = std::vector<unsigned>;
 
-/// The least number of uploads in `frames` frames, whatever gives way when: by trying all. Before each draw so many may be
-/// there at most; what the draw needs comes on top.
+/// The least number of uploads in `frames` frames, whatever gives way when: by trying all. Before each draw so many may
+/// be there at most; what the draw needs comes on top.
 int leastUploads(const Frame& frame, int things, int budget, int frames) {
     const unsigned all = 1u << things;
     constexpr int kNone = 1 << 20;

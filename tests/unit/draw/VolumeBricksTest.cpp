@@ -23,18 +23,22 @@ Volume sparseVolume(FieldDice& dice) {
     };
     const Vec3d size(static_cast<double>(v.sizeX), static_cast<double>(v.sizeY), static_cast<double>(v.sizeZ));
     std::vector<Ball> balls(dice.below(4));
-    for (Ball& ball : balls) ball = {size.cwiseProduct(Vec3d(dice.any(0, 1), dice.any(0, 1), dice.any(0, 1))), dice.any(1, 9)};
+    for (Ball& ball : balls)
+        ball = {size.cwiseProduct(Vec3d(dice.any(0, 1), dice.any(0, 1), dice.any(0, 1))), dice.any(1, 9)};
     std::vector<double> values;
     for (std::int64_t z = 0; z < v.sizeZ; ++z)
         for (std::int64_t y = 0; y < v.sizeY; ++y)
             for (std::int64_t x = 0; x < v.sizeX; ++x) {
                 const Vec3d at(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
                 double value = dice.any(0, noise);
-                for (const Ball& ball : balls) value = std::max(value, 250 * std::clamp(1.5 - (at - ball.middle).norm() / ball.radius, 0.0, 1.0));
+                for (const Ball& ball : balls)
+                    value = std::max(value, 250 * std::clamp(1.5 - (at - ball.middle).norm() / ball.radius, 0.0, 1.0));
                 if (v.format == Volume::kFloat)
                     values.push_back(value / 50 - 2);
                 else
-                    values.push_back(std::floor(v.format == Volume::kUint8 ? value : v.format == Volume::kUint16 ? 200 * value : 200 * value - 25000));
+                    values.push_back(std::floor(v.format == Volume::kUint8    ? value
+                                                : v.format == Volume::kUint16 ? 200 * value
+                                                                              : 200 * value - 25000));
             }
     v.voxels = v.format == Volume::kUint8    ? numbersFrom<std::uint8_t>(values)
                : v.format == Volume::kUint16 ? numbersFrom<std::uint16_t>(values)
@@ -64,7 +68,9 @@ TEST(VolumeBricks, WhatIsEmptyIsEmptyAndNoFartherThanIsSaid) {
         const std::vector<std::uint8_t> steps = bricks.emptySteps(v);
         const auto [nx, ny, nz] = bricks.counts();
         ASSERT_EQ(steps.size(), static_cast<std::size_t>(nx * ny * nz));
-        const auto again = [&] { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_draw --gtest_filter=VolumeBricks.*"; };
+        const auto again = [&] {
+            return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_draw --gtest_filter=VolumeBricks.*";
+        };
         for (std::int64_t z = 0; z < nz; ++z)
             for (std::int64_t y = 0; y < ny; ++y)
                 for (std::int64_t x = 0; x < nx; ++x) {
@@ -72,10 +78,14 @@ TEST(VolumeBricks, WhatIsEmptyIsEmptyAndNoFartherThanIsSaid) {
                     // Places in it, its rims too.
                     for (int i = 0; i < 10; ++i) {
                         const auto place = [&](std::int64_t brick, std::int64_t size) {
-                            const double within = dice.below(3) == 0 ? VolumeBricks::kSide * static_cast<double>(dice.below(2)) : dice.any(0, VolumeBricks::kSide);
-                            return std::min(static_cast<double>(size - 1), static_cast<double>(VolumeBricks::kSide * brick) + within);
+                            const double within = dice.below(3) == 0
+                                                      ? VolumeBricks::kSide * static_cast<double>(dice.below(2))
+                                                      : dice.any(0, VolumeBricks::kSide);
+                            return std::min(static_cast<double>(size - 1),
+                                            static_cast<double>(VolumeBricks::kSide * brick) + within);
                         };
-                        const double value = gridOf(v).linearAt({place(x, v.sizeX), place(y, v.sizeY), place(z, v.sizeZ)});
+                        const double value =
+                            gridOf(v).linearAt({place(x, v.sizeX), place(y, v.sizeY), place(z, v.sizeZ)});
                         ASSERT_LE(value, bricks.greatest()[at] + 1e-4 * std::abs(value)) << again();
                         ASSERT_GE(value, bricks.least()[at] - 1e-4 * std::abs(value)) << again();
                         ASSERT_TRUE(steps[at] == 0 || byTransfer(v, value).opacity == 0) << again();
@@ -85,7 +95,9 @@ TEST(VolumeBricks, WhatIsEmptyIsEmptyAndNoFartherThanIsSaid) {
                         for (std::int64_t oy = 0; oy < ny; ++oy)
                             for (std::int64_t ox = 0; ox < nx; ++ox)
                                 if (steps[static_cast<std::size_t>((oz * ny + oy) * nx + ox)] == 0)
-                                    nearest = std::min(nearest, static_cast<unsigned>(std::max({std::abs(ox - x), std::abs(oy - y), std::abs(oz - z)})));
+                                    nearest = std::min(
+                                        nearest, static_cast<unsigned>(
+                                                     std::max({std::abs(ox - x), std::abs(oy - y), std::abs(oz - z)})));
                     ASSERT_EQ(steps[at], nearest) << again();
                     ++(nearest == 0 ? visible : empty);
                     far += nearest > 1 && nearest < 255;
@@ -104,18 +116,21 @@ TEST(VolumeBricks, OfEditedLayersAreThoseOfAFreshLook) {
         Volume v = sparseVolume(dice);
         VolumeBricks bricks(v);
         const std::size_t all = v.voxels.sizeBytes(), layer = all / static_cast<std::size_t>(v.sizeZ);
-        const std::size_t from = all / 4 * dice.below(4) / 4 * 4, count = std::min<std::size_t>(all - from, 4 * (1 + dice.below(500)));
+        const std::size_t from = all / 4 * dice.below(4) / 4 * 4,
+                          count = std::min<std::size_t>(all - from, 4 * (1 + dice.below(500)));
         std::vector<std::byte> edit(count);
         for (std::byte& byte : edit) byte = static_cast<std::byte>(v.format == Volume::kFloat ? 0x3f : dice.below(256));
         v.voxels = v.voxels.withRange(from / 4 * 4, edit).value();
-        bricks.update(v, static_cast<std::int64_t>(from / layer), static_cast<std::int64_t>((from + count + layer - 1) / layer));
+        bricks.update(v, static_cast<std::int64_t>(from / layer),
+                      static_cast<std::int64_t>((from + count + layer - 1) / layer));
         const VolumeBricks fresh(v);
         ASSERT_EQ(bricks.greatest(), fresh.greatest()) << "TESSERA_SEED=" << seed;
         ASSERT_EQ(bricks.least(), fresh.least()) << "TESSERA_SEED=" << seed;
     }
 }
 
-// Clouds, lit or not, and maxima; cut by planes, ended by what is solid; eyes within, beside, far away; edited and coloured anew.
+// Clouds, lit or not, and maxima; cut by planes, ended by what is solid; eyes within, beside, far away; edited and
+// coloured anew.
 TEST_F(VolumeBricksTest, PicturesAreThoseOfRaysThatLookEverywhere) {
     int seen = 0;
     for (const int samples : {1, 4}) {
@@ -139,15 +154,18 @@ TEST_F(VolumeBricksTest, PicturesAreThoseOfRaysThatLookEverywhere) {
                 const Picture all = other->draw(stage.aspect, list, stage.camera, whole(stage.camera)).value();
                 const auto [at, from] = std::ranges::mismatch(one.rgb, all.rgb);
                 ASSERT_EQ(at, one.rgb.end())
-                    << "byte " << at - one.rgb.begin() << " is " << int{*at} << ", not " << int{*from} << ", " << samples << " samples, edit " << edit << ", mode " << v.mode
-                    << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeBricksTest.*";
+                    << "byte " << at - one.rgb.begin() << " is " << int{*at} << ", not " << int{*from} << ", "
+                    << samples << " samples, edit " << edit << ", mode " << v.mode << "\nTESSERA_SEED=" << seed
+                    << " unit_draw --gtest_filter=VolumeBricksTest.*";
                 for (std::size_t i = 0; i < one.rgb.size(); i += 3) seen += one.rgb[i] != one.rgb[0];
                 ChangeListBuilder next;
                 if (dice.below(2) == 0) {
                     next.set(core, typeOf<Volume>(), fieldId<&Volume::low>, toValue(v.low - 0.3 * (v.high - v.low)));
                 } else {
-                    const std::vector<std::byte> bright(std::min<std::size_t>(400, v.voxels.sizeBytes() / 8 * 4), std::byte{0x40});
-                    next.set(core, typeOf<Volume>(), fieldId<&Volume::voxels>, toValue(v.voxels.withRange(v.voxels.sizeBytes() / 8 * 4, bright).value()));
+                    const std::vector<std::byte> bright(std::min<std::size_t>(400, v.voxels.sizeBytes() / 8 * 4),
+                                                        std::byte{0x40});
+                    next.set(core, typeOf<Volume>(), fieldId<&Volume::voxels>,
+                             toValue(v.voxels.withRange(v.voxels.sizeBytes() / 8 * 4, bright).value()));
                 }
                 ASSERT_TRUE(stage.aspect.apply(next.take()));
             }

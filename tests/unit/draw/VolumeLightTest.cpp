@@ -22,7 +22,9 @@ struct CloudLights {
     std::vector<Lamp> lamps;
 };
 
-double linearOf(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
+double linearOf(double c) {
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
 double encodedOf(double c) {
     c = std::clamp(c, 0.0, 1.0);
     return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
@@ -43,7 +45,8 @@ struct Around {
 
     Around(const Volume& v, const Vec3d& place) : here(valueAt(v, place)) {
         const Vec3d steps = (place - v.origin).cwiseQuotient(v.spacing);
-        const std::array<double, 3> last{static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1)};
+        const std::array<double, 3> last{static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1),
+                                         static_cast<double>(v.sizeZ - 1)};
         for (int axis = 0; axis < 3; ++axis) {
             Vec3d down = steps, up = steps;
             down[axis] = std::max(0.0, steps[axis] - 1);
@@ -61,20 +64,23 @@ double easedTo1(double t) {
     return x * x * (3 - 2 * x);
 }
 
-/// The gradient's direction, on the eye's side; the less of it the nearer it is to being seen edge-on (within a cosine of 0.7), and the less the field
-/// goes one way between the neighbours: where less than half of its ups and downs are left, with a 512th of the transfer function's range for noise.
-/// What is missing of it is the way to the eye.
+/// The gradient's direction, on the eye's side; the less of it the nearer it is to being seen edge-on (within a cosine
+/// of 0.7), and the less the field goes one way between the neighbours: where less than half of its ups and downs are
+/// left, with a 512th of the transfer function's range for noise. What is missing of it is the way to the eye.
 Vec3d normalAt(const Volume& v, const Around& field, const Mat3d& world_N_node, const Vec3d& towardsEye) {
     const Vec3d difference = field.after - field.before, slope = difference.cwiseQuotient(field.apart);
     if (slope.norm() == 0) return towardsEye;
     const Vec3d across = (world_N_node * slope).normalized(), here = Vec3d::Constant(field.here);
-    const double travelled = ((field.after - here).cwiseAbs() + (here - field.before).cwiseAbs()).norm() + (v.high - v.low) / 512;
-    const double cosine = across.dot(towardsEye), share = easedTo1(std::abs(cosine) / 0.7) * easedTo1(difference.norm() / travelled / 0.5);
+    const double travelled =
+        ((field.after - here).cwiseAbs() + (here - field.before).cwiseAbs()).norm() + (v.high - v.low) / 512;
+    const double cosine = across.dot(towardsEye),
+                 share = easedTo1(std::abs(cosine) / 0.7) * easedTo1(difference.norm() / travelled / 0.5);
     return ((cosine < 0 ? -share : share) * across + (1 - share) * towardsEye).normalized();
 }
 
 /// A matt surface across a normal, of what reflects 4 % straight on (Schlick's Fresnel term).
-Vec3d litFrom(const CloudLights& lights, const Vec3d& place, const Vec3d& n, const Vec3d& towardsEye, const Vec3d& color) {
+Vec3d litFrom(const CloudLights& lights, const Vec3d& place, const Vec3d& n, const Vec3d& towardsEye,
+              const Vec3d& color) {
     Vec3d sum = lights.ground + (0.5 + 0.5 * n.y()) * (lights.sky - lights.ground);
     const auto add = [&](const Vec3d& l, const Vec3d& radiance) {
         const double hv = (l + towardsEye).normalized().dot(towardsEye);
@@ -98,7 +104,9 @@ TEST_F(VolumeLight, OfShadedCloudsIsWhatTheFormulaSays) {
         v.shaded = true;
         TestScene scene;
         CloudLights lights;
-        const auto someLight = [&](double most) { return Vec3d(dice.any(0, most), dice.any(0, most), dice.any(0, most)); };
+        const auto someLight = [&](double most) {
+            return Vec3d(dice.any(0, most), dice.any(0, most), dice.any(0, most));
+        };
         lights.sky = someLight(0.5);
         lights.ground = someLight(0.3);
         scene.setEnvironment(lights.sky.cast<float>(), lights.ground.cast<float>(), Vec3f::Zero());
@@ -107,24 +115,32 @@ TEST_F(VolumeLight, OfShadedCloudsIsWhatTheFormulaSays) {
             scene.addDirectionalLight(direction, radiance.cast<float>(), 1);
             lights.suns.push_back({-direction, radiance});
         }
-        for (std::uint32_t i = 0, count = dice.below(3); i < count || lights.suns.size() + lights.lamps.size() == 0; ++i) {
-            const CloudLights::Lamp lamp{4 * dice.vector(1).normalized(), someLight(12), dice.below(2) == 0 ? 0.0 : 6.0};
+        for (std::uint32_t i = 0, count = dice.below(3); i < count || lights.suns.size() + lights.lamps.size() == 0;
+             ++i) {
+            const CloudLights::Lamp lamp{4 * dice.vector(1).normalized(), someLight(12),
+                                         dice.below(2) == 0 ? 0.0 : 6.0};
             scene.addPointLight(lamp.position, lamp.radiance.cast<float>(), 1, static_cast<float>(lamp.range));
             lights.lamps.push_back(lamp);
         }
         Stage stage;
         const Quatd outer = dice.turn(), inner = dice.turn();
-        const Vec3d scale(dice.any(0.6, 1.6), dice.any(0.6, 1.6), dice.below(3) == 0 ? -dice.any(0.6, 1.2) : dice.any(0.6, 1.6)), shift = dice.vector(0.3);
-        scene.addNode(scene.addCore(v), scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
+        const Vec3d scale(dice.any(0.6, 1.6), dice.any(0.6, 1.6),
+                          dice.below(3) == 0 ? -dice.any(0.6, 1.2) : dice.any(0.6, 1.6)),
+            shift = dice.vector(0.3);
+        scene.addNode(scene.addCore(v),
+                      scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
         stage.world_T_node = Eigen::Translation3d(shift) * outer * Eigen::Scaling(scale) * inner;
         stage.aspect = scene.take();
-        stage.camera = cameraOf(kSidePx, kSidePx, {dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), dice.below(2) == 0 ? dice.any(0.3, 0.8) : 2.4});
+        stage.camera =
+            cameraOf(kSidePx, kSidePx,
+                     {dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), dice.below(2) == 0 ? dice.any(0.3, 0.8) : 2.4});
         const Picture picture = draw(stage.aspect, stage.camera);
         const Mat3d world_N_node = stage.world_T_node.linear().inverse().transpose();
         const ColorThere lit = [&](const Vec3d& place, const std::array<double, 3>& color) {
             const Vec3d world = stage.world_T_node * place, towardsEye = (stage.camera.eyeWorld - world).normalized();
             const Vec3d n = normalAt(v, Around(v, place), world_N_node, towardsEye);
-            const Vec3d out = tonedOf(litFrom(lights, world, n, towardsEye, {linearOf(color[0]), linearOf(color[1]), linearOf(color[2])}));
+            const Vec3d out = tonedOf(
+                litFrom(lights, world, n, towardsEye, {linearOf(color[0]), linearOf(color[1]), linearOf(color[2])}));
             return std::array<double, 3>{encodedOf(out[0]), encodedOf(out[1]), encodedOf(out[2])};
         };
         const double step = v.step * v.spacing.minCoeff();
@@ -134,8 +150,9 @@ TEST_F(VolumeLight, OfShadedCloudsIsWhatTheFormulaSays) {
             for (std::size_t c = 0; c < 3; ++c) {
                 const int off = std::abs(is[c] - over(rule.color[c], rule.opacity, 0));
                 mostOff = std::max(mostOff, off);
-                ASSERT_LE(off, 3) << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", opacity " << rule.opacity
-                                  << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeLight.*";
+                ASSERT_LE(off, 3) << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", opacity "
+                                  << rule.opacity << "\nTESSERA_SEED=" << seed
+                                  << " unit_draw --gtest_filter=VolumeLight.*";
             }
         }
     }

@@ -16,7 +16,7 @@ constexpr int kMostApart = 6;  ///< of 255, from a pixel to the next
 struct SmoothField {
     enum Kind : std::uint32_t { kSlab, kRidge, kSlope, kThread, kBall, kKinds };
     Kind kind;
-    Vec3d along;   ///< of length 1: across a slab, up a slope, down a thread
+    Vec3d along;  ///< of length 1: across a slab, up a slope, down a thread
     double width;
 
     [[nodiscard]] double at(const Vec3d& p) const {
@@ -24,7 +24,8 @@ struct SmoothField {
         if (kind == kSlab) return std::exp(-a * a);
         if (kind == kRidge) return std::max(0.0, 1 - std::abs(a));
         if (kind == kSlope) return 0.5 + 0.25 * along.dot(p);
-        const double r2 = (kind == kThread ? p.squaredNorm() - along.dot(p) * along.dot(p) : p.squaredNorm()) / (width * width);
+        const double r2 =
+            (kind == kThread ? p.squaredNorm() - along.dot(p) * along.dot(p) : p.squaredNorm()) / (width * width);
         return std::exp(-r2);
     }
 };
@@ -38,11 +39,13 @@ Volume volumeOf(const SmoothField& field, FieldDice& dice) {
     std::vector<double> values;
     for (int z = 0; z < kSmoothSide; ++z)
         for (int y = 0; y < kSmoothSide; ++y)
-            for (int x = 0; x < kSmoothSide; ++x) values.push_back(field.at(v.origin + kSmoothSpacing * Vec3d(x, y, z)));
+            for (int x = 0; x < kSmoothSide; ++x)
+                values.push_back(field.at(v.origin + kSmoothSpacing * Vec3d(x, y, z)));
     v.voxels = numbersFrom<float>(values);
     v.low = 0;
     v.high = 1;
-    const auto least = static_cast<std::uint8_t>(dice.below(60)), most = static_cast<std::uint8_t>(100 + dice.below(156));
+    const auto least = static_cast<std::uint8_t>(dice.below(60)),
+               most = static_cast<std::uint8_t>(100 + dice.below(156));
     const std::vector<std::uint8_t> transfer = {255, 255, 255, least, 255, 255, 255, most};
     v.transfer = Blob::of(std::span<const std::uint8_t>(transfer));
     v.thickness = dice.any(0.1, 1.5);
@@ -57,30 +60,35 @@ Volume volumeOf(const SmoothField& field, FieldDice& dice) {
     return v;
 }
 
-// Pixels are a 400th of a voxel wide there: what is smooth differs little from one to the next. The eye looks along the middle of slabs, along slopes,
-// down threads, and from anywhere.
+// Pixels are a 400th of a voxel wide there: what is smooth differs little from one to the next. The eye looks along the
+// middle of slabs, along slopes, down threads, and from anywhere.
 TEST_F(VolumeLine, NoLineRunsThroughWhatIsSmooth) {
     int lit = 0, most = 0;
     for (const unsigned seed : volumeSeeds(150)) {
         FieldDice dice(seed);
         const Vec3d eye(dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), 2.4);
-        SmoothField field{static_cast<SmoothField::Kind>(seed % SmoothField::kKinds), dice.vector(1).normalized(), dice.any(0.2, 0.6)};
+        SmoothField field{static_cast<SmoothField::Kind>(seed % SmoothField::kKinds), dice.vector(1).normalized(),
+                          dice.any(0.2, 0.6)};
         if (dice.below(3) != 0)
-            field.along = field.kind == SmoothField::kThread ? eye.normalized() : Vec3d(field.along.cross(eye).normalized());
+            field.along =
+                field.kind == SmoothField::kThread ? eye.normalized() : Vec3d(field.along.cross(eye).normalized());
         TestScene scene;
         scene.setDark(Vec3f::Zero());
-        for (std::uint32_t i = 0, count = 1 + dice.below(2); i < count; ++i) scene.addDirectionalLight(dice.vector(1).normalized(), Vec3f::Ones(), 0.8f);
+        for (std::uint32_t i = 0, count = 1 + dice.below(2); i < count; ++i)
+            scene.addDirectionalLight(dice.vector(1).normalized(), Vec3f::Ones(), 0.8f);
         scene.addNode(scene.addCore(volumeOf(field, dice)));
         const Picture picture = draw(scene.take(), cameraOf(kSidePx, kSidePx, eye, kSidePx * kSmoothSpacing / 400));
         int worst = 0;
         for (int y = 1; y < kSidePx; ++y)
             for (int x = 1; x < kSidePx; ++x) {
                 const int here = pixel(picture, x, y).g;
-                worst = std::max({worst, std::abs(here - pixel(picture, x - 1, y).g), std::abs(here - pixel(picture, x, y - 1).g)});
+                worst = std::max(
+                    {worst, std::abs(here - pixel(picture, x - 1, y).g), std::abs(here - pixel(picture, x, y - 1).g)});
                 lit += here > 20;
             }
         most = std::max(most, worst);
-        EXPECT_LE(worst, kMostApart) << "field " << field.kind << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeLine.*";
+        EXPECT_LE(worst, kMostApart) << "field " << field.kind << "\nTESSERA_SEED=" << seed
+                                     << " unit_draw --gtest_filter=VolumeLine.*";
     }
     RecordProperty("mostOff", most);
     if (!std::getenv("TESSERA_SEED")) {

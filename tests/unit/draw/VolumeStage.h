@@ -48,16 +48,26 @@ inline Volume someVolume(FieldDice& dice) {
     v.sizeZ = 2 + dice.below(6);
     v.format = dice.below(4);
     const double least = v.format == Volume::kInt16 ? -32768 : v.format == Volume::kFloat ? -3 : 0;
-    const double most = v.format == Volume::kUint8 ? 255 : v.format == Volume::kUint16 ? 65535 : v.format == Volume::kInt16 ? 32767 : 5;
+    const double most = v.format == Volume::kUint8    ? 255
+                        : v.format == Volume::kUint16 ? 65535
+                        : v.format == Volume::kInt16  ? 32767
+                                                      : 5;
     std::vector<double> values;
-    for (std::int64_t i = 0; i < v.sizeX * v.sizeY * v.sizeZ; ++i) values.push_back(v.format == Volume::kFloat ? dice.any(least, most) : std::round(dice.any(least, most)));
-    v.voxels = v.format == Volume::kUint8 ? numbersFrom<std::uint8_t>(values) : v.format == Volume::kUint16 ? numbersFrom<std::uint16_t>(values) : v.format == Volume::kInt16 ? numbersFrom<std::int16_t>(values) : numbersFrom<float>(values);
+    for (std::int64_t i = 0; i < v.sizeX * v.sizeY * v.sizeZ; ++i)
+        values.push_back(v.format == Volume::kFloat ? dice.any(least, most) : std::round(dice.any(least, most)));
+    v.voxels = v.format == Volume::kUint8    ? numbersFrom<std::uint8_t>(values)
+               : v.format == Volume::kUint16 ? numbersFrom<std::uint16_t>(values)
+               : v.format == Volume::kInt16  ? numbersFrom<std::int16_t>(values)
+                                             : numbersFrom<float>(values);
     v.spacing = Vec3d(dice.any(0.1, 0.5), dice.any(0.1, 0.5), dice.any(0.1, 0.5));
-    v.origin = -0.5 * v.spacing.cwiseProduct(Vec3d(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1))) + dice.vector(0.2);
+    v.origin = -0.5 * v.spacing.cwiseProduct(Vec3d(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1),
+                                                   static_cast<double>(v.sizeZ - 1))) +
+               dice.vector(0.2);
     v.low = least + dice.any(-0.2, 0.4) * (most - least);
     v.high = v.low + dice.any(0.3, 1) * (most - least);
     std::vector<std::uint8_t> transfer;
-    for (std::uint32_t i = 0, stops = dice.below(6); i < 4 * stops; ++i) transfer.push_back(static_cast<std::uint8_t>(dice.below(4) == 0 ? 255 * dice.below(2) : dice.below(256)));
+    for (std::uint32_t i = 0, stops = dice.below(6); i < 4 * stops; ++i)
+        transfer.push_back(static_cast<std::uint8_t>(dice.below(4) == 0 ? 255 * dice.below(2) : dice.below(256)));
     v.transfer = transfer.empty() ? Blob() : Blob::of(std::span<const std::uint8_t>(transfer));
     v.thickness = dice.any(0.1, 2);
     v.step = 0.05;
@@ -79,30 +89,39 @@ struct SeenThere {
 
 inline SeenThere byTransfer(const Volume& v, double value) {
     const std::vector<std::uint8_t> grey = {0, 0, 0, 0, 255, 255, 255, 255};
-    std::span<const std::uint8_t> stops = v.transfer.empty() ? std::span<const std::uint8_t>(grey) : v.transfer.as<std::uint8_t>();
+    std::span<const std::uint8_t> stops =
+        v.transfer.empty() ? std::span<const std::uint8_t>(grey) : v.transfer.as<std::uint8_t>();
     const std::size_t count = stops.size() / 4;
     const double at = std::clamp((value - v.low) / (v.high - v.low), 0.0, 1.0) * static_cast<double>(count - 1);
     const std::size_t first = std::min(static_cast<std::size_t>(at), count - 1), next = std::min(first + 1, count - 1);
     const double f = at - static_cast<double>(first);
-    const auto channel = [&](std::size_t c) { return (stops[4 * first + c] * (1 - f) + stops[4 * next + c] * f) / 255; };
+    const auto channel = [&](std::size_t c) {
+        return (stops[4 * first + c] * (1 - f) + stops[4 * next + c] * f) / 255;
+    };
     return {{channel(0), channel(1), channel(2)}, channel(3)};
 }
 
-inline double valueAt(const Volume& v, const Vec3d& place) { return gridOf(v).linearAt((place - v.origin).cwiseQuotient(v.spacing)); }
+inline double valueAt(const Volume& v, const Vec3d& place) {
+    return gridOf(v).linearAt((place - v.origin).cwiseQuotient(v.spacing));
+}
 
 /// Of a ray in the node's coordinates, t in lengths of them.
 struct FieldRay {
     Vec3d from, along;  ///< of length 1
     double begin = 0, end = 0;
 
-    FieldRay(const Volume& v, const Vec3d& eye, const Vec3d& direction, double nearest, double solid) : from(eye), along(direction), begin(nearest), end(solid) {
-        const Vec3d upper = v.origin + v.spacing.cwiseProduct(Vec3d(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1), static_cast<double>(v.sizeZ - 1)));
+    FieldRay(const Volume& v, const Vec3d& eye, const Vec3d& direction, double nearest, double solid)
+        : from(eye), along(direction), begin(nearest), end(solid) {
+        const Vec3d upper =
+            v.origin + v.spacing.cwiseProduct(Vec3d(static_cast<double>(v.sizeX - 1), static_cast<double>(v.sizeY - 1),
+                                                    static_cast<double>(v.sizeZ - 1)));
         for (int axis = 0; axis < 3; ++axis) {
             cut(Vec3d::Unit(axis), upper[axis]);
             cut(-Vec3d::Unit(axis), -v.origin[axis]);
         }
         const std::span<const double> planes = v.clipPlanes.as<double>();
-        for (std::size_t i = 0; i < planes.size(); i += 4) cut({planes[i], planes[i + 1], planes[i + 2]}, planes[i + 3]);
+        for (std::size_t i = 0; i < planes.size(); i += 4)
+            cut({planes[i], planes[i + 1], planes[i + 2]}, planes[i + 3]);
     }
     void cut(const Vec3d& n, double d) {
         const double towards = n.dot(along), before = d - n.dot(from);
@@ -157,8 +176,11 @@ protected:
         scene.setDark(behind);
         stage.background = expectedOf(behind);
         const Quatd outer = dice.turn(), inner = dice.turn();
-        const Vec3d scale(dice.any(0.6, 1.6), dice.any(0.6, 1.6), dice.below(3) == 0 ? -dice.any(0.6, 1.2) : dice.any(0.6, 1.6)), shift = dice.vector(0.3);
-        scene.addNode(scene.addCore(v), scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
+        const Vec3d scale(dice.any(0.6, 1.6), dice.any(0.6, 1.6),
+                          dice.below(3) == 0 ? -dice.any(0.6, 1.2) : dice.any(0.6, 1.6)),
+            shift = dice.vector(0.3);
+        scene.addNode(scene.addCore(v),
+                      scene.addTransform(Vec3d::Zero(), inner, Vec3d::Ones(), scene.addTransform(shift, outer, scale)));
         stage.world_T_node = Eigen::Translation3d(shift) * outer * Eigen::Scaling(scale) * inner;
         if (dice.below(2) == 0) {
             stage.solidZ = dice.any(-1, 0.2);  // before every eye
@@ -167,7 +189,9 @@ protected:
             stage.background = expectedOf(color);
         }
         stage.aspect = scene.take();
-        stage.camera = cameraOf(kSidePx, kSidePx, {dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), dice.below(2) == 0 ? dice.any(0.3, 0.8) : 2.4});
+        stage.camera =
+            cameraOf(kSidePx, kSidePx,
+                     {dice.any(-0.5, 0.5), dice.any(-0.5, 0.5), dice.below(2) == 0 ? dice.any(0.3, 0.8) : 2.4});
         return stage;
     }
     /// Through a pixel's middle, in the world; the eye is where it begins.
@@ -191,9 +215,10 @@ protected:
         FieldRay ray;
         std::array<int, 3> is;
     };
-    /// Some of the picture, from pixel `first` on each side, every so many; without those at the rim of the box, where a ray's rounding decides
-    /// whether it meets it.
-    static std::vector<SeenPixel> pixelsOf(const Picture& picture, const Stage& stage, const Volume& v, int first, int every) {
+    /// Some of the picture, from pixel `first` on each side, every so many; without those at the rim of the box, where
+    /// a ray's rounding decides whether it meets it.
+    static std::vector<SeenPixel> pixelsOf(const Picture& picture, const Stage& stage, const Volume& v, int first,
+                                           int every) {
         std::vector<SeenPixel> all;
         for (int y = first; y < kSidePx; y += every)
             for (int x = first; x < kSidePx; x += every) {
@@ -203,7 +228,9 @@ protected:
             }
         return all;
     }
-    static int over(double color, double opacity, int background) { return static_cast<int>(std::lround(std::clamp(255 * color + (1 - opacity) * background, 0.0, 255.0))); }
+    static int over(double color, double opacity, int background) {
+        return static_cast<int>(std::lround(std::clamp(255 * color + (1 - opacity) * background, 0.0, 255.0)));
+    }
 };
 
 }  // namespace tessera

@@ -13,7 +13,8 @@ namespace {
 
 using VolumeTest = VolumeStage;
 
-// Of many steps each ray is what the integral is; what is left of the difference is known, as both can be had in double.
+// Of many steps each ray is what the integral is; what is left of the difference is known, as both can be had in
+// double.
 TEST_F(VolumeTest, CloudsAndMaximaAreWhatRaysInDoubleSee) {
     int covered = 0;
     double mostOff = 0;
@@ -32,10 +33,12 @@ TEST_F(VolumeTest, CloudsAndMaximaAreWhatRaysInDoubleSee) {
                 const int wanted = over(truth.color[c], truth.opacity, behind[c]);
                 const double ruleOff = std::abs(over(rule.color[c], rule.opacity, behind[c]) - wanted);
                 mostOff = std::max<double>(mostOff, std::abs(is[c] - wanted));
-                // What is behind is one off at most (ExpectedColor.h); colour, opacity, their product and what is wanted are rounded once each.
+                // What is behind is one off at most (ExpectedColor.h); colour, opacity, their product and what is
+                // wanted are rounded once each.
                 ASSERT_LE(std::abs(is[c] - wanted), 3 + ruleOff)
-                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", wanted " << wanted << " of opacity " << truth.opacity
-                    << ", mode " << v.mode << " format " << v.format << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.CloudsAndMaxima*";
+                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << ", wanted " << wanted
+                    << " of opacity " << truth.opacity << ", mode " << v.mode << " format " << v.format
+                    << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.CloudsAndMaxima*";
             }
         }
     }
@@ -65,8 +68,9 @@ TEST_F(VolumeTest, EachPieceOfARayIsSeenOnceWhereItsMiddleIs) {
             covered += rule.opacity > 0.02;
             for (std::size_t c = 0; c < 3; ++c)
                 ASSERT_LE(std::abs(is[c] - over(rule.color[c], rule.opacity, behind[c])), 3)
-                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << " of opacity " << rule.opacity << ", mode " << v.mode
-                    << " format " << v.format << " step " << v.step << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.EachPiece*";
+                    << "at " << x << ' ' << y << " channel " << c << ": is " << is[c] << " of opacity " << rule.opacity
+                    << ", mode " << v.mode << " format " << v.format << " step " << v.step << "\nTESSERA_SEED=" << seed
+                    << " unit_draw --gtest_filter=VolumeTest.EachPiece*";
         }
     }
     if (!std::getenv("TESSERA_SEED")) {
@@ -94,7 +98,8 @@ TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
             for (int axis = 0; axis < 3; ++axis) add(turned * Vec3d::Unit(axis), box.center());
         else
             for (std::uint32_t i = 0, count = 2 + dice.below(seed % 5 == 0 ? 20 : 6); i < count; ++i)
-                add(dice.below(3) == 0 ? Vec3d(turned * Vec3d::UnitX()) : Vec3d(dice.vector(1)), box.center() + box.size().cwiseProduct(dice.vector(0.5)));
+                add(dice.below(3) == 0 ? Vec3d(turned * Vec3d::UnitX()) : Vec3d(dice.vector(1)),
+                    box.center() + box.size().cwiseProduct(dice.vector(0.5)));
         v.slices = Blob::of(std::span<const double>(planes));
         const Stage stage = someStage(dice, v);
         const Picture picture = draw(stage.aspect, stage.camera);
@@ -105,7 +110,8 @@ TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
             for (std::size_t i = 0; i < planes.size(); i += 4) {
                 const Vec3d n(planes[i], planes[i + 1], planes[i + 2]);
                 const double t = (planes[i + 3] - n.dot(ray.from)) / n.dot(ray.along);
-                atRim = atRim || std::abs(t - ray.begin) < 0.02 || std::abs(t - ray.end) < 0.02 || std::abs(n.normalized().dot(ray.along)) < 0.03;
+                atRim = atRim || std::abs(t - ray.begin) < 0.02 || std::abs(t - ray.end) < 0.02 ||
+                        std::abs(n.normalized().dot(ray.along)) < 0.03;
                 if (!(t > ray.begin && t < ray.end)) continue;
                 for (const auto& other : layers) atRim = atRim || std::abs(other.first - t) < 1e-3;
                 layers.emplace_back(t, byTransfer(v, valueAt(v, ray.from + t * ray.along)));
@@ -116,8 +122,10 @@ TEST_F(VolumeTest, SlicesAreBlendedOnceEachFromTheFarthestOn) {
             most = std::max(most, layers.size());
             for (std::size_t c = 0; c < 3; ++c) {
                 double wanted = behind[c];
-                for (const auto& [t, seen] : layers) wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
-                // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is one off at most.
+                for (const auto& [t, seen] : layers)
+                    wanted = 255 * seen.opacity * seen.color[c] + (1 - seen.opacity) * wanted;
+                // What is behind is one off at most; of each layer colour and opacity are rounded, and their blend is
+                // one off at most.
                 ASSERT_LE(std::abs(is[c] - wanted), 1 + 2 * static_cast<double>(layers.size()))
                     << "at " << x << ' ' << y << ": " << is[c] << " of " << layers.size() << " layers"
                     << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Slices*";
@@ -146,22 +154,27 @@ TEST_F(VolumeTest, TilesAreCropsOfTheOnePicture) {
             scene.setEnvironment(Vec3f(0.4f, 0.5f, 0.6f), Vec3f(0.2f, 0.1f, 0.1f), Vec3f(0.1f, 0.1f, 0.2f));
             scene.addDirectionalLight(Vec3d(-1, -1, -1), Vec3f::Ones(), 1);
             scene.addNode(scene.addCore(v), scene.addTransform(dice.vector(0.2), dice.turn(), Vec3d(0.8, -1.1, 0.9)));
-            scene.place(scene.add(makeSheet(0.4, 5), scene.add(unlit(Vec3f(0.9f, 0.1f, 0.1f)))), dice.vector(0.2), dice.turn());
+            scene.place(scene.add(makeSheet(0.4, 5), scene.add(unlit(Vec3f(0.9f, 0.1f, 0.1f)))), dice.vector(0.2),
+                        dice.turn());
             const Aspect aspect = scene.take();
             const ScreenCamera camera = cameraOf(200, 130, {dice.any(-1, 1), dice.any(-1, 1), dice.any(0.3, 2.4)});
             RenderScene drawn;
             drawn.update(aspect, nullptr);
             RenderAction all(CullerKind::kNone), culled(CullerKind::kMasked);
-            const auto one = renderer_->draw(aspect, all.run(drawn, camera, whole(camera), nullptr), camera, whole(camera));
+            const auto one =
+                renderer_->draw(aspect, all.run(drawn, camera, whole(camera), nullptr), camera, whole(camera));
             ASSERT_TRUE(one);
-            for (const PixelRect& tile : {PixelRect{0, 0, 70, 61}, PixelRect{70, 0, 130, 61}, PixelRect{0, 61, 70, 69}, PixelRect{70, 61, 130, 69}}) {
+            for (const PixelRect& tile : {PixelRect{0, 0, 70, 61}, PixelRect{70, 0, 130, 61}, PixelRect{0, 61, 70, 69},
+                                          PixelRect{70, 61, 130, 69}}) {
                 const auto part = renderer_->draw(aspect, culled.run(drawn, camera, tile, nullptr), camera, tile);
                 ASSERT_TRUE(part);
                 for (int y = 0; y < tile.height; ++y) {
                     const int row = 130 - tile.y - tile.height + y;
                     const auto* from = &one->rgb[3 * static_cast<std::size_t>(200 * row + tile.x)];
-                    ASSERT_TRUE(std::equal(from, from + 3 * tile.width, &part->rgb[3 * static_cast<std::size_t>(tile.width * y)]))
-                        << "row " << y << " of the tile at " << tile.x << ' ' << tile.y << ", samples " << samples << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Tiles*";
+                    ASSERT_TRUE(std::equal(from, from + 3 * tile.width,
+                                           &part->rgb[3 * static_cast<std::size_t>(tile.width * y)]))
+                        << "row " << y << " of the tile at " << tile.x << ' ' << tile.y << ", samples " << samples
+                        << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeTest.Tiles*";
                 }
             }
         }
@@ -188,7 +201,8 @@ TEST_F(VolumeTest, EdgesOfSolidThingsInCloudsHaveNoFringe) {
         scene.addNode(scene.addCore(v));
         // White before white, half way into the dark.
         const double depth = dice.any(-0.7, -0.3);
-        scene.place(scene.add(makeSheet(0.8, 3), scene.add(unlit(Vec3f(1, 1, 1)))), {0, 0, depth}, Quatd(Eigen::AngleAxisd(dice.any(0, 3), Vec3d::UnitZ())));
+        scene.place(scene.add(makeSheet(0.8, 3), scene.add(unlit(Vec3f(1, 1, 1)))), {0, 0, depth},
+                    Quatd(Eigen::AngleAxisd(dice.any(0, 3), Vec3d::UnitZ())));
         const Aspect aspect = scene.take();
         const Picture picture = draw(aspect, cameraOf(kSidePx, kSidePx));
         // Of the two depths, each beside the other: what a ray sees.
@@ -196,7 +210,8 @@ TEST_F(VolumeTest, EdgesOfSolidThingsInCloudsHaveNoFringe) {
         std::map<int, int> shades;
         for (int y = 24; y < 40; ++y)
             for (int x = 20; x < 44; ++x) ++shades[pixel(picture, x, y).r];
-        for (const auto& [shade, count] : shades) darkest = std::min(darkest, shade), brightest = std::max(brightest, shade);
+        for (const auto& [shade, count] : shades)
+            darkest = std::min(darkest, shade), brightest = std::max(brightest, shade);
         const double white = expectedOf(Vec3f(1, 1, 1)).r;
         const auto left = [&](double thick) { return white * std::pow(1 - 128.0 / 255, thick / 0.5); };
         // Rays in this part go through at most so much more than straight ahead.
@@ -204,7 +219,8 @@ TEST_F(VolumeTest, EdgesOfSolidThingsInCloudsHaveNoFringe) {
         EXPECT_GE(darkest, left(slant) - 4) << seed;
         EXPECT_LE(brightest, left(-depth) + 4) << seed;
         const double low = left(1.0), high = left(-depth);
-        for (const auto& [shade, count] : shades) between += shade > low + 0.3 * (high - low) && shade < low + 0.7 * (high - low) ? count : 0;
+        for (const auto& [shade, count] : shades)
+            between += shade > low + 0.3 * (high - low) && shade < low + 0.7 * (high - low) ? count : 0;
     }
     if (!std::getenv("TESSERA_SEED")) {
         EXPECT_GT(between, 10);  // edges are smooth
@@ -290,9 +306,13 @@ TEST(VolumeShapes, BoxesThatAreCutAreClosed) {
         std::vector<double> planes;
         const Box box = boxOf(v);
         for (std::uint32_t i = 0, count = dice.below(9); i < count; ++i) {
-            Vec3d n = dice.below(3) == 0 ? Vec3d(Vec3d::Unit(static_cast<int>(dice.below(3)))) : dice.below(2) == 0 ? Vec3d(1, dice.below(2) ? 1 : -1, dice.below(3) ? 0 : 1) : dice.vector(1);
+            Vec3d n = dice.below(3) == 0   ? Vec3d(Vec3d::Unit(static_cast<int>(dice.below(3))))
+                      : dice.below(2) == 0 ? Vec3d(1, dice.below(2) ? 1 : -1, dice.below(3) ? 0 : 1)
+                                           : dice.vector(1);
             // Through a corner, the middle, or anywhere.
-            const Vec3d through = dice.below(3) == 0 ? Vec3d(box.upper.x(), box.lower.y(), box.upper.z()) : dice.below(2) == 0 ? box.center() : Vec3d(box.center() + 0.4 * dice.any(-1, 1) * box.size());
+            const Vec3d through = dice.below(3) == 0   ? Vec3d(box.upper.x(), box.lower.y(), box.upper.z())
+                                  : dice.below(2) == 0 ? box.center()
+                                                       : Vec3d(box.center() + 0.4 * dice.any(-1, 1) * box.size());
             n *= std::pow(10, dice.any(-9, 9));
             planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(through)});
             if (dice.below(4) == 0) planes.insert(planes.end(), {n.x(), n.y(), n.z(), n.dot(through)});
@@ -301,12 +321,14 @@ TEST(VolumeShapes, BoxesThatAreCutAreClosed) {
         const MeshData mesh = shapeOnScreens(v);
         left += !mesh.indices.empty();
         std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-        for (std::size_t i = 0; i < mesh.indices.size(); ++i) ++edges[{mesh.indices[i], mesh.indices[i % 3 == 2 ? i - 2 : i + 1]}];
+        for (std::size_t i = 0; i < mesh.indices.size(); ++i)
+            ++edges[{mesh.indices[i], mesh.indices[i % 3 == 2 ? i - 2 : i + 1]}];
         for (const auto& [edge, count] : edges) {
             const auto back = edges.find({edge.second, edge.first});
             // Where planes leave a face alone, there and back along its diagonals.
             ASSERT_TRUE(back != edges.end() && back->second == count)
-                << "edge " << edge.first << ' ' << edge.second << "\nTESSERA_SEED=" << seed << " unit_draw --gtest_filter=VolumeShapes.Boxes*";
+                << "edge " << edge.first << ' ' << edge.second << "\nTESSERA_SEED=" << seed
+                << " unit_draw --gtest_filter=VolumeShapes.Boxes*";
         }
         const double rounding = 1e-6 * (box.size().norm() + box.lower.norm());
         for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) {
@@ -322,7 +344,8 @@ TEST(VolumeShapes, BoxesThatAreCutAreClosed) {
     }
 }
 
-// Each piece of a slice lies on one side of all slices before it; together the pieces are as large as the slice. 64 of them too.
+// Each piece of a slice lies on one side of all slices before it; together the pieces are as large as the slice. 64 of
+// them too.
 TEST(VolumeShapes, SlicesAreCutByThoseBeforeThem) {
     std::size_t most = 0;
     for (const unsigned seed : volumeSeeds(60)) {
@@ -342,7 +365,8 @@ TEST(VolumeShapes, SlicesAreCutByThoseBeforeThem) {
         std::vector<double> areas(planes.size() / 4);
         for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
             std::array<Vec3d, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) corners[k] = Vec3f(&mesh.positions[3 * std::size_t{mesh.indices[t + k]}]).cast<double>();
+            for (std::size_t k = 0; k < 3; ++k)
+                corners[k] = Vec3f(&mesh.positions[3 * std::size_t{mesh.indices[t + k]}]).cast<double>();
             const auto slice = static_cast<std::size_t>(mesh.texcoords[2 * std::size_t{mesh.indices[t]} + 1]);
             ASSERT_LT(slice, areas.size());
             areas[slice] += 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
@@ -354,7 +378,8 @@ TEST(VolumeShapes, SlicesAreCutByThoseBeforeThem) {
                     least = std::min(least, off);
                     greatest = std::max(greatest, off);
                 }
-                ASSERT_TRUE(least > -rounding || greatest < rounding) << "slice " << slice << " goes through slice " << k << ", TESSERA_SEED=" << seed;
+                ASSERT_TRUE(least > -rounding || greatest < rounding)
+                    << "slice " << slice << " goes through slice " << k << ", TESSERA_SEED=" << seed;
                 if (k == slice) {
                     ASSERT_TRUE(least > -rounding && greatest < rounding) << "TESSERA_SEED=" << seed;
                 }
@@ -366,7 +391,9 @@ TEST(VolumeShapes, SlicesAreCutByThoseBeforeThem) {
             const MeshData alone = shapeOnScreens(one);
             double area = 0;
             for (std::size_t t = 0; t < alone.indices.size(); t += 3) {
-                const auto corner = [&](std::size_t i) { return Vec3d(Vec3f(&alone.positions[3 * std::size_t{alone.indices[t + i]}]).cast<double>()); };
+                const auto corner = [&](std::size_t i) {
+                    return Vec3d(Vec3f(&alone.positions[3 * std::size_t{alone.indices[t + i]}]).cast<double>());
+                };
                 area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
             }
             ASSERT_NEAR(areas[k], area, 1e-4 * (area + 1e-3)) << "slice " << k << ", TESSERA_SEED=" << seed;

@@ -12,7 +12,9 @@
 namespace tessera {
 namespace {
 
-Blob floatsOf(const std::vector<float>& values) { return Blob::of(std::span<const float>(values)); }
+Blob floatsOf(const std::vector<float>& values) {
+    return Blob::of(std::span<const float>(values));
+}
 
 /// A sphere and its box, whose control points are at rest, or where `map` puts them.
 template <typename Map>
@@ -25,7 +27,8 @@ Deformation bentSphere(std::int64_t points, std::int64_t degree, Map&& map) {
     d.pointsX = d.pointsY = d.pointsZ = points;
     d.degreeX = d.degreeY = d.degreeZ = degree;
     const auto n = static_cast<unsigned>(points), k = static_cast<unsigned>(degree);
-    const Lattice lattice = Lattice::make(LatticeVolume::of({d.lower, d.upper}), {LatticeAxis{k, n}, {k, n}, {k, n}}).value();
+    const Lattice lattice =
+        Lattice::make(LatticeVolume::of({d.lower, d.upper}), {LatticeAxis{k, n}, {k, n}, {k, n}}).value();
     std::vector<float> controls;
     for (std::size_t i = 0; i < lattice.controlPoints().size(); ++i) {
         const Vec3d at = map(lattice.atRest(i));
@@ -34,7 +37,9 @@ Deformation bentSphere(std::int64_t points, std::int64_t degree, Map&& map) {
     d.controlPoints = floatsOf(controls);
     return d;
 }
-Drawable drawableOfValue(const Deformation& d) { return drawableOf(Object::of(d)); }
+Drawable drawableOfValue(const Deformation& d) {
+    return drawableOf(Object::of(d));
+}
 
 TEST(DeformationArrays, StandWhereTheLatticeSays) {
     const auto still = [](const Vec3d& x) { return x; };
@@ -61,7 +66,9 @@ TEST(DeformationArrays, StandWhereTheLatticeSays) {
         for (std::size_t i = 0; i + 2 < from.size(); i += 3) {
             const Vec3d x(from[i], from[i + 1], from[i + 2]), wanted = m * x + t;
             ASSERT_LT((Vec3d(to[i], to[i + 1], to[i + 2]) - wanted).norm(), 2e-6);
-            ASSERT_LT((Vec3d(normals[i], normals[i + 1], normals[i + 2]) - (m.inverse().transpose() * x).normalized()).norm(), 1e-4);
+            ASSERT_LT(
+                (Vec3d(normals[i], normals[i + 1], normals[i + 2]) - (m.inverse().transpose() * x).normalized()).norm(),
+                1e-4);
         }
     }
     // What is outside of the volume stays.
@@ -88,10 +95,16 @@ TEST(DeformationArrays, RefuseWhatIsNoLatticeByName) {
     EXPECT_NE(why([](Deformation& d) { d.pointsY = 5; }).find("controlPoints has 768 bytes"), std::string::npos);
     EXPECT_NE(why([](Deformation& d) { d.upper.z() = -1; }).find("upper corner"), std::string::npos);
     EXPECT_NE(why([](Deformation& d) { d.upper.z() = -1 + 1e-300; }).find("upper corner"), std::string::npos);
-    EXPECT_NE(why([](Deformation& d) { d.indices = Blob::of(std::span<const std::uint32_t>(std::vector<std::uint32_t>{0, 1, 99'999})); }).find("the mesh at rest"), std::string::npos);
+    EXPECT_NE(why([](Deformation& d) {
+                  d.indices = Blob::of(std::span<const std::uint32_t>(std::vector<std::uint32_t>{0, 1, 99'999}));
+              }).find("the mesh at rest"),
+              std::string::npos);
     EXPECT_NE(why([](Deformation& d) { d.positions = {}; }).find("the mesh at rest"), std::string::npos);
     for (const float bad : {NAN, INFINITY, -2e30F})
-        EXPECT_NE(why([&](Deformation& d) { d.controlPoints = *d.controlPoints.withRange(12, std::as_bytes(std::span(&bad, 1))); }).find("control point 1"), std::string::npos);
+        EXPECT_NE(why([&](Deformation& d) {
+                      d.controlPoints = *d.controlPoints.withRange(12, std::as_bytes(std::span(&bad, 1)));
+                  }).find("control point 1"),
+                  std::string::npos);
     EXPECT_TRUE(drawableOfValue(Deformation()).check()) << "nothing at all is fine";
     EXPECT_EQ(drawableOfValue(Deformation()).triangleCount(), 0u);
 }
@@ -101,11 +114,16 @@ TEST(DeformationArrays, FollowRangesOfControlPointsToTheSameBytes) {
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? first : 40;
     std::size_t parts = 0, same = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_drawable --gtest_filter=DeformationArrays.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_drawable --gtest_filter=DeformationArrays.*");
         std::mt19937_64 random(seed);
         const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
-        const auto points = static_cast<std::int64_t>(2 + random() % 9), degree = static_cast<std::int64_t>(1 + random() % static_cast<std::uint64_t>(std::min<std::int64_t>(points - 1, 4)));
-        Deformation d = bentSphere(points, degree, [&](const Vec3d& x) { return Vec3d(x + 0.3 * Vec3d(number(-1, 1), number(-1, 1), number(-1, 1))); });
+        const auto points = static_cast<std::int64_t>(2 + random() % 9),
+                   degree = static_cast<std::int64_t>(
+                       1 + random() % static_cast<std::uint64_t>(std::min<std::int64_t>(points - 1, 4)));
+        Deformation d = bentSphere(points, degree, [&](const Vec3d& x) {
+            return Vec3d(x + 0.3 * Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)));
+        });
         if (random() % 3 == 0) d.upper = Vec3d(number(0, 2), number(0, 2), number(0, 2));
         if (random() % 3 == 0) d.normals = {};
         MeshArrays known = drawableOfValue(d).arrays();

@@ -17,7 +17,9 @@ using test::sceneWithSurface;
 
 const ObjectId kSurface(9);
 
-Drawable surfaceIn(const Aspect& aspect) { return drawableOf(aspect, kSurface); }
+Drawable surfaceIn(const Aspect& aspect) {
+    return drawableOf(aspect, kSurface);
+}
 
 TEST(DerivedArrays, AreWhatTheControlPointsSayWhoeverAsks) {
     const Aspect aspect = sceneWithSurface(controlGrid(4));
@@ -64,20 +66,39 @@ TEST(DerivedArrays, RefuseWhatIsNoControlMeshByName) {
         EXPECT_EQ(empty, !checked) << "what is refused has no triangles";
         return checked ? std::string() : checked.error().message;
     };
-    const auto numbers = [](std::initializer_list<std::uint32_t> values) { return Blob::of(std::span<const std::uint32_t>(values.begin(), values.size())); };
-    const auto floats = [](std::initializer_list<float> values) { return Blob::of(std::span<const float>(values.begin(), values.size())); };
+    const auto numbers = [](std::initializer_list<std::uint32_t> values) {
+        return Blob::of(std::span<const std::uint32_t>(values.begin(), values.size()));
+    };
+    const auto floats = [](std::initializer_list<float> values) {
+        return Blob::of(std::span<const float>(values.begin(), values.size()));
+    };
     EXPECT_EQ(why([](SubdivisionSurface&) {}), "");
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.faceVertices = numbers({0, 1, 2}); }).find("face 0"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.faceSizes = numbers({2}); }).find("fewer than three"), std::string::npos);
+    EXPECT_NE(why([&](SubdivisionSurface& s) {
+                  s.faceVertices = numbers({0, 1, 2});
+              }).find("face 0"),
+              std::string::npos);
+    EXPECT_NE(why([&](SubdivisionSurface& s) { s.faceSizes = numbers({2}); }).find("fewer than three"),
+              std::string::npos);
     EXPECT_NE(why([&](SubdivisionSurface& s) { s.creases = numbers({0, 99}); }).find("crease 0 99"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1, 2}); }).find("creaseSharpness"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1}), s.creases = numbers({0}); }).find("creases"), std::string::npos);
+    EXPECT_NE(why([&](SubdivisionSurface& s) {
+                  s.creaseSharpness = floats({1, 2});
+              }).find("creaseSharpness"),
+              std::string::npos);
+    EXPECT_NE(
+        why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1}), s.creases = numbers({0}); }).find("creases"),
+        std::string::npos);
     EXPECT_NE(why([&](SubdivisionSurface& s) { s.corners = numbers({99}); }).find("corner"), std::string::npos);
     EXPECT_NE(why([&](SubdivisionSurface& s) { s.holes = numbers({99}); }).find("hole"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.scheme = SubdivisionSurface::kLoop; }).find("triangle"), std::string::npos);
-    for (const float bad : {NAN, INFINITY, 2e30F}) EXPECT_NE(why([&](SubdivisionSurface& s) { s.points = *s.points.withRange(12, std::as_bytes(std::span(&bad, 1))); }).find("control point 1"), std::string::npos);
+    EXPECT_NE(why([&](SubdivisionSurface& s) { s.scheme = SubdivisionSurface::kLoop; }).find("triangle"),
+              std::string::npos);
+    for (const float bad : {NAN, INFINITY, 2e30F})
+        EXPECT_NE(why([&](SubdivisionSurface& s) {
+                      s.points = *s.points.withRange(12, std::as_bytes(std::span(&bad, 1)));
+                  }).find("control point 1"),
+                  std::string::npos);
     EXPECT_NE(why([&](SubdivisionSurface& s) { s.points = {}; }).find("vertex"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s = controlGrid(60), s.level = 6; }).find("lower level"), std::string::npos);
+    EXPECT_NE(why([&](SubdivisionSurface& s) { s = controlGrid(60), s.level = 6; }).find("lower level"),
+              std::string::npos);
 }
 
 TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
@@ -95,7 +116,8 @@ TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
         Aspect before = sceneWithSurface(surface);
         std::vector<std::uint8_t> levels(surface.faceSizes.sizeBytes() / 4);
         for (std::uint8_t& level : levels) level = static_cast<std::uint8_t>(random() % 3);
-        const Fineness fineness = random() % 2 ? Fineness(static_cast<unsigned>(random() % 2)) : Fineness(Blob::of(std::span<const std::uint8_t>(levels)));
+        const Fineness fineness = random() % 2 ? Fineness(static_cast<unsigned>(random() % 2))
+                                               : Fineness(Blob::of(std::span<const std::uint8_t>(levels)));
         MeshArrays known = surfaceIn(before).at(fineness).arrays();
         for (int step = 0; step < 6; ++step) {
             const std::size_t count = surface.points.sizeBytes() / 4, at = random() % count;
@@ -106,7 +128,8 @@ TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {
             const Aspect after = sceneWithSurface(surface);
             const MeshArrays arrays = surfaceIn(after).at(fineness).arrays();
             const EarlierMesh* const nothing = nullptr;
-            const DerivedMesh fresh = kSubdivisionDerivation.derive(after.get<SubdivisionSurface>(kSurface), fineness, nothing);
+            const DerivedMesh fresh =
+                kSubdivisionDerivation.derive(after.get<SubdivisionSurface>(kSurface), fineness, nothing);
             ASSERT_EQ(arrays.positions.id(), fresh.arrays.positions.id()) << step;
             ASSERT_EQ(arrays.normals.id(), fresh.arrays.normals.id()) << step;
             ASSERT_EQ(arrays.indices.id(), known.indices.id());

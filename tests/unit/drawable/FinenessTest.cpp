@@ -31,7 +31,8 @@ double distanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const 
         return (p - from - t * along).norm();
     };
     const Vec3d normal = (b - a).cross(c - a);
-    const bool inside = normal.norm() > 0 && (b - a).cross(p - a).dot(normal) >= 0 && (c - b).cross(p - b).dot(normal) >= 0 && (a - c).cross(p - c).dot(normal) >= 0;
+    const bool inside = normal.norm() > 0 && (b - a).cross(p - a).dot(normal) >= 0 &&
+                        (c - b).cross(p - b).dot(normal) >= 0 && (a - c).cross(p - c).dot(normal) >= 0;
     if (inside) return std::abs((p - a).dot(normal)) / normal.norm();
     return std::min({toEdge(a, b), toEdge(b, c), toEdge(c, a)});
 }
@@ -45,7 +46,9 @@ double distanceToMesh(const Vec3d& p, const MeshArrays& mesh) {
 
 /// A cube, an open grid, or one with polygons, or triangles for Loop; points moved about, creases of all kinds.
 SubdivisionSurface randomSurface(std::mt19937_64& random) {
-    const auto uniform = [&random](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&random](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     SubdivisionSurface surface = controlGrid(1 + static_cast<std::uint32_t>(random() % 2));
     std::vector<std::uint32_t> sizes, vertices;
     const auto old = surface.faceVertices.as<std::uint32_t>();
@@ -54,7 +57,8 @@ SubdivisionSurface randomSurface(std::mt19937_64& random) {
         if (open && f % 5 == 4) continue;
         if (loop || (some && random() % 4 == 0)) {
             sizes.insert(sizes.end(), {3, 3});
-            vertices.insert(vertices.end(), {old[4 * f], old[4 * f + 1], old[4 * f + 2], old[4 * f], old[4 * f + 2], old[4 * f + 3]});
+            vertices.insert(vertices.end(),
+                            {old[4 * f], old[4 * f + 1], old[4 * f + 2], old[4 * f], old[4 * f + 2], old[4 * f + 3]});
         } else {
             sizes.push_back(4);
             vertices.insert(vertices.end(), &old[4 * f], &old[4 * f] + 4);
@@ -62,8 +66,10 @@ SubdivisionSurface randomSurface(std::mt19937_64& random) {
     }
     surface.faceSizes = Blob::of(std::span<const std::uint32_t>(sizes));
     surface.faceVertices = Blob::of(std::span<const std::uint32_t>(vertices));
-    if (loop) surface.scheme = SubdivisionSurface::kLoop;
-    else if (random() % 8 == 0) surface.scheme = SubdivisionSurface::kBilinear;
+    if (loop)
+        surface.scheme = SubdivisionSurface::kLoop;
+    else if (random() % 8 == 0)
+        surface.scheme = SubdivisionSurface::kBilinear;
     std::vector<float> points(surface.points.as<float>().begin(), surface.points.as<float>().end());
     const double wild = uniform(0, 1);
     for (float& x : points) x += static_cast<float>(uniform(-wild, wild));
@@ -122,7 +128,8 @@ TEST(Fineness, NoPointOfASubdivisionSurfaceIsFartherFromItsTrianglesThanIsSaid) 
     double sumOfRatios = 0;
     std::size_t judged = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_drawable --gtest_filter=Fineness.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_drawable --gtest_filter=Fineness.*");
         std::mt19937_64 random(seed);
         const SubdivisionSurface surface = randomSurface(random);
         const Drawable drawable = drawableOf(Object::of(surface));

@@ -27,11 +27,17 @@ Aspect sceneWithNurbs(const NurbsSurfaceCore& surface) {
     mustApply(aspect, edits.take());
     return aspect;
 }
-Drawable nurbsIn(const Aspect& aspect) { return drawableOf(aspect, kNurbs); }
+Drawable nurbsIn(const Aspect& aspect) {
+    return drawableOf(aspect, kNurbs);
+}
 
-NurbsSurfaceCore sphere(std::vector<TrimLoop> loops = {}) { return coreOfSurface(*sphereSurface(1, std::move(loops))); }
+NurbsSurfaceCore sphere(std::vector<TrimLoop> loops = {}) {
+    return coreOfSurface(*sphereSurface(1, std::move(loops)));
+}
 
-Blob numbersBlob(std::initializer_list<double> values) { return Blob::of(std::span<const double>(values.begin(), values.size())); }
+Blob numbersBlob(std::initializer_list<double> values) {
+    return Blob::of(std::span<const double>(values.begin(), values.size()));
+}
 
 TEST(NurbsDrawable, ASphereIsDrawnAsOne) {
     NurbsSurfaceCore core = sphere();
@@ -45,7 +51,8 @@ TEST(NurbsDrawable, ASphereIsDrawnAsOne) {
     const MeshArrays arrays = drawable.arrays();
     EXPECT_TRUE(checkMesh(arrays));
     EXPECT_GT(drawable.triangleCount(), 500u);
-    const auto positions = arrays.positions.as<float>(), normals = arrays.normals.as<float>(), texcoords = arrays.texcoords.as<float>();
+    const auto positions = arrays.positions.as<float>(), normals = arrays.normals.as<float>(),
+               texcoords = arrays.texcoords.as<float>();
     for (std::size_t i = 0; i < positions.size(); i += 3) {
         const Vec3f p(positions[i], positions[i + 1], positions[i + 2]), n(normals[i], normals[i + 1], normals[i + 2]);
         ASSERT_NEAR(p.norm(), 1, 1e-6);
@@ -62,7 +69,8 @@ TEST(NurbsDrawable, ASphereIsDrawnAsOne) {
 }
 
 TEST(NurbsDrawable, ACoreSaysTheSurfaceThatItWasMadeOf) {
-    const auto made = torusSurface(2, 0.5, {{LoopRole::kHole, {circle({1.5, 1.5}, 0.4)}}, {LoopRole::kHole, {circle({3, 3}, 0.25)}}});
+    const auto made =
+        torusSurface(2, 0.5, {{LoopRole::kHole, {circle({1.5, 1.5}, 0.4)}}, {LoopRole::kHole, {circle({3, 3}, 0.25)}}});
     ASSERT_TRUE(made);
     const auto again = surfaceOfCore(coreOfSurface(*made));
     ASSERT_TRUE(again) << again.error().message;
@@ -83,31 +91,50 @@ TEST(NurbsDrawable, WhatIsNoSurfaceIsRefusedByName) {
         EXPECT_EQ(nurbsIn(aspect).arrays().positions.empty(), !checked) << "what is refused has no triangles";
         return checked ? std::string() : checked.error().message;
     };
-    const auto says = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos ? testing::AssertionSuccess() : testing::AssertionFailure() << text; };
+    const auto says = [](const std::string& text, const char* part) {
+        return text.find(part) != std::string::npos ? testing::AssertionSuccess() : testing::AssertionFailure() << text;
+    };
     const double nan = std::numeric_limits<double>::quiet_NaN(), zero = 0, far = 1e31;
-    const auto with = [](const Blob& blob, std::size_t i, const double& x) { return *blob.withRange(8 * i, std::as_bytes(std::span(&x, 1))); };
+    const auto with = [](const Blob& blob, std::size_t i, const double& x) {
+        return *blob.withRange(8 * i, std::as_bytes(std::span(&x, 1)));
+    };
     EXPECT_EQ(why([](NurbsSurfaceCore&) {}), "");
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.knotsU = numbersBlob({0, 0, 0, 1, 1, 1}); }), "control points"));
-    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.knotsU = numbersBlob({0, 0, 0, 0, 1, 2, 2, 3, 3, 4, 4, 4}); }), "knots of u: more than 3"));
+    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) {
+                         s.knotsU = numbersBlob({0, 0, 0, 0, 1, 2, 2, 3, 3, 4, 4, 4});
+                     }),
+                     "knots of u: more than 3"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.knotsV = with(s.knotsV, 1, nan); }), "knots of v: number 2"));
-    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.weights = with(s.weights, 3, zero); }), "weight of control point 4"));
-    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.weights = numbersBlob({1, 1}); }), "2 weights for 45 control points"));
+    EXPECT_TRUE(
+        says(why([&](NurbsSurfaceCore& s) { s.weights = with(s.weights, 3, zero); }), "weight of control point 4"));
+    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) {
+                         s.weights = numbersBlob({1, 1});
+                     }),
+                     "2 weights for 45 control points"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.points = with(s.points, 0, nan); }), "control point 1"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.points = with(s.points, 0, far); }), "control point 1"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.points = numbersBlob({1}); }), "three numbers"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.range = numbersBlob({0, 5, 0, 1}); }), "range of u goes beyond"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.degreeU = 24; }), "knots of u"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.tolerance = 1e-9; }), "triangles"));
-    const NurbsSurfaceCore crossing = sphere({{LoopRole::kHole, {circle({2, 1}, 0.5)}}, {LoopRole::kHole, {circle({2.4, 1}, 0.5)}}});
+    const NurbsSurfaceCore crossing =
+        sphere({{LoopRole::kHole, {circle({2, 1}, 0.5)}}, {LoopRole::kHole, {circle({2.4, 1}, 0.5)}}});
     EXPECT_TRUE(says(why([](NurbsSurfaceCore&) {}, crossing), "hole (loop 1) and hole (loop 2) cross"));
     const NurbsSurfaceCore leaving = sphere({{LoopRole::kHole, {circle({2, 1.8}, 0.5)}}});
     EXPECT_TRUE(says(why([](NurbsSurfaceCore&) {}, leaving), "leaves the surface's domain"));
     const NurbsSurfaceCore trimmed = sphere({{LoopRole::kHole, {circle({2, 1}, 0.5)}}});
     EXPECT_EQ(why([](NurbsSurfaceCore&) {}, trimmed), "");
     const std::uint32_t many[] = {1, 7};
-    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.loops = Blob::of(std::span<const std::uint32_t>(many)); }, trimmed), "loop 1 has more curves"));
+    EXPECT_TRUE(
+        says(why([&](NurbsSurfaceCore& s) { s.loops = Blob::of(std::span<const std::uint32_t>(many)); }, trimmed),
+             "loop 1 has more curves"));
     EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.curveKnots = numbersBlob({0, 1}); }, trimmed), "curve 1"));
-    EXPECT_TRUE(says(why([&](NurbsSurfaceCore& s) { s.curveRanges = numbersBlob({0, 1, 2, 3}); }, trimmed), "curveRanges"));
+    EXPECT_TRUE(says(why(
+                         [&](NurbsSurfaceCore& s) {
+                             s.curveRanges = numbersBlob({0, 1, 2, 3});
+                         },
+                         trimmed),
+                     "curveRanges"));
 }
 
 TEST(NurbsDrawable, AnEditOfOneControlPointGivesWhatAFreshSurfaceHas) {

@@ -16,7 +16,9 @@ template <typename Number>
 Blob particleBlob(const std::vector<Number>& numbers) {
     return numbers.empty() ? Blob() : Blob::of(std::span<const Number>(numbers));
 }
-float particleNumber(Random& random, double low, double high) { return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53); }
+float particleNumber(Random& random, double low, double high) {
+    return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53);
+}
 
 Particles someParticles(Random& random, std::int64_t mode) {
     const std::size_t count = 1 + below(random, 60);
@@ -38,7 +40,9 @@ Particles someParticles(Random& random, std::int64_t mode) {
     return p;
 }
 
-bool sameParticleArrays(const MeshArrays& a, const MeshArrays& b) { return keyOf(a) == keyOf(b) && a.lineWidth == b.lineWidth; }
+bool sameParticleArrays(const MeshArrays& a, const MeshArrays& b) {
+    return keyOf(a) == keyOf(b) && a.lineWidth == b.lineWidth;
+}
 
 TEST(Particles, AreTheSameBytesAlongWhateverEdits) {
     forSeeds(100, [](Random& random) {
@@ -69,7 +73,8 @@ TEST(Particles, ReachAsFarAsTheirBoxSays) {
         const Box box = drawable.bounds();
         const std::span<const float> places = arrays.positions.as<float>(), sizes = arrays.texcoords.as<float>();
         for (std::size_t i = 0; i < places.size() / 3; ++i) {
-            const double reach = 0.5 * static_cast<double>(sizes[2 * i]) * (p.mode == Particles::kQuads ? std::sqrt(2.0) : 1.0);
+            const double reach =
+                0.5 * static_cast<double>(sizes[2 * i]) * (p.mode == Particles::kQuads ? std::sqrt(2.0) : 1.0);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const auto a = static_cast<Eigen::Index>(axis);
                 ASSERT_LE(box.lower[a], static_cast<double>(places[3 * i + axis]) - reach);
@@ -85,7 +90,8 @@ TEST(Particles, FollowTheirRamps) {
     p.ages = particleBlob<float>({0, 0.25F, 1, 1.5F, -std::numeric_limits<float>::infinity()});
     p.sizes = particleBlob<float>({1, 2, 3, 4, 5});
     p.ageSizes = particleBlob<float>({2, 4, 10});
-    p.colors = particleBlob<std::uint8_t>({255, 255, 255, 255, 255, 255, 255, 255, 51, 102, 255, 255, 9, 9, 9, 9, 9, 9, 9, 9});
+    p.colors =
+        particleBlob<std::uint8_t>({255, 255, 255, 255, 255, 255, 255, 255, 51, 102, 255, 255, 9, 9, 9, 9, 9, 9, 9, 9});
     p.ageColors = particleBlob<std::uint8_t>({0, 100, 200, 255, 255, 100, 0, 255, 255, 255, 0, 128});
     const MeshArrays arrays = drawableOf(Object::of(p)).arrays();
     const std::span<const float> sizes = arrays.texcoords.as<float>();
@@ -129,19 +135,28 @@ TEST(Particles, AreRefusedInWords) {
         EXPECT_TRUE(drawableOf(Object::of(p)).arrays().positions.empty()) << words;
     };
     expectRefused("positions has 10 bytes", [](Particles& p) { p.positions = Blob(Bytes(10)); });
-    expectRefused("the position of particle 1 is nan", [&](Particles& p) { p.positions = particleBlob<float>({0, 0, 0, none, 1, 1}); });
+    expectRefused("the position of particle 1 is nan", [&](Particles& p) {
+        p.positions = particleBlob<float>({0, 0, 0, none, 1, 1});
+    });
     expectRefused("lines need tails", [](Particles& p) { p.mode = Particles::kLines; });
-    expectRefused("tails has 12 bytes", [](Particles& p) { p.mode = Particles::kLines, p.tails = particleBlob<float>({0, 0, 0}); });
-    expectRefused("the tail of particle 0 is inf", [&](Particles& p) { p.mode = Particles::kLines, p.tails = particleBlob<float>({infinite, 0, 0, 0, 0, 0}); });
+    expectRefused("tails has 12 bytes", [](Particles& p) {
+        p.mode = Particles::kLines, p.tails = particleBlob<float>({0, 0, 0});
+    });
+    expectRefused("the tail of particle 0 is inf", [&](Particles& p) {
+        p.mode = Particles::kLines, p.tails = particleBlob<float>({infinite, 0, 0, 0, 0, 0});
+    });
     expectRefused("colors has 4 bytes", [](Particles& p) { p.colors = particleBlob<std::uint8_t>({1, 2, 3, 4}); });
     expectRefused("sizes has 4 bytes", [](Particles& p) { p.sizes = particleBlob<float>({1}); });
     expectRefused("the size of particle 1 is -1", [](Particles& p) { p.sizes = particleBlob<float>({1, -1}); });
     expectRefused("the size of particle 0 is nan", [&](Particles& p) { p.sizes = particleBlob<float>({none, 1}); });
     expectRefused("the age of particle 1 is nan", [&](Particles& p) { p.ages = particleBlob<float>({0, none}); });
-    expectRefused("the turn of particle 0 is inf", [&](Particles& p) { p.mode = Particles::kQuads, p.turns = particleBlob<float>({infinite, 0}); });
+    expectRefused("the turn of particle 0 is inf", [&](Particles& p) {
+        p.mode = Particles::kQuads, p.turns = particleBlob<float>({infinite, 0});
+    });
     expectRefused("ageColors has 3 bytes", [](Particles& p) { p.ageColors = Blob(Bytes(3)); });
     expectRefused("stop 1 of ageSizes is -2", [](Particles& p) { p.ageSizes = particleBlob<float>({1, -2}); });
-    expectRefused("at most 1000000 are allowed", [](Particles& p) { p.positions = Blob(Bytes(12 * (kMostParticles + 1))); });
+    expectRefused("at most 1000000 are allowed",
+                  [](Particles& p) { p.positions = Blob(Bytes(12 * (kMostParticles + 1))); });
 }
 
 }  // namespace

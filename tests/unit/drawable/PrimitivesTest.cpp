@@ -11,10 +11,16 @@
 namespace tessera {
 namespace {
 
-Blob numbersOf(const std::vector<std::uint32_t>& numbers) { return Blob::of(std::span<const std::uint32_t>(numbers)); }
-Blob placesOf(const std::vector<float>& places) { return Blob::of(std::span<const float>(places)); }
+Blob numbersOf(const std::vector<std::uint32_t>& numbers) {
+    return Blob::of(std::span<const std::uint32_t>(numbers));
+}
+Blob placesOf(const std::vector<float>& places) {
+    return Blob::of(std::span<const float>(places));
+}
 
-Drawable drawableOf(const Geometry& geometry) { return drawableOf(Object::of(geometry)); }
+Drawable drawableOf(const Geometry& geometry) {
+    return drawableOf(Object::of(geometry));
+}
 std::string refusalOf(const Geometry& geometry) {
     const Expected<void> sound = drawableOf(geometry).check();
     return sound ? "it is sound" : sound.error().message;
@@ -82,10 +88,12 @@ TEST(PrimitiveDrawable, SaysWhatIsWrong) {
     g.primitive = Geometry::kTriangles;
     EXPECT_EQ(refusalOf(g), "the lengths have 7 bytes, not a whole number of elements of 4 bytes");
     g = twoPolygons();
-    g.positions = placesOf({0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 4, -1, 0, 6, 0, 0, 4, std::numeric_limits<float>::quiet_NaN(), 0});
+    g.positions = placesOf(
+        {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 4, -1, 0, 6, 0, 0, 4, std::numeric_limits<float>::quiet_NaN(), 0});
     EXPECT_EQ(refusalOf(g), "the positions of vertex 6 are not finite");
     g.primitive = Geometry::kTriangleStrip;
-    EXPECT_EQ(refusalOf(g), "the positions of vertex 6 are not finite") << "of strips too, though their order does not ask";
+    EXPECT_EQ(refusalOf(g), "the positions of vertex 6 are not finite")
+        << "of strips too, though their order does not ask";
     g = twoPolygons();
     g.colors = numbersOf({1, 2});
     EXPECT_NE(refusalOf(g).find("2 colours for 7 vertices"), std::string::npos);
@@ -110,7 +118,8 @@ TEST(PrimitiveDrawable, RangesOfPlacesLeadOnAndCutWhatMovedAnew) {
     const std::vector<float> inwards{4, 1, 0};
     after.positions = *before.positions.withRange(4 * 12, std::as_bytes(std::span<const float>(inwards)));
     const MeshArrays second = drawableOf(after).arrays();
-    EXPECT_EQ(indicesOf(after), (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 6, 4, 5, 6})) << "the diagonal is the other one";
+    EXPECT_EQ(indicesOf(after), (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 6, 4, 5, 6}))
+        << "the diagonal is the other one";
     bool found = false;
     for (const MeshOrigin& origin : originsOf(second))
         if (origin.key == keyOf(first)) {

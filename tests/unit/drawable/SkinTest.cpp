@@ -1,4 +1,5 @@
-/// Skins: vertices beside the sums in long double; the same bytes along whatever edits; what cannot be a skin is refused by name.
+/// Skins: vertices beside the sums in long double; the same bytes along whatever edits; what cannot be a skin is
+/// refused by name.
 #include "common/drawable/SkinArrays.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,9 @@
 namespace tessera {
 namespace {
 
-float uniformFloat(Random& random, double low, double high) { return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53); }
+float uniformFloat(Random& random, double low, double high) {
+    return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53);
+}
 
 template <typename Number>
 Blob blobOfAll(const std::vector<Number>& numbers) {
@@ -41,12 +44,16 @@ Skin someSkin(Random& random, const SkinShape& shape) {
     std::vector<float> weights, deltas, deltaNormals, targetWeights, pose;
     for (std::size_t k = 0; k < vertices * 4; ++k) {
         // By runs of vertices, so that a joint moves a part of them.
-        indices.push_back(static_cast<std::uint16_t>(std::min(shape.joints - 1, k / 4 * shape.joints / vertices + below(random, 2))));
+        indices.push_back(
+            static_cast<std::uint16_t>(std::min(shape.joints - 1, k / 4 * shape.joints / vertices + below(random, 2))));
         weights.push_back(k % 4 == 0 || oneIn(random, 2) ? uniformFloat(random, 0.01, 2) : 0.0f);
     }
-    for (std::size_t i = 0; i < shape.targets * vertices * 3; ++i) deltas.push_back(uniformFloat(random, -1, 1)), deltaNormals.push_back(uniformFloat(random, -0.5, 0.5));
-    for (std::size_t i = 0; i < shape.targets; ++i) targetWeights.push_back(oneIn(random, 4) ? 0.0f : uniformFloat(random, -1, 2));
-    for (std::size_t i = 0; i < shape.joints * 12; ++i) pose.push_back(uniformFloat(random, -1, 1) + (i % 12 % 5 == 0 ? 1.5f : 0.0f));
+    for (std::size_t i = 0; i < shape.targets * vertices * 3; ++i)
+        deltas.push_back(uniformFloat(random, -1, 1)), deltaNormals.push_back(uniformFloat(random, -0.5, 0.5));
+    for (std::size_t i = 0; i < shape.targets; ++i)
+        targetWeights.push_back(oneIn(random, 4) ? 0.0f : uniformFloat(random, -1, 2));
+    for (std::size_t i = 0; i < shape.joints * 12; ++i)
+        pose.push_back(uniformFloat(random, -1, 1) + (i % 12 % 5 == 0 ? 1.5f : 0.0f));
     if (shape.joints > 0) skin.jointIndices = blobOfAll(indices), skin.jointWeights = blobOfAll(weights);
     skin.pose = blobOfAll(pose);
     skin.morphPositions = blobOfAll(deltas);
@@ -55,7 +62,9 @@ Skin someSkin(Random& random, const SkinShape& shape) {
     return skin;
 }
 
-MeshArrays arraysOfSkin(const Skin& skin) { return drawableOf(Object::of(skin)).arrays(); }
+MeshArrays arraysOfSkin(const Skin& skin) {
+    return drawableOf(Object::of(skin)).arrays();
+}
 std::string refusalOfSkin(const Skin& skin) {
     const Expected<void> sound = drawableOf(Object::of(skin)).check();
     return sound ? "taken" : sound.error().message;
@@ -67,9 +76,11 @@ TEST(Skin, VerticesAndNormalsAreWhatTheSumsSay) {
         const Skin skin = someSkin(random, shape);
         ASSERT_EQ(refusalOfSkin(skin), "taken");
         const MeshArrays arrays = arraysOfSkin(skin);
-        const auto rest = skin.positions.as<float>(), restNormals = skin.normals.as<float>(), deltas = skin.morphPositions.as<float>(), deltaNormals = skin.morphNormals.as<float>();
+        const auto rest = skin.positions.as<float>(), restNormals = skin.normals.as<float>(),
+                   deltas = skin.morphPositions.as<float>(), deltaNormals = skin.morphNormals.as<float>();
         const auto joints = skin.jointIndices.as<std::uint16_t>();
-        const auto weights = skin.jointWeights.as<float>(), pose = skin.pose.as<float>(), gone = skin.weights.as<float>();
+        const auto weights = skin.jointWeights.as<float>(), pose = skin.pose.as<float>(),
+                   gone = skin.weights.as<float>();
         const auto positions = arrays.positions.as<float>(), normals = arrays.normals.as<float>();
         ASSERT_EQ(positions.size(), rest.size());
         ASSERT_EQ(normals.size(), restNormals.size());
@@ -90,19 +101,26 @@ TEST(Skin, VerticesAndNormalsAreWhatTheSumsSay) {
                 for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) sum += weights[k];
                 for (std::size_t k = 4 * v; k < 4 * v + 4; ++k)
                     for (int r = 0; r < 3; ++r)
-                        for (int c = 0; c < 4; ++c) m(r, c) += weights[k] / sum * pose[joints[k] * 12u + static_cast<unsigned>(4 * r + c)];
+                        for (int c = 0; c < 4; ++c)
+                            m(r, c) += weights[k] / sum * pose[joints[k] * 12u + static_cast<unsigned>(4 * r + c)];
                 p = (m.leftCols<3>() * p + m.col(3)).eval();
                 const Eigen::Matrix<long double, 3, 3> linear = m.leftCols<3>();
                 n = (linear.determinant() * linear.inverse().transpose() * n).eval();
             }
-            for (int c = 0; c < 3; ++c) ASSERT_NEAR(positions[3 * v + static_cast<std::size_t>(c)], static_cast<double>(p[c]), 2e-6 * (1 + static_cast<double>(p.norm()))) << "vertex " << v;
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(positions[3 * v + static_cast<std::size_t>(c)], static_cast<double>(p[c]),
+                            2e-6 * (1 + static_cast<double>(p.norm())))
+                    << "vertex " << v;
             // Of a nearly crushed vertex the direction is lost in rounding.
             if (restNormals.empty() || n.norm() < 1e-4L) continue;
             n.normalize();
-            for (int c = 0; c < 3; ++c) ASSERT_NEAR(normals[3 * v + static_cast<std::size_t>(c)], static_cast<double>(n[c]), 1e-5) << "vertex " << v;
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(normals[3 * v + static_cast<std::size_t>(c)], static_cast<double>(n[c]), 1e-5)
+                    << "vertex " << v;
         }
         const Box bounds = drawableOf(Object::of(skin)).bounds();
-        for (std::size_t v = 0; v < positions.size() / 3; ++v) ASSERT_TRUE(bounds.contains(Vec3d(positions[3 * v], positions[3 * v + 1], positions[3 * v + 2])));
+        for (std::size_t v = 0; v < positions.size() / 3; ++v)
+            ASSERT_TRUE(bounds.contains(Vec3d(positions[3 * v], positions[3 * v + 1], positions[3 * v + 2])));
     });
 }
 
@@ -114,14 +132,16 @@ TEST(Skin, TheSameBytesAlongWhateverEdits) {
         kept.push_back(arraysOfSkin(skin));
         for (int step = 0; step < 12; ++step) {
             Blob& moving = skin.pose.empty() || oneIn(random, 4) ? skin.weights : skin.pose;
-            const std::size_t numbers = moving.sizeBytes() / 4, first = below(random, numbers), count = 1 + below(random, std::min<std::size_t>(numbers - first, 13));
+            const std::size_t numbers = moving.sizeBytes() / 4, first = below(random, numbers),
+                              count = 1 + below(random, std::min<std::size_t>(numbers - first, 13));
             std::vector<float> bytes;
             for (std::size_t i = 0; i < count; ++i) bytes.push_back(uniformFloat(random, -2, 2));
             moving = *moving.withRange(4 * first, std::as_bytes(std::span<const float>(bytes)));
             const MeshArrays followed = arraysOfSkin(skin);
             if (followed.positions.id() != kept.back().positions.id())
                 for (const Blob::Origin& origin : followed.positions.origins())
-                    parts += origin.id == kept.back().positions.id() && origin.end - origin.begin < followed.positions.sizeBytes();
+                    parts += origin.id == kept.back().positions.id() &&
+                             origin.end - origin.begin < followed.positions.sizeBytes();
             kept.push_back(followed);
             // Without the cache, and without a way that led there.
             Skin fresh = skin;
@@ -160,7 +180,8 @@ TEST(Skin, ACrushedOrHugeOneStaysFinite) {
         EXPECT_TRUE(checkMesh(arrays)) << number;
         for (const float coordinate : arrays.positions.as<float>()) ASSERT_TRUE(std::isfinite(coordinate));
         const auto normals = arrays.normals.as<float>();
-        for (std::size_t i = 0; i < normals.size(); i += 3) ASSERT_NEAR(Vec3f(normals[i], normals[i + 1], normals[i + 2]).norm(), 1, 1e-5) << number;
+        for (std::size_t i = 0; i < normals.size(); i += 3)
+            ASSERT_NEAR(Vec3f(normals[i], normals[i + 1], normals[i + 2]).norm(), 1, 1e-5) << number;
     }
 }
 
@@ -175,20 +196,25 @@ TEST(Skin, WhatCannotBeOneIsRefusedByName) {
         EXPECT_TRUE(arraysOfSkin(skin).positions.empty() || said == "taken") << "what is refused is not drawn";
     };
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const auto changed = [](const Blob& blob, std::size_t at, auto number) { return *blob.withRange(at * sizeof(number), std::as_bytes(std::span<const decltype(number)>(&number, 1))); };
+    const auto changed = [](const Blob& blob, std::size_t at, auto number) {
+        return *blob.withRange(at * sizeof(number), std::as_bytes(std::span<const decltype(number)>(&number, 1)));
+    };
     says([&](Skin& s) { s.pose = changed(s.pose, 13, nan); }, "pose 1 holds");
     says([&](Skin& s) { s.pose = changed(s.pose, 13, 1e16f); }, "pose 1 holds");
     says([&](Skin& s) { s.pose = Blob(Bytes(50)); }, "pose has 50 bytes");
     says([&](Skin& s) { s.inverseBinds = Blob(Bytes(48 * 3)); }, "inverseBinds is of 3 joints");
     says([&](Skin& s) { s.joints = {ObjectId(5)}; }, "pose is of 4 joints, and the skin has 1");
     says([&](Skin& s) { s.pose = {}; }, "of 0");
-    says([&](Skin& s) { s.jointIndices = changed(s.jointIndices, 4, std::uint16_t{4}); }, "vertex 1 follows joint 4 of 4");
+    says([&](Skin& s) { s.jointIndices = changed(s.jointIndices, 4, std::uint16_t{4}); },
+         "vertex 1 follows joint 4 of 4");
     says([&](Skin& s) { s.jointIndices = Blob(Bytes(8)); }, "jointIndices has 8 bytes");
     says([&](Skin& s) { s.jointWeights = Blob(Bytes(16)); }, "jointWeights has 16 bytes");
-    says([&](Skin& s) { s.jointWeights = Blob(Bytes(s.jointWeights.sizeBytes())); }, "vertex 0 has no joint weight above 0");
+    says([&](Skin& s) { s.jointWeights = Blob(Bytes(s.jointWeights.sizeBytes())); },
+         "vertex 0 has no joint weight above 0");
     says([&](Skin& s) { s.jointWeights = changed(s.jointWeights, 9, -0.5f); }, "vertex 2 has a joint weight");
     says([&](Skin& s) { s.jointWeights = changed(s.jointWeights, 9, nan); }, "vertex 2 has a joint weight");
-    says([&](Skin& s) { s.weights = blobOfAll(std::vector<float>{1}); }, "weights has 1 numbers, and there are 2 targets");
+    says([&](Skin& s) { s.weights = blobOfAll(std::vector<float>{1}); },
+         "weights has 1 numbers, and there are 2 targets");
     says([&](Skin& s) { s.weights = blobOfAll(std::vector<float>{1, nan}); }, "weights 1 holds");
     says([&](Skin& s) { s.morphPositions = Blob(Bytes(12)); }, "morphPositions has 12 bytes");
     says([&](Skin& s) { s.morphPositions = changed(s.morphPositions, 4, nan); }, "morphPositions 1 holds");

@@ -54,8 +54,12 @@ TEST(BezierPatches, AreTheBernsteinSum) {
             EXPECT_EQ(p.error, 0);
             constexpr double h = 1e-5;
             if (u < h || u > 1 - h || v < h || v > 1 - h) continue;
-            ASSERT_LT((p.du - (bySum(patch, u + h, v) - bySum(patch, u - h, v)) / (2 * h)).norm(), 1e-5 * (1 + p.du.norm())) << "TESSERA_SEED=" << seed;
-            ASSERT_LT((p.dv - (bySum(patch, u, v + h) - bySum(patch, u, v - h)) / (2 * h)).norm(), 1e-5 * (1 + p.dv.norm())) << "TESSERA_SEED=" << seed;
+            ASSERT_LT((p.du - (bySum(patch, u + h, v) - bySum(patch, u - h, v)) / (2 * h)).norm(),
+                      1e-5 * (1 + p.du.norm()))
+                << "TESSERA_SEED=" << seed;
+            ASSERT_LT((p.dv - (bySum(patch, u, v + h) - bySum(patch, u, v - h)) / (2 * h)).norm(),
+                      1e-5 * (1 + p.dv.norm()))
+                << "TESSERA_SEED=" << seed;
             ASSERT_LT(std::abs(p.normal.dot(p.du)), 1e-9 * p.du.norm());
         }
     }
@@ -96,7 +100,8 @@ TEST(BezierPatches, APoleHasTheNormalThatItsNeighboursTendTo) {
     const Vec3d arc[3] = {{1, 0, 1}, {r, r, r}, {0, 1, 1}};  // along the circle, up, weight
     for (int j = 0; j < 3; ++j)
         for (int i = 0; i < 3; ++i)
-            octant.at(i, j) = {circle[i].x() * arc[j].x(), circle[i].w() * arc[j].y(), circle[i].z() * arc[j].x(), circle[i].w() * arc[j].z()};
+            octant.at(i, j) = {circle[i].x() * arc[j].x(), circle[i].w() * arc[j].y(), circle[i].z() * arc[j].x(),
+                               circle[i].w() * arc[j].z()};
     for (const double u : {0.0, 0.3, 0.5, 1.0}) {
         for (const double v : {0.0, 0.4, 0.9, 1.0}) {
             const SurfacePoint p = evaluate(octant, u, v);
@@ -106,7 +111,8 @@ TEST(BezierPatches, APoleHasTheNormalThatItsNeighboursTendTo) {
         }
     }
     // All points in one: no normal, and no number that is none.
-    const SurfacePoint nothing = evaluate({.degreeU = 1, .degreeV = 1, .points = std::vector<Vec4d>(4, {1, 2, 3, 1})}, 0.5, 0.5);
+    const SurfacePoint nothing =
+        evaluate({.degreeU = 1, .degreeV = 1, .points = std::vector<Vec4d>(4, {1, 2, 3, 1})}, 0.5, 0.5);
     EXPECT_EQ(nothing.point, Vec3d(1, 2, 3));
     EXPECT_EQ(nothing.normal, Vec3d(0, 0, 0));
 }

@@ -1,4 +1,5 @@
-// Boxes of parts hold these; gaps of eight boxes and one are never more than boxes are apart, whatever the instruction set.
+// Boxes of parts hold these; gaps of eight boxes and one are never more than boxes are apart, whatever the instruction
+// set.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +19,8 @@ PartBox anyBox(Chance& chance, double size, double spread) {
     PartBox box;
     box.axes = chance.rotation().toRotationMatrix();
     box.middle = spread * chance.uniform(0, 1) * chance.direction();
-    for (Eigen::Index k = 0; k < 3; ++k) box.half[k] = chance.uniform(0, 1) < 0.2 ? 0 : size * std::pow(10, chance.uniform(-6, 0));
+    for (Eigen::Index k = 0; k < 3; ++k)
+        box.half[k] = chance.uniform(0, 1) < 0.2 ? 0 : size * std::pow(10, chance.uniform(-6, 0));
     return box;
 }
 
@@ -52,13 +54,15 @@ TEST(FreeformBoxGaps, AreNeverMoreThanBoxesAreApartAndTheSameBytesWithEveryInstr
         Chance chance(seed);
         const double scale = std::pow(10, chance.uniform(-8, 8)), spread = chance.uniform(0, 4);
         PartBlock block;
-        for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane) block.set(lane, anyBox(chance, scale, spread * scale));
+        for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane)
+            block.set(lane, anyBox(chance, scale, spread * scale));
         PartBox one = anyBox(chance, scale, spread * scale);
         if (seed % 5 == 0) one.middle = block.box(3).middle;
         if (seed % 7 == 0) one.axes = block.box(5).axes;
         const Vec3d hint = chance.direction();
         std::array<double, kernel::kBoxLanes> first{}, again{};
-        kernel::gapsOfBoxes(InstructionSet::kSse41)(block.boxes.data(), kernel::kBoxLanes, asOne(one, hint), first.data());
+        kernel::gapsOfBoxes(InstructionSet::kSse41)(block.boxes.data(), kernel::kBoxLanes, asOne(one, hint),
+                                                    first.data());
         // Coordinates are at most 5 scales large.
         const double rounding = 64 * std::numeric_limits<double>::epsilon() * 5 * scale;
         for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane) {
@@ -68,7 +72,8 @@ TEST(FreeformBoxGaps, AreNeverMoreThanBoxesAreApartAndTheSameBytesWithEveryInstr
             const double middles = (box.middle - one.middle).norm();
             // Spheres around boxes are no farther apart along the way between the middles.
             EXPECT_GE(first[lane], middles - box.half.norm() - one.half.norm() - rounding) << lane;
-            EXPECT_GE(first[lane], std::abs((box.middle - one.middle).dot(hint)) - (box.axes.transpose() * hint).cwiseAbs().dot(box.half) -
+            EXPECT_GE(first[lane], std::abs((box.middle - one.middle).dot(hint)) -
+                                       (box.axes.transpose() * hint).cwiseAbs().dot(box.half) -
                                        (one.axes.transpose() * hint).cwiseAbs().dot(one.half) - rounding);
             if (most > 1e-3 * scale) {
                 ++apart;
@@ -91,7 +96,8 @@ TEST(FreeformBoxGaps, AreNeverMoreThanBoxesAreApartAndTheSameBytesWithEveryInstr
 void expectPartsInTheirBoxes(const FreeformShape& shape, Chance& chance) {
     FreeformParts parts(shape);
     const Box whole = shape.bounds();
-    const double far = whole.lower.cwiseAbs().cwiseMax(whole.upper.cwiseAbs()).maxCoeff(), rounding = 32 * std::numeric_limits<double>::epsilon() * far;
+    const double far = whole.lower.cwiseAbs().cwiseMax(whole.upper.cwiseAbs()).maxCoeff(),
+                 rounding = 32 * std::numeric_limits<double>::epsilon() * far;
     for (int walk = 0; walk < 20; ++walk) {
         std::uint32_t part = parts.root();
         for (int level = 0; level < 6; ++level) {
@@ -114,10 +120,12 @@ TEST(FreeformBoxGaps, PartsLieInTheirBoxes) {
     for (const std::uint64_t seed : seedsOf(20)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        for (const Vec3d& squeezed : {Vec3d(1, 1, 1), Vec3d(1, 1, 0), Vec3d(0, 0, 1), Vec3d(1, 1e-9, 1e-3), Vec3d(0, 0, 0)}) {
+        for (const Vec3d& squeezed :
+             {Vec3d(1, 1, 1), Vec3d(1, 1, 0), Vec3d(0, 0, 1), Vec3d(1, 1e-9, 1e-3), Vec3d(0, 0, 0)}) {
             SCOPED_TRACE(testing::Message() << "squeezed by " << squeezed.transpose());
             const Mat3d turn = chance.rotation().toRotationMatrix() * std::pow(10, chance.uniform(-8, 8));
-            const Vec3d off = chance.uniform(0, 1) < 0.5 ? Vec3d(Vec3d::Zero()) : Vec3d(1e3 * (turn * chance.direction()));
+            const Vec3d off =
+                chance.uniform(0, 1) < 0.5 ? Vec3d(Vec3d::Zero()) : Vec3d(1e3 * (turn * chance.direction()));
             ControlMesh quads = lumpyCube(chance, 2, 0.3);
             for (Vec3d& p : quads.positions) p = turn * p.cwiseProduct(squeezed) + off;
             expectPartsInTheirBoxes(FreeformShape::ofSubdivision(quads).value(), chance);
@@ -129,10 +137,13 @@ TEST(FreeformBoxGaps, PartsLieInTheirBoxes) {
 
 TEST(FreeformBoxGaps, OfBoxesSideBySideAreExact) {
     PartBlock block;
-    for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane) block.set(lane, {Vec3d(static_cast<double>(lane), 0, 0), Mat3d::Identity(), {0.25, 2, 3}});
+    for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane)
+        block.set(lane, {Vec3d(static_cast<double>(lane), 0, 0), Mat3d::Identity(), {0.25, 2, 3}});
     std::array<double, kernel::kBoxLanes> least{};
-    kernel::gapsOfBoxes()(block.boxes.data(), kernel::kBoxLanes, asOne({Vec3d(-1, 0.5, 0), Mat3d::Identity(), {0.5, 1, 1}}, Vec3d::UnitY()), least.data());
-    for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane) EXPECT_EQ(least[lane], static_cast<double>(lane) + 0.25);
+    kernel::gapsOfBoxes()(block.boxes.data(), kernel::kBoxLanes,
+                          asOne({Vec3d(-1, 0.5, 0), Mat3d::Identity(), {0.5, 1, 1}}, Vec3d::UnitY()), least.data());
+    for (std::size_t lane = 0; lane < kernel::kBoxLanes; ++lane)
+        EXPECT_EQ(least[lane], static_cast<double>(lane) + 0.25);
 }
 
 }  // namespace

@@ -11,13 +11,16 @@ namespace tessera::test {
 namespace {
 
 /// Rounding of places: 1e-12 of all coordinates involved.
-double roundingOf(double scale, const Affine3d& map) { return 1e-12 * (4 * scale + map.translation().norm()); }
+double roundingOf(double scale, const Affine3d& map) {
+    return 1e-12 * (4 * scale + map.translation().norm());
+}
 
 TEST(FreeformDistance, OfSpheresIsThatOfTheirCentresLessTheRadii) {
     for (const std::uint64_t seed : seedsOf(60)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const double scale = std::pow(10.0, chance.uniform(-8, 8)), ra = scale * chance.uniform(0.3, 1), rb = ra * std::pow(10.0, chance.uniform(-3, 0));
+        const double scale = std::pow(10.0, chance.uniform(-8, 8)), ra = scale * chance.uniform(0.3, 1),
+                     rb = ra * std::pow(10.0, chance.uniform(-3, 0));
         const FreeformShape a = sphere(ra), b = sphere(rb);
         FreeformPair pair(a, b);
         const double gap = scale * std::pow(10.0, chance.uniform(-7, 1));
@@ -35,8 +38,10 @@ TEST(FreeformDistance, OfSpheresIsThatOfTheirCentresLessTheRadii) {
         EXPECT_NEAR(d.a.point.norm(), ra, roundingOf(scale, pose));
         EXPECT_NEAR((d.b.point - pose.translation()).norm(), rb, roundingOf(scale, pose));
         EXPECT_NEAR((d.a.point - d.b.point).norm(), d.distance, roundingOf(scale, pose));
-        EXPECT_LT((evaluate(a.nurbs()->surfaces[d.a.face], d.a.u, d.a.v).at.point - d.a.point).norm(), roundingOf(scale, pose));
-        EXPECT_LT((pose * evaluate(b.nurbs()->surfaces[d.b.face], d.b.u, d.b.v).at.point - d.b.point).norm(), roundingOf(scale, pose));
+        EXPECT_LT((evaluate(a.nurbs()->surfaces[d.a.face], d.a.u, d.a.v).at.point - d.a.point).norm(),
+                  roundingOf(scale, pose));
+        EXPECT_LT((pose * evaluate(b.nurbs()->surfaces[d.b.face], d.b.u, d.b.v).at.point - d.b.point).norm(),
+                  roundingOf(scale, pose));
         EXPECT_LT(work.boxTests, 400'000U);
     }
 }
@@ -45,7 +50,8 @@ TEST(FreeformTouch, OfSpheresIsNeverMissedAndNeverBeyondTheTolerance) {
     for (const std::uint64_t seed : seedsOf(300)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const double scale = std::pow(10.0, chance.uniform(-8, 8)), ra = scale, rb = scale * std::pow(10.0, chance.uniform(-2, 0));
+        const double scale = std::pow(10.0, chance.uniform(-8, 8)), ra = scale,
+                     rb = scale * std::pow(10.0, chance.uniform(-2, 0));
         const FreeformShape a = sphere(ra), b = sphere(rb);
         FreeformPair pair(a, b);
         const double tolerance = scale * std::pow(10.0, chance.uniform(-6, -3));
@@ -84,7 +90,8 @@ TEST(FreeformContacts, CoverTheCircleInWhichSpheresMeet) {
         QueryWork work;
         const FreeformContacts found = pair.contacts(pose, work, options);
         ASSERT_TRUE(found.complete);
-        const double along = (apart * apart + ra * ra - rb * rb) / (2 * apart), radius = std::sqrt(ra * ra - along * along);
+        const double along = (apart * apart + ra * ra - rb * rb) / (2 * apart),
+                     radius = std::sqrt(ra * ra - along * along);
         for (const FreeformContact& c : found.contacts) {
             EXPECT_LE((c.a.point - c.b.point).norm(), options.tolerance);
             EXPECT_NEAR(c.a.point.norm(), ra, 1e-12);
@@ -111,17 +118,20 @@ TEST(FreeformImpact, OfSpheresIsNeverLateAndAtTheTolerance) {
     for (const std::uint64_t seed : seedsOf(120)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const double ra = chance.uniform(0.5, 1), rb = chance.uniform(0.05, 1), tolerance = std::pow(10.0, chance.uniform(-6, -3));
+        const double ra = chance.uniform(0.5, 1), rb = chance.uniform(0.05, 1),
+                     tolerance = std::pow(10.0, chance.uniform(-6, -3));
         const FreeformShape a = sphere(ra), b = sphere(rb);
         FreeformPair pair(a, b);
-        const Vec3d from = chance.uniform(ra + rb + 0.01, 4) * chance.direction(), to = chance.uniform(0, 3) * chance.direction();
+        const Vec3d from = chance.uniform(ra + rb + 0.01, 4) * chance.direction(),
+                    to = chance.uniform(0, 3) * chance.direction();
         BodyMotion still, moving;
         moving.start = {.translation = from, .rotation = chance.rotation()};
         moving.end = {.translation = to, .rotation = chance.rotation()};
         // |from + t (to - from)| = ra + rb, or their sum with the tolerance.
         const auto firstAt = [&](double reach) {
             const Vec3d way = to - from;
-            const double aa = way.squaredNorm(), bb = from.dot(way), cc = from.squaredNorm() - reach * reach, root = bb * bb - aa * cc;
+            const double aa = way.squaredNorm(), bb = from.dot(way), cc = from.squaredNorm() - reach * reach,
+                         root = bb * bb - aa * cc;
             if (root < 0) return 2.0;
             const double t = (-bb - std::sqrt(root)) / aa;
             return t >= 0 && t <= 1 ? t : 2.0;
@@ -159,14 +169,16 @@ TEST(FreeformImpact, TouchingAtTheStartIsZero) {
 
 TEST(FreeformMeshes, CubeAndSphere) {
     std::vector<Vec3d> corners;
-    for (int i = 0; i < 8; ++i) corners.emplace_back((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
+    for (int i = 0; i < 8; ++i)
+        corners.emplace_back((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
     const ConvexHull cube = ConvexHull::make(corners).value();
     const FreeformShape solid = FreeformShape::ofHull(cube).value(), ball = sphere(0.5);
     std::vector<double> positions;
     for (const Vec3d& p : cube.vertices()) positions.insert(positions.end(), {p.x(), p.y(), p.z()});
     std::vector<std::uint32_t> indices;
     for (const auto& f : cube.faces()) indices.insert(indices.end(), f.begin(), f.end());
-    const FreeformShape shell = FreeformShape::ofTriangles(TriangleMesh::make(std::span<const double>(positions), indices).value()).value();
+    const FreeformShape shell =
+        FreeformShape::ofTriangles(TriangleMesh::make(std::span<const double>(positions), indices).value()).value();
     FreeformPair withSolid(solid, ball), withShell(shell, ball), turned(ball, solid);
     for (const std::uint64_t seed : seedsOf(80)) {
         SCOPED_TRACE(repeat(seed));
@@ -191,7 +203,8 @@ TEST(FreeformMeshes, CubeAndSphere) {
 TEST(FreeformTrims, AHoleLetsASphereThrough) {
     // A plate of 4 × 4 with a round hole of radius 1: a ball in its middle is as far from the edge as the radii differ.
     TrimLoop hole{.role = LoopRole::kHole, .curves = {circle({0, 0}, 1)}};
-    const FreeformShape plate = FreeformShape::ofNurbs({planeSurface({{-2, 2}, {-2, 2}}, {hole}).value()}).value(), ball = sphere(0.5);
+    const FreeformShape plate = FreeformShape::ofNurbs({planeSurface({{-2, 2}, {-2, 2}}, {hole}).value()}).value(),
+                        ball = sphere(0.5);
     FreeformPair pair(plate, ball);
     for (const std::uint64_t seed : seedsOf(30)) {
         SCOPED_TRACE(repeat(seed));

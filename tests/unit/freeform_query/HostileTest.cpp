@@ -74,7 +74,8 @@ TEST(FreeformQueries, WhatIsFlattenedStillMeetsThings) {
     QueryWork work;
     for (const Vec3d& scale : {Vec3d(1, 1, 0), Vec3d(0, 0, 0), Vec3d(-1, 1, 1), Vec3d(2, 0.5, 0)}) {
         Affine3d pose = composeTransform({0, 0, 0.5}, Quatd::Identity(), scale);
-        // A disc, an ellipse or a point at height 0.5: the disc of radius 1 and the ellipse meet the ball, the point is 0.5 from it.
+        // A disc, an ellipse or a point at height 0.5: the disc of radius 1 and the ellipse meet the ball, the point is
+        // 0.5 from it.
         const FreeformDistance d = pair.distance(pose, work, {.tolerance = 1e-5});
         EXPECT_NEAR(d.distance, scale.x() == 0 ? 0.5 : 0, 2e-5) << scale.transpose();
         pose.translation().z() = 3;
@@ -110,12 +111,14 @@ TEST(FreeformQueries, BodiesWithoutExtentAreTheirPoint) {
     for (Vec3d& p : point.positions) p = Vec3d(3, 0, 0);
     ControlMesh flat = lumpyCube(chance, 2, 0.1);
     for (Vec3d& p : flat.positions) p = Vec3d(p.x(), p.y(), 0);
-    const FreeformShape a = FreeformShape::ofSubdivision(point).value(), b = FreeformShape::ofSubdivision(flat).value(), ball = sphere(1);
+    const FreeformShape a = FreeformShape::ofSubdivision(point).value(), b = FreeformShape::ofSubdivision(flat).value(),
+                        ball = sphere(1);
     FreeformPair withPoint(ball, a), withFlat(ball, b);
     QueryWork work;
     EXPECT_NEAR(withPoint.distance(Affine3d::Identity(), work, {.tolerance = 1e-6}).distance, 2, 2e-6);
     EXPECT_EQ(withPoint.touch(Affine3d::Identity(), 1e-4, work).touch, Touch::kNo);
-    EXPECT_EQ(withPoint.touch(composeTransform({-2, 0, 0}, Quatd::Identity(), Vec3d::Ones()), 1e-4, work).touch, Touch::kYes);
+    EXPECT_EQ(withPoint.touch(composeTransform({-2, 0, 0}, Quatd::Identity(), Vec3d::Ones()), 1e-4, work).touch,
+              Touch::kYes);
     Affine3d above = Affine3d::Identity();
     above.translation().z() = 1.5;
     EXPECT_NEAR(withFlat.distance(above, work, {.tolerance = 1e-4}).distance, 0.5, 2e-4);

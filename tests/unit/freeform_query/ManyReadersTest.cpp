@@ -19,7 +19,8 @@ ControlMesh creasedBody(Chance& chance, bool loop) {
     if (loop) mesh = asTriangles(mesh);
     const std::size_t corners = loop ? 3 : 4;
     for (std::size_t f = 0; f < mesh.faceSizes.size(); f += 2)
-        mesh.creases.push_back({mesh.faceVertices[corners * f], mesh.faceVertices[corners * f + 1], static_cast<float>(chance.uniform(0.5, 6))});
+        mesh.creases.push_back({mesh.faceVertices[corners * f], mesh.faceVertices[corners * f + 1],
+                                static_cast<float>(chance.uniform(0.5, 6))});
     return mesh;
 }
 
@@ -31,7 +32,8 @@ std::vector<double> askAll(const FreeformShape& a, const FreeformShape& b, const
         const FreeformTouch touch = pair.touch(pose, 1e-6, work);
         const FreeformDistance distance = pair.distance(pose, work, {.tolerance = 1e-6});
         const FreeformContacts contacts = pair.contacts(pose, work, {.tolerance = 1e-4, .spacing = 0.2, .most = 50});
-        out.insert(out.end(), {static_cast<double>(touch.touch), distance.distance, distance.least, distance.a.u, distance.b.v, static_cast<double>(contacts.contacts.size())});
+        out.insert(out.end(), {static_cast<double>(touch.touch), distance.distance, distance.least, distance.a.u,
+                               distance.b.v, static_cast<double>(contacts.contacts.size())});
     }
     return out;
 }
@@ -43,9 +45,12 @@ TEST(FreeformManyReaders, EachGetsWhatItGetsAlone) {
         Chance chance(seed);
         const ControlMesh controlA = creasedBody(chance, false), controlB = creasedBody(chance, seed % 2 == 1);
         std::vector<Affine3d> poses;
-        for (int i = 0; i < 5; ++i) poses.push_back(composeTransform(chance.uniform(0.5, 2.5) * chance.direction(), chance.rotation(), Vec3d::Ones()));
+        for (int i = 0; i < 5; ++i)
+            poses.push_back(
+                composeTransform(chance.uniform(0.5, 2.5) * chance.direction(), chance.rotation(), Vec3d::Ones()));
         // Shapes that nobody has asked anything yet, so that threads meet where nothing is known.
-        const FreeformShape a = FreeformShape::ofSubdivision(controlA).value(), b = FreeformShape::ofSubdivision(controlB).value();
+        const FreeformShape a = FreeformShape::ofSubdivision(controlA).value(),
+                            b = FreeformShape::ofSubdivision(controlB).value();
         std::vector<std::vector<double>> together(kThreads);
         {
             std::atomic<std::size_t> ready{0};
@@ -57,7 +62,8 @@ TEST(FreeformManyReaders, EachGetsWhatItGetsAlone) {
                     together[t] = askAll(a, b, poses);
                 });
         }
-        const std::vector<double> alone = askAll(FreeformShape::ofSubdivision(controlA).value(), FreeformShape::ofSubdivision(controlB).value(), poses);
+        const std::vector<double> alone = askAll(FreeformShape::ofSubdivision(controlA).value(),
+                                                 FreeformShape::ofSubdivision(controlB).value(), poses);
         for (const std::vector<double>& one : together) EXPECT_EQ(one, alone);
     }
 }
@@ -72,7 +78,8 @@ TEST(FreeformManyReaders, ABodyOfTheSameMeshIsWhatItWouldBeAlone) {
         for (Vec3d& p : control.positions) p *= chance.uniform(0.9, 1.1);
         FreeformShape second = first->withPositions(control.positions).value();
         EXPECT_EQ(second.subdivision()->graph, first->subdivision()->graph);
-        const std::vector<Affine3d> poses{composeTransform(1.2 * chance.direction(), chance.rotation(), Vec3d::Ones()), composeTransform(2.5 * chance.direction(), chance.rotation(), Vec3d::Ones())};
+        const std::vector<Affine3d> poses{composeTransform(1.2 * chance.direction(), chance.rotation(), Vec3d::Ones()),
+                                          composeTransform(2.5 * chance.direction(), chance.rotation(), Vec3d::Ones())};
         const auto alone = [&] { return askAll(FreeformShape::ofSubdivision(control).value(), other, poses); };
         EXPECT_EQ(askAll(second, other, poses), alone());
         // Neither minds what becomes of the other.

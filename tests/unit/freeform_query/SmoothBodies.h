@@ -1,4 +1,5 @@
-/// Bodies for tests of freeform queries, and what is known of them without these queries: closed forms, and points of limit surfaces.
+/// Bodies for tests of freeform queries, and what is known of them without these queries: closed forms, and points of
+/// limit surfaces.
 #pragma once
 
 #include <cstdint>
@@ -24,12 +25,16 @@ inline std::vector<std::uint64_t> seedsOf(std::uint64_t count) {
     for (std::uint64_t i = 0; i < count; ++i) seeds[i] = i;
     return seeds;
 }
-inline std::string repeat(std::uint64_t seed) { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_freeform_query"; }
+inline std::string repeat(std::uint64_t seed) {
+    return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_freeform_query";
+}
 
 struct Chance {
     std::mt19937_64 engine;
     explicit Chance(std::uint64_t seed) : engine(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; }
+    double uniform(double low, double high) {
+        return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
+    }
     Vec3d direction() {
         for (;;) {
             const Vec3d d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
@@ -39,9 +44,12 @@ struct Chance {
     Quatd rotation() { return Quatd(Eigen::AngleAxisd(uniform(0, 3.14159), direction())); }
 };
 
-inline FreeformShape sphere(double radius) { return FreeformShape::ofNurbs({sphereSurface(radius).value()}).value(); }
+inline FreeformShape sphere(double radius) {
+    return FreeformShape::ofNurbs({sphereSurface(radius).value()}).value();
+}
 
-/// A cage of quads around a ball: `rings` along each edge of a cube, pushed about. Corners are of valence 3, and so irregular.
+/// A cage of quads around a ball: `rings` along each edge of a cube, pushed about. Corners are of valence 3, and so
+/// irregular.
 inline ControlMesh lumpyCube(Chance& chance, int rings, double roughness) {
     ControlMesh mesh;
     std::vector<std::array<int, 3>> keys;
@@ -85,8 +93,9 @@ inline ControlMesh asTriangles(const ControlMesh& quads) {
     return mesh;
 }
 
-/// Points of the limit surface on a grid of n × n in each ptex face, as triangles; and how far the surface is from these, as its points at the
-/// middles of triangles and of their long sides tell: twice the largest, since between them it can be farther.
+/// Points of the limit surface on a grid of n × n in each ptex face, as triangles; and how far the surface is from
+/// these, as its points at the middles of triangles and of their long sides tell: twice the largest, since between them
+/// it can be farther.
 struct Tessellation {
     TriangleMesh mesh;
     double error = 0;
@@ -100,7 +109,9 @@ inline Tessellation tessellate(const ControlMesh& control, int n) {
     double error = 0;
     for (std::uint32_t f = 0; f < topology.ptexFaceCount(); ++f) {
         if (!topology.hasSurface(topology.ptexFace(f).face)) continue;
-        const auto at = [&](double i, double j) { return evaluator.evaluate(control.positions, {f, i / n, j / n}).value().point; };
+        const auto at = [&](double i, double j) {
+            return evaluator.evaluate(control.positions, {f, i / n, j / n}).value().point;
+        };
         const auto base = static_cast<std::uint32_t>(positions.size() / 3);
         std::vector<Vec3d> points;
         std::vector<std::uint32_t> row;  // where each row begins
@@ -111,16 +122,20 @@ inline Tessellation tessellate(const ControlMesh& control, int n) {
         const auto triangle = [&](std::array<std::uint32_t, 3> t, const std::array<Vec2d, 3>& where) {
             for (const std::uint32_t v : t) indices.push_back(base + v);
             for (const std::size_t k : {std::size_t{1}, std::size_t{3}}) {
-                const Vec2d uv = k == 3 ? Vec2d((where[0] + where[1] + where[2]) / 3) : Vec2d((where[k] + where[(k + 1) % 3]) / 2);
-                const Vec3d flat = k == 3 ? Vec3d((points[t[0]] + points[t[1]] + points[t[2]]) / 3) : Vec3d((points[t[k]] + points[t[(k + 1) % 3]]) / 2);
+                const Vec2d uv =
+                    k == 3 ? Vec2d((where[0] + where[1] + where[2]) / 3) : Vec2d((where[k] + where[(k + 1) % 3]) / 2);
+                const Vec3d flat = k == 3 ? Vec3d((points[t[0]] + points[t[1]] + points[t[2]]) / 3)
+                                          : Vec3d((points[t[k]] + points[t[(k + 1) % 3]]) / 2);
                 error = std::max(error, (at(uv.x(), uv.y()) - flat).norm());
             }
         };
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < (loop ? n - j : n); ++i) {
-                const std::uint32_t a = row[static_cast<std::size_t>(j)] + static_cast<std::uint32_t>(i), c = row[static_cast<std::size_t>(j) + 1] + static_cast<std::uint32_t>(i);
+                const std::uint32_t a = row[static_cast<std::size_t>(j)] + static_cast<std::uint32_t>(i),
+                                    c = row[static_cast<std::size_t>(j) + 1] + static_cast<std::uint32_t>(i);
                 triangle({a, a + 1, c}, {Vec2d(i, j), Vec2d(i + 1, j), Vec2d(i, j + 1)});
-                if (!loop || i + j + 1 < n) triangle({a + 1, c + 1, c}, {Vec2d(i + 1, j), Vec2d(i + 1, j + 1), Vec2d(i, j + 1)});
+                if (!loop || i + j + 1 < n)
+                    triangle({a + 1, c + 1, c}, {Vec2d(i + 1, j), Vec2d(i + 1, j + 1), Vec2d(i, j + 1)});
             }
         for (const Vec3d& p : points) positions.insert(positions.end(), {p.x(), p.y(), p.z()});
     }

@@ -38,14 +38,17 @@ double firstTouch(const TriangleTree& a, const TriangleTree& b, const Vec3d& dir
     return high;
 }
 
-/// How far normals differ that are nearly there, from inside the face along both of its parameters and between these. Where they tend to one they
-/// differ by little: at the slowest smooth vertex a refinement leaves 0.6 of that, and 1e-9 is thirty of them, ten of which semi-sharp edges may take.
+/// How far normals differ that are nearly there, from inside the face along both of its parameters and between these.
+/// Where they tend to one they differ by little: at the slowest smooth vertex a refinement leaves 0.6 of that, and 1e-9
+/// is thirty of them, ten of which semi-sharp edges may take.
 double turningAt(LimitEvaluator& surface, const std::vector<Vec3d>& positions, const FreeformPlace& place) {
     constexpr double kStep = 1e-9;
     const double u = place.u < 0.5 ? kStep : -kStep, v = place.v < 0.5 ? kStep : -kStep;
     std::array<Vec3d, 3> normals;
     const std::array<Vec2d, 3> steps{Vec2d(u, 0.01 * v), Vec2d(0.01 * u, v), Vec2d(0.5 * u, 0.5 * v)};
-    for (std::size_t i = 0; i < 3; ++i) normals[i] = surface.evaluate(positions, {place.face, place.u + steps[i].x(), place.v + steps[i].y()}).value().normal;
+    for (std::size_t i = 0; i < 3; ++i)
+        normals[i] =
+            surface.evaluate(positions, {place.face, place.u + steps[i].x(), place.v + steps[i].y()}).value().normal;
     return std::max({1 - normals[0].dot(normals[1]), 1 - normals[1].dot(normals[2]), 1 - normals[2].dot(normals[0])});
 }
 
@@ -69,7 +72,8 @@ void judge(const Judged& a, const Judged& b, Chance& chance, int poses) {
         EXPECT_LE(d.least, truth + off);
         EXPECT_GE(d.distance, truth - off);
         EXPECT_LE(d.distance - d.least, kTolerance * (1 + 1e-9));
-        const SurfacePoint pa = onA.evaluate(a.control.positions, {d.a.face, d.a.u, d.a.v}).value(), pb = onB.evaluate(b.control.positions, {d.b.face, d.b.u, d.b.v}).value();
+        const SurfacePoint pa = onA.evaluate(a.control.positions, {d.a.face, d.a.u, d.a.v}).value(),
+                           pb = onB.evaluate(b.control.positions, {d.b.face, d.b.u, d.b.v}).value();
         EXPECT_LT((pa.point - d.a.point).norm(), 1e-11);
         EXPECT_LT((pose * pb.point - d.b.point).norm(), 1e-11);
         const double turning = turningAt(onA, a.control.positions, d.a);
@@ -104,14 +108,16 @@ void judge(const Judged& a, const Judged& b, Chance& chance, int poses) {
             EXPECT_GT(d.distance, 0);
         }
 
-        const FreeformContacts contacts = pair.contacts(pose, work, {.tolerance = tolerance, .spacing = size / 50, .most = 2000});
+        const FreeformContacts contacts =
+            pair.contacts(pose, work, {.tolerance = tolerance, .spacing = size / 50, .most = 2000});
         if (trianglesMeet) {
             EXPECT_FALSE(contacts.contacts.empty());
         }
         if (truth > tolerance + off) {
             EXPECT_TRUE(contacts.contacts.empty());
         }
-        for (const FreeformContact& c : contacts.contacts) ASSERT_LE((c.a.point - c.b.point).norm(), tolerance * (1 + 1e-9));
+        for (const FreeformContact& c : contacts.contacts)
+            ASSERT_LE((c.a.point - c.b.point).norm(), tolerance * (1 + 1e-9));
     }
 }
 
@@ -119,7 +125,8 @@ TEST(FreeformSubdivision, CatmullClarkBesideTessellations) {
     for (const std::uint64_t seed : seedsOf(6)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const Judged a = judged(lumpyCube(chance, 1 + static_cast<int>(seed % 3), 0.3), 12), b = judged(lumpyCube(chance, 2, 0.3), 12);
+        const Judged a = judged(lumpyCube(chance, 1 + static_cast<int>(seed % 3), 0.3), 12),
+                     b = judged(lumpyCube(chance, 2, 0.3), 12);
         judge(a, b, chance, 14);
     }
 }
@@ -139,7 +146,8 @@ TEST(FreeformSubdivision, CreasesAndHolesBesideTessellations) {
         Chance chance(seed);
         ControlMesh creased = lumpyCube(chance, 2, 0.2);
         for (std::size_t f = 0; f < creased.faceSizes.size(); f += 3)
-            creased.creases.push_back({creased.faceVertices[4 * f], creased.faceVertices[4 * f + 1], static_cast<float>(chance.uniform(0.5, 10))});
+            creased.creases.push_back({creased.faceVertices[4 * f], creased.faceVertices[4 * f + 1],
+                                       static_cast<float>(chance.uniform(0.5, 10))});
         creased.corners.push_back({0, 10});
         creased.holes.push_back(static_cast<std::uint32_t>(chance.uniform(0, 12)));
         const Judged a = judged(creased, 12), b = judged(lumpyCube(chance, 1, 0.3), 12);
@@ -148,17 +156,19 @@ TEST(FreeformSubdivision, CreasesAndHolesBesideTessellations) {
 }
 
 TEST(FreeformSubdivision, SpikesHaveNoNormal) {
-    // A cube with one vertex that stays where it is, which three faces meet at: a spike along the diagonal, and the nearest to a ball out there. By
-    // symmetry any normal that were told would be one of three.
+    // A cube with one vertex that stays where it is, which three faces meet at: a spike along the diagonal, and the
+    // nearest to a ball out there. By symmetry any normal that were told would be one of three.
     ControlMesh cube;
-    for (int i = 0; i < 8; ++i) cube.positions.emplace_back((i & 4) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 1) != 0 ? 1 : -1);
+    for (int i = 0; i < 8; ++i)
+        cube.positions.emplace_back((i & 4) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 1) != 0 ? 1 : -1);
     cube.faceVertices = {0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3};
     cube.faceSizes.assign(6, 4);
     cube.corners.push_back({7, 10});
     const FreeformShape spike = FreeformShape::ofSubdivision(cube).value(), ball = sphere(0.5);
     FreeformPair pair(spike, ball);
     QueryWork work;
-    const FreeformDistance d = pair.distance(composeTransform({3, 3, 3}, Quatd::Identity(), Vec3d::Ones()), work, {.tolerance = 1e-6});
+    const FreeformDistance d =
+        pair.distance(composeTransform({3, 3, 3}, Quatd::Identity(), Vec3d::Ones()), work, {.tolerance = 1e-6});
     EXPECT_TRUE(d.complete);
     EXPECT_NEAR(d.distance, 2 * std::sqrt(3) - 0.5, 1.1e-6);
     EXPECT_EQ(d.a.point, Vec3d(1, 1, 1));
@@ -169,7 +179,8 @@ TEST(FreeformSubdivision, SpikesHaveNoNormal) {
     for (const std::uint32_t end : {3U, 5U, 6U}) cube.creases.push_back({7, end, 10});
     const FreeformShape block = FreeformShape::ofSubdivision(cube).value();
     FreeformPair blocks(block, ball);
-    const FreeformDistance corner = blocks.distance(composeTransform({3, 3, 3}, Quatd::Identity(), Vec3d::Ones()), work, {.tolerance = 1e-6});
+    const FreeformDistance corner =
+        blocks.distance(composeTransform({3, 3, 3}, Quatd::Identity(), Vec3d::Ones()), work, {.tolerance = 1e-6});
     EXPECT_NEAR(corner.distance, 2 * std::sqrt(3) - 0.5, 1.1e-6);
     EXPECT_NEAR(corner.a.normal.norm(), 1, 1e-12);
 }
@@ -185,13 +196,14 @@ TEST(FreeformSubdivision, DistancesOfFinerTessellationsTendToIts) {
     double first = 0, last = 0;
     for (const int n : {6, 24}) {
         const Tessellation ta = tessellate(ca, n), tb = tessellate(cb, n);
-        const double off = std::abs(distanceBetween(TriangleTree(ta.mesh), TriangleTree(tb.mesh), pose, work).distance - distance);
+        const double off =
+            std::abs(distanceBetween(TriangleTree(ta.mesh), TriangleTree(tb.mesh), pose, work).distance - distance);
         EXPECT_LE(off, ta.error + tb.error);
         last = ta.error + tb.error;
         if (n == 6) first = last;
     }
-    // At corners of valence 3 the surface goes as u to the power 1.29 (one refinement shrinks it to 0.41), which lines miss by as much: cells a
-    // quarter as large leave a sixth.
+    // At corners of valence 3 the surface goes as u to the power 1.29 (one refinement shrinks it to 0.41), which lines
+    // miss by as much: cells a quarter as large leave a sixth.
     EXPECT_LT(last, first / 5);
 }
 
@@ -199,7 +211,8 @@ TEST(FreeformSubdivision, FirstContactsAreNeverLate) {
     for (const std::uint64_t seed : seedsOf(12)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const Judged a = judged(lumpyCube(chance, 2, 0.3), 12), b = judged(lumpyCube(chance, 1 + static_cast<int>(seed % 2), 0.3), 12);
+        const Judged a = judged(lumpyCube(chance, 2, 0.3), 12),
+                     b = judged(lumpyCube(chance, 1 + static_cast<int>(seed % 2), 0.3), 12);
         FreeformPair pair(a.shape, b.shape);
         BodyMotion still, moving;
         still.end.rotation = chance.rotation();
@@ -234,13 +247,15 @@ TEST(FreeformSubdivision, AnswersDoNotDependOnWhatWasAskedBefore) {
     for (const std::uint64_t seed : seedsOf(6)) {
         SCOPED_TRACE(repeat(seed));
         Chance chance(seed);
-        const FreeformShape a = FreeformShape::ofSubdivision(lumpyCube(chance, 2, 0.3)).value(), b = FreeformShape::ofSubdivision(lumpyCube(chance, 1, 0.3)).value();
+        const FreeformShape a = FreeformShape::ofSubdivision(lumpyCube(chance, 2, 0.3)).value(),
+                            b = FreeformShape::ofSubdivision(lumpyCube(chance, 1, 0.3)).value();
         FreeformPair used(a, b);
         for (int i = 0; i < 24; ++i) {
             SCOPED_TRACE(i);
             // Rigid maps and others go down different parts of parts.
             const Vec3d scale = i % 3 == 1 ? Vec3d(0.9, 1.2, 1) : Vec3d(1, 1, 1);
-            const Affine3d pose = composeTransform(chance.uniform(0.5, 2.2) * chance.direction(), chance.rotation(), scale);
+            const Affine3d pose =
+                composeTransform(chance.uniform(0.5, 2.2) * chance.direction(), chance.rotation(), scale);
             FreeformPair fresh(a, b);
             QueryWork work, freshWork;
             if (i % 4 == 2) (void)used.contacts(pose, work, {.tolerance = 1e-3, .most = 50});
@@ -249,7 +264,8 @@ TEST(FreeformSubdivision, AnswersDoNotDependOnWhatWasAskedBefore) {
             EXPECT_EQ(t.touch, ft.touch);
             EXPECT_EQ(t.a.point, ft.a.point);
             EXPECT_EQ(t.b.point, ft.b.point);
-            const FreeformDistance d = used.distance(pose, work, {.tolerance = 1e-5}), fd = fresh.distance(pose, freshWork, {.tolerance = 1e-5});
+            const FreeformDistance d = used.distance(pose, work, {.tolerance = 1e-5}),
+                                   fd = fresh.distance(pose, freshWork, {.tolerance = 1e-5});
             EXPECT_EQ(d.distance, fd.distance);
             EXPECT_EQ(d.least, fd.least);
             EXPECT_EQ(d.a.point, fd.a.point);
@@ -275,7 +291,8 @@ TEST(FreeformSubdivision, AMovedShapeIsAFreshOne) {
                 std::vector<std::uint32_t> points;
                 std::vector<Vec3d> places;
                 for (int k = 0; k < 3; ++k) {
-                    const auto p = static_cast<std::uint32_t>(chance.uniform(0, static_cast<double>(control.positions.size())));
+                    const auto p =
+                        static_cast<std::uint32_t>(chance.uniform(0, static_cast<double>(control.positions.size())));
                     if (std::find(points.begin(), points.end(), p) != points.end()) continue;
                     points.push_back(p);
                     places.push_back(control.positions[p] += 0.2 * chance.direction());
@@ -289,7 +306,8 @@ TEST(FreeformSubdivision, AMovedShapeIsAFreshOne) {
             EXPECT_EQ(moved.bounds().lower, fresh.bounds().lower);
             EXPECT_EQ(moved.bounds().upper, fresh.bounds().upper);
             FreeformPair freshPair(fresh, other);
-            const FreeformDistance d = pair.distance(pose, work, {.tolerance = 1e-6}), f = freshPair.distance(pose, work, {.tolerance = 1e-6});
+            const FreeformDistance d = pair.distance(pose, work, {.tolerance = 1e-6}),
+                                   f = freshPair.distance(pose, work, {.tolerance = 1e-6});
             EXPECT_LE(d.least, f.distance + 1e-13);
             EXPECT_LE(f.least, d.distance + 1e-13);
             EXPECT_LE(std::abs(d.distance - f.distance), 1.001e-6);
@@ -303,7 +321,8 @@ TEST(FreeformSubdivision, HighValencesAndPoints) {
         SCOPED_TRACE(n);
         ControlMesh top;
         top.positions = {{0, 0, 1}, {0, 0, -1}};
-        for (std::uint32_t i = 0; i < n; ++i) top.positions.emplace_back(std::cos(6.283185307 * i / n), std::sin(6.283185307 * i / n), 0);
+        for (std::uint32_t i = 0; i < n; ++i)
+            top.positions.emplace_back(std::cos(6.283185307 * i / n), std::sin(6.283185307 * i / n), 0);
         for (std::uint32_t i = 0; i < n; ++i) {
             const std::uint32_t here = 2 + i, next = 2 + (i + 1) % n;
             top.faceVertices.insert(top.faceVertices.end(), {here, next, 0, next, here, 1});
@@ -315,7 +334,8 @@ TEST(FreeformSubdivision, HighValencesAndPoints) {
         double tip = 0;
         for (const double u : {0.0, 1.0})
             for (const double v : {0.0, 1.0})
-                for (std::uint32_t f = 0; f < 3; ++f) tip = std::max(tip, limit.evaluate(top.positions, {f, u, v}).value().point.z());
+                for (std::uint32_t f = 0; f < 3; ++f)
+                    tip = std::max(tip, limit.evaluate(top.positions, {f, u, v}).value().point.z());
         // Tip on tip, which is where the surface is highest.
         const Affine3d above = composeTransform({0, 0, 2 * tip + 0.01}, Quatd::Identity(), Vec3d::Ones());
         QueryWork work;
@@ -330,10 +350,11 @@ TEST(FreeformSubdivision, HighValencesAndPoints) {
 }
 
 TEST(FreeformSubdivision, FoldedFacesAreHalvedAcrossTheFold) {
-    // A tetrahedron that is nearly flat, as a Loop surface: edges of its patches are folded, so that their ends meet and their middles
-    // are far away. An edge of it is near a side of a cube.
+    // A tetrahedron that is nearly flat, as a Loop surface: edges of its patches are folded, so that their ends meet
+    // and their middles are far away. An edge of it is near a side of a cube.
     ControlMesh cube;
-    for (int i = 0; i < 8; ++i) cube.positions.emplace_back((i & 4) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 1) != 0 ? 1 : -1);
+    for (int i = 0; i < 8; ++i)
+        cube.positions.emplace_back((i & 4) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 1) != 0 ? 1 : -1);
     cube.faceVertices = {0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3};
     cube.faceSizes.assign(6, 4);
     const FreeformShape block = FreeformShape::ofSubdivision(cube).value();

@@ -1,6 +1,7 @@
-// Triangles of outlines, judged by an argument that knows nothing of ears. Where the sides of the triangles cancel to the outline itself, the triangles that cover a
-// point, counted by the way they go around, are as many as the outline's winding number there: for an outline that does not cross itself 1 inside and 0
-// outside. Where besides none goes around the other way, each place inside is in one triangle and none is outside. Both are checked in whole numbers.
+// Triangles of outlines, judged by an argument that knows nothing of ears. Where the sides of the triangles cancel to
+// the outline itself, the triangles that cover a point, counted by the way they go around, are as many as the outline's
+// winding number there: for an outline that does not cross itself 1 inside and 0 outside. Where besides none goes
+// around the other way, each place inside is in one triangle and none is outside. Both are checked in whole numbers.
 #include "common/geometry/EarClipping.h"
 
 #include <gtest/gtest.h>
@@ -26,16 +27,24 @@ std::vector<std::uint64_t> clippingSeeds(std::uint64_t usual) {
     for (std::uint64_t i = 0; i < usual; ++i) seeds[i] = i + 1;
     return seeds;
 }
-std::string repeatedBy(std::uint64_t seed) { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_geometry --gtest_filter=EarClipping.*"; }
+std::string repeatedBy(std::uint64_t seed) {
+    return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_geometry --gtest_filter=EarClipping.*";
+}
 
-std::int64_t doubleArea(const GridPoint& a, const GridPoint& b, const GridPoint& c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+std::int64_t doubleArea(const GridPoint& a, const GridPoint& b, const GridPoint& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
 
-std::uint64_t someOf(Random& random, std::uint64_t below) { return random() % below; }
+std::uint64_t someOf(Random& random, std::uint64_t below) {
+    return random() % below;
+}
 
 /// Whether the triangles' sides cancel to the outline's, by corner numbers.
 bool cancelToTheOutline(std::size_t corners, const std::vector<std::uint32_t>& triangles) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
-    const auto count = [&](std::uint32_t from, std::uint32_t to) { from < to ? ++sides[{from, to}] : --sides[{to, from}]; };
+    const auto count = [&](std::uint32_t from, std::uint32_t to) {
+        from < to ? ++sides[{from, to}] : --sides[{to, from}];
+    };
     for (std::size_t i = 0; i < triangles.size(); i += 3)
         for (std::size_t k = 0; k < 3; ++k) count(triangles[i + k], triangles[i + (k + 1) % 3]);
     for (std::uint32_t i = 0; i < corners; ++i) count((i + 1) % static_cast<std::uint32_t>(corners), i);
@@ -48,11 +57,14 @@ std::uint64_t stepsTaken(const Outline& outline, const std::string& what, bool c
     EXPECT_TRUE(triangles) << what;
     if (!triangles) return 0;
     EXPECT_EQ(triangles->size(), 3 * (outline.size() - 2)) << what;
-    EXPECT_TRUE(std::all_of(triangles->begin(), triangles->end(), [&](std::uint32_t corner) { return corner < outline.size(); })) << what;
+    EXPECT_TRUE(std::all_of(triangles->begin(), triangles->end(), [&](std::uint32_t corner) {
+        return corner < outline.size();
+    })) << what;
     EXPECT_TRUE(cancelToTheOutline(outline.size(), *triangles)) << what;
     bool left = false, right = false;
     for (std::size_t i = 0; i < triangles->size(); i += 3) {
-        const std::int64_t area = doubleArea(outline[(*triangles)[i]], outline[(*triangles)[i + 1]], outline[(*triangles)[i + 2]]);
+        const std::int64_t area =
+            doubleArea(outline[(*triangles)[i]], outline[(*triangles)[i + 1]], outline[(*triangles)[i + 2]]);
         left = left || area > 0;
         right = right || area < 0;
     }
@@ -65,7 +77,8 @@ Outline starShaped(Random& random, std::size_t corners, double ragged) {
     for (std::size_t i = 0; i < corners; ++i) {
         const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(corners);
         const double radius = 5e8 * (1 - ragged * static_cast<double>(someOf(random, 1000)) / 1000);
-        outline.push_back({(1 << 29) + std::llround(radius * std::cos(angle)), (1 << 29) + std::llround(radius * std::sin(angle))});
+        outline.push_back(
+            {(1 << 29) + std::llround(radius * std::cos(angle)), (1 << 29) + std::llround(radius * std::sin(angle))});
     }
     return outline;
 }
@@ -74,7 +87,8 @@ Outline spiral(std::size_t corners, double turns) {
     Outline outline;
     const std::size_t half = corners / 2;
     const auto at = [&](std::size_t i, double width) -> GridPoint {
-        const double t = static_cast<double>(i) / static_cast<double>(half), angle = 2 * std::numbers::pi * turns * t, radius = 5e8 * (0.1 + 0.9 * t) - width;
+        const double t = static_cast<double>(i) / static_cast<double>(half), angle = 2 * std::numbers::pi * turns * t,
+                     radius = 5e8 * (0.1 + 0.9 * t) - width;
         return {(1 << 29) + std::llround(radius * std::cos(angle)), (1 << 29) + std::llround(radius * std::sin(angle))};
     };
     for (std::size_t i = 0; i <= half; ++i) outline.push_back(at(i, 0));
@@ -86,16 +100,22 @@ Outline spiral(std::size_t corners, double turns) {
 Outline combs(std::size_t corners) {
     Outline outline;
     const auto teeth = static_cast<std::int64_t>(corners / 4), step = GridPoint::kMost / (teeth + 1);
-    for (std::int64_t i = 0; i < teeth; ++i) outline.insert(outline.end(), {{i * step, 0}, {i * step + step / 2, GridPoint::kMost - 5 * step}});
+    for (std::int64_t i = 0; i < teeth; ++i)
+        outline.insert(outline.end(), {{i * step, 0}, {i * step + step / 2, GridPoint::kMost - 5 * step}});
     outline.push_back({teeth * step, 0});
-    for (std::int64_t i = teeth; i-- > 0;) outline.insert(outline.end(), {{i * step + step / 2, GridPoint::kMost}, {i * step, 5 * step}});
+    for (std::int64_t i = teeth; i-- > 0;)
+        outline.insert(outline.end(), {{i * step + step / 2, GridPoint::kMost}, {i * step, 5 * step}});
     return outline;
 }
 
 /// Around the cells of a tree on a raster, grown by chance: many sides in line, many corners inwards.
 Outline aroundATree(Random& random, int size, int cells) {
-    std::vector<std::vector<char>> in(static_cast<std::size_t>(size), std::vector<char>(static_cast<std::size_t>(size), 0));
-    const auto filled = [&](int x, int y) { return x >= 0 && y >= 0 && x < size && y < size && in[static_cast<std::size_t>(x)][static_cast<std::size_t>(y)] != 0; };
+    std::vector<std::vector<char>> in(static_cast<std::size_t>(size),
+                                      std::vector<char>(static_cast<std::size_t>(size), 0));
+    const auto filled = [&](int x, int y) {
+        return x >= 0 && y >= 0 && x < size && y < size &&
+               in[static_cast<std::size_t>(x)][static_cast<std::size_t>(y)] != 0;
+    };
     std::vector<std::pair<int, int>> tree{{size / 2, size / 2}};
     in[static_cast<std::size_t>(size / 2)][static_cast<std::size_t>(size / 2)] = 1;
     for (int tries = 0; tries < 20 * cells && static_cast<int>(tree.size()) < cells; ++tries) {
@@ -139,7 +159,8 @@ Outline withIdleCorners(Random& random, const Outline& outline, bool spikes) {
         for (std::uint64_t again = someOf(random, 4); again > 2; --again) made.push_back(a);
         const GridPoint middle{(a.x + b.x) / 2, (a.y + b.y) / 2};
         if (doubleArea(a, middle, b) == 0 && someOf(random, 3) == 0) made.push_back(middle);
-        if (spikes && doubleArea(a, middle, b) == 0 && someOf(random, 6) == 0) made.insert(made.end(), {middle, a, middle});
+        if (spikes && doubleArea(a, middle, b) == 0 && someOf(random, 6) == 0)
+            made.insert(made.end(), {middle, a, middle});
     }
     return made;
 }
@@ -148,10 +169,13 @@ TEST(EarClipping, CoversAnOutlineOnceAndNothingElse) {
     for (const std::uint64_t seed : clippingSeeds(60)) {
         SCOPED_TRACE(repeatedBy(seed));
         Random random(seed);
-        for (Outline outline : {starShaped(random, 3 + someOf(random, 200), 0.9), starShaped(random, 3 + someOf(random, 40), 0), spiral(8 + someOf(random, 300), 3.5), combs(8 + someOf(random, 200)),
-                                aroundATree(random, 30, 1 + static_cast<int>(someOf(random, 200)))}) {
+        for (Outline outline :
+             {starShaped(random, 3 + someOf(random, 200), 0.9), starShaped(random, 3 + someOf(random, 40), 0),
+              spiral(8 + someOf(random, 300), 3.5), combs(8 + someOf(random, 200)),
+              aroundATree(random, 30, 1 + static_cast<int>(someOf(random, 200)))}) {
             if (someOf(random, 2) == 0) std::reverse(outline.begin(), outline.end());
-            std::rotate(outline.begin(), outline.begin() + static_cast<std::ptrdiff_t>(someOf(random, outline.size())), outline.end());
+            std::rotate(outline.begin(), outline.begin() + static_cast<std::ptrdiff_t>(someOf(random, outline.size())),
+                        outline.end());
             stepsTaken(outline, "as it is");
             stepsTaken(withIdleCorners(random, outline, false), "with corners that turn nowhere");
             stepsTaken(withIdleCorners(random, outline, true), "with spikes");
@@ -169,8 +193,11 @@ TEST(EarClipping, LeavesOutAHoleThatACutLeadsTo) {
         Outline outer = starShaped(random, 4 + someOf(random, 60), 0.3);
         const std::size_t from = someOf(random, outer.size());
         Outline cut(outer.begin(), outer.begin() + static_cast<std::ptrdiff_t>(from) + 1);
-        // The hole is a smaller copy around the same middle, so the cut between corners of the same number crosses nothing.
-        const auto inner = [&](std::size_t i) -> GridPoint { return {(1 << 29) + (outer[i].x - (1 << 29)) / 2, (1 << 29) + (outer[i].y - (1 << 29)) / 2}; };
+        // The hole is a smaller copy around the same middle, so the cut between corners of the same number crosses
+        // nothing.
+        const auto inner = [&](std::size_t i) -> GridPoint {
+            return {(1 << 29) + (outer[i].x - (1 << 29)) / 2, (1 << 29) + (outer[i].y - (1 << 29)) / 2};
+        };
         for (std::size_t i = 0; i <= outer.size(); ++i) cut.push_back(inner((from + outer.size() - i) % outer.size()));
         cut.insert(cut.end(), outer.begin() + static_cast<std::ptrdiff_t>(from), outer.end());
         stepsTaken(cut, "a ragged ring");
@@ -186,7 +213,9 @@ TEST(EarClipping, GivesSomeTrianglesOfWhatCrossesItselfOrIsFlat) {
         Random random(seed);
         for (const std::int64_t size : {std::int64_t{2}, std::int64_t{7}, GridPoint::kMost + 1}) {
             Outline outline(3 + someOf(random, 120));
-            for (GridPoint& p : outline) p = {static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size)), static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size))};
+            for (GridPoint& p : outline)
+                p = {static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size)),
+                     static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size))};
             stepsTaken(outline, "anywhere", true);
         }
     }
@@ -195,12 +224,17 @@ TEST(EarClipping, GivesSomeTrianglesOfWhatCrossesItselfOrIsFlat) {
 TEST(EarClipping, AHundredThousandCornersTakeFewStepsEach) {
     Random random(1);
     const std::size_t many = 100'000;
-    const std::vector<std::pair<std::string, Outline>> outlines{{"a circle", starShaped(random, many, 0)}, {"a star", starShaped(random, many, 0.9)}, {"a spiral", spiral(many, 60)},
-                                                                {"combs", combs(many)}, {"around a tree", aroundATree(random, 400, 40'000)}};
+    const std::vector<std::pair<std::string, Outline>> outlines{{"a circle", starShaped(random, many, 0)},
+                                                                {"a star", starShaped(random, many, 0.9)},
+                                                                {"a spiral", spiral(many, 60)},
+                                                                {"combs", combs(many)},
+                                                                {"around a tree", aroundATree(random, 400, 40'000)}};
     for (const auto& [name, outline] : outlines) {
         const std::uint64_t steps = stepsTaken(outline, name);
         EXPECT_LT(steps, 512 * outline.size()) << name;
-        if (std::getenv("TESSERA_SAY")) std::printf("%s: %zu corners, %.1f steps each\n", name.c_str(), outline.size(), static_cast<double>(steps) / static_cast<double>(outline.size()));
+        if (std::getenv("TESSERA_SAY"))
+            std::printf("%s: %zu corners, %.1f steps each\n", name.c_str(), outline.size(),
+                        static_cast<double>(steps) / static_cast<double>(outline.size()));
     }
     std::uint64_t few = 1000;
     const auto refused = clipEars(outlines[1].second, few);

@@ -26,7 +26,8 @@ struct OwnGrid {
             for (std::size_t y = 0; y < size[1]; ++y)
                 for (std::size_t x = 0; x < size[0]; ++x)
                     numbers.push_back(static_cast<float>(
-                        field(Vec3d(origin + spacing.cwiseProduct(Vec3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)))))));
+                        field(Vec3d(origin + spacing.cwiseProduct(Vec3d(static_cast<double>(x), static_cast<double>(y),
+                                                                        static_cast<double>(z)))))));
         grid.voxels = std::as_bytes(std::span<const float>(numbers));
     }
 };
@@ -56,7 +57,8 @@ bool isClosedSurface(const MeshData& mesh) {
 
 double enclosedVolume(const MeshData& mesh) {
     double six = 0;
-    for (std::size_t t = 0; t < mesh.indices.size(); t += 3) six += cornerAt(mesh, t).dot(cornerAt(mesh, t + 1).cross(cornerAt(mesh, t + 2)));
+    for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+        six += cornerAt(mesh, t).dot(cornerAt(mesh, t + 1).cross(cornerAt(mesh, t + 2)));
     return six / 6;
 }
 
@@ -89,8 +91,9 @@ double linearInTetrahedra(const VoxelGrid& grid, const Vec3d& steps) {
     return sum;
 }
 
-/// A field that is the distance to a surface, above inside: linear interpolation over a simplex is off by at most three eighths of the squared
-/// spacing times the field's greatest curvature (Waldron 1998, "The error in linear interpolation at the vertices of a simplex").
+/// A field that is the distance to a surface, above inside: linear interpolation over a simplex is off by at most three
+/// eighths of the squared spacing times the field's greatest curvature (Waldron 1998, "The error in linear
+/// interpolation at the vertices of a simplex").
 template <typename Distance>
 void expectNear(const MeshData& mesh, Distance&& distance, double spacing, double curvature) {
     ASSERT_GT(mesh.indices.size(), 3000u);
@@ -114,7 +117,8 @@ TEST(IsoSurface, OfASphereIsASphere) {
     expectNear(*mesh, distance, spacing, 1 / (radius - 2 * spacing));
     EXPECT_NEAR(enclosedVolume(*mesh), 4.0 / 3 * std::numbers::pi, 0.1);
     for (std::size_t v = 0; v < mesh->positions.size(); v += 3) {
-        const Vec3d p(mesh->positions[v], mesh->positions[v + 1], mesh->positions[v + 2]), n(mesh->normals[v], mesh->normals[v + 1], mesh->normals[v + 2]);
+        const Vec3d p(mesh->positions[v], mesh->positions[v + 1], mesh->positions[v + 2]),
+            n(mesh->normals[v], mesh->normals[v + 1], mesh->normals[v + 2]);
         ASSERT_GT(n.dot((p - Vec3d(0.01, 0.02, 0.03)).normalized()), 0.99);
     }
 }
@@ -141,7 +145,8 @@ TEST(IsoSurface, IsClosedByTheBoxWhereTheFieldIsAboveAtItsBorder) {
 }
 
 TEST(IsoSurface, IsRefusedInWordsWhereItHasTooManyTriangles) {
-    const OwnGrid noise({20, 20, 20}, Vec3d::Zero(), Vec3d::Ones(), [](const Vec3d& p) { return std::sin(1e4 * (p.x() + 7 * p.y() + 31 * p.z())); });
+    const OwnGrid noise({20, 20, 20}, Vec3d::Zero(), Vec3d::Ones(),
+                        [](const Vec3d& p) { return std::sin(1e4 * (p.x() + 7 * p.y() + 31 * p.z())); });
     const Expected<MeshData> mesh = isoSurface(noise.grid, 0, 1000);
     ASSERT_FALSE(mesh);
     EXPECT_EQ(mesh.error().code, ErrorCode::kLimit);
@@ -153,11 +158,13 @@ class IsoSurfaceOfAnything : public testing::TestWithParam<int> {};
 TEST_P(IsoSurfaceOfAnything, IsClosedAndAroundJustWhatIsAbove) {
     const char* given = std::getenv("TESSERA_SEED");
     const auto seed = static_cast<unsigned>((given ? std::atoi(given) : 1) * 1000 + GetParam());
-    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed / 1000) + " build/bin/unit_geometry --gtest_filter='*IsoSurfaceOfAnything*'");
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed / 1000) +
+                 " build/bin/unit_geometry --gtest_filter='*IsoSurfaceOfAnything*'");
     std::mt19937 random(seed);
     const auto any = [&](int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); };
     VoxelGrid grid{.format = static_cast<VoxelFormat>(GetParam() % 4),
-                   .size = {static_cast<std::size_t>(any(2, 5)), static_cast<std::size_t>(any(2, 5)), static_cast<std::size_t>(any(2, 5))},
+                   .size = {static_cast<std::size_t>(any(2, 5)), static_cast<std::size_t>(any(2, 5)),
+                            static_cast<std::size_t>(any(2, 5))},
                    .origin = Vec3d(any(-3, 3), any(-3, 3), any(-3, 3)),
                    .spacing = Vec3d(0.25 * any(1, 8), 0.25 * any(1, 8), 0.25 * any(1, 8)),
                    .voxels = {}};
@@ -170,10 +177,18 @@ TEST_P(IsoSurfaceOfAnything, IsClosedAndAroundJustWhatIsAbove) {
             bytes.insert(bytes.end(), from, from + sizeof number);
         };
         switch (grid.format) {
-            case VoxelFormat::kUint8: append(static_cast<std::uint8_t>(value)); break;
-            case VoxelFormat::kUint16: append(static_cast<std::uint16_t>(value)); break;
-            case VoxelFormat::kInt16: append(static_cast<std::int16_t>(value)); break;
-            case VoxelFormat::kFloat: append(static_cast<float>(value)); break;
+            case VoxelFormat::kUint8:
+                append(static_cast<std::uint8_t>(value));
+                break;
+            case VoxelFormat::kUint16:
+                append(static_cast<std::uint16_t>(value));
+                break;
+            case VoxelFormat::kInt16:
+                append(static_cast<std::int16_t>(value));
+                break;
+            case VoxelFormat::kFloat:
+                append(static_cast<float>(value));
+                break;
         }
     }
     grid.voxels = bytes;
@@ -185,11 +200,13 @@ TEST_P(IsoSurfaceOfAnything, IsClosedAndAroundJustWhatIsAbove) {
     for (int i = 0; i < 40; ++i) {
         Vec3d steps;
         for (std::size_t axis = 0; axis < 3; ++axis)
-            steps[static_cast<Eigen::Index>(axis)] = std::uniform_real_distribution<double>(0, static_cast<double>(grid.size[axis] - 1))(random);
+            steps[static_cast<Eigen::Index>(axis)] =
+                std::uniform_real_distribution<double>(0, static_cast<double>(grid.size[axis] - 1))(random);
         const double field = linearInTetrahedra(grid, steps);
         if (std::abs(field - value) < 1e-3 * values) continue;  // on the surface, as far as floats go
         const Vec3d point = grid.origin + grid.spacing.cwiseProduct(steps);
-        ASSERT_NEAR(windingAround(*mesh, point), field > value ? 1.0 : 0.0, 1e-3) << "field " << field << ", value " << value;
+        ASSERT_NEAR(windingAround(*mesh, point), field > value ? 1.0 : 0.0, 1e-3)
+            << "field " << field << ", value " << value;
     }
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, IsoSurfaceOfAnything, testing::Range(0, 200));
@@ -197,7 +214,8 @@ INSTANTIATE_TEST_SUITE_P(Seeds, IsoSurfaceOfAnything, testing::Range(0, 200));
 TEST(IsoSurface, IsCoarserWhereItWouldHaveTooManyTriangles) {
     // Shells of a ball that reach through the sides of the box.
     const Vec3d origin(-1, -2, 3), spacing(0.5, 0.25, 0.125);
-    const OwnGrid field({41, 40, 37}, origin, spacing, [&](const Vec3d& p) { return std::sin(0.5 * (p - origin).cwiseQuotient(spacing).norm()); });
+    const OwnGrid field({41, 40, 37}, origin, spacing,
+                        [&](const Vec3d& p) { return std::sin(0.5 * (p - origin).cwiseQuotient(spacing).norm()); });
     const Expected<MeshData> all = isoSurface(field.grid, 0.1, 1'000'000);
     ASSERT_TRUE(all);
     const std::size_t triangles = all->indices.size() / 3;
@@ -206,7 +224,8 @@ TEST(IsoSurface, IsCoarserWhereItWouldHaveTooManyTriangles) {
     EXPECT_EQ(same.positions, all->positions);
     const auto boxOf = [](const MeshData& mesh) {
         Eigen::AlignedBox3f box;
-        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3) box.extend(Eigen::Vector3f(mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]));
+        for (std::size_t i = 0; i + 2 < mesh.positions.size(); i += 3)
+            box.extend(Eigen::Vector3f(mesh.positions[i], mesh.positions[i + 1], mesh.positions[i + 2]));
         return box;
     };
     std::size_t before = triangles;
@@ -228,7 +247,8 @@ TEST(IsoSurface, IsCoarserWhereItWouldHaveTooManyTriangles) {
 }
 
 TEST(VoxelGrid, IsLinearBetweenItsNumbers) {
-    const OwnGrid field({3, 4, 5}, Vec3d::Zero(), Vec3d::Ones(), [](const Vec3d& p) { return 2 * p.x() - 3 * p.y() + p.z() + 1; });
+    const OwnGrid field({3, 4, 5}, Vec3d::Zero(), Vec3d::Ones(),
+                        [](const Vec3d& p) { return 2 * p.x() - 3 * p.y() + p.z() + 1; });
     for (const Vec3d& p : {Vec3d(0, 0, 0), Vec3d(2, 3, 4), Vec3d(0.5, 1.25, 3.75), Vec3d(1.999, 0.001, 2)})
         EXPECT_NEAR(field.grid.linearAt(p), 2 * p.x() - 3 * p.y() + p.z() + 1, 1e-12);
     EXPECT_EQ(field.grid.linearAt(Vec3d(-5, 99, 2)), field.grid.linearAt(Vec3d(0, 3, 2)));

@@ -24,9 +24,12 @@ std::vector<unsigned> cutSeeds(unsigned count) {
     for (unsigned i = 0; i < count; ++i) seeds[i] = i + 1;
     return seeds;
 }
-std::string cutAgain(unsigned seed) { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_geometry --gtest_filter=PlaneCut.*"; }
+std::string cutAgain(unsigned seed) {
+    return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_geometry --gtest_filter=PlaneCut.*";
+}
 
-/// A random field's surface and planes: anywhere, along layers of voxels, through corners of the surface, through one another, some twice.
+/// A random field's surface and planes: anywhere, along layers of voxels, through corners of the surface, through one
+/// another, some twice.
 struct CutCase {
     MeshArrays whole;
     std::vector<Vec4d> planes;
@@ -37,17 +40,20 @@ struct CutCase {
         const std::array<std::size_t, 3> size = {2 + below(5), 2 + below(5), 2 + below(5)};
         // Few values: many corners lie in voxels, and planes go through them.
         const bool rough = below(2) == 0;
-        for (std::size_t i = 0; i < size[0] * size[1] * size[2]; ++i) numbers.push_back(static_cast<std::uint8_t>(rough ? 50 * below(5) : below(256)));
-        const VoxelGrid grid{.format = VoxelFormat::kUint8,
-                             .size = size,
-                             .origin = below(2) == 0 ? Vec3d(Vec3d::Zero()) : Vec3d(any(-3, 3), any(-3, 3), any(-3, 3)),
-                             .spacing = below(2) == 0 ? Vec3d(Vec3d::Ones()) : Vec3d(any(0.1, 2), any(0.1, 2), any(0.1, 2)),
-                             .voxels = std::as_bytes(std::span<const std::uint8_t>(numbers))};
+        for (std::size_t i = 0; i < size[0] * size[1] * size[2]; ++i)
+            numbers.push_back(static_cast<std::uint8_t>(rough ? 50 * below(5) : below(256)));
+        const VoxelGrid grid{
+            .format = VoxelFormat::kUint8,
+            .size = size,
+            .origin = below(2) == 0 ? Vec3d(Vec3d::Zero()) : Vec3d(any(-3, 3), any(-3, 3), any(-3, 3)),
+            .spacing = below(2) == 0 ? Vec3d(Vec3d::Ones()) : Vec3d(any(0.1, 2), any(0.1, 2), any(0.1, 2)),
+            .voxels = std::as_bytes(std::span<const std::uint8_t>(numbers))};
         whole = isoSurface(grid, rough ? 100 : 127.5, 1'000'000).value().toArrays();
         box = boundsOf(whole.positions.as<float>());
         if (box.empty()) return;
         for (std::size_t i = 0, count = 1 + below(below(4) == 0 ? 12 : 3); i < count; ++i) {
-            const Vec3d normal = below(3) == 0 ? Vec3d(Vec3d::Unit(static_cast<int>(below(3)))) : Vec3d(any(-1, 1), any(-1, 1), any(-1, 1));
+            const Vec3d normal = below(3) == 0 ? Vec3d(Vec3d::Unit(static_cast<int>(below(3))))
+                                               : Vec3d(any(-1, 1), any(-1, 1), any(-1, 1));
             Vec3d through = box.center() + 0.5 * box.size().cwiseProduct(Vec3d(any(-1, 1), any(-1, 1), any(-1, 1)));
             if (below(3) == 0) through = corner(below(whole.positions.sizeBytes() / 12));
             if (below(4) == 0) through = box.center();
@@ -59,13 +65,16 @@ struct CutCase {
     std::size_t below(std::size_t n) { return random_() % n; }
     double any(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
     Vec3d corner(std::size_t v) const { return at(whole.positions.as<float>(), v); }
-    static Vec3d at(std::span<const float> numbers, std::size_t v) { return {numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]}; }
+    static Vec3d at(std::span<const float> numbers, std::size_t v) {
+        return {numbers[3 * v], numbers[3 * v + 1], numbers[3 * v + 2]};
+    }
     /// What rounding to floats may move.
     double rounding() const { return 3e-7 * (box.lower.cwiseAbs().maxCoeff() + box.size().maxCoeff()); }
     /// How far beyond the plane that it is farthest beyond; below 0 inside.
     double beyond(const Vec3d& p) const {
         double most = -1e300;
-        for (const Vec4d& plane : planes) most = std::max(most, (plane.head<3>().dot(p) - plane.w()) / plane.head<3>().norm());
+        for (const Vec4d& plane : planes)
+            most = std::max(most, (plane.head<3>().dot(p) - plane.w()) / plane.head<3>().norm());
         return most;
     }
 
@@ -77,7 +86,8 @@ using ExactPolygon = std::vector<Exact>;
 
 long double cutAreaOf(const ExactPolygon& polygon) {
     Exact sum = Exact::Zero();
-    for (std::size_t i = 2; i < polygon.size(); ++i) sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
+    for (std::size_t i = 2; i < polygon.size(); ++i)
+        sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
     return sum.norm() / 2;
 }
 
@@ -114,7 +124,8 @@ double distanceToFace(const std::array<Vec3d, 3>& t, const Vec3d& p) {
 std::vector<std::array<Vec3d, 3>> cutFacesOf(std::span<const float> positions, std::span<const std::uint32_t> indices) {
     std::vector<std::array<Vec3d, 3>> triangles;
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3)
-        triangles.push_back({CutCase::at(positions, indices[i]), CutCase::at(positions, indices[i + 1]), CutCase::at(positions, indices[i + 2])});
+        triangles.push_back({CutCase::at(positions, indices[i]), CutCase::at(positions, indices[i + 1]),
+                             CutCase::at(positions, indices[i + 2])});
     return triangles;
 }
 
@@ -127,8 +138,10 @@ TEST(PlaneCut, WhatIsInsideStaysAndNothingElseDoes) {
         ASSERT_TRUE(left) << left.error().message;
         ASSERT_TRUE(left->empty() || checkMesh(left->toArrays())) << cutAgain(seed);
         ASSERT_EQ(left->normals.size(), left->positions.size());
-        for (std::size_t v = 0; v < left->positions.size() / 3; ++v) ASSERT_LE(c.beyond(CutCase::at(left->positions, v)), c.rounding()) << cutAgain(seed);
-        const auto before = cutFacesOf(c.whole.positions.as<float>(), c.whole.indices.as<std::uint32_t>()), after = cutFacesOf(left->positions, left->indices);
+        for (std::size_t v = 0; v < left->positions.size() / 3; ++v)
+            ASSERT_LE(c.beyond(CutCase::at(left->positions, v)), c.rounding()) << cutAgain(seed);
+        const auto before = cutFacesOf(c.whole.positions.as<float>(), c.whole.indices.as<std::uint32_t>()),
+                   after = cutFacesOf(left->positions, left->indices);
         long double wanted = 0, is = 0, all = 0, inPlanes = 0;
         for (const auto& t : before) {
             const ExactPolygon whole{t[0].cast<long double>(), t[1].cast<long double>(), t[2].cast<long double>()};
@@ -136,13 +149,17 @@ TEST(PlaneCut, WhatIsInsideStaysAndNothingElseDoes) {
             wanted += cutAreaOf(leftOf(whole, c.planes));
             // Which side of a plane is the side of what lies in it only rounding says.
             const auto lies = [&](const Vec4d& plane) {
-                return std::ranges::all_of(t, [&](const Vec3d& p) { return std::abs(plane.head<3>().dot(p) - plane.w()) <= c.rounding() * plane.head<3>().norm(); });
+                return std::ranges::all_of(t, [&](const Vec3d& p) {
+                    return std::abs(plane.head<3>().dot(p) - plane.w()) <= c.rounding() * plane.head<3>().norm();
+                });
             };
             if (std::ranges::any_of(c.planes, lies)) inPlanes += cutAreaOf(whole);
         }
-        for (const auto& t : after) is += cutAreaOf({t[0].cast<long double>(), t[1].cast<long double>(), t[2].cast<long double>()});
+        for (const auto& t : after)
+            is += cutAreaOf({t[0].cast<long double>(), t[1].cast<long double>(), t[2].cast<long double>()});
         // Each triangle's corners are rounded.
-        const long double off = 3 * c.rounding() * c.box.size().norm() * static_cast<long double>(before.size() + after.size());
+        const long double off =
+            3 * c.rounding() * c.box.size().norm() * static_cast<long double>(before.size() + after.size());
         ASSERT_LE(std::abs(is - wanted), off + inPlanes) << "of " << static_cast<double>(all) << ", " << cutAgain(seed);
         for (std::size_t i = 0; i < before.size(); i += 1 + before.size() / 60) {
             const double u = c.any(0, 1), v = c.any(0, 1 - u);
@@ -188,12 +205,15 @@ TEST(PlaneCut, OpenAlongThePlanesAlone) {
             closed += count == 0;
             open += count != 0;
             if (count == 0) continue;
-            const Vec3d a(edge.first[0], edge.first[1], edge.first[2]), b(edge.second[0], edge.second[1], edge.second[2]);
+            const Vec3d a(edge.first[0], edge.first[1], edge.first[2]),
+                b(edge.second[0], edge.second[1], edge.second[2]);
             const bool along = std::ranges::any_of(c.planes, [&](const Vec4d& plane) {
                 const double size = plane.head<3>().norm();
-                return std::abs(plane.head<3>().dot(a) - plane.w()) <= c.rounding() * size && std::abs(plane.head<3>().dot(b) - plane.w()) <= c.rounding() * size;
+                return std::abs(plane.head<3>().dot(a) - plane.w()) <= c.rounding() * size &&
+                       std::abs(plane.head<3>().dot(b) - plane.w()) <= c.rounding() * size;
             });
-            ASSERT_TRUE(along) << "open between " << a.transpose() << " and " << b.transpose() << ", " << cutAgain(seed);
+            ASSERT_TRUE(along) << "open between " << a.transpose() << " and " << b.transpose() << ", "
+                               << cutAgain(seed);
         }
     }
     if (!std::getenv("TESSERA_SEED")) {
@@ -217,7 +237,8 @@ TEST(PlaneCut, NormalsGoOnAlongTheCut) {
     const MeshData same = cutAtPlanes(ball, far, 100'000).value();
     ASSERT_EQ(same.indices.size(), ball.indices.as<std::uint32_t>().size());
     for (std::size_t i = 0; i < same.indices.size(); ++i)
-        ASSERT_EQ(CutCase::at(same.positions, same.indices[i]), CutCase::at(ball.positions.as<float>(), ball.indices.as<std::uint32_t>()[i]));
+        ASSERT_EQ(CutCase::at(same.positions, same.indices[i]),
+                  CutCase::at(ball.positions.as<float>(), ball.indices.as<std::uint32_t>()[i]));
     const std::array<Vec4d, 1> all = {Vec4d(0, 1, 0, -3)};
     EXPECT_TRUE(cutAtPlanes(ball, all, 100'000).value().empty());
 }

@@ -18,7 +18,8 @@ OutlineContour lineContour(std::vector<OutlinePoint> points) {
     return contour;
 }
 OutlineContour squareAround(std::int32_t x, std::int32_t y, std::int32_t half, bool left) {
-    std::vector<OutlinePoint> points{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
+    std::vector<OutlinePoint> points{
+        {x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
     if (!left) std::ranges::reverse(points);
     return lineContour(points);
 }
@@ -26,7 +27,8 @@ OutlineContour squareAround(std::int32_t x, std::int32_t y, std::int32_t half, b
 double areaOfLetter(const LetterTriangles& letter) {
     double area = 0;
     for (std::size_t i = 0; i < letter.triangles.size(); i += 3) {
-        const OutlinePoint &a = letter.vertices[letter.triangles[i]], &b = letter.vertices[letter.triangles[i + 1]], &c = letter.vertices[letter.triangles[i + 2]];
+        const OutlinePoint &a = letter.vertices[letter.triangles[i]], &b = letter.vertices[letter.triangles[i + 1]],
+                           &c = letter.vertices[letter.triangles[i + 2]];
         const double twice = (double(b.x) - a.x) * (double(c.y) - a.y) - (double(b.y) - a.y) * (double(c.x) - a.x);
         EXPECT_GE(twice, 0) << "counter-clockwise";
         area += twice / 2;
@@ -61,20 +63,33 @@ LetterTriangles cutOf(const LetterShape& shape) {
 TEST(LetterTriangles, ContoursNestByTheirWinding) {
     const double unit = 2000.0 * 2000;
     EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true)})), unit);
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, false)})), unit) << "TrueType's outer contours go around to the right";
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, false), squareAround(0, 0, 500, true)})), 0.75 * unit) << "a hole";
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(0, 0, 500, true)})), unit) << "wound twice is solid";
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(0, 0, 500, false), squareAround(0, 0, 250, true)})), (0.75 + 0.0625) * unit) << "an island";
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(-400, 0, 200, false), squareAround(400, 0, 200, false), squareAround(400, 500, 200, false)})), (1 - 3 * 0.04) * unit)
+    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, false)})), unit)
+        << "TrueType's outer contours go around to the right";
+    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, false), squareAround(0, 0, 500, true)})), 0.75 * unit)
+        << "a hole";
+    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(0, 0, 500, true)})), unit)
+        << "wound twice is solid";
+    EXPECT_EQ(areaOfLetter(cutOf(
+                  {squareAround(0, 0, 1000, true), squareAround(0, 0, 500, false), squareAround(0, 0, 250, true)})),
+              (0.75 + 0.0625) * unit)
+        << "an island";
+    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(-400, 0, 200, false),
+                                  squareAround(400, 0, 200, false), squareAround(400, 500, 200, false)})),
+              (1 - 3 * 0.04) * unit)
         << "holes beside each other";
-    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(5000, 0, 1000, false)})), 2 * unit) << "dots, wound as they like";
-    EXPECT_TRUE(cutOf({lineContour({{0, 0}, {5, 5}, {9, 9}}), lineContour({{3, 3}})}).triangles.empty()) << "nothing has an area";
+    EXPECT_EQ(areaOfLetter(cutOf({squareAround(0, 0, 1000, true), squareAround(5000, 0, 1000, false)})), 2 * unit)
+        << "dots, wound as they like";
+    EXPECT_TRUE(cutOf({lineContour({{0, 0}, {5, 5}, {9, 9}}), lineContour({{3, 3}})}).triangles.empty())
+        << "nothing has an area";
 }
 
 TEST(LetterTriangles, CurvesAreAsNearAsIsAsked) {
     // A circle of four cubic Béziers, which is within 2.8e-4 of its radius.
     constexpr double kRadius = 30000, kHandle = 0.5522847498;
-    const auto at = [&](double x, double y) { return OutlinePoint{static_cast<std::int32_t>(std::lround(kRadius * x)), static_cast<std::int32_t>(std::lround(kRadius * y))}; };
+    const auto at = [&](double x, double y) {
+        return OutlinePoint{static_cast<std::int32_t>(std::lround(kRadius * x)),
+                            static_cast<std::int32_t>(std::lround(kRadius * y))};
+    };
     const OutlineContour circle{.start = at(1, 0),
                                 .segments = {{.degree = 3, .points = {at(1, kHandle), at(kHandle, 1), at(0, 1)}},
                                              {.degree = 3, .points = {at(-kHandle, 1), at(-1, kHandle), at(-1, 0)}},
@@ -97,8 +112,10 @@ TEST(LetterTriangles, CurvesAreAsNearAsIsAsked) {
 }
 
 TEST(TextOutlines, ComeBackFromTheirWordsAndAreRefusedWhenTheyAreWrong) {
-    const TextOutlines text{.shapes = {{squareAround(0, 0, 1000, true), squareAround(0, 0, 500, false)}, {{.start = {1, 2}, .segments = {{.degree = 3, .points = {OutlinePoint{3, 4}, {5, 6}, {7, -8}}}}}}},
-                            .letters = {{.shape = 1, .at = {-5, 6}}, {.shape = 0, .at = {70000, 0}}}};
+    const TextOutlines text{
+        .shapes = {{squareAround(0, 0, 1000, true), squareAround(0, 0, 500, false)},
+                   {{.start = {1, 2}, .segments = {{.degree = 3, .points = {OutlinePoint{3, 4}, {5, 6}, {7, -8}}}}}}},
+        .letters = {{.shape = 1, .at = {-5, 6}}, {.shape = 0, .at = {70000, 0}}}};
     const Blob blob = text.toBlob();
     const Expected<TextOutlines> back = TextOutlines::of(blob);
     ASSERT_TRUE(back) << back.error().message;
@@ -110,7 +127,9 @@ TEST(TextOutlines, ComeBackFromTheirWordsAndAreRefusedWhenTheyAreWrong) {
         const Expected<TextOutlines> read = TextOutlines::of(Blob::of(std::span<const std::uint32_t>(changed)));
         return read ? std::string("it is sound") : read.error().message;
     };
-    for (std::size_t length = 1; length < words.size(); ++length) EXPECT_NE(refusal({words.begin(), words.begin() + static_cast<std::ptrdiff_t>(length)}), "it is sound") << length;
+    for (std::size_t length = 1; length < words.size(); ++length)
+        EXPECT_NE(refusal({words.begin(), words.begin() + static_cast<std::ptrdiff_t>(length)}), "it is sound")
+            << length;
     std::vector<std::uint32_t> more(words.begin(), words.end());
     more.push_back(0);
     EXPECT_EQ(refusal(more), "the outlines have 1 words too many");
@@ -123,11 +142,13 @@ TEST(TextOutlines, ComeBackFromTheirWordsAndAreRefusedWhenTheyAreWrong) {
 
     // Any words at all are read or refused, and what is read can be cut.
     const char* one = std::getenv("TESSERA_SEED");
-    for (std::uint64_t seed = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? seed : 400; seed <= last; ++seed) {
+    for (std::uint64_t seed = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? seed : 400; seed <= last;
+         ++seed) {
         SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_geometry --gtest_filter=TextOutlines.*");
         std::mt19937_64 random(seed);
         std::vector<std::uint32_t> changed(words.begin(), words.end());
-        for (std::uint64_t changes = 1 + random() % 3; changes > 0; --changes) changed[random() % changed.size()] = static_cast<std::uint32_t>(random() >> (random() % 64));
+        for (std::uint64_t changes = 1 + random() % 3; changes > 0; --changes)
+            changed[random() % changed.size()] = static_cast<std::uint32_t>(random() >> (random() % 64));
         const Expected<TextOutlines> read = TextOutlines::of(Blob::of(std::span<const std::uint32_t>(changed)));
         if (!read) continue;
         for (const LetterShape& shape : read->shapes) (void)trianglesOf(shape, 128);

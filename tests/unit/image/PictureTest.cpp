@@ -133,7 +133,8 @@ TEST(WriteFile, HasTheRightsThatTheMaskLeaves) {
     ::umask(before);
     ASSERT_TRUE(written);
     using std::filesystem::perms;
-    EXPECT_EQ(std::filesystem::status(folder / "a.png").permissions(), perms::owner_read | perms::owner_write | perms::group_read);
+    EXPECT_EQ(std::filesystem::status(folder / "a.png").permissions(),
+              perms::owner_read | perms::owner_write | perms::group_read);
 }
 
 TEST(WriteFile, SaysWhatIsInTheWay) {

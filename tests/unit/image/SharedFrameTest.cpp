@@ -1,8 +1,8 @@
 #include "common/image/SharedFrame.h"
 
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -108,8 +108,8 @@ TEST(SharedFrame, IsDrawnIntoWithoutShowingIt) {
         ASSERT_GE(rows.pitchBytes, 4u * kWidthPx);
         for (int y = 0; y < untilRow; ++y)
             for (int x = 0; x < kWidthPx; ++x)
-                std::fill_n(rows.rgbx + static_cast<std::size_t>(y) * rows.pitchBytes + 4 * static_cast<std::size_t>(x), 3,
-                            static_cast<std::uint8_t>(frame % 251));
+                std::fill_n(rows.rgbx + static_cast<std::size_t>(y) * rows.pitchBytes + 4 * static_cast<std::size_t>(x),
+                            3, static_cast<std::uint8_t>(frame % 251));
     };
     draw(2, 75);
     EXPECT_EQ(readSharedFrame(path)->picture, pictureOf(1)) << "half a picture is nobody's";

@@ -21,9 +21,11 @@ Expected<ImportedScene> movingScene(const std::string& text) {
 const std::string kLamp = "node { name: \"lamp\" transform { translation { y: 2 } } point_light { intensity: 2 } }\n";
 
 std::string refusalOfChannel(const std::string& channel) {
-    const Expected<ImportedScene> scene = movingScene(kLamp + "material { name: \"red\" }\nnode { name: \"take\" animation { channel { " + channel + " } } }\n");
+    const Expected<ImportedScene> scene = movingScene(
+        kLamp + "material { name: \"red\" }\nnode { name: \"take\" animation { channel { " + channel + " } } }\n");
     if (scene) return "taken";
-    EXPECT_NE(scene.error().message.find("moving.tsct:3:"), std::string::npos) << scene.error().message << ": says where";
+    EXPECT_NE(scene.error().message.find("moving.tsct:3:"), std::string::npos)
+        << scene.error().message << ": says where";
     return scene.error().message;
 }
 
@@ -33,7 +35,8 @@ node { name: "ball" material: "red" sphere { radius: 1 } }
 node { name: "take" animation { mode: PING_PONG speed: -2 time: 0.5 paused: true
   channel { target: "lamp" field: "translation" time: [0, 1] value: [0, 2, 0, 0, 3, 0] }
   channel { target: "/lamp" field: "intensity" interpolation: STEP time: [0, 1] value: [1, 3] }
-  channel { material: "red" field: "roughness" interpolation: SPLINE time: [0, 1] value: [0, 0.2, 0, 0, 0.8, 0] } } })");
+  channel { material: "red" field: "roughness" interpolation: SPLINE time: [0, 1]
+    value: [0, 0.2, 0, 0, 0.8, 0] } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
     const ImportedAspect aspect(std::move(*scene));
@@ -75,18 +78,25 @@ TEST(AnimationText, WhatIsUnsoundIsRefusedWithItsPlace) {
 
 TEST(AnimationText, ANodeThatWasSavedCanBeDrivenAsANode) {
     const Scratch scratch;
-    scratch.write("saved.tsct", "saved { root: 1 object { number: 1 child: 2 node {} } object { number: 2 node { name: \"old\" } } }");
+    scratch.write(
+        "saved.tsct",
+        "saved { root: 1 object { number: 1 child: 2 node {} } object { number: 2 node { name: \"old\" } } }");
     const auto driving = [&](const std::string& channel) {
-        return importScene(scratch.write("moving.tsct", "node { name: \"in\" import { uri: \"saved.tsct\" } }\n" + kLamp + "node { name: \"take\" animation { channel { target: \"/in/old\" " + channel + " } } }"),
-                           kRootNode, importOptions());
+        return importScene(
+            scratch.write("moving.tsct", "node { name: \"in\" import { uri: \"saved.tsct\" } }\n" + kLamp +
+                                             "node { name: \"take\" animation { channel { target: \"/in/old\" " +
+                                             channel + " } } }"),
+            kRootNode, importOptions());
     };
     const Expected<ImportedScene> wrong = driving("field: \"intensity\" time: 0 value: 1");
     ASSERT_FALSE(wrong);
-    EXPECT_NE(wrong.error().message.find("'/in/old' (Node) has no field 'intensity'"), std::string::npos) << wrong.error().message;
+    EXPECT_NE(wrong.error().message.find("'/in/old' (Node) has no field 'intensity'"), std::string::npos)
+        << wrong.error().message;
     Expected<ImportedScene> scene = driving("field: \"levels\" time: 0 value: 1");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
-    EXPECT_EQ(aspect->get<KeyFrames>(aspect.core<Animation>("/take")->channels[0])->target, *findNode(*aspect, "/in/old"));
+    EXPECT_EQ(aspect->get<KeyFrames>(aspect.core<Animation>("/take")->channels[0])->target,
+              *findNode(*aspect, "/in/old"));
 }
 
 const std::string kStrip = R"(mesh { name: "strip" position: [0,0,0, 1,0,0, 0,1,0, 1,1,0] index: [0,1,2, 1,3,2] }
@@ -94,7 +104,9 @@ node { name: "arm" transform { translation { x: 1 } } node { name: "hand" transf
 )";
 
 TEST(SkinText, HasJointsWeightsAndTargetsAndThePoseThatItStandsIn) {
-    Expected<ImportedScene> scene = movingScene(kStrip + R"(node { name: "skin" transform { translation { z: 2 } } skin { mesh: "strip" joint: ["/arm", "/arm/hand"]
+    Expected<ImportedScene> scene = movingScene(
+        kStrip +
+        R"(node { name: "skin" transform { translation { z: 2 } } skin { mesh: "strip" joint: ["/arm", "/arm/hand"]
   joint_index: [0,0,0,0, 0,0,0,0, 1,0,0,0, 1,0,0,0] joint_weight: [1,0,0,0, 1,0,0,0, 1,0,0,0, 1,0,0,0]
   morph_position: [0,0,1, 0,0,0, 0,0,0, 0,0,0] weight: 0.5 } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -104,7 +116,8 @@ TEST(SkinText, HasJointsWeightsAndTargetsAndThePoseThatItStandsIn) {
     EXPECT_EQ(skin->joints, (RefList{*findNode(*aspect, "/arm"), *findNode(*aspect, "/arm/hand")}));
     const MeshArrays arrays = drawableOf(Object::of(*skin)).arrays();
     const auto p = arrays.positions.as<float>();
-    // Below the bearer at z = 2: the first vertex is morphed by half a unit and carried to x = 1, the third goes with the hand.
+    // Below the bearer at z = 2: the first vertex is morphed by half a unit and carried to x = 1, the third goes with
+    // the hand.
     EXPECT_TRUE(std::ranges::equal(p, std::vector<float>{1, 0, -1.5f, 2, 0, -2, 1, 4, -2, 2, 4, -2}));
 }
 
@@ -115,16 +128,20 @@ TEST(SkinText, WhatCannotBeOneIsRefusedWithItsPlace) {
         EXPECT_NE(scene.error().message.find(words), std::string::npos) << scene.error().message;
         EXPECT_NE(scene.error().message.find("moving.tsct:3:"), std::string::npos) << scene.error().message;
     };
-    const std::string indices = "joint_index: [0,0,0,0, 0,0,0,0, 0,0,0,0, 0,0,0,0] ", weights = "joint_weight: [1,0,0,0, 1,0,0,0, 1,0,0,0, 1,0,0,0] ";
+    const std::string indices = "joint_index: [0,0,0,0, 0,0,0,0, 0,0,0,0, 0,0,0,0] ",
+                      weights = "joint_weight: [1,0,0,0, 1,0,0,0, 1,0,0,0, 1,0,0,0] ";
     says("mesh: \"stripe\"", "there is no mesh 'stripe'");
     says("mesh: \"strip\" joint: \"leg\" " + indices + weights, "there is no node 'leg'");
     says("mesh: \"strip\" joint: [\"arm\", \"arm\"] " + indices + weights, "twice");
     says("mesh: \"strip\" " + indices + weights, "it names none");
     says("mesh: \"strip\" joint: \"arm\" " + indices, "without weights");
     says("mesh: \"strip\" joint: \"arm\" joint_index: [0, 0] " + weights, "jointIndices has 4 bytes");
-    says("mesh: \"strip\" joint: \"arm\" joint_index: [1,0,0,0, 0,0,0,0, 0,0,0,0, 0,0,0,0] " + weights, "vertex 0 follows joint 1 of 1");
-    says("mesh: \"strip\" joint: \"arm\" " + indices + "joint_weight: [1,0,0,0, 1,0,0,0, 0,0,0,0, 1,0,0,0]", "vertex 2 has no joint weight above 0");
-    says("mesh: \"strip\" joint: \"arm\" " + indices + "joint_weight: [1,0,0,0, -1,0,0,0, 1,0,0,0, 1,0,0,0]", "vertex 1 has a joint weight");
+    says("mesh: \"strip\" joint: \"arm\" joint_index: [1,0,0,0, 0,0,0,0, 0,0,0,0, 0,0,0,0] " + weights,
+         "vertex 0 follows joint 1 of 1");
+    says("mesh: \"strip\" joint: \"arm\" " + indices + "joint_weight: [1,0,0,0, 1,0,0,0, 0,0,0,0, 1,0,0,0]",
+         "vertex 2 has no joint weight above 0");
+    says("mesh: \"strip\" joint: \"arm\" " + indices + "joint_weight: [1,0,0,0, -1,0,0,0, 1,0,0,0, 1,0,0,0]",
+         "vertex 1 has a joint weight");
     says("mesh: \"strip\" joint: \"arm\" inverse_bind: [1, 2, 3] " + indices + weights, "inverse_bind has 12 bytes");
     says("mesh: \"strip\" morph_position: [1, 2, 3] weight: 1", "morphPositions has 12 bytes");
     says("mesh: \"strip\" morph_position: [1,2,3, 1,2,3, 1,2,3, 1,2,3] weight: [1, 2]", "weights has 2 numbers");
@@ -135,13 +152,19 @@ TEST(GltfSkin, KeepsTheFourStrongestOfManyJointsAndFollowsTheFirstWhereNoneIsSai
     GltfText gltf;
     const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
     const int joints0 = gltf.add(std::vector<std::uint8_t>{0, 1, 2, 3, 0, 0, 0, 0, 1, 0, 0, 0}, 5121, "VEC4", 3);
-    const int weights0 = gltf.add(std::vector<std::uint8_t>{51, 10, 30, 40, 0, 0, 0, 0, 255, 0, 0, 0}, 5121, "VEC4", 3, ",\"normalized\":true");
+    const int weights0 = gltf.add(std::vector<std::uint8_t>{51, 10, 30, 40, 0, 0, 0, 0, 255, 0, 0, 0}, 5121, "VEC4", 3,
+                                  ",\"normalized\":true");
     const int joints1 = gltf.add(std::vector<std::uint16_t>{4, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, 5123, "VEC4", 3);
-    const int weights1 = gltf.add(std::vector<std::uint16_t>{65535, 1000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, 5123, "VEC4", 3, ",\"normalized\":true");
+    const int weights1 = gltf.add(std::vector<std::uint16_t>{65535, 1000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, 5123, "VEC4",
+                                  3, ",\"normalized\":true");
     std::string nodes;
     for (int i = 0; i < 6; ++i) nodes += fmt::format(R"(,{{"name":"j{}","translation":[{},0,0]}})", i, i);
-    const std::string text = gltf.text(fmt::format(R"("scenes":[{{"nodes":[0,1,2,3,4,5,6]}}],"nodes":[{{"name":"n","mesh":0,"skin":0}}{}],"skins":[{{"joints":[1,2,3,4,5,6]}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{},"JOINTS_1":{},"WEIGHTS_1":{}}}}}]}}])", nodes, positions, joints0, weights0, joints1, weights1));
+    const std::string text = gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0,1,2,3,4,5,6]}}],"nodes":[{{"name":"n","mesh":0,"skin":0}}{}],
+        "skins":[{{"joints":[1,2,3,4,5,6]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{},"JOINTS_1":{},
+        "WEIGHTS_1":{}}}}}]}}])",
+        nodes, positions, joints0, weights0, joints1, weights1));
     const Scratch scratch;
     Expected<ImportedScene> scene = importScene(scratch.write("many.gltf", text), kRootNode, importOptions());
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -151,12 +174,15 @@ TEST(GltfSkin, KeepsTheFourStrongestOfManyJointsAndFollowsTheFirstWhereNoneIsSai
     const ImportedAspect aspect(std::move(*scene));
     const auto* skin = aspect.core<Skin>("/many/n/part 0");
     ASSERT_NE(skin, nullptr);
-    EXPECT_TRUE(std::ranges::equal(skin->jointIndices.as<std::uint16_t>().first(4), std::vector<std::uint16_t>{4, 0, 3, 2})) << "strongest first";
+    EXPECT_TRUE(
+        std::ranges::equal(skin->jointIndices.as<std::uint16_t>().first(4), std::vector<std::uint16_t>{4, 0, 3, 2}))
+        << "strongest first";
     EXPECT_EQ(skin->jointWeights.as<float>()[0], 1.0f);
     EXPECT_EQ(skin->jointWeights.as<float>()[1], 51.0f / 255);
     EXPECT_EQ(skin->jointWeights.as<float>()[4], 1.0f);
     const double sum = 255 + 51 + 40 + 30;
-    EXPECT_NEAR(drawableOf(Object::of(*skin)).arrays().positions.as<float>()[0], (4 * 255 + 3 * 40 + 2 * 30) / sum, 1e-5);
+    EXPECT_NEAR(drawableOf(Object::of(*skin)).arrays().positions.as<float>()[0], (4 * 255 + 3 * 40 + 2 * 30) / sum,
+                1e-5);
 }
 
 TEST(GltfSkin, WithoutItsJointIsRefusedByName) {
@@ -167,8 +193,12 @@ TEST(GltfSkin, WithoutItsJointIsRefusedByName) {
     const auto refused = [&](const char* skin) {
         const Scratch scratch;
         const Expected<ImportedScene> scene = importScene(
-            scratch.write("bad.gltf", gltf.text(fmt::format(R"("scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0}},{{"name":"j"}},{{"name":"elsewhere"}}],"skins":[{}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}}}}}]}}])", skin, positions, joints, weights))), kRootNode, importOptions());
+            scratch.write("bad.gltf", gltf.text(fmt::format(
+                                          R"("scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0}},{{"name":"j"}},
+                    {{"name":"elsewhere"}}],"skins":[{}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}}}}}]}}])",
+                                          skin, positions, joints, weights))),
+            kRootNode, importOptions());
         return scene ? std::string("taken") : scene.error().message;
     };
     EXPECT_NE(refused(R"({"joints":[1]})").find("names a joint that does not exist"), std::string::npos);

@@ -40,8 +40,9 @@ Painted importedPaint(const Scratch& scratch, const std::string& name, const std
 Painted painted(const std::string& material) {
     const Scratch scratch;
     scratch.write("paint.mtl", "newmtl paint\nKd 1 1 1\n" + material);
-    return importedPaint(scratch, "model.obj",
-                    "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n");
+    return importedPaint(
+        scratch, "model.obj",
+        "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n");
 }
 
 TEST(ObjMaterial, BlendsWhereItIsNotOpaque) {
@@ -78,7 +79,8 @@ TEST(ObjMaterial, PacksMetalAndRoughnessIntoOnePicture) {
     const Image* packed = iron.image(iron.material.metallicRoughnessImage);
     ASSERT_NE(packed, nullptr);
     const auto pixels = packed->pixels.as<std::uint8_t>();
-    EXPECT_EQ(std::vector<std::uint8_t>(pixels.begin(), pixels.end()), (std::vector<std::uint8_t>{255, 255, 1, 255, 255, 255, 1, 255}))
+    EXPECT_EQ(std::vector<std::uint8_t>(pixels.begin(), pixels.end()),
+              (std::vector<std::uint8_t>{255, 255, 1, 255, 255, 255, 1, 255}))
         << "green: the red of map_Pr; blue: that of map_Pm, in the size of the larger";
     EXPECT_FLOAT_EQ(iron.material.metallic, 1);
     EXPECT_FLOAT_EQ(iron.material.roughness, 1);
@@ -109,21 +111,28 @@ std::string collada(const std::string& texcoord, const std::string& placement) {
                            id, numbers, 3 * width, width, params);
     };
     return fmt::format(
-        R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset>
+        R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset>
+        <up_axis>Y_UP</up_axis></asset>
         <library_images><image id="red"><init_from>red.tga</init_from></image></library_images>
         <library_effects><effect id="e"><profile_COMMON>
           <newparam sid="f"><surface type="2D"><init_from>red</init_from></surface></newparam>
           <newparam sid="s"><sampler2D><source>f</source></sampler2D></newparam>
-          <technique sid="t"><lambert><diffuse><texture texture="s" texcoord="{}"><extra><technique profile="MAYA">{}</technique></extra></texture></diffuse></lambert></technique>
+          <technique sid="t"><lambert><diffuse><texture texture="s" texcoord="{}"><extra>
+          <technique profile="MAYA">{}</technique></extra></texture></diffuse></lambert></technique>
         </profile_COMMON></effect></library_effects>
         <library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
-        <library_geometries><geometry id="g"><mesh>{}{}{}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+        <library_geometries><geometry id="g"><mesh>{}{}{}<vertices id="v"><input semantic="POSITION" source="#p"/>
+        </vertices>
           <triangles count="1" material="mm"><input semantic="VERTEX" source="#v" offset="0"/>
-          <input semantic="TEXCOORD" source="#t0" offset="0" set="0"/><input semantic="TEXCOORD" source="#t1" offset="0" set="1"/>
+          <input semantic="TEXCOORD" source="#t0" offset="0" set="0"/>
+          <input semantic="TEXCOORD" source="#t1" offset="0" set="1"/>
           <p>0 1 2</p></triangles></mesh></geometry></library_geometries>
-        <library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"><bind_material><technique_common>
-          <instance_material symbol="mm" target="#m"><bind_vertex_input semantic="UVSET1" input_semantic="TEXCOORD" input_set="1"/>
-          </instance_material></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+        <library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"><bind_material>
+        <technique_common>
+          <instance_material symbol="mm" target="#m">
+          <bind_vertex_input semantic="UVSET1" input_semantic="TEXCOORD" input_set="1"/>
+          </instance_material></technique_common></bind_material></instance_geometry></node></visual_scene>
+          </library_visual_scenes>
         <scene><instance_visual_scene url="#vs"/></scene></COLLADA>)",
         texcoord, placement, source("p", "0 0 0 1 0 0 0 1 0", 3, "XYZ"), source("t0", "0 0 1 0 0 1", 2, "ST"),
         source("t1", "0 0 0.5 0 0 0.5", 2, "ST"));
@@ -132,12 +141,14 @@ std::string collada(const std::string& texcoord, const std::string& placement) {
 TEST(ObjMaterial, SaysWhichLibrariesAndMaterialsAreNotThereAndWhatOfAnImageIsNotRead) {
     const Scratch scratch;
     scratch.write("there.mtl", "newmtl red\nKd 1 0 0\n map_Kd -s 2 2 1 -o .5 .5 0 one.tga\n");
-    const Painted painted = importedPaint(scratch, "model.obj",
-                                          "mtllib there.mtl\nmtllib gone.mtl\nmtllib ../out.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
-                                          "usemtl nope\nf 1 2 3\nusemtl red\nf 3 2 1\n");
+    const Painted painted =
+        importedPaint(scratch, "model.obj",
+                      "mtllib there.mtl\nmtllib gone.mtl\nmtllib ../out.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
+                      "usemtl nope\nf 1 2 3\nusemtl red\nf 3 2 1\n");
     const auto& notes = painted.scene.notes;
     const auto says = [&](const char* what) {
-        return std::count_if(notes.begin(), notes.end(), [&](const std::string& note) { return note.find(what) != note.npos; });
+        return std::count_if(notes.begin(), notes.end(),
+                             [&](const std::string& note) { return note.find(what) != note.npos; });
     };
     EXPECT_EQ(says("the material library gone.mtl is left out"), 1);
     EXPECT_EQ(says("the material library ../out.mtl is left out"), 1);
@@ -152,7 +163,9 @@ TEST(ObjMaterial, LibrariesAreFoundAsToolsOfOtherSystemsNameThem) {
         scratch.write("looks.mtl", "newmtl red\nKd 1 0 0\n");
         // One that assimp would take instead, as it has the model's name.
         scratch.write("model.mtl", "newmtl red\nKd 0 1 0\n");
-        const Painted painted = importedPaint(scratch, "model.obj", std::string("mtllib ") + named + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
+        const Painted painted =
+            importedPaint(scratch, "model.obj",
+                          std::string("mtllib ") + named + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");
         EXPECT_EQ(painted.material.baseColor.x(), 1) << named;
         EXPECT_EQ(painted.material.baseColor.y(), 0) << named;
         ASSERT_EQ(painted.scene.notes.size(), 1u) << named;
@@ -163,8 +176,8 @@ TEST(ObjMaterial, LibrariesAreFoundAsToolsOfOtherSystemsNameThem) {
 
 TEST(ColladaMaterial, TakesTheSecondTextureCoordinatesAndHowAPictureGoesOn) {
     const Scratch scratch;
-    const Painted painted = importedPaint(
-        scratch, "model.dae", collada("UVSET1", "<wrapU>1</wrapU><mirrorU>1</mirrorU><wrapV>0</wrapV>"));
+    const Painted painted =
+        importedPaint(scratch, "model.dae", collada("UVSET1", "<wrapU>1</wrapU><mirrorU>1</mirrorU><wrapV>0</wrapV>"));
     const Image* image = painted.image(painted.material.baseColorImage);
     ASSERT_NE(image, nullptr);
     EXPECT_EQ(image->texcoordSet, 1);

@@ -22,25 +22,35 @@ struct DaeFile {
     [[nodiscard]] std::string text() const {
         const std::string unit = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
         return fmt::format(
-            R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset>
+            R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+            <asset><up_axis>Y_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
-<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common><accessor source="#pa" count="3" stride="3">
-<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor>
+</technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
+</library_geometries>
 <library_controllers><controller id="c"><skin source="#g"><bind_shape_matrix>{0}</bind_shape_matrix>
 <source id="j"><Name_array id="ja" count="2">{1}</Name_array>
-<technique_common><accessor source="#ja" count="2"><param name="JOINT" type="name"/></accessor></technique_common></source>
+<technique_common><accessor source="#ja" count="2"><param name="JOINT" type="name"/></accessor></technique_common>
+</source>
 <source id="b"><float_array id="ba" count="32">{0} {0}</float_array>
-<technique_common><accessor source="#ba" count="2" stride="16"><param name="TRANSFORM" type="float4x4"/></accessor></technique_common></source>
+<technique_common><accessor source="#ba" count="2" stride="16"><param name="TRANSFORM" type="float4x4"/></accessor>
+</technique_common></source>
 <source id="w"><float_array id="wa" count="3">{2}</float_array>
-<technique_common><accessor source="#wa" count="3"><param name="WEIGHT" type="float"/></accessor></technique_common></source>
+<technique_common><accessor source="#wa" count="3"><param name="WEIGHT" type="float"/></accessor></technique_common>
+</source>
 <joints><input semantic="JOINT" source="#j"/><input semantic="INV_BIND_MATRIX" source="#b"/></joints>
-<vertex_weights count="3"><input semantic="JOINT" source="#j" offset="0"/><input semantic="WEIGHT" source="#w" offset="1"/>
+<vertex_weights count="3"><input semantic="JOINT" source="#j" offset="0"/>
+<input semantic="WEIGHT" source="#w" offset="1"/>
 <vcount>{3}</vcount><v>{4}</v></vertex_weights>
 </skin></controller></library_controllers>
-<library_visual_scenes><visual_scene id="s"><node id="Upper" sid="Upper" name="Upper" type="JOINT"><node id="{5}" sid="{5}" name="{5}" type="JOINT"/></node>
-<node id="body"><instance_controller url="#c"><skeleton>#Upper</skeleton></instance_controller></node></visual_scene></library_visual_scenes>
+<library_visual_scenes><visual_scene id="s"><node id="Upper" sid="Upper" name="Upper" type="JOINT">
+<node id="{5}" sid="{5}" name="{5}" type="JOINT"/></node>
+<node id="body"><instance_controller url="#c"><skeleton>#Upper</skeleton></instance_controller></node></visual_scene>
+</library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>)",
             unit, joints, weights, counts, pairs, lower);
     }
@@ -107,7 +117,8 @@ TEST(AssimpMending, WhateverIsChangedTheOutcomeIsASceneOrAMessageThatNamesTheFil
         SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=AssimpMending.Whatever*", seed));
         std::mt19937 random(seed);
         const char* const joints[] = {"Upper Lower", "Upper Upper", "Lower Lower"};
-        std::string text = DaeFile{.joints = joints[random() % 3], .weights = random() % 3 ? "1 0.5 0.5" : "0 0 0"}.text();
+        std::string text =
+            DaeFile{.joints = joints[random() % 3], .weights = random() % 3 ? "1 0.5 0.5" : "0 0 0"}.text();
         std::vector<std::size_t> digits;
         for (std::size_t i = text.find("library_geometries"); i < text.size(); ++i)
             if (std::isdigit(static_cast<unsigned char>(text[i])) != 0) digits.push_back(i);

@@ -1,4 +1,5 @@
-/// Bones, morph targets and animations of formats that assimp reads: what they become, and what is said of those that make no sense.
+/// Bones, morph targets and animations of formats that assimp reads: what they become, and what is said of those that
+/// make no sense.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,15 +25,16 @@ struct XFile {
 
     [[nodiscard]] std::string text() const {
         const char* unit = "1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1;;";
-        const std::string written = fmt::format("xof 0303txt 0032\n"
-                                        "AnimTicksPerSecond {{ {}; }}\n"
-                                        "Frame Root {{\n FrameTransformMatrix {{ {} }}\n"
-                                        " Frame Bone {{ FrameTransformMatrix {{ {} }} }}\n"
-                                        " Mesh Flag {{\n  3; 0;0;0;, 1;0;0;, 0;1;0;;\n  1; 3;0,1,2;;\n"
-                                        "  XSkinMeshHeader {{ 1; 1; 1; }}\n"
-                                        "  SkinWeights {{ \"{}\"; 3; 0,1,2; {}; {};; }}\n }}\n}}\n"
-                                        "AnimationSet Walk {{ Animation {{ {{{}}} AnimationKey {{ {} }} }} }}\n{}",
-                                        ticks, unit, unit, named, weights, offset, animated, keys, more);
+        const std::string written = fmt::format(
+            "xof 0303txt 0032\n"
+            "AnimTicksPerSecond {{ {}; }}\n"
+            "Frame Root {{\n FrameTransformMatrix {{ {} }}\n"
+            " Frame Bone {{ FrameTransformMatrix {{ {} }} }}\n"
+            " Mesh Flag {{\n  3; 0;0;0;, 1;0;0;, 0;1;0;;\n  1; 3;0,1,2;;\n"
+            "  XSkinMeshHeader {{ 1; 1; 1; }}\n"
+            "  SkinWeights {{ \"{}\"; 3; 0,1,2; {}; {};; }}\n }}\n}}\n"
+            "AnimationSet Walk {{ Animation {{ {{{}}} AnimationKey {{ {} }} }} }}\n{}",
+            ticks, unit, unit, named, weights, offset, animated, keys, more);
         std::string apart;  // assimp takes a comma before a digit as the beginning of decimals
         for (const char c : written) apart += c == ',' ? std::string(", ") : std::string(1, c);
         return apart;
@@ -52,10 +54,13 @@ Read readText(const std::string& name, const std::string& text) {
     std::vector<std::string> notes = scene->notes;
     return {ImportedAspect(std::move(*scene)), std::move(notes)};
 }
-Read readX(const XFile& file) { return readText("flag.x", file.text()); }
+Read readX(const XFile& file) {
+    return readText("flag.x", file.text());
+}
 
 bool says(const Read& read, const std::string& part) {
-    return std::ranges::any_of(read.notes, [&](const std::string& note) { return note.find(part) != std::string::npos; });
+    return std::ranges::any_of(read.notes,
+                               [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }
 std::string allNotes(const Read& read) {
     std::string all;
@@ -106,14 +111,19 @@ TEST(AssimpMotion, NoTicksASecondAreTwentyFive) {
     const std::string pace = "the file says no pace of its animations: 25 ticks a second are taken";
     EXPECT_TRUE(says(read, pace)) << allNotes(read);
     EXPECT_FALSE(says(readX({}), "no pace"));
-    const Read two = readX({.ticks = "0", .more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 1; 0;3;0,0,1;;; } } }"});
+    const Read two =
+        readX({.ticks = "0", .more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 1; 0;3;0,0,1;;; } } }"});
     EXPECT_EQ(allOf<Animation>(two).size(), 2u);
-    EXPECT_EQ(std::ranges::count_if(two.notes, [&](const std::string& note) { return note.find(pace) != std::string::npos; }), 1) << allNotes(two);
+    EXPECT_EQ(
+        std::ranges::count_if(two.notes, [&](const std::string& note) { return note.find(pace) != std::string::npos; }),
+        1)
+        << allNotes(two);
 }
 
 TEST(AssimpMotion, ABoneWithoutItsNodeLeavesItsVerticesWhereTheMeshIs) {
     const Read read = readX({.named = "Ghost"});
-    EXPECT_TRUE(says(read, "bones that no node is called after move nothing (1, the first of 'Ghost')")) << allNotes(read);
+    EXPECT_TRUE(says(read, "bones that no node is called after move nothing (1, the first of 'Ghost')"))
+        << allNotes(read);
     const Skin& skin = *allOf<Skin>(read).front();
     ASSERT_EQ(skin.joints.size(), 1u);
     const auto shown = drawableOf(Object::of(skin)).arrays().positions;
@@ -143,7 +153,8 @@ TEST(AssimpMotion, VerticesThatFollowNobodyStay) {
 
 TEST(AssimpMotion, AChannelThatNamesNoNodeIsLeftOutAndSaid) {
     const Read read = readX({.animated = "Ghost", .more = "Frame Other { }\n"});
-    EXPECT_TRUE(says(read, "channels of an animation that name no node are left out (1, the first of 'Ghost')")) << allNotes(read);
+    EXPECT_TRUE(says(read, "channels of an animation that name no node are left out (1, the first of 'Ghost')"))
+        << allNotes(read);
     EXPECT_TRUE(allOf<Animation>(read).empty());
     EXPECT_EQ(allOf<Skin>(read).size(), 1u) << "the rest is there";
 }
@@ -177,7 +188,8 @@ TEST(AssimpMotion, KeysThatAreNoNumbersAreLeftOutAndTheOthersPlay) {
 }
 
 TEST(AssimpMotion, SeveralAnimationsComeAndTheFirstPlays) {
-    const Read read = readX({.more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 2; 0;3;0,0,0;;, 5;3;0,2,0;;; } } }\n"});
+    const Read read =
+        readX({.more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 2; 0;3;0,0,0;;, 5;3;0,2,0;;; } } }\n"});
     EXPECT_TRUE(says(read, "of several animations, the first is played")) << allNotes(read);
     ASSERT_EQ(allOf<Animation>(read).size(), 2u);
     EXPECT_EQ(std::ranges::count_if(allOf<Animation>(read), &Animation::playing), 1);
@@ -306,8 +318,8 @@ TEST(AssimpMotion, MorphTargetsOfFbxMoveAndAreAnimated) {
     }
 }
 
-/// Bones of a Half-Life model as its file has them (studio.h of Half-Life's SDK: 112 bytes each; a name, the parent's number, and from byte 64 on a
-/// place and turns about X, Y, Z): where each stands at rest.
+/// Bones of a Half-Life model as its file has them (studio.h of Half-Life's SDK: 112 bytes each; a name, the parent's
+/// number, and from byte 64 on a place and turns about X, Y, Z): where each stands at rest.
 std::map<std::string, Vec3d> bonesInFile(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(file), {}};
@@ -325,7 +337,9 @@ std::map<std::string, Vec3d> bonesInFile(const std::string& path) {
         const auto value = [&](std::size_t i) { return static_cast<double>(read(float(), at + 64 + 4 * i)); };
         Affine3d local = Affine3d::Identity();
         local.translation() = Vec3d(value(0), value(1), value(2));
-        local.linear() = (Eigen::AngleAxisd(value(5), Vec3d::UnitZ()) * Eigen::AngleAxisd(value(4), Vec3d::UnitY()) * Eigen::AngleAxisd(value(3), Vec3d::UnitX())).toRotationMatrix();
+        local.linear() = (Eigen::AngleAxisd(value(5), Vec3d::UnitZ()) * Eigen::AngleAxisd(value(4), Vec3d::UnitY()) *
+                          Eigen::AngleAxisd(value(3), Vec3d::UnitX()))
+                             .toRotationMatrix();
         worlds.push_back(parent < 0 ? local : worlds[static_cast<std::size_t>(parent)] * local);
         places[std::string(bytes.data() + at)] = worlds.back().translation();
     }
@@ -343,7 +357,8 @@ TEST(AssimpMotion, BonesOfHalfLifeModelsComeBelowTheirParentsAndPlayAsLongAsThei
     std::map<std::string, Vec3d> places;
     double longest = 0;
     for (const ObjectId id : aspect->ids()) {
-        if (const Node* node = aspect->get<Node>(id)) places.emplace(node->name, worldTransform(*aspect, id).translation());
+        if (const Node* node = aspect->get<Node>(id))
+            places.emplace(node->name, worldTransform(*aspect, id).translation());
         if (const auto* keys = aspect->get<KeyFrames>(id))
             for (const double time : keys->times.as<double>()) longest = std::max(longest, time);
     }

@@ -44,8 +44,10 @@ void isRefusedWith(const std::string& shape, const std::string& words) {
     EXPECT_NE(scene.error().message.find(words), std::string::npos) << scene.error().message;
 }
 
-std::string controlMesh(const std::string& points, const std::string& sizes, const std::string& vertices, const std::string& more = "") {
-    return fmt::format("subdivision_surface {{ points: [{}] face_sizes: [{}] face_vertices: [{}] {} }}", points, sizes, vertices, more);
+std::string controlMesh(const std::string& points, const std::string& sizes, const std::string& vertices,
+                        const std::string& more = "") {
+    return fmt::format("subdivision_surface {{ points: [{}] face_sizes: [{}] face_vertices: [{}] {} }}", points, sizes,
+                       vertices, more);
 }
 
 /// A pole and triangles around it.
@@ -83,14 +85,25 @@ TEST(BadSurfaces, FansOfManySpokesAreDrawnAndOfMoreThanThereMayBeRefused) {
 TEST(BadSurfaces, WithoutAreaTheyAreDrawnAsNothing) {
     EXPECT_EQ(finiteTriangles(controlMesh("1,1,1, 1,1,1, 1,1,1, 1,1,1", "4", "0,1,2,3")), 128u) << "a point";
     EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 1,0,0, 2,0,0, 3,0,0", "4", "0,1,2,3")), 128u) << "a line";
-    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 1,0,0, 1,1,0, 0,1,0", "4", "0,1,1,3")), 128u) << "a corner named twice";
-    EXPECT_EQ(finiteTriangles("nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point {} point {} point {} }"), 0u);
+    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 1,0,0, 1,1,0, 0,1,0", "4", "0,1,1,3")), 128u)
+        << "a corner named twice";
+    EXPECT_EQ(
+        finiteTriangles("nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point {} point {} point {} }"),
+        0u);
 }
 
 TEST(BadSurfaces, OpenAndNonManifoldMeshesAreDrawn) {
-    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 0,1,0, 1,0,0, 1,1,0, -1,0,0, -1,1,0, 0,0,1, 0,1,1", "4,4,4", "0,2,3,1, 0,1,5,4, 0,1,7,6")), 384u) << "an edge of three faces";
-    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 1,0,0, 1,1,0, 0,1,0, -1,0,0, -1,-1,0, 0,-1,0", "4,4", "0,1,2,3, 0,4,5,6")), 256u) << "faces that share a corner alone";
-    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 0,1,0, 1,0,0, 1,1,0, -1,0,0, -1,1,0", "4,4", "0,2,3,1, 0,4,5,1")), 256u) << "neighbours that are wound against each other";
+    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 0,1,0, 1,0,0, 1,1,0, -1,0,0, -1,1,0, 0,0,1, 0,1,1", "4,4,4",
+                                          "0,2,3,1, 0,1,5,4, 0,1,7,6")),
+              384u)
+        << "an edge of three faces";
+    EXPECT_EQ(
+        finiteTriangles(controlMesh("0,0,0, 1,0,0, 1,1,0, 0,1,0, -1,0,0, -1,-1,0, 0,-1,0", "4,4", "0,1,2,3, 0,4,5,6")),
+        256u)
+        << "faces that share a corner alone";
+    EXPECT_EQ(finiteTriangles(controlMesh("0,0,0, 0,1,0, 1,0,0, 1,1,0, -1,0,0, -1,1,0", "4,4", "0,2,3,1, 0,4,5,1")),
+              256u)
+        << "neighbours that are wound against each other";
 }
 
 TEST(BadSurfaces, CreasesThatEndNowhereAreDartsAndThoseAlongNothingAreRefused) {
@@ -103,8 +116,11 @@ TEST(BadSurfaces, CreasesThatEndNowhereAreDartsAndThoseAlongNothingAreRefused) {
             sizes += x + y ? ", 4" : "4";
             vertices += fmt::format("{}{}, {}, {}, {}", x + y ? ", " : "", first, first + 1, first + 6, first + 5);
         }
-    EXPECT_EQ(finiteTriangles(controlMesh(points, sizes, vertices, "creases: [6, 7]")), 2048u) << "both its ends are inside";
-    EXPECT_EQ(finiteTriangles(controlMesh(points, sizes, vertices, "creases: [6, 7, 12, 13] crease_sharpness: [0.3, 10]")), 2048u);
+    EXPECT_EQ(finiteTriangles(controlMesh(points, sizes, vertices, "creases: [6, 7]")), 2048u)
+        << "both its ends are inside";
+    EXPECT_EQ(
+        finiteTriangles(controlMesh(points, sizes, vertices, "creases: [6, 7, 12, 13] crease_sharpness: [0.3, 10]")),
+        2048u);
     isRefusedWith(controlMesh(points, sizes, vertices, "creases: [6, 8]"), "the crease 6 8 is along no edge");
     isRefusedWith(controlMesh(points, sizes, vertices, "creases: [6, 6]"), "the crease 6 6 is along no edge");
 }
@@ -115,7 +131,8 @@ std::string drawnOut(int times) {
     for (int i = 0; i < times; ++i) knots += ",1";
     for (int y = 0; y < 2; ++y)
         for (int x = 0; x < 4 + times; ++x) points += fmt::format("point {{ x: {} y: {} z: {} }} ", x, y, x * x % 3);
-    return fmt::format("nurbs_surface {{ degree_u: 3 degree_v: 1 count_u: {} knot_u: [{},2,2,2,2] {} }}", 4 + times, knots, points);
+    return fmt::format("nurbs_surface {{ degree_u: 3 degree_v: 1 count_u: {} knot_u: [{},2,2,2,2] {} }}", 4 + times,
+                       knots, points);
 }
 
 TEST(BadSurfaces, KnotsOfFullMultiplicityTearTheSurfaceAndMoreAreRefused) {
@@ -124,7 +141,9 @@ TEST(BadSurfaces, KnotsOfFullMultiplicityTearTheSurfaceAndMoreAreRefused) {
 }
 
 std::string trimmed(const std::string& loops) {
-    return "nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point { x: 1 } point { y: 1 } point { x: 1 y: 1 } " + loops + " }";
+    return "nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point { x: 1 } point { y: 1 } point { x: 1 y: "
+           "1 } " +
+           loops + " }";
 }
 std::string trim(bool hole, std::initializer_list<std::pair<double, double>> corners) {
     std::string points;
@@ -135,10 +154,12 @@ std::string trim(bool hole, std::initializer_list<std::pair<double, double>> cor
 TEST(BadSurfaces, TrimsThatCrossOrAreNoLoopsAreRefused) {
     const std::string low = trim(true, {{.2, .2}, {.6, .2}, {.6, .6}, {.2, .6}, {.2, .2}});
     EXPECT_GT(finiteTriangles(trimmed(low)).value_or(0), 2u);
-    isRefusedWith(trimmed(low + trim(true, {{.4, .4}, {.8, .4}, {.8, .8}, {.4, .8}, {.4, .4}})), "hole (loop 1) and hole (loop 2) cross");
+    isRefusedWith(trimmed(low + trim(true, {{.4, .4}, {.8, .4}, {.8, .8}, {.4, .8}, {.4, .4}})),
+                  "hole (loop 1) and hole (loop 2) cross");
     isRefusedWith(trimmed(trim(false, {{.2, .2}, {.8, .8}, {.8, .2}, {.2, .8}, {.2, .2}})), "crosses itself");
     isRefusedWith(trimmed(trim(true, {{.2, .2}, {.6, .2}, {.6, .6}})), "it is open");
-    isRefusedWith(trimmed(trim(true, {{.2, .2}, {1.6, .2}, {1.6, .6}, {.2, .6}, {.2, .2}})), "leaves the surface's domain");
+    isRefusedWith(trimmed(trim(true, {{.2, .2}, {1.6, .2}, {1.6, .6}, {.2, .6}, {.2, .2}})),
+                  "leaves the surface's domain");
 }
 
 }  // namespace

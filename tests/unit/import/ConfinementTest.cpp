@@ -27,7 +27,9 @@ int confined(const std::string& file, const std::function<int()>& attempt,
              std::chrono::seconds cpu = std::chrono::seconds(10)) {
     const pid_t pid = ::fork();
     if (pid == 0) {
-        if (!boundResources(kImporterProfile, ::getppid()) || !boundProcessorTime({.given = cpu}) || !confine(kImporterProfile, file)) ::_exit(99);
+        if (!boundResources(kImporterProfile, ::getppid()) || !boundProcessorTime({.given = cpu}) ||
+            !confine(kImporterProfile, file))
+            ::_exit(99);
         ::_exit(attempt());
     }
     int status = 0;
@@ -71,7 +73,8 @@ TEST_F(Confined, HasMoreProcessorTimeForEachMebibyteThatItReads) {
             return ::getrlimit(RLIMIT_CPU, &now) == 0 ? now : rlimit{};
         };
         using std::chrono::seconds;
-        const bool bounded = boundResources(kImporterProfile, ::getppid()) && boundProcessorTime({.given = seconds(10), .perMebibyte = seconds(2), .most = seconds(90)});
+        const bool bounded = boundResources(kImporterProfile, ::getppid()) &&
+                             boundProcessorTime({.given = seconds(10), .perMebibyte = seconds(2), .most = seconds(90)});
         if (!bounded || !confine(kImporterProfile, small)) ::_exit(99);
         const rlim_t base = kSanitized ? 30 : 10;
         bool good = readOrdinaryFile(small, 1 << 30).has_value() && limit().rlim_cur == base;
@@ -105,7 +108,8 @@ TEST_F(Confined, AssimpItselfCannotOpenWhatABufferUriNames) {
         "in/up.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
       "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
       "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
-      "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"../../../../../../etc/passwd","byteLength":36}]})");
+      "bufferViews":[{"buffer":0,"byteLength":36}],
+      "buffers":[{"uri":"../../../../../../etc/passwd","byteLength":36}]})");
     const int status = confined(gltf, [&] { return readWithAssimp(gltf, {}) ? 1 : 0; });
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0);

@@ -1,4 +1,5 @@
-/// Files that hold less than they announce, or end within something: what is whole is shown, and a note says how many of how many; and those that hold more.
+/// Files that hold less than they announce, or end within something: what is whole is shown, and a note says how many
+/// of how many; and those that hold more.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -45,7 +46,8 @@ std::string binaryStl(std::uint32_t announced, std::uint32_t there, const std::s
     put(bytes, announced);
     for (std::uint32_t t = 0; t < there; ++t) {
         const auto x = static_cast<float>(t);
-        for (const float number : {0.0f, 0.0f, 1.0f, x, 0.0f, 0.0f, x + 1, 0.0f, 0.0f, x, 1.0f, 0.0f}) put(bytes, number);
+        for (const float number : {0.0f, 0.0f, 1.0f, x, 0.0f, 0.0f, x + 1, 0.0f, 0.0f, x, 1.0f, 0.0f})
+            put(bytes, number);
         put(bytes, std::uint16_t{0});
     }
     return bytes;
@@ -59,11 +61,15 @@ TEST(CutFiles, ABinaryStlIsShownAsFarAsItGoes) {
         const std::string cut = binaryStl(5, 5, head).substr(0, 84 + 3 * 50 + 21);
         const CutOutcome shown = outcomeOf("a.stl", cut);
         EXPECT_EQ(shown.triangles, 3u) << shown.said;
-        EXPECT_TRUE(shown.says("a.stl: its header announces 5 triangles, and 3 of them are there: it is cut off")) << shown.said;
+        EXPECT_TRUE(shown.says("a.stl: its header announces 5 triangles, and 3 of them are there: it is cut off"))
+            << shown.said;
     }
     EXPECT_TRUE(outcomeOf("a.stl", binaryStl(2, 1)).says("announces 2 triangles, and 1 of them is there"));
     const CutOutcome none = outcomeOf("a.stl", binaryStl(5, 5).substr(0, 100));
-    EXPECT_TRUE(none.refused && none.says("'a.stl' cannot be read: its header announces 5 triangles, and 0 of them are there: it is cut off")) << none.said;
+    EXPECT_TRUE(
+        none.refused &&
+        none.says("'a.stl' cannot be read: its header announces 5 triangles, and 0 of them are there: it is cut off"))
+        << none.said;
     const CutOutcome head = outcomeOf("a.stl", binaryStl(5, 5).substr(0, 83));
     EXPECT_TRUE(head.refused && head.says("it ends after 83 bytes, within its header of 84")) << head.said;
 }
@@ -81,7 +87,8 @@ TEST(CutFiles, WhatABinaryStlHasBehindItsTrianglesIsCounted) {
 }
 
 TEST(CutFiles, WhatIsNoStlIsNotTakenForACutOne) {
-    const std::string page = "<!DOCTYPE html><html><head><title>404 Not Found</title></head><body>" + std::string(400, ' ') + "</body></html>";
+    const std::string page = "<!DOCTYPE html><html><head><title>404 Not Found</title></head><body>" +
+                             std::string(400, ' ') + "</body></html>";
     std::string noise(3000, '\0');
     for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<char>(i * 2654435761u >> 13);
     for (const std::string& other : {page, noise}) {
@@ -92,7 +99,9 @@ TEST(CutFiles, WhatIsNoStlIsNotTakenForACutOne) {
 }
 
 std::string facet(int number) {
-    return fmt::format("facet normal 0 0 1\n outer loop\n  vertex {0} 0 0\n  vertex {1} 0 0\n  vertex {0} 1 0\n endloop\nendfacet\n", number, number + 1);
+    return fmt::format(
+        "facet normal 0 0 1\n outer loop\n  vertex {0} 0 0\n  vertex {1} 0 0\n  vertex {0} 1 0\n endloop\nendfacet\n",
+        number, number + 1);
 }
 
 TEST(CutFiles, AnStlInTextEndsWithAWholeTriangle) {
@@ -100,10 +109,14 @@ TEST(CutFiles, AnStlInTextEndsWithAWholeTriangle) {
     EXPECT_EQ(outcomeOf("a.stl", text).triangles, 3u);
     EXPECT_FALSE(outcomeOf("a.stl", text).says("cut")) << outcomeOf("a.stl", text).said;
     const std::size_t third = text.find("endfacet", text.find("vertex 1 1 0")) + 9;
-    for (const auto& [end, note] : {std::pair(text.find("vertex 2 1 0") + 8, "it ends within a triangle (line 16): it is cut off; 2 whole triangles are there"),
-                                    std::pair(text.rfind("endfacet"), "it ends within a triangle (line 16): it is cut off; 2 whole triangles are there"),
-                                    std::pair(third, "it ends without 'endsolid': it is cut off; 2 whole triangles are there"),
-                                    std::pair(text.find("facet normal") + 130, "it ends within a triangle (line 9): it is cut off; 1 whole triangle is there")}) {
+    for (const auto& [end, note] :
+         {std::pair(text.find("vertex 2 1 0") + 8,
+                    "it ends within a triangle (line 16): it is cut off; 2 whole triangles are there"),
+          std::pair(text.rfind("endfacet"),
+                    "it ends within a triangle (line 16): it is cut off; 2 whole triangles are there"),
+          std::pair(third, "it ends without 'endsolid': it is cut off; 2 whole triangles are there"),
+          std::pair(text.find("facet normal") + 130,
+                    "it ends within a triangle (line 9): it is cut off; 1 whole triangle is there")}) {
         const CutOutcome shown = outcomeOf("a.stl", text.substr(0, end));
         EXPECT_TRUE(shown.says(note)) << end << " " << shown.said;
         EXPECT_EQ(shown.triangles, std::string_view(note).find("; 1 ") != std::string_view::npos ? 1u : 2u);
@@ -129,14 +142,17 @@ TEST(CutFiles, AnStlInTextEndsWithAWholeTriangle) {
         EXPECT_EQ(outcomeOf("a.stl", one, verbatim).triangles, 3u) << outcomeOf("a.stl", one, verbatim).said;
         EXPECT_FALSE(outcomeOf("a.stl", one, verbatim).says("cut"));
     }
-    EXPECT_TRUE(outcomeOf("a.stl", one.substr(0, one.rfind("vertex"))).says("it ends within a triangle (line 1): it is cut off; 2 whole triangles are there"));
+    EXPECT_TRUE(outcomeOf("a.stl", one.substr(0, one.rfind("vertex")))
+                    .says("it ends within a triangle (line 1): it is cut off; 2 whole triangles are there"));
     std::replace(line.begin(), line.end(), '\n', '\r');
     EXPECT_FALSE(outcomeOf("a.stl", line).says("cut")) << outcomeOf("a.stl", line).said;
 }
 
 /// Four corners, two faces; `lists`: of a length of one byte and corners of four.
 std::string plyOf(const std::string& format) {
-    std::string bytes = "ply\nformat " + format + " 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+    std::string bytes = "ply\nformat " + format +
+                        " 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face "
+                        "2\nproperty list uchar int vertex_indices\n"
                         "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n";
     if (format == "ascii") return bytes + "0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n0 3\n";
     const auto number = [&](auto value) {
@@ -160,31 +176,41 @@ TEST(CutFiles, APlyIsShownAsFarAsItGoes) {
         SCOPED_TRACE(format);
         const std::string all = plyOf(format);
         const bool text = std::string_view(format) == "ascii";
-        const std::size_t head = all.find("end_header\n") + 11, ofVertices = text ? 24 : 48, ofFace = text ? 8 : 13, ofEdge = text ? 4 : 8;
+        const std::size_t head = all.find("end_header\n") + 11, ofVertices = text ? 24 : 48, ofFace = text ? 8 : 13,
+                          ofEdge = text ? 4 : 8;
         ASSERT_EQ(all.size(), head + ofVertices + 2 * ofFace + ofEdge);
         const CutOutcome whole = outcomeOf("a.ply", all);
         EXPECT_EQ(whole.triangles, 2u) << whole.said;
         EXPECT_FALSE(whole.says("cut")) << whole.said;
         const CutOutcome edge = outcomeOf("a.ply", all.substr(0, all.size() - ofEdge + 1));
         EXPECT_EQ(edge.triangles, 2u);
-        EXPECT_TRUE(edge.says("its header announces 1 edge (line 9), and 0 of them are there: it is cut off")) << edge.said;
+        EXPECT_TRUE(edge.says("its header announces 1 edge (line 9), and 0 of them are there: it is cut off"))
+            << edge.said;
         for (const std::size_t end : {ofFace, ofFace + 3, 2 * ofFace - 3}) {
             const CutOutcome shown = outcomeOf("a.ply", all.substr(0, head + ofVertices + end));
             EXPECT_EQ(shown.triangles, 1u) << shown.said;
-            EXPECT_TRUE(shown.says("its header announces 2 face (line 7), and 1 of them is there: it is cut off")) << shown.said;
+            EXPECT_TRUE(shown.says("its header announces 2 face (line 7), and 1 of them is there: it is cut off"))
+                << shown.said;
         }
         const CutOutcome none = outcomeOf("a.ply", all.substr(0, head + ofVertices + 3));
-        EXPECT_TRUE(none.refused && none.says("its header announces 2 face (line 7), and 0 of them are there: it is cut off")) << none.said;
+        EXPECT_TRUE(none.refused &&
+                    none.says("its header announces 2 face (line 7), and 0 of them are there: it is cut off"))
+            << none.said;
         const CutOutcome corners = outcomeOf("a.ply", all.substr(0, head + ofVertices - 4));
-        EXPECT_TRUE(corners.refused && corners.says("its header announces 4 vertex (line 3), and 3 of them are there: it is cut off")) << corners.said;
+        EXPECT_TRUE(corners.refused &&
+                    corners.says("its header announces 4 vertex (line 3), and 3 of them are there: it is cut off"))
+            << corners.said;
     }
 }
 
 TEST(CutFiles, OfACutCloudTheOthersArePoints) {
-    const std::string head = "ply\nformat ascii 1.0\nelement vertex 1000\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 1000\nproperty float x\nproperty float y\nproperty float "
+        "z\nend_header\n";
     const CutOutcome shown = outcomeOf("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n1 1");
     EXPECT_EQ(shown.points, 3u) << shown.said;
-    EXPECT_TRUE(shown.says("its header announces 1000 vertex (line 3), and 3 of them are there: it is cut off")) << shown.said;
+    EXPECT_TRUE(shown.says("its header announces 1000 vertex (line 3), and 3 of them are there: it is cut off"))
+        << shown.said;
     EXPECT_TRUE(outcomeOf("a.ply", head).refused);
     // However far apart they are.
     EXPECT_EQ(outcomeOf("a.ply", head + "0 0 0\n1e15 0 0\n0 3e15 0\n").points, 3u);
@@ -194,26 +220,34 @@ TEST(CutFiles, AnOffIsShownAsFarAsItGoes) {
     const std::string text = "OFF\n# a square\n4 2 5\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n";
     EXPECT_EQ(outcomeOf("a.off", text).triangles, 2u);
     EXPECT_FALSE(outcomeOf("a.off", text).says("cut"));
-    for (const std::size_t less : {1u, 2u}) EXPECT_EQ(outcomeOf("a.off", text.substr(0, text.size() - less + 1)).triangles, 2u);
+    for (const std::size_t less : {1u, 2u})
+        EXPECT_EQ(outcomeOf("a.off", text.substr(0, text.size() - less + 1)).triangles, 2u);
     for (const std::size_t less : {3u, 5u, 8u}) {
         const CutOutcome shown = outcomeOf("a.off", text.substr(0, text.size() - less));
         EXPECT_EQ(shown.triangles, 1u) << less << shown.said;
-        EXPECT_TRUE(shown.says("it announces 2 faces (line 3), and 1 of them is there: it is cut off")) << less << shown.said;
+        EXPECT_TRUE(shown.says("it announces 2 faces (line 3), and 1 of them is there: it is cut off"))
+            << less << shown.said;
     }
     const CutOutcome none = outcomeOf("a.off", text.substr(0, text.find("3 0 1 2") + 3));
     EXPECT_TRUE(none.refused && none.says("it announces 2 faces (line 3), and 0 of them are there")) << none.said;
     const CutOutcome corners = outcomeOf("a.off", text.substr(0, text.find("1 1 0")));
-    EXPECT_TRUE(corners.refused && corners.says("it announces 4 vertices (line 3), and 3 of them are there")) << corners.said;
-    EXPECT_TRUE(outcomeOf("a.off", text + "3 0 3 1\n").says("what is behind the 2 faces that it announces is left out (line 10)"));
+    EXPECT_TRUE(corners.refused && corners.says("it announces 4 vertices (line 3), and 3 of them are there"))
+        << corners.said;
+    EXPECT_TRUE(outcomeOf("a.off", text + "3 0 3 1\n")
+                    .says("what is behind the 2 faces that it announces is left out (line 10)"));
 }
 
 /// 17346 cut to 1734 is a number, too.
 TEST(CutFiles, ALastNumberWithoutALineBreakIsInDoubt) {
-    std::string ply = "ply\nformat ascii 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\nelement face "
+        "1\nproperty list uchar int vertex_indices\nend_header\n";
     std::string off = "OFF\n12 1 0\n";
     for (int i = 0; i < 12; ++i)
         for (std::string* const file : {&ply, &off}) *file += fmt::format("{} {} 0\n", i, i * i);
-    const auto doubted = [](std::size_t line) { return fmt::format("its last line (line {}) has no line break: its last number may be cut off", line); };
+    const auto doubted = [](std::size_t line) {
+        return fmt::format("its last line (line {}) has no line break: its last number may be cut off", line);
+    };
     for (const auto& [name, head, line] : {std::tuple("a.ply", ply, 22), std::tuple("a.off", off, 15)}) {
         const CutOutcome shown = outcomeOf(name, head + "3 0 2 1");
         EXPECT_EQ(shown.triangles, 1u) << shown.said;
@@ -227,45 +261,65 @@ TEST(CutFiles, ALastNumberWithoutALineBreakIsInDoubt) {
         const CutOutcome none = outcomeOf(name, head + "3 0 2 -");
         EXPECT_TRUE(none.refused && none.says("0 of them are there: it is cut off")) << none.said;
     }
-    for (const char* behind : {"3 0 2 1 255 0 2", "3 0 2 1 # eleven"}) EXPECT_FALSE(outcomeOf("a.off", off + behind).says("cut off")) << "its corners are whole";
-    const std::string cloud = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nelement face 0\n"
-                              "property list uchar int vertex_indices\nend_header\n0 0 0\n";
+    for (const char* behind : {"3 0 2 1 255 0 2", "3 0 2 1 # eleven"})
+        EXPECT_FALSE(outcomeOf("a.off", off + behind).says("cut off")) << "its corners are whole";
+    const std::string cloud =
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nelement face "
+        "0\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0\n";
     const CutOutcome points = outcomeOf("a.ply", cloud + "1 1 17.3");
     EXPECT_EQ(points.points, 2u) << points.said;
     EXPECT_TRUE(points.says(doubted(11))) << points.said;
     const CutOutcome exponent = outcomeOf("a.ply", cloud + "1 1 17.3e");
     EXPECT_EQ(exponent.points, 1u) << exponent.said;
-    EXPECT_TRUE(exponent.says("its header announces 2 vertex (line 3), and 1 of them is there: it is cut off")) << exponent.said;
+    EXPECT_TRUE(exponent.says("its header announces 2 vertex (line 3), and 1 of them is there: it is cut off"))
+        << exponent.said;
 }
 
 TEST(CutFiles, ADxfOrSmdWithoutItsEndSaysSo) {
-    const std::string dxf = "0\nSECTION\n2\nENTITIES\n0\n3DFACE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n1\n21\n0\n31\n0\n12\n0\n22\n1\n32\n0\n13\n0\n23\n1\n33\n0\n0\nENDSEC\n0\nEOF\n";
+    const std::string dxf =
+        "0\nSECTION\n2\nENTITIES\n0\n3DFACE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n1\n21\n0\n31\n0\n12\n0\n22\n1\n32\n0\n13\n0"
+        "\n23\n1\n33\n0\n0\nENDSEC\n0\nEOF\n";
     EXPECT_FALSE(outcomeOf("a.dxf", dxf).says("cut off")) << outcomeOf("a.dxf", dxf).said;
     EXPECT_TRUE(outcomeOf("a.dxf", dxf.substr(0, dxf.size() - 6)).says("it ends without 'EOF': it is cut off"));
-    const std::string smd = "version 1\nnodes\n0 \"root\" -1\nend\nskeleton\ntime 0\n0 0 0 0 0 0 0\nend\ntriangles\nnone.bmp\n0 0 0 0 0 0 1 0 0\n0 1 0 0 0 0 1 1 0\n0 0 1 0 0 0 1 0 1\nend\n";
+    const std::string smd =
+        "version 1\nnodes\n0 \"root\" -1\nend\nskeleton\ntime 0\n0 0 0 0 0 0 0\nend\ntriangles\nnone.bmp\n0 0 0 0 0 0 "
+        "1 0 0\n0 1 0 0 0 0 1 1 0\n0 0 1 0 0 0 1 0 1\nend\n";
     EXPECT_FALSE(outcomeOf("a.smd", smd).says("cut off"));
-    EXPECT_TRUE(outcomeOf("a.smd", smd.substr(0, smd.size() - 4)).says("the section 'triangles' (line 9) has no end: it is cut off"));
+    EXPECT_TRUE(outcomeOf("a.smd", smd.substr(0, smd.size() - 4))
+                    .says("the section 'triangles' (line 9) has no end: it is cut off"));
 }
 
 TEST(FurtherProperties, OfAPlyAreNamedOnce) {
-    const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float confidence\nproperty float intensity\n"
-                             "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+        "confidence\nproperty float intensity\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     const std::string rows = "0 0 0 1 2 9 9 9\n1 0 0 1 2 9 9 9\n0 1 0 1 2 9 9 9\n";
     const CutOutcome cloud = outcomeOf("a.ply", head + "end_header\n" + rows);
     EXPECT_EQ(cloud.points, 3u) << cloud.said;
     EXPECT_TRUE(cloud.says("a.ply: confidence, intensity of each vertex are left out")) << cloud.said;
     EXPECT_EQ(cloud.said.find("confidence"), cloud.said.rfind("confidence")) << "once";
-    const CutOutcome mesh = outcomeOf("a.ply", head + "element face 1\nproperty list uchar int vertex_indices\nproperty uchar quality\nelement camera 1\nproperty float view_px\n"
-                                                      "property float view_py\nelement nothing 0\nproperty int id\nend_header\n" + rows + "3 0 1 2 7\n0 1\n");
+    const CutOutcome mesh =
+        outcomeOf("a.ply", head +
+                               "element face 1\nproperty list uchar int vertex_indices\nproperty uchar "
+                               "quality\nelement camera 1\nproperty float view_px\n"
+                               "property float view_py\nelement nothing 0\nproperty int id\nend_header\n" +
+                               rows + "3 0 1 2 7\n0 1\n");
     EXPECT_EQ(mesh.triangles, 1u) << mesh.said;
     EXPECT_TRUE(mesh.says("quality of each face is left out")) << mesh.said;
     EXPECT_TRUE(mesh.says("further elements are left out: 1 camera (view_px, view_py)")) << mesh.said;
     EXPECT_FALSE(mesh.says("nothing")) << "there is none of it";
-    std::string many = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n", numbers = "0 0 0";
+    std::string many =
+                    "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n",
+                numbers = "0 0 0";
     for (int i = 0; i < 45; ++i) many += fmt::format("property float f_rest_{}\n", i), numbers += " 0";
-    EXPECT_TRUE(outcomeOf("a.ply", many + "end_header\n" + numbers + "\n").says("f_rest_11 and 33 more of each vertex are left out"));
-    const CutOutcome plain = outcomeOf("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-                                                "end_header\n0 0 0 0 0 1\n");
+    EXPECT_TRUE(outcomeOf("a.ply", many + "end_header\n" + numbers + "\n")
+                    .says("f_rest_11 and 33 more of each vertex are left out"));
+    const CutOutcome plain = outcomeOf("a.ply",
+                                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+                                       "y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+                                       "end_header\n0 0 0 0 0 1\n");
     EXPECT_FALSE(plain.says("left out")) << plain.said;
 }
 
@@ -294,12 +348,18 @@ TEST(CutFiles, AreToldFromWholeOnesAtEveryByte) {
             std::vector<std::string> notes;
             const Expected<bool> mended = file.mend(bytes, notes, nullptr);
             if (!mended) continue;
-            EXPECT_TRUE(*mended && std::ranges::any_of(notes, [](const std::string& note) { return note.find("it is cut off") != std::string::npos; })) << file.what << " " << end;
+            EXPECT_TRUE(*mended && std::ranges::any_of(notes,
+                                                       [](const std::string& note) {
+                                                           return note.find("it is cut off") != std::string::npos;
+                                                       }))
+                << file.what << " " << end;
             // What is left is whole: nobody has anything to say of it.
             std::vector<std::string> again;
             const Expected<bool> changed = file.mend(bytes, again, nullptr);
             EXPECT_TRUE(changed && !*changed) << file.what << " " << end;
-            EXPECT_TRUE(std::ranges::none_of(again, [](const std::string& note) { return note.find("cut off") != std::string::npos; })) << file.what << " " << end;
+            EXPECT_TRUE(std::ranges::none_of(
+                again, [](const std::string& note) { return note.find("cut off") != std::string::npos; }))
+                << file.what << " " << end;
         }
 }
 
@@ -313,7 +373,8 @@ void expectNoneShorterWithoutAWord(const std::string& folder, std::initializer_l
         const std::uint64_t all = outcomeOf(called, bytes).triangles;
         for (const std::size_t percent : {3u, 20u, 50u, 77u, 96u}) {
             const CutOutcome cut = outcomeOf(called, bytes.substr(0, bytes.size() * percent / 100));
-            EXPECT_TRUE(cut.says("it is cut off") || cut.says("does not end") || cut.says("it ends after")) << name << " " << percent << " %: " << cut.said;
+            EXPECT_TRUE(cut.says("it is cut off") || cut.says("does not end") || cut.says("it ends after"))
+                << name << " " << percent << " %: " << cut.said;
             EXPECT_LT(cut.triangles, all) << name;
         }
     }

@@ -32,7 +32,8 @@ struct TextureLine {
 
 struct MaterialLine {
     std::string alphaMode;
-    double alphaCutoff = 0.5, normalScale = 1, occlusionStrength = 1, clearcoat = 0, clearcoatRoughness = 0, transmission = 0;
+    double alphaCutoff = 0.5, normalScale = 1, occlusionStrength = 1, clearcoat = 0, clearcoatRoughness = 0,
+           transmission = 0;
     double specular = 1, specularRed = 1, specularGreen = 1, specularBlue = 1, ior = 1.5;
     bool doubleSided = false, unlit = false;
     std::map<std::string, TextureLine> textures;  ///< by slot

@@ -12,11 +12,12 @@ namespace {
 using Json = nlohmann::json;
 
 /// What is read is shown as it is; of what is not in this list a note must speak.
-const std::set<std::string> kShown = {"KHR_lights_punctual",    "KHR_mesh_quantization",           "KHR_texture_transform",
-                                      "KHR_materials_unlit",    "KHR_materials_emissive_strength", "KHR_materials_clearcoat",
-                                      "KHR_materials_transmission", "KHR_materials_specular",         "KHR_materials_ior"};
-const std::set<std::string> kShownAttributes = {"POSITION",   "NORMAL",  "TANGENT",  "TEXCOORD_0",
-                                                "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0", "JOINTS_1", "WEIGHTS_1"};
+const std::set<std::string> kShown = {
+    "KHR_lights_punctual",        "KHR_mesh_quantization",           "KHR_texture_transform",
+    "KHR_materials_unlit",        "KHR_materials_emissive_strength", "KHR_materials_clearcoat",
+    "KHR_materials_transmission", "KHR_materials_specular",          "KHR_materials_ior"};
+const std::set<std::string> kShownAttributes = {"POSITION", "NORMAL",   "TANGENT",   "TEXCOORD_0", "TEXCOORD_1",
+                                                "COLOR_0",  "JOINTS_0", "WEIGHTS_0", "JOINTS_1",   "WEIGHTS_1"};
 
 /// A member, or an empty object.
 const Json& at(const Json& object, const std::string& key) {
@@ -28,8 +29,9 @@ const Json& at(const Json& object, const std::string& key) {
 const Json& element(const Json& file, const char* list, int index) {
     static const Json none = Json::object();
     const Json& items = at(file, list);
-    return index >= 0 && items.is_array() && static_cast<std::size_t>(index) < items.size() ? items[static_cast<std::size_t>(index)]
-                                                                                           : none;
+    return index >= 0 && items.is_array() && static_cast<std::size_t>(index) < items.size()
+               ? items[static_cast<std::size_t>(index)]
+               : none;
 }
 
 std::uint64_t countOf(const Json& file, const Json& accessor) {
@@ -37,10 +39,17 @@ std::uint64_t countOf(const Json& file, const Json& accessor) {
 }
 
 TextureLine textureLine(const Json& file, const Json& use) {
-    static const std::map<int, std::string> words = {
-        {10497, "repeat"}, {33071, "clamp"}, {33648, "mirror"}, {9728, "nearest"}, {9729, "linear"},
-        {9984, "nearest-mipmap-nearest"}, {9985, "linear-mipmap-nearest"}, {9986, "nearest-mipmap-linear"}, {9987, "trilinear"}};
-    const Json& sampler = element(file, "samplers", element(file, "textures", use.value("index", -1)).value("sampler", -1));
+    static const std::map<int, std::string> words = {{10497, "repeat"},
+                                                     {33071, "clamp"},
+                                                     {33648, "mirror"},
+                                                     {9728, "nearest"},
+                                                     {9729, "linear"},
+                                                     {9984, "nearest-mipmap-nearest"},
+                                                     {9985, "linear-mipmap-nearest"},
+                                                     {9986, "nearest-mipmap-linear"},
+                                                     {9987, "trilinear"}};
+    const Json& sampler =
+        element(file, "samplers", element(file, "textures", use.value("index", -1)).value("sampler", -1));
     const auto word = [&](const char* key, int otherwise) { return words.at(sampler.value(key, otherwise)); };
     const Json& place = at(at(use, "extensions"), "KHR_texture_transform");
     const std::vector<double> offset = place.value("offset", std::vector<double>{0, 0});
@@ -103,7 +112,8 @@ public:
         if (at(file_, "animations").size() > 1) census_.toBeNamed.insert("of several animations");
         for (const int root : roots()) visit(root, 0);
         for (const Json& animation : at(file_, "animations")) countAnimation(animation);
-        for (const int material : materials_) census_.materials.insert(lineOf(file_, element(file_, "materials", material)));
+        for (const int material : materials_)
+            census_.materials.insert(lineOf(file_, element(file_, "materials", material)));
         return census_;
     }
 
@@ -129,7 +139,9 @@ private:
         for (const Json& primitive : at(element(file_, "meshes", node.value("mesh", -1)), "primitives")) {
             countPart(primitive);
             if (primitive.contains("targets") && primitive.value("mode", 4) >= 4) morphs_.insert(index);
-            if (node.contains("skin") && at(primitive, "attributes").contains("JOINTS_0") && primitive.value("mode", 4) >= 4) ++census_.parts["joints"];
+            if (node.contains("skin") && at(primitive, "attributes").contains("JOINTS_0") &&
+                primitive.value("mode", 4) >= 4)
+                ++census_.parts["joints"];
         }
         for (const Json& child : at(node, "children")) visit(child.get<int>(), depth + 1);
     }
@@ -140,7 +152,8 @@ private:
             census_.toBeNamed.insert("without positions");
             return;
         }
-        const std::uint64_t n = countOf(file_, primitive.contains("indices") ? primitive["indices"] : attributes["POSITION"]);
+        const std::uint64_t n =
+            countOf(file_, primitive.contains("indices") ? primitive["indices"] : attributes["POSITION"]);
         const int mode = primitive.value("mode", 4);
         const std::uint64_t lines = mode == 1 ? n / 2 : mode == 2 ? n : mode == 3 && n > 0 ? n - 1 : 0;
         const std::uint64_t triangles = mode == 4 ? n / 3 : mode > 4 && n > 2 ? n - 2 : 0;
@@ -168,7 +181,8 @@ private:
             const int node = target.value("node", -1);
             const std::string path = target.value("path", "");
             const bool moves = path == "translation" || path == "rotation" || path == "scale";
-            channels += reached_.count(node) > 0 && (moves ? !element(file_, "nodes", node).contains("matrix") : path == "weights" && morphs_.count(node) > 0);
+            channels += reached_.count(node) > 0 && (moves ? !element(file_, "nodes", node).contains("matrix")
+                                                           : path == "weights" && morphs_.count(node) > 0);
         }
         census_.parts["animation"] += channels > 0;
         census_.parts["channel"] += channels;
@@ -182,12 +196,16 @@ private:
 }  // namespace
 
 std::string materialLine(const MaterialLine& m) {
-    std::string line = fmt::format("{} {:.4g}, normal {:.4g}, occlusion {:.4g}, coat {:.4g} {:.4g}, transmission {:.4g}, reflects {:.4g} {:.4g} {:.4g} {:.4g} {:.4g}{}{}",
-                                   m.alphaMode, m.alphaCutoff, m.normalScale, m.occlusionStrength, m.clearcoat,
-                                   m.clearcoatRoughness, m.transmission, m.specular, m.specularRed, m.specularGreen, m.specularBlue, m.ior, m.doubleSided ? ", double-sided" : "", m.unlit ? ", unlit" : "");
+    std::string line = fmt::format(
+        "{} {:.4g}, normal {:.4g}, occlusion {:.4g}, coat {:.4g} {:.4g}, transmission {:.4g}, reflects {:.4g} {:.4g} "
+        "{:.4g} {:.4g} {:.4g}{}{}",
+        m.alphaMode, m.alphaCutoff, m.normalScale, m.occlusionStrength, m.clearcoat, m.clearcoatRoughness,
+        m.transmission, m.specular, m.specularRed, m.specularGreen, m.specularBlue, m.ior,
+        m.doubleSided ? ", double-sided" : "", m.unlit ? ", unlit" : "");
     for (const auto& [slot, t] : m.textures)
-        line += fmt::format("; {}: set {}, {} {}, {} {}, at {:.4g} {:.4g}, times {:.4g} {:.4g}, turned {:.4g}", slot, t.texcoordSet,
-                            t.wrapU, t.wrapV, t.magnification, t.minification, t.offsetU, t.offsetV, t.scaleU, t.scaleV, t.rotation);
+        line += fmt::format("; {}: set {}, {} {}, {} {}, at {:.4g} {:.4g}, times {:.4g} {:.4g}, turned {:.4g}", slot,
+                            t.texcoordSet, t.wrapU, t.wrapV, t.magnification, t.minification, t.offsetU, t.offsetV,
+                            t.scaleU, t.scaleV, t.rotation);
     return line;
 }
 

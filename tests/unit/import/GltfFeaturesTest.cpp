@@ -60,9 +60,10 @@ TEST(GltfPrimitive, MissingNormalsAreComputedAndColoursBecomeSrgb) {
     const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
     const int colors = gltf.add(std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 0, 14065, 65535, 0, 0, 0, 0}, 5123,
                                 "VEC4", 3, R"(,"normalized":true)");
-    const ImportedAspect aspect(imported(gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"COLOR_0":{}}}}}]}}])",
-        positions, colors))));
+    const ImportedAspect aspect(imported(
+        gltf.text(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],)"
+                              R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"COLOR_0":{}}}}}]}}])",
+                              positions, colors))));
     const auto* geometry = aspect.core<Geometry>("/model/n/part 0");
     ASSERT_NE(geometry, nullptr);
     EXPECT_FLOAT_EQ(geometry->normals.as<float>()[2], 1.0f);
@@ -80,9 +81,10 @@ TEST(GltfPrimitive, SparseAccessorsReplaceElements) {
                  R"(,"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2}})");
     gltf.add(std::vector<std::uint16_t>{2}, 5123, "SCALAR", 1);
     gltf.floats({7, 8, 9}, "VEC3", 3);
-    const ImportedAspect aspect(imported(gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}])",
-        positions))));
+    const ImportedAspect aspect(
+        imported(gltf.text(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],)"
+                                       R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}])",
+                                       positions))));
     const auto vertices = aspect.core<Geometry>("/model/n/part 0")->positions.as<float>();
     EXPECT_EQ(std::vector<float>(vertices.begin() + 6, vertices.begin() + 9), (std::vector<float>{7, 8, 9}));
 }
@@ -148,8 +150,10 @@ TEST(GltfMorph, StandsAsItsNodeSaysElseAsItsMesh) {
     const int positions = gltf.floats(kSquare, "VEC3", 3);
     const int moves = gltf.floats({0, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3", 3);
     const ImportedAspect aspect(imported(gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0,1,2]}}],"nodes":[{{"name":"a","mesh":0}},{{"name":"b","mesh":0,"weights":[1]}},{{"name":"c","mesh":0}}],
-        "meshes":[{{"weights":[0.5],"primitives":[{{"attributes":{{"POSITION":{}}},"targets":[{{"POSITION":{}}}]}}]}}])",
+        R"("scenes":[{{"nodes":[0,1,2]}}],"nodes":[{{"name":"a","mesh":0}},{{"name":"b","mesh":0,"weights":[1]}},
+        {{"name":"c","mesh":0}}],
+        "meshes":[{{"weights":[0.5],"primitives":[{{"attributes":{{"POSITION":{}}},
+        "targets":[{{"POSITION":{}}}]}}]}}])",
         positions, moves))));
     const auto height = [&](const char* node) {
         const Skin& skin = *aspect.core<Skin>(fmt::format("/model/{}/part 0", node));
@@ -165,10 +169,12 @@ TEST(GltfLights, AreDirectionalPointAndSpot) {
     const int positions = gltf.floats(kSquare, "VEC3", 3);
     const ImportedScene scene = imported(gltf.text(fmt::format(
         R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
-        {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},{{"type":"spot","range":2,"spot":{{"innerConeAngle":0.25,"outerConeAngle":0.5}}}}]}}}},
+        {{"type":"directional","intensity":2,"color":[1,0.5,0]}},{{"type":"point","range":4}},
+        {{"type":"spot","range":2,"spot":{{"innerConeAngle":0.25,"outerConeAngle":0.5}}}}]}}}},
         "scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
-        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}}])",
+        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},
+        {{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}}])",
         positions)));
     EXPECT_TRUE(scene.notes.empty());
     const ImportedAspect aspect{ImportedScene(scene)};
@@ -188,16 +194,21 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
         R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
         {{"type":"area"}},{{"type":"point","intensity":-1}},{{"type":"directional","intensity":100000}},
         {{"type":"spot","spot":{{"innerConeAngle":0.6,"outerConeAngle":0.5}}}},{{"type":"point","color":[-1,2,3]}},
-        {{"type":"point","color":[1,2]}},{{"type":"point","intensity":1e39}},{{"type":"spot","spot":{{"outerConeAngle":3}}}}]}}}},
+        {{"type":"point","color":[1,2]}},{{"type":"point","intensity":1e39}},
+        {{"type":"spot","spot":{{"outerConeAngle":3}}}}]}}}},
         "scenes":[{{"nodes":[0,1,2,3,4,5,6,7]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
-        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
-        {{"name":"d","extensions":{{"KHR_lights_punctual":{{"light":3}}}}}},{{"name":"e","extensions":{{"KHR_lights_punctual":{{"light":4}}}}}},
-        {{"name":"f","extensions":{{"KHR_lights_punctual":{{"light":5}}}}}},{{"name":"g","extensions":{{"KHR_lights_punctual":{{"light":6}}}}}},
+        {{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},
+        {{"name":"c","extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
+        {{"name":"d","extensions":{{"KHR_lights_punctual":{{"light":3}}}}}},
+        {{"name":"e","extensions":{{"KHR_lights_punctual":{{"light":4}}}}}},
+        {{"name":"f","extensions":{{"KHR_lights_punctual":{{"light":5}}}}}},
+        {{"name":"g","extensions":{{"KHR_lights_punctual":{{"light":6}}}}}},
         {{"name":"h","extensions":{{"KHR_lights_punctual":{{"light":7}}}}}}])",
         positions)));
     const auto noted = [&](std::string_view text) {
-        return std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(text) != std::string::npos; });
+        return std::any_of(scene.notes.begin(), scene.notes.end(),
+                           [&](const std::string& note) { return note.find(text) != std::string::npos; });
     };
     EXPECT_TRUE(noted("unknown type 'area'"));
     EXPECT_TRUE(noted("light 1 is left out"));
@@ -216,15 +227,18 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
 TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
     const struct {
         const char *light, *node, *why;
-    } cases[] = {{R"({"type":"point","intensity":"5"})", "0", "light 0 is left out: its intensity is no number"},
-                 {R"({"type":"point","range":[4]})", "0", "light 0 is left out: its range is no number"},
-                 {R"({"type":"directional","color":"red"})", "0", "light 0 is left out: its colour is not three numbers"},
-                 {R"({"type":"directional","color":[1,"1",1]})", "0", "light 0 is left out: its colour is not three numbers"},
-                 {R"({"type":"spot","spot":{"outerConeAngle":true}})", "0", "light 0 is left out: its spot's outerConeAngle is no number"},
-                 {R"({"type":"spot","spot":{"innerConeAngle":"wide"}})", "0", "light 0 is left out: its spot's innerConeAngle is no number"},
-                 {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
-                 {R"({"type":"point"})", "0.5", "the light of a is left out"},
-                 {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
+    } cases[] = {
+        {R"({"type":"point","intensity":"5"})", "0", "light 0 is left out: its intensity is no number"},
+        {R"({"type":"point","range":[4]})", "0", "light 0 is left out: its range is no number"},
+        {R"({"type":"directional","color":"red"})", "0", "light 0 is left out: its colour is not three numbers"},
+        {R"({"type":"directional","color":[1,"1",1]})", "0", "light 0 is left out: its colour is not three numbers"},
+        {R"({"type":"spot","spot":{"outerConeAngle":true}})", "0",
+         "light 0 is left out: its spot's outerConeAngle is no number"},
+        {R"({"type":"spot","spot":{"innerConeAngle":"wide"}})", "0",
+         "light 0 is left out: its spot's innerConeAngle is no number"},
+        {R"({"type":"point"})", "\"0\"", "the light of a is left out"},
+        {R"({"type":"point"})", "0.5", "the light of a is left out"},
+        {R"({"type":"point","intensity":5,"range":4.5,"color":[1,0,0.5]})", "0", ""}};
     for (const auto& wrong : cases) {
         GltfText gltf;
         const int positions = gltf.floats(kSquare, "VEC3", 3);
@@ -233,7 +247,9 @@ TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {
             "scenes":[{{"nodes":[0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
             "nodes":[{{"name":"a","mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
             wrong.light, positions, wrong.node)));
-        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) { return note.find(wrong.why) != std::string::npos; });
+        const bool named = std::any_of(scene.notes.begin(), scene.notes.end(), [&](const std::string& note) {
+            return note.find(wrong.why) != std::string::npos;
+        });
         EXPECT_EQ(named, *wrong.why != 0) << wrong.light << ": " << fmt::format("{}", fmt::join(scene.notes, "; "));
     }
 }
@@ -244,7 +260,8 @@ TEST(GltfMaterial, KeepsFactorsAndBlendsOnlyWhereAsked) {
     const ImportedAspect aspect(imported(gltf.text(fmt::format(
         R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"meshes":[{{"primitives":[
         {{"attributes":{{"POSITION":{0}}},"material":0}},{{"attributes":{{"POSITION":{0}}},"material":1}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.25,"roughnessFactor":0.75}},"doubleSided":true,
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.1,0.2,0.3,0.4],"metallicFactor":0.25,
+        "roughnessFactor":0.75}},"doubleSided":true,
         "emissiveFactor":[0,0,1],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":3}}}}}},
         {{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.4]}}}}])",
         positions))));
@@ -268,9 +285,11 @@ TEST(GltfAnimation, BecomesChannelsOfItsNodesTransform) {
     const int turnTimes = gltf.floats({0.5f, 1}, "SCALAR", 1);
     const int turns = gltf.floats({0, 0, 0, 1, 0, half, 0, half}, "VEC4", 4);
     const ImportedAspect aspect(imported(gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0,"scale":[2,2,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0,"scale":[2,2,2]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
         "animations":[{{"samplers":[{{"input":{},"output":{}}},{{"input":{},"output":{},"interpolation":"STEP"}}],
-        "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},{{"sampler":1,"target":{{"node":0,"path":"rotation"}}}}]}}])",
+        "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},
+        {{"sampler":1,"target":{{"node":0,"path":"rotation"}}}}]}}])",
         positions, times, moves, turnTimes, turns))));
     const auto* animation = aspect.core<Animation>("/model/animation 0");
     ASSERT_NE(animation, nullptr);
@@ -286,16 +305,16 @@ TEST(GltfAnimation, BecomesChannelsOfItsNodesTransform) {
     EXPECT_TRUE(std::ranges::equal(moved->values.as<double>(), std::vector<double>{0, 0, 0, 4, 0, 0, 4, 2, 0}));
     EXPECT_EQ(turned->field, "rotation");
     EXPECT_EQ(turned->interpolation, KeyFrames::kStep);
-    EXPECT_TRUE(std::ranges::equal(turned->values.as<double>(), std::vector<double>{1, 0, 0, 0, half, 0, half, 0})) << "w x y z";
+    EXPECT_TRUE(std::ranges::equal(turned->values.as<double>(), std::vector<double>{1, 0, 0, 0, half, 0, half, 0}))
+        << "w x y z";
     EXPECT_EQ(aspect.core<Transform>("/model/n")->scale, Vec3d(2, 2, 2)) << "what is not animated stays";
 }
 
 TEST(GltfExtension, ThatIsRequiredAndUnknownIsNamed) {
     const Scratch scratch;
     const Expected<ImportedScene> scene = importScene(
-        scratch.write(
-            "packed.gltf",
-            R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],"extensionsRequired":["EXT_meshopt_compression"],"scenes":[{"nodes":[]}]})"),
+        scratch.write("packed.gltf", R"({"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],)"
+                                     R"("extensionsRequired":["EXT_meshopt_compression"],"scenes":[{"nodes":[]}]})"),
         kRootNode, importOptions());
     ASSERT_FALSE(scene);
     EXPECT_EQ(scene.error().code, ErrorCode::kUnsupported);
@@ -341,8 +360,7 @@ TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
         if (!scene) return false;
         const ImportedAspect aspect(std::move(*scene));
         const std::vector<ObjectId> ids = aspect->ids();
-        return std::any_of(ids.begin(), ids.end(),
-                           [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
+        return std::any_of(ids.begin(), ids.end(), [&](ObjectId id) { return typeOf(aspect->find(id)) == type; });
     };
     EXPECT_TRUE(has("BoxAnimated.glb", typeOf<Animation>()));
     EXPECT_TRUE(has("BoxTextured.glb", typeOf<Image>()));

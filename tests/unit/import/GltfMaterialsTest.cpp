@@ -17,20 +17,24 @@ namespace {
 class GltfMaterials : public testing::Test {
 protected:
     /// `textures`: others than those above.
-    const Material* import(const std::string& material, const std::string& textures = "", const std::string& more = "") {
+    const Material* import(const std::string& material, const std::string& textures = "",
+                           const std::string& more = "") {
         GltfText gltf;
         const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
-        const int first = gltf.floats({0, 0, 1, 0, 0, 1}, "VEC2", 2), second = gltf.floats({0, 0, 2, 0, 0, 2}, "VEC2", 2);
+        const int first = gltf.floats({0, 0, 1, 0, 0, 1}, "VEC2", 2),
+                  second = gltf.floats({0, 0, 2, 0, 0, 2}, "VEC2", 2);
         const auto uri = [](const std::string& bytes) { return "data:image/png;base64," + base64(bytes); };
         const std::string rest = fmt::format(
             R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],"materials":[{}],
-            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{},"TEXCOORD_1":{}}},"material":0}}]}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{},"TEXCOORD_1":{}}},
+            "material":0}}]}}],
             "textures":[{}],"images":[{{"uri":"{}"}},{{"uri":"{}"}},{{"uri":"{}"}}]{})",
             material, positions, first, second,
             textures.empty() ? R"({"source":0},{"source":0},{"source":1},{"source":2})" : textures,
             uri(pictureOf({{255, 0, 0, 255}, {0, 255, 0, 0}})), uri(pictureOf({{1, 2, 3, 4}})), uri("nothing"), more);
         const Scratch scratch;
-        Expected<ImportedScene> read = importScene(scratch.write("model.gltf", gltf.text(rest)), kRootNode, importOptions());
+        Expected<ImportedScene> read =
+            importScene(scratch.write("model.gltf", gltf.text(rest)), kRootNode, importOptions());
         EXPECT_TRUE(read) << messageOf(read);
         if (!read) return nullptr;
         scene_ = *read;
@@ -94,8 +98,10 @@ TEST_F(GltfMaterials, TakeSamplersAndTheirDefaults) {
     EXPECT_EQ(said.wrapV, Image::kMirror);
     EXPECT_EQ(said.magnification, Image::kNearest);
     EXPECT_EQ(said.minification, Image::kLinearOfNearest);
-    const std::pair<int, std::int64_t> filters[] = {{9728, Image::kNearestAlone},  {9729, Image::kLinearAlone},
-                                                    {9984, Image::kNearestOfNearest}, {9986, Image::kNearestOfTwo},
+    const std::pair<int, std::int64_t> filters[] = {{9728, Image::kNearestAlone},
+                                                    {9729, Image::kLinearAlone},
+                                                    {9984, Image::kNearestOfNearest},
+                                                    {9986, Image::kNearestOfTwo},
                                                     {9987, Image::kTrilinear}};
     for (const auto& [number, ours] : filters)
         EXPECT_EQ(sampled(fmt::format(R"("minFilter":{})", number)).minification, ours) << number;
@@ -148,7 +154,8 @@ TEST_F(GltfMaterials, MayBeUnlit) {
 
 TEST_F(GltfMaterials, HaveLacquerAndLetLightThrough) {
     const Material* material = import(R"({"extensions":{
-        "KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25,"clearcoatTexture":{"index":0}},
+        "KHR_materials_clearcoat":{"clearcoatFactor":0.5,"clearcoatRoughnessFactor":0.25,
+        "clearcoatTexture":{"index":0}},
         "KHR_materials_transmission":{"transmissionFactor":0.75,"transmissionTexture":{"index":0}}}})");
     EXPECT_FLOAT_EQ(material->clearcoat, 0.5f);
     EXPECT_FLOAT_EQ(material->clearcoatRoughness, 0.25f);
@@ -160,7 +167,8 @@ TEST_F(GltfMaterials, HaveLacquerAndLetLightThrough) {
 
 TEST_F(GltfMaterials, SayHowTheyReflect) {
     const Material* material = import(R"({"extensions":{
-        "KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,1,2],"specularTexture":{"index":0},"specularColorTexture":{"index":0}},
+        "KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,1,2],"specularTexture":{"index":0},
+        "specularColorTexture":{"index":0}},
         "KHR_materials_ior":{"ior":1.75}}})");
     EXPECT_FLOAT_EQ(material->specular, 0.5f);
     EXPECT_EQ(material->specularColor, Vec3f(0.25f, 1, 2));
@@ -189,7 +197,8 @@ TEST_F(GltfMaterials, OfSpecularAndGlossinessAreConverted) {
 TEST_F(GltfMaterials, NameWhatTheyLeaveOut) {
     const Material* material = import(R"({"extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":1}},
         "pbrMetallicRoughness":{"baseColorTexture":{"index":3}},"normalTexture":{"index":0,"texCoord":2},
-        "emissiveTexture":{"index":7}})", "", R"(,"extensionsUsed":["EXT_mesh_gpu_instancing"])");
+        "emissiveTexture":{"index":7}})",
+                                      "", R"(,"extensionsUsed":["EXT_mesh_gpu_instancing"])");
     EXPECT_FALSE(material->baseColorImage);
     EXPECT_FALSE(material->normalImage);
     EXPECT_TRUE(hasNote(scene_, "KHR_materials_sheen"));
@@ -202,7 +211,8 @@ TEST_F(GltfMaterials, NameWhatTheyLeaveOut) {
 
 TEST_F(GltfMaterials, BeyondTheirBoundsAreBroughtBack) {
     const Material* material = import(R"({"pbrMetallicRoughness":{"metallicFactor":7,"roughnessFactor":-1},
-        "normalTexture":{"index":0,"scale":1e9},"occlusionTexture":{"index":0,"strength":2},"alphaMode":"MASK","alphaCutoff":-1,
+        "normalTexture":{"index":0,"scale":1e9},"occlusionTexture":{"index":0,"strength":2},"alphaMode":"MASK",
+        "alphaCutoff":-1,
         "extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":5}}})");
     EXPECT_FLOAT_EQ(material->metallic, 1);
     EXPECT_FLOAT_EQ(material->roughness, 0);

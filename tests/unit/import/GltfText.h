@@ -45,7 +45,8 @@ public:
     /// `rest`: nodes, meshes and so on.
     [[nodiscard]] std::string text(const std::string& rest) const {
         return fmt::format(
-            R"({{"asset":{{"version":"2.0"}},"scene":0,"buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{}"}}],
+            R"({{"asset":{{"version":"2.0"}},"scene":0,"buffers":[{{"byteLength":{},
+            "uri":"data:application/octet-stream;base64,{}"}}],
             "bufferViews":[{}],"accessors":[{}],{}}})",
             buffer_.size(), base64(buffer_), fmt::join(views_, ","), fmt::join(accessors_, ","), rest);
     }

@@ -1,4 +1,5 @@
-/// What scene text says of material groups, levels of detail, billboards, applications' data, and of lights beside their colours.
+/// What scene text says of material groups, levels of detail, billboards, applications' data, and of lights beside
+/// their colours.
 #include <gtest/gtest.h>
 
 #include "common/cores/ApplicationData.h"
@@ -26,17 +27,21 @@ std::string groupsTrouble(const std::string& text) {
 }
 
 TEST(GroupsText, ASwitchShowsSeveral) {
-    Expected<ImportedScene> scene = importGroups(R"(node { name: "some" switch { shown: [0, 2, 62] } node { name: "a" } node { name: "b" } })");
+    Expected<ImportedScene> scene =
+        importGroups(R"(node { name: "some" switch { shown: [0, 2, 62] } node { name: "a" } node { name: "b" } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_EQ(aspect.core<Switch>("/some")->choice, Switch::kMask);
     EXPECT_EQ(aspect.core<Switch>("/some")->mask, (std::int64_t{1} << 62) + 5);
-    for (const char* wrong : {"node { switch { shown: [63] } }", "node { switch { choice: 1 shown: [2] } }", "node { switch { choice: -3 } }"})
+    for (const char* wrong : {"node { switch { shown: [63] } }", "node { switch { choice: 1 shown: [2] } }",
+                              "node { switch { choice: -3 } }"})
         EXPECT_FALSE(importGroups(wrong)) << wrong;
 }
 
 TEST(GroupsText, KeepsWhatApplicationsDeclare) {
-    Expected<ImportedScene> scene = importGroups(R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" data: "17\000!" } } })");
+    Expected<ImportedScene> scene =
+        importGroups(R"(node { name: "hall" node { name: "score" application_data { key: "org.example.score" )"
+                     R"(data: "17\000!" } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     const auto* data = aspect.core<ApplicationData>("/hall/score");
@@ -57,9 +62,11 @@ TEST(GroupsText, LevelsWithoutAnyAreNoted) {
 TEST(GroupsText, HoldsMaterialGroupsLevelsAndBillboards) {
     Expected<ImportedScene> scene = importGroups(R"(
         material { name: "gilt" metallic: 1 }
-        node { name: "lent" transform { translation { x: 1 } } material_group { material: "gilt" override: true protect: true }
+        node { name: "lent" transform { translation { x: 1 } }
+          material_group { material: "gilt" override: true protect: true }
           node { name: "thing" box { size { x: 1 y: 1 z: 1 } } } }
-        node { name: "tree" distance_lod { range: 5 range: 12.5 center { y: 2 } hysteresis: 0.2 } node {} node {} node {} }
+        node { name: "tree" distance_lod { range: 5 range: 12.5 center { y: 2 } hysteresis: 0.2 } node {} node {}
+          node {} }
         node { name: "pixels" distance_lod { range: 90 range: 20 measure: SIZE radius: 3 } node {} node {} node {} }
         node { name: "sign" transform { translation { x: 1 } } billboard { axis { x: 1 } } node { name: "plate" } }
         node { name: "post" billboard {} }
@@ -113,7 +120,8 @@ TEST(GroupsText, LightsStandAtBeaconsFallOffAndAreOff) {
 
 TEST(GroupsText, LightsLightWhatIsBelowANodeOrAllTheRest) {
     Expected<ImportedScene> scene = importGroups(R"(
-        node { name: "room" node { name: "table" } node { name: "lamp" point_light { scope: "table" beacon: "/room" } } }
+        node { name: "room" node { name: "table" }
+          node { name: "lamp" point_light { scope: "table" beacon: "/room" } } }
         node { name: "beam" spot_light { scope: "/room" outside: true } }
         node { name: "sun" directional_light { scope: "/room/table" } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -125,18 +133,25 @@ TEST(GroupsText, LightsLightWhatIsBelowANodeOrAllTheRest) {
     EXPECT_EQ(aspect.core<SpotLight>("/beam")->scope, *findNode(*aspect, "/room"));
     EXPECT_TRUE(aspect.core<SpotLight>("/beam")->outside);
     EXPECT_EQ(aspect.core<DirectionalLight>("/sun")->scope, *findNode(*aspect, "/room/table"));
-    EXPECT_NE(groupsTrouble("\nnode { directional_light { scope: \"nowhere\" } }").find("there is no node 'nowhere' for this light to light"), std::string::npos);
+    EXPECT_NE(groupsTrouble("\nnode { directional_light { scope: \"nowhere\" } }")
+                  .find("there is no node 'nowhere' for this light to light"),
+              std::string::npos);
 }
 
 TEST(GroupsText, SaysWhatIsWrong) {
-    EXPECT_NE(groupsTrouble(R"(node { material_group { material: "gold" } })").find("there is no material 'gold'"), std::string::npos);
-    EXPECT_NE(groupsTrouble(R"(node { distance_lod { range: 5 range: 4 } })").find("range 1 is 4 after 5"), std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { material_group { material: "gold" } })").find("there is no material 'gold'"),
+              std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { distance_lod { range: 5 range: 4 } })").find("range 1 is 4 after 5"),
+              std::string::npos);
     EXPECT_NE(groupsTrouble(R"(node { distance_lod { range: nan } })").find("finite"), std::string::npos);
     EXPECT_NE(groupsTrouble(R"(node { distance_lod { hysteresis: 2 } })").find("hysteresis"), std::string::npos);
     EXPECT_NE(groupsTrouble(R"(node { billboard { point: true axis { x: 1 } } })").find("not both"), std::string::npos);
     EXPECT_NE(groupsTrouble("\nnode { point_light { beacon: \"nowhere\" } }").find(":2:"), std::string::npos);
-    EXPECT_NE(groupsTrouble("\nnode { point_light { beacon: \"nowhere\" } }").find("there is no node 'nowhere' for this light"), std::string::npos);
-    EXPECT_NE(groupsTrouble(R"(node { point_light { attenuation { x: -1 } } })").find("attenuation"), std::string::npos);
+    EXPECT_NE(groupsTrouble("\nnode { point_light { beacon: \"nowhere\" } }")
+                  .find("there is no node 'nowhere' for this light"),
+              std::string::npos);
+    EXPECT_NE(groupsTrouble(R"(node { point_light { attenuation { x: -1 } } })").find("attenuation"),
+              std::string::npos);
     const Expected<ImportedScene> few = importGroups(R"(node { distance_lod { range: 5 range: 9 } node {} })");
     ASSERT_TRUE(few) << messageOf(few);
     ASSERT_EQ(few->notes.size(), 1u);

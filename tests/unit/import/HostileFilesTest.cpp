@@ -63,11 +63,17 @@ TEST(HostileFile, BesideAModelIsNeverWaitedFor) {
     };
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     scratch.write("good.mtl", "newmtl a\nmap_Kd pipe.png\n");
-    for (const auto& [path, part] : {std::pair(scratch.write("library.obj", "mtllib pipe.mtl\nusemtl a\n" + triangle), "'pipe.mtl' is not an ordinary file"),
-                                     {scratch.write("picture.obj", "mtllib good.mtl\nusemtl a\n" + triangle), "'pipe.png' is not an ordinary file"},
-                                     {scratch.write("buffer.gltf", gltf("pipe.bin")), "'pipe.bin' is not an ordinary file"},
-                                     {scratch.write("field.mhd", "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = pipe.raw\n"), "'pipe.raw' is not an ordinary file"},
-                                     {scratch.write("image.tsct", R"(image { name: "i" uri: "pipe.png" } node { sphere { radius: 1 } })"), "'pipe.png' is not an ordinary file"}})
+    for (const auto& [path, part] :
+         {std::pair(scratch.write("library.obj", "mtllib pipe.mtl\nusemtl a\n" + triangle),
+                    "'pipe.mtl' is not an ordinary file"),
+          {scratch.write("picture.obj", "mtllib good.mtl\nusemtl a\n" + triangle),
+           "'pipe.png' is not an ordinary file"},
+          {scratch.write("buffer.gltf", gltf("pipe.bin")), "'pipe.bin' is not an ordinary file"},
+          {scratch.write("field.mhd",
+                         "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = pipe.raw\n"),
+           "'pipe.raw' is not an ordinary file"},
+          {scratch.write("image.tsct", R"(image { name: "i" uri: "pipe.png" } node { sphere { radius: 1 } })"),
+           "'pipe.png' is not an ordinary file"}})
         EXPECT_NE(said(path).find(part), std::string::npos) << path << ": " << said(path);
 }
 
@@ -79,7 +85,8 @@ TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
     expectError(large, ErrorCode::kLimit, "the file is larger than 2047 MiB");
     expectError(scratch.write("what.xyz123", "?"), ErrorCode::kUnsupported,
                 "nothing here reads files that end in '.xyz123'; read are ");
-    for (const char* ending : {".3ds", ".blend", ".dae", ".fbx", ".glb", ".gltf", ".mhd", ".nrrd", ".obj", ".ply", ".stl", ".tsc", ".tsct"})
+    for (const char* ending :
+         {".3ds", ".blend", ".dae", ".fbx", ".glb", ".gltf", ".mhd", ".nrrd", ".obj", ".ply", ".stl", ".tsc", ".tsct"})
         expectError(scratch.path("what.xyz123"), ErrorCode::kUnsupported, std::string(ending) + ",");
     if (::geteuid() == 0) return;  // root reads everything
     const std::string secret = scratch.write("secret.glb", "glTF");
@@ -145,17 +152,15 @@ TEST(HostileGltf, NestedDeeplyIsRefused) {
 
 TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
     const Scratch scratch;
-    const std::string before =
-        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
+    const std::string before = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+                               R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
     expectError(scratch.write("zeros.gltf", before + R"("componentType":5126,"count":4000000000,"type":"VEC3"}]})"),
                 ErrorCode::kLimit, "more than 64000000 elements");
-    expectError(
-        scratch.write(
-            "past.gltf",
-            before +
-                R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":12}],
+    expectError(scratch.write("past.gltf", before +
+                                               R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],
+                "bufferViews":[{"buffer":0,"byteLength":12}],
         "buffers":[{"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}]})"),
-        ErrorCode::kBadInput, "reaches past the end of buffer view 0");
+                ErrorCode::kBadInput, "reaches past the end of buffer view 0");
     if (kSanitized) return;  // the sanitizers' own memory is beyond any limit
     // 60 million vertices of nothing fit the element limit, but not the memory.
     ImportOptions small = importOptions();
@@ -288,7 +293,8 @@ TEST(HostileImage, BombsAndDamagedOnesAreLeftOutWithANote) {
     scratch.write("bomb.png", png);
     const std::string scene = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
       "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
-      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":"bomb.png"}],
+      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],
+      "images":[{"uri":"bomb.png"}],
       "accessors":[{"componentType":5126,"count":3,"type":"VEC3"}]})";
     const Expected<ImportedScene> imported = import(scratch.write("bomb.gltf", scene));
     ASSERT_TRUE(imported) << messageOf(imported);

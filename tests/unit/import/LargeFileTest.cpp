@@ -27,9 +27,11 @@ TEST(LargeFile, OfMoreThanEightMillionWordsAnd80MegabytesIsRead) {
     for (int group = 0; group < kGroups; ++group) {
         text += fmt::format("node {{ name: \"group {}\"\n", group);
         for (int node = 0; node < kNodes; ++node)
-            text += fmt::format("  node {{ name: \"{}, {}\" transform {{ translation {{ x: {}.000000000000001 y: {}.000000000000001 z: 1.000000000000001 }} "
-                                "scale {{ x: 1.000000000000001 y: 1.000000000000001 z: 1.000000000000001 }} }} }}\n",
-                                group, node, group, node + 1);
+            text += fmt::format(
+                "  node {{ name: \"{}, {}\" transform {{ translation {{ x: {}.000000000000001 y: {}.000000000000001 z: "
+                "1.000000000000001 }} "
+                "scale {{ x: 1.000000000000001 y: 1.000000000000001 z: 1.000000000000001 }} }} }}\n",
+                group, node, group, node + 1);
         text += "}\n";
     }
     ASSERT_GT(text.size(), std::size_t{80} << 20);

@@ -21,7 +21,10 @@ TEST(Lattices, BendTheShapeOfTheirNodeEachByItself) {
             for (const int x : {-1, 1}) points += fmt::format("point {{ x: {} y: {} z: {} }} ", x, y, z);
     Expected<ImportedScene> scene = importedLattice(
         "material { name: \"red\" base_color { r: 1 } }\n"
-        "node { name: \"bent\" box { size { x: 2 y: 2 z: 2 } } material: \"red\" lattice { points_x: 2 points_y: 2 points_z: 2 " + points + "} }\n"
+        "node { name: \"bent\" box { size { x: 2 y: 2 z: 2 } } material: \"red\" lattice { points_x: 2 points_y: 2 "
+        "points_z: 2 " +
+        points +
+        "} }\n"
         "node { name: \"rest\" repeat { count: 2 step { x: 5 } } sphere { radius: 2 } lattice { points_y: 7 } }\n");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
@@ -49,7 +52,9 @@ TEST(Lattices, BendTheShapeOfTheirNodeEachByItself) {
 }
 
 TEST(Lattices, ThatCannotBeAreRefusedByName) {
-    const auto why = [](const std::string& node) { return messageOf(importedLattice("node { name: \"n\" " + node + " }")); };
+    const auto why = [](const std::string& node) {
+        return messageOf(importedLattice("node { name: \"n\" " + node + " }"));
+    };
     EXPECT_NE(why("lattice {}").find("this one has none"), std::string::npos);
     EXPECT_NE(why("point_light {} lattice {}").find("this one has none"), std::string::npos);
     EXPECT_NE(why("points { point { x: 1 } radius: 1 } lattice {}").find("no points or lines"), std::string::npos);
@@ -60,7 +65,14 @@ TEST(Lattices, ThatCannotBeAreRefusedByName) {
     EXPECT_NE(why("sphere { radius: 1 } lattice { lower { x: 5 } }").find("upper corner"), std::string::npos);
     EXPECT_NE(why("sphere { radius: 1 } lattice { lower { x: -1e31 y: -1 z: -1 } }").size(), 0u);
     EXPECT_NE(why("sphere { radius: 1 } lattice { points_x: 2 points_y: 2 points_z: 2" +
-                  [] { std::string p; for (int i = 0; i < 8; ++i) p += " point { x: 1e39 }"; return p; }() + " }").find("control point 0"), std::string::npos);
+                  [] {
+                      std::string p;
+                      for (int i = 0; i < 8; ++i) p += " point { x: 1e39 }";
+                      return p;
+                  }() +
+                  " }")
+                  .find("control point 0"),
+              std::string::npos);
     EXPECT_NE(why("sphere { radius: 1 } lattice { lower { x: nan } }").find("no number"), std::string::npos);
 }
 

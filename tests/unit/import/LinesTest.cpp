@@ -39,9 +39,11 @@ TEST(Lines, OfGltfListsLoopsAndStrips) {
         const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1}, "VEC3", 3);
         const int order = gltf.add(std::vector<std::uint8_t>{4, 2, 0}, 5121, "SCALAR", 3);
         const std::string indices = indexed ? fmt::format(R"(,"indices":{})", order) : "";
-        return endsOf(linesOf(importedText("lines.gltf", gltf.text(fmt::format(
-            R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":{}{}}}]}}])",
-            positions, mode, indices)))));
+        return endsOf(linesOf(importedText(
+            "lines.gltf",
+            gltf.text(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],)"
+                                  R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"mode":{}{}}}]}}])",
+                                  positions, mode, indices)))));
     };
     EXPECT_EQ(read(1, false), (Ends{0, 1, 2, 3})) << "the fifth is alone";
     EXPECT_EQ(read(2, false), (Ends{0, 1, 1, 2, 2, 3, 3, 4, 4, 0}));
@@ -59,8 +61,8 @@ TEST(Lines, OfObjAloneAndBesideFaces) {
 
 TEST(Lines, OfSceneTextWithTheirWidth) {
     const auto text = [](const std::string& mesh) {
-        return importedText("lines.tsct", "mesh { name: \"m\" primitive: LINES position: [0,0,0, 1,0,0, 1,1,0] " + mesh +
-                                          " } node { geometry { mesh: \"m\" } }");
+        return importedText("lines.tsct", "mesh { name: \"m\" primitive: LINES position: [0,0,0, 1,0,0, 1,1,0] " +
+                                              mesh + " } node { geometry { mesh: \"m\" } }");
     };
     const Geometry lines = linesOf(text("index: [0,1, 1,2] line_width: 2.5"));
     EXPECT_EQ(endsOf(lines), (Ends{0, 1, 1, 2}));

@@ -17,12 +17,14 @@ namespace tessera {
 namespace {
 
 constexpr const char* kEverything = R"(
-    image { name: "a" uri: "a.tga" wrap_u: MIRROR wrap_v: CLAMP magnification: NEAREST minification: LINEAR_MIPMAP_NEAREST
+    image { name: "a" uri: "a.tga" wrap_u: MIRROR wrap_v: CLAMP magnification: NEAREST
+      minification: LINEAR_MIPMAP_NEAREST
             texcoord_set: 1 offset { x: 0.5 y: -0.25 } scale { x: 2 } rotation_deg: 90 }
     image { name: "b" uri: "a.tga" }
     material { name: "m" base_color { r: 1 g: 0.5 b: 0.25 a: 0.75 } metallic: 0.5 roughness: 0.25 emissive { r: 3 }
                base_color_image: "a" double_sided: true alpha_mode: MASK alpha_cutoff: 0.125
-               metallic_roughness_image: "b" normal_image: "b" normal_scale: -2 occlusion_image: "b" occlusion_strength: 0.5
+               metallic_roughness_image: "b" normal_image: "b" normal_scale: -2 occlusion_image: "b"
+                 occlusion_strength: 0.5
                emissive_image: "a" unlit: true clearcoat: 0.5 clearcoat_roughness: 0.25 transmission: 0.75
                shading: PHONG specular: 0.625 specular_color { r: 0.5 g: 2 b: 1 } shininess: 12 ior: 1.25
                layer { image: "b" mode: DECAL strength: 0.25 source: REFLECTION } layer {} }
@@ -51,9 +53,10 @@ TEST(MaterialText, SaysEveryField) {
     EXPECT_TRUE(m->doubleSided && m->unlit);
     EXPECT_EQ(m->alphaMode, Material::kMask);
     const std::pair<float, float> numbers[] = {
-        {m->metallic, 0.5f},    {m->roughness, 0.25f},         {m->alphaCutoff, 0.125f}, {m->normalScale, -2},
-        {m->specular, 0.625f},  {m->shininess, 12},            {m->ior, 1.25f},
-        {m->clearcoat, 0.5f},   {m->clearcoatRoughness, 0.25f}, {m->transmission, 0.75f}, {m->occlusionStrength, 0.5f}};
+        {m->metallic, 0.5f},      {m->roughness, 0.25f},       {m->alphaCutoff, 0.125f},
+        {m->normalScale, -2},     {m->specular, 0.625f},       {m->shininess, 12},
+        {m->ior, 1.25f},          {m->clearcoat, 0.5f},        {m->clearcoatRoughness, 0.25f},
+        {m->transmission, 0.75f}, {m->occlusionStrength, 0.5f}};
     for (const auto& [is, said] : numbers) EXPECT_EQ(is, said);
     EXPECT_EQ(m->shading, Material::kPhong);
     EXPECT_EQ(m->specularColor, Vec3f(0.5f, 2, 1));
@@ -120,7 +123,8 @@ TEST(MaterialText, SavedAndReadBackIsTheSame) {
 
 TEST(MaterialText, IsInThePrintedSchemaAsWrittenAndAsSaved) {
     const std::string schema = sceneSchemaText();
-    for (const char* written : {"AlphaMode alpha_mode", "string emissive_image", "Minification minification", "repeated float texcoord1"})
+    for (const char* written :
+         {"AlphaMode alpha_mode", "string emissive_image", "Minification minification", "repeated float texcoord1"})
         EXPECT_NE(schema.find(written), std::string::npos) << written;
     for (const char* saved : {"ALPHA_MODE_MASK", "occlusion_strength", "MINIFICATION_TRILINEAR", "texcoords1"})
         EXPECT_NE(schema.find(saved), std::string::npos) << saved;
@@ -128,18 +132,22 @@ TEST(MaterialText, IsInThePrintedSchemaAsWrittenAndAsSaved) {
 
 /// Of looks alone no scene is lost; whoever checks it is told.
 TEST(MaterialText, NumbersOutOfTheirBoundsAreNamedWithTheirPlace) {
-    const std::pair<const char*, const char*> cases[] = {{"alpha_cutoff: -1", "alphaCutoff -1 is not between 0 and 1000000: 0 is taken"},
-                                                         {"clearcoat: 2", "clearcoat 2 is not between 0 and 1: 1 is taken"},
-                                                         {"ior: 0.5", "ior 0.5 is not between 1 and 100: 1 is taken"},
-                                                         {"shininess: -1", "shininess -1 is not between 0 and 10000: 0 is taken"},
-                                                         {"specular_color { r: -1 }", "specularColor -1 is not between 0 and 1000: 0 is taken"},
-                                                         {"line_width: 65", "lineWidth 65 is not between 0.1 and 64: 64 is taken"},
-                                                         {"coarser_below: -3", "coarserBelow -3 is not between 0 and 1000000: 0 is taken"}};
+    const std::pair<const char*, const char*> cases[] = {
+        {"alpha_cutoff: -1", "alphaCutoff -1 is not between 0 and 1000000: 0 is taken"},
+        {"clearcoat: 2", "clearcoat 2 is not between 0 and 1: 1 is taken"},
+        {"ior: 0.5", "ior 0.5 is not between 1 and 100: 1 is taken"},
+        {"shininess: -1", "shininess -1 is not between 0 and 10000: 0 is taken"},
+        {"specular_color { r: -1 }", "specularColor -1 is not between 0 and 1000: 0 is taken"},
+        {"line_width: 65", "lineWidth 65 is not between 0.1 and 64: 64 is taken"},
+        {"coarser_below: -3", "coarserBelow -3 is not between 0 and 1000000: 0 is taken"}};
     for (const auto& [text, what] : cases) {
-        const Expected<ImportedScene> scene = importWithPicture(std::string("material { name: \"m\" ") + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
+        const Expected<ImportedScene> scene =
+            importWithPicture(std::string("material { name: \"m\" ") + text +
+                              " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
         ASSERT_TRUE(scene) << messageOf(scene);
         ASSERT_EQ(scene->mended.size(), 1u) << text;
-        EXPECT_TRUE(scene->mended[0].ends_with(std::string("scene.tsct:1:22: material 'm': ") + what)) << scene->mended[0];
+        EXPECT_TRUE(scene->mended[0].ends_with(std::string("scene.tsct:1:22: material 'm': ") + what))
+            << scene->mended[0];
     }
 }
 
@@ -151,7 +159,8 @@ struct Wrong {
 class MaterialTextError : public testing::TestWithParam<Wrong> {};
 
 TEST_P(MaterialTextError, SaysWhatIsWrong) {
-    const std::string shown = std::string(GetParam().text) + "\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }";
+    const std::string shown =
+        std::string(GetParam().text) + "\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }";
     const Expected<ImportedScene> scene = importWithPicture(shown);
     ASSERT_FALSE(scene);
     EXPECT_NE(scene.error().message.find(GetParam().message), std::string::npos) << scene.error().message;
@@ -166,7 +175,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"material { name: \"m\" alpha_mode: CUT }", "scene.tsct:1:38: "},
         Wrong{"material { name: \"m\" layer { strength: 2 } }", "material 'm', layer 0: strength"},
         Wrong{"material { name: \"m\" layer { image: \"none\" } }", "scene.tsct:1:1: there is no image 'none'"},
-        Wrong{"material { name: \"m\" layer {} layer {} layer {} layer {} layer {} }", "material 'm': 5 texture layers; a material has at most 4"},
+        Wrong{"material { name: \"m\" layer {} layer {} layer {} layer {} layer {} }",
+              "material 'm': 5 texture layers; a material has at most 4"},
         Wrong{"material { name: \"m\" occlusion_strength: nan }", "material 'm': "},
         Wrong{"image { name: \"a\" uri: \"a.tga\" texcoord_set: 2 } material { name: \"m\" base_color_image: \"a\" }",
               "image 'a': "},

@@ -32,9 +32,9 @@ std::string restOf(const std::string& line) {
 }
 
 void addTextures(const std::string& library, const std::set<std::string>& materials, FileCensus& census) {
-    static const std::map<std::string, std::string> leftOut = {{"map_Ka", "Ambient"},  {"map_Ks", "Specular"},   {"map_Ns", "Shininess"},
-                                                               {"bump", "Height"},     {"map_bump", "Height"},   {"map_Bump", "Height"},
-                                                               {"disp", "Displacement"}, {"refl", "Reflection"}};
+    static const std::map<std::string, std::string> leftOut = {
+        {"map_Ka", "Ambient"},  {"map_Ks", "Specular"}, {"map_Ns", "Shininess"},  {"bump", "Height"},
+        {"map_bump", "Height"}, {"map_Bump", "Height"}, {"disp", "Displacement"}, {"refl", "Reflection"}};
     std::ifstream in(library);
     bool used = false;
     for (std::string line; std::getline(in, line);) {
@@ -113,7 +113,8 @@ std::optional<FileCensus> censusOfObj(const std::string& text, const std::string
         if (first == "l" && words > 2) census.lines += words - 2;
     }
     if (census.triangles + census.points + census.lines == 0) census.points = vertices;
-    for (const std::string& library : libraries) addTextures(path.substr(0, path.rfind('/') + 1) + library, materials, census);
+    for (const std::string& library : libraries)
+        addTextures(path.substr(0, path.rfind('/') + 1) + library, materials, census);
     return census;
 }
 

@@ -1,4 +1,5 @@
-/// OFF and STL in text: what their lines say is shown as they say it, and a line that says nothing that can be is named.
+/// OFF and STL in text: what their lines say is shown as they say it, and a line that says nothing that can be is
+/// named.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -33,7 +34,9 @@ MeshText meshTextOf(const std::string& name, const std::string& text) {
     for (const Geometry* geometry : allOf<Geometry>(aspect)) {
         const auto places = geometry->positions.as<float>();
         const auto corners = geometry->indices.as<std::uint32_t>();
-        const auto at = [&](std::size_t corner) { return Vec2d(places[std::size_t{3} * corners[corner]], places[std::size_t{3} * corners[corner] + 1]); };
+        const auto at = [&](std::size_t corner) {
+            return Vec2d(places[std::size_t{3} * corners[corner]], places[std::size_t{3} * corners[corner] + 1]);
+        };
         for (std::size_t i = 0; i + 3 <= corners.size(); i += 3) {
             const Vec2d a = at(i + 1) - at(i), b = at(i + 2) - at(i);
             mesh.area += 0.5 * (a.x() * b.y() - a.y() * b.x());
@@ -47,25 +50,35 @@ MeshText meshTextOf(const std::string& name, const std::string& text) {
     return mesh;
 }
 std::string squareOff(const std::string& faces) {
-    return "OFF\n# a square\n4 " + std::to_string(std::ranges::count(faces, '\n')) + " 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n" + faces;
+    return "OFF\n# a square\n4 " + std::to_string(std::ranges::count(faces, '\n')) +
+           " 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n" + faces;
 }
 
 TEST(OffFiles, FacesOfVerticesThatDoNotExistAreLeftOutAndCounted) {
     const MeshText shown = meshTextOf("a.off", squareOff("3 0 1 2\n3 1 9 2\n3 1 3 2\n3 1 -3 2\n3 0 1 4\n"));
     EXPECT_EQ(shown.triangles, 2u) << shown.said;
     EXPECT_EQ(shown.area, 1);
-    EXPECT_TRUE(shown.says("a.off: 3 of 5 faces are left out; the first, line 9: '9' names none of the 4 vertices")) << shown.said;
+    EXPECT_TRUE(shown.says("a.off: 3 of 5 faces are left out; the first, line 9: '9' names none of the 4 vertices"))
+        << shown.said;
     EXPECT_FALSE(meshTextOf("a.off", squareOff("3 0 1 2\n3 1 3 2\n")).says("left out"));
     const MeshText none = meshTextOf("a.off", squareOff("3 0 1 7\n"));
-    EXPECT_TRUE(none.refused && none.says("'a.off' cannot be read: 1 of 1 faces is left out; the first, line 8: '7' names none of the 4 vertices")) << none.said;
+    EXPECT_TRUE(
+        none.refused &&
+        none.says(
+            "'a.off' cannot be read: 1 of 1 faces is left out; the first, line 8: '7' names none of the 4 vertices"))
+        << none.said;
 }
 
 TEST(OffFiles, FacesThatAreNoneAreLeftOutAndCounted) {
-    for (const auto& [face, why] : {std::pair("4 1 3 2", "it says 4 corners, and has 3"), std::pair("0", "it has no corners"), std::pair("three 1 3 2", "'three' is no number of corners"),
-                                    std::pair("3 1 x 2", "'x' names none of the 4 vertices"), std::pair("-3 1 3 2", "'-3' is no number of corners")}) {
+    for (const auto& [face, why] :
+         {std::pair("4 1 3 2", "it says 4 corners, and has 3"), std::pair("0", "it has no corners"),
+          std::pair("three 1 3 2", "'three' is no number of corners"),
+          std::pair("3 1 x 2", "'x' names none of the 4 vertices"),
+          std::pair("-3 1 3 2", "'-3' is no number of corners")}) {
         const MeshText shown = meshTextOf("a.off", squareOff(std::string("3 0 1 2\n") + face + "\n3 1 3 2\n"));
         EXPECT_EQ(shown.triangles, 2u) << face << ": " << shown.said;
-        EXPECT_TRUE(shown.says(std::string("1 of 3 faces is left out; the first, line 9: ") + why)) << face << ": " << shown.said;
+        EXPECT_TRUE(shown.says(std::string("1 of 3 faces is left out; the first, line 9: ") + why))
+            << face << ": " << shown.said;
     }
     // With a line break behind it, it is no end of a file that was cut.
     const MeshText last = meshTextOf("a.off", squareOff("3 0 1 2\n4 1 3 2\n"));
@@ -77,18 +90,25 @@ TEST(OffFiles, VerticesThatAreNoneAreRefusedByTheirLine) {
     const auto said = [](const std::string& kind, const std::string& vertex) {
         return meshTextOf("a.off", kind + "\n3 1 0\n0 0 0 0 0 1 0 0\n" + vertex + "\n0 1 0 0 0 1 0 0\n3 0 1 2\n");
     };
-    for (const auto& [kind, vertex, why] : {std::tuple("OFF", "1 x 0", "'x' is no number"), std::tuple("OFF", "1 0", "it has 2 numbers of 3"), std::tuple("OFF", "1 0 0y", "'0y' is no number"),
-                                            std::tuple("NOFF", "1 0 0 0 1", "it has 5 numbers of 6"), std::tuple("STOFF", "1 0 0 1", "it has 4 numbers of 5"),
-                                            std::tuple("4OFF", "1 0 0", "it has 3 numbers of 4"), std::tuple("COFF", "1 0 0 1 1", "it has 5 numbers of 6")}) {
+    for (const auto& [kind, vertex, why] :
+         {std::tuple("OFF", "1 x 0", "'x' is no number"), std::tuple("OFF", "1 0", "it has 2 numbers of 3"),
+          std::tuple("OFF", "1 0 0y", "'0y' is no number"), std::tuple("NOFF", "1 0 0 0 1", "it has 5 numbers of 6"),
+          std::tuple("STOFF", "1 0 0 1", "it has 4 numbers of 5"), std::tuple("4OFF", "1 0 0", "it has 3 numbers of 4"),
+          std::tuple("COFF", "1 0 0 1 1", "it has 5 numbers of 6")}) {
         const MeshText refused = said(kind, vertex);
-        EXPECT_TRUE(refused.refused && refused.says(fmt::format("'a.off' cannot be read: line 4: this is no vertex: {}", why))) << kind << " " << vertex << ": " << refused.said;
+        EXPECT_TRUE(refused.refused &&
+                    refused.says(fmt::format("'a.off' cannot be read: line 4: this is no vertex: {}", why)))
+            << kind << " " << vertex << ": " << refused.said;
     }
-    for (const char* number : {"1", "+1", "1.", ".5", "-.5e-2", "1E3", "1e-400", "0,5"}) EXPECT_FALSE(said("OFF", std::string(number) + " 0 0").refused) << number;
+    for (const char* number : {"1", "+1", "1.", ".5", "-.5e-2", "1E3", "1e-400", "0,5"})
+        EXPECT_FALSE(said("OFF", std::string(number) + " 0 0").refused) << number;
 }
 
 TEST(OffFiles, RemarksAndBlankLinesAreNoVerticesAndNoFaces) {
     for (const char* between : {"# remark\n", "  \n", "\t# 1 2 3\n\n", "\r\n"}) {
-        const MeshText shown = meshTextOf("a.off", fmt::format("OFF\n4 2 5\n0 0 0\n1 0 0\n{0}0 1 0\n1 1 0\n3 0 1 2 # the first\n{0}3 1 3 2\n", between));
+        const MeshText shown = meshTextOf(
+            "a.off",
+            fmt::format("OFF\n4 2 5\n0 0 0\n1 0 0\n{0}0 1 0\n1 1 0\n3 0 1 2 # the first\n{0}3 1 3 2\n", between));
         EXPECT_EQ(shown.triangles, 2u) << shown.said;
         EXPECT_EQ(shown.area, 1) << shown.said;
         EXPECT_FALSE(shown.says("left out")) << shown.said;
@@ -96,13 +116,16 @@ TEST(OffFiles, RemarksAndBlankLinesAreNoVerticesAndNoFaces) {
 }
 
 TEST(OffFiles, OfEachKindAreReadAsTheirHeaderSays) {
-    const auto of = [](const std::string& head, const std::string& behind, const std::string& corners = "3 0 1 2\n3 1 3 2\n") {
+    const auto of = [](const std::string& head, const std::string& behind,
+                       const std::string& corners = "3 0 1 2\n3 1 3 2\n") {
         const auto vertex = [&](const char* place) { return place + behind + "\n"; };
-        return meshTextOf("a.off", head + "\n4 2 0\n" + vertex("0 0") + vertex("2 0") + vertex("0 2") + vertex("2 2") + corners);
+        return meshTextOf("a.off",
+                          head + "\n4 2 0\n" + vertex("0 0") + vertex("2 0") + vertex("0 2") + vertex("2 2") + corners);
     };
-    for (const auto& [head, behind, area] : {std::tuple("OFF", " 0", 4.0), std::tuple("nOFF\n3", " 0", 4.0), std::tuple("nOFF 2", "", 4.0), std::tuple("4OFF", " 0 2", 1.0),
-                                             std::tuple("NOFF", " 0 0 0 1", 4.0), std::tuple("COFF", " 0 1 0 0 1", 4.0), std::tuple("STOFF", " 0 0.5 0.5", 4.0),
-                                             std::tuple("STCN4OFF", " 0 2 0 0 1 1 0 0 1 0.5 0.5", 1.0)}) {
+    for (const auto& [head, behind, area] :
+         {std::tuple("OFF", " 0", 4.0), std::tuple("nOFF\n3", " 0", 4.0), std::tuple("nOFF 2", "", 4.0),
+          std::tuple("4OFF", " 0 2", 1.0), std::tuple("NOFF", " 0 0 0 1", 4.0), std::tuple("COFF", " 0 1 0 0 1", 4.0),
+          std::tuple("STOFF", " 0 0.5 0.5", 4.0), std::tuple("STCN4OFF", " 0 2 0 0 1 1 0 0 1 0.5 0.5", 1.0)}) {
         const MeshText shown = of(head, behind);
         EXPECT_EQ(shown.triangles, 2u) << head << ": " << shown.said;
         EXPECT_EQ(shown.area, area) << head;
@@ -114,7 +137,9 @@ TEST(OffFiles, OfEachKindAreReadAsTheirHeaderSays) {
     for (const char* color : {" 0 1 0 0.2 1", " 0 1 0 0.2", " 0 255 0 51 255", " 0 255 0 51"}) {
         const MeshText shown = of("COFF", color);
         ASSERT_EQ(shown.colors.size(), 16u) << color << ": " << shown.said;
-        EXPECT_EQ(std::vector<std::uint8_t>(shown.colors.begin(), shown.colors.begin() + 4), (std::vector<std::uint8_t>{255, 0, 51, 255})) << color;
+        EXPECT_EQ(std::vector<std::uint8_t>(shown.colors.begin(), shown.colors.begin() + 4),
+                  (std::vector<std::uint8_t>{255, 0, 51, 255}))
+            << color;
     }
     const MeshText uncounted = meshTextOf("a.off", "OFF\n4 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n");
     EXPECT_EQ(uncounted.triangles, 2u) << "edges need not be counted: " << uncounted.said;
@@ -123,10 +148,12 @@ TEST(OffFiles, OfEachKindAreReadAsTheirHeaderSays) {
 TEST(OffFiles, WhatIsBehindVerticesAndCornersIsNamed) {
     const MeshText faces = meshTextOf("a.off", squareOff("3 0 1 2 255 0 0\n3 1 3 2\n"));
     EXPECT_EQ(faces.triangles, 2u) << faces.said;
-    EXPECT_TRUE(faces.says("what is behind the corners of 1 face is left out (mostly a colour; the first: line 8)")) << faces.said;
+    EXPECT_TRUE(faces.says("what is behind the corners of 1 face is left out (mostly a colour; the first: line 8)"))
+        << faces.said;
     const MeshText vertices = meshTextOf("a.off", "OFF\n3 1 0\n0 0 0 1\n1 0 0 1\n0 1 0\n3 0 1 2\n");
     EXPECT_EQ(vertices.triangles, 1u) << vertices.said;
-    EXPECT_TRUE(vertices.says("what is behind the 3 numbers of 2 vertices is left out (the first: line 3)")) << vertices.said;
+    EXPECT_TRUE(vertices.says("what is behind the 3 numbers of 2 vertices is left out (the first: line 3)"))
+        << vertices.said;
 }
 
 TEST(OffFiles, FacesOfManyCornersAreShown) {
@@ -134,15 +161,20 @@ TEST(OffFiles, FacesOfManyCornersAreShown) {
     constexpr int kCorners = 40;  // of a wheel; and of a comb, whose teeth no fan would leave apart
     std::string wheel = std::to_string(kCorners), comb = wheel;
     for (int i = 0; i < kCorners; ++i) {
-        vertices += fmt::format("{} {} 0\n", std::cos(2 * EIGEN_PI * i / kCorners), std::sin(2 * EIGEN_PI * i / kCorners));
+        vertices +=
+            fmt::format("{} {} 0\n", std::cos(2 * EIGEN_PI * i / kCorners), std::sin(2 * EIGEN_PI * i / kCorners));
         wheel += fmt::format(" {}", i);
         comb += fmt::format(" {}", kCorners + i);
     }
     for (int i = 0; i < kCorners - 2; ++i) vertices += fmt::format("{} {} 0\n", kCorners - 2 - i, i % 2 == 0 ? 10 : 1);
     vertices += fmt::format("0 0 0\n{} 0 0\n", kCorners - 2);
-    const MeshText round = meshTextOf("a.off", fmt::format("OFF\n{} 2 0\n{}{}\n3 0 1 2\n", 2 * kCorners, vertices, wheel));
+    const MeshText round =
+        meshTextOf("a.off", fmt::format("OFF\n{} 2 0\n{}{}\n3 0 1 2\n", 2 * kCorners, vertices, wheel));
     EXPECT_EQ(round.triangles, kCorners - 2u + 1u) << round.said;
-    EXPECT_NEAR(round.area, 0.5 * kCorners * std::sin(2 * EIGEN_PI / kCorners) + 0.5 * (2 * std::sin(2 * EIGEN_PI / kCorners) - std::sin(4 * EIGEN_PI / kCorners)), 1e-5);
+    EXPECT_NEAR(round.area,
+                0.5 * kCorners * std::sin(2 * EIGEN_PI / kCorners) +
+                    0.5 * (2 * std::sin(2 * EIGEN_PI / kCorners) - std::sin(4 * EIGEN_PI / kCorners)),
+                1e-5);
     const MeshText toothed = meshTextOf("a.off", fmt::format("OFF\n{} 1 0\n{}{}\n", 2 * kCorners, vertices, comb));
     EXPECT_EQ(toothed.triangles, kCorners - 2u) << toothed.said;
     double area = 0;  // under the teeth, from 38 down to 1, then down to the origin
@@ -152,7 +184,8 @@ TEST(OffFiles, FacesOfManyCornersAreShown) {
 }
 
 TEST(OffFiles, WhatIsMadeOfThemIsSound) {
-    std::string many = squareOff("3 0 1 2\n# remark\n3 1 9 2\n11 0 1 3 2 0 1 3 2 0 1 3 1 0 0\n" + std::string(5000, '3') + " 1\n3 1 3 2 " + std::string(5000, '1') + "\n");
+    std::string many = squareOff("3 0 1 2\n# remark\n3 1 9 2\n11 0 1 3 2 0 1 3 2 0 1 3 1 0 0\n" +
+                                 std::string(5000, '3') + " 1\n3 1 3 2 " + std::string(5000, '1') + "\n");
     many.replace(many.find("4 6 0"), 5, "4 5 0");
     const ByteSpan span = asBytes(many);
     Bytes bytes(span.begin(), span.end());
@@ -167,16 +200,19 @@ TEST(OffFiles, WhatIsMadeOfThemIsSound) {
 }
 
 std::string facetOf(const std::vector<const char*>& corners) {
-    return fmt::format("facet normal 0 0 1\n outer loop\n  vertex {}\n endloop\nendfacet\n", fmt::join(corners, "\n  vertex "));
+    return fmt::format("facet normal 0 0 1\n outer loop\n  vertex {}\n endloop\nendfacet\n",
+                       fmt::join(corners, "\n  vertex "));
 }
 
 TEST(StlFiles, AFacetOfMoreThanThreeCornersIsShownWhole) {
-    const std::string first = "solid of mine\n" + facetOf({"0 0 0", "1 0 0", "1 1 0", "0 1 0"}) + facetOf({"0 0 0", "0 -1 0", "1 0 0"}) + "endsolid of mine\n";
+    const std::string first = "solid of mine\n" + facetOf({"0 0 0", "1 0 0", "1 1 0", "0 1 0"}) +
+                              facetOf({"0 0 0", "0 -1 0", "1 0 0"}) + "endsolid of mine\n";
     const MeshText square = meshTextOf("a.stl", first);
     EXPECT_EQ(square.triangles, 3u) << square.said;
     EXPECT_EQ(square.area, 1.5);
     // An L, which a fan from its first corner would leave; in the second solid.
-    const MeshText two = meshTextOf("a.stl", first + "solid\n" + facetOf({"7 0 0", "7 1 0", "6 1 0", "6 2 0", "5 2 0", "5 0 0"}) + "endsolid\n");
+    const MeshText two = meshTextOf(
+        "a.stl", first + "solid\n" + facetOf({"7 0 0", "7 1 0", "6 1 0", "6 2 0", "5 2 0", "5 0 0"}) + "endsolid\n");
     EXPECT_EQ(two.triangles, 7u) << two.said;
     EXPECT_EQ(two.area, 1.5 + 3);
     // Cut off, it is whole facets still.

@@ -1,5 +1,5 @@
-// All models at hand. Of glTF 2, OBJ, OFF, PLY and STL what was counted in the file is in the scene, or a note speaks of it;
-// of other formats something is shown, or a note speaks. What is refused says why.
+// All models at hand. Of glTF 2, OBJ, OFF, PLY and STL what was counted in the file is in the scene, or a note speaks
+// of it; of other formats something is shown, or a note speaks. What is refused says why.
 
 #include <fmt/format.h>
 
@@ -26,8 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What lies beside models and is none. All other files are imported.
-const std::set<std::string> kNoModels = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".txt", ".md", ".bin", ".mtl", ".csv", ".glsl",
-                                         ".frag", ".vert", ".uc", ".material", ".py"};
+const std::set<std::string> kNoModels = {".png", ".jpg", ".jpeg", ".bmp",  ".tga",  ".txt", ".md",       ".bin",
+                                         ".mtl", ".csv", ".glsl", ".frag", ".vert", ".uc",  ".material", ".py"};
 
 std::vector<std::string> modelsBelow(const fs::path& folder) {
     std::vector<std::string> files;
@@ -112,7 +112,8 @@ FileCensus sceneCensus(const ImportedAspect& aspect) {
                                                                   {"COLOR_0", &skin.colors},
                                                                   {"joints", &skin.jointIndices}};
         for (const auto& [name, blob] : attributes) census.parts[name] += !blob->empty();
-        if (!skin.positions.empty()) census.parts["target"] += skin.morphPositions.sizeBytes() / skin.positions.sizeBytes();
+        if (!skin.positions.empty())
+            census.parts["target"] += skin.morphPositions.sizeBytes() / skin.positions.sizeBytes();
         return Descend::kInto;
     });
     action.on<Animation>([&](const Visit&, const Animation& animation) {
@@ -121,14 +122,16 @@ FileCensus sceneCensus(const ImportedAspect& aspect) {
         std::set<std::pair<BlobId, BlobId>> channels;
         for (const ObjectId id : animation.channels) {
             const auto& frames = *aspect->get<KeyFrames>(id);
-            census.parts["channel"] += frames.field != "weights" || channels.insert({frames.times.id(), frames.values.id()}).second;
+            census.parts["channel"] +=
+                frames.field != "weights" || channels.insert({frames.times.id(), frames.values.id()}).second;
         }
         return Descend::kInto;
     });
     action.run(*aspect);
     census.parts["image"] = allOf<Image>(aspect).size();
     census.parts["camera"] = allOf<Camera>(aspect).size();
-    census.parts["light"] = allOf<DirectionalLight>(aspect).size() + allOf<PointLight>(aspect).size() + allOf<SpotLight>(aspect).size();
+    census.parts["light"] =
+        allOf<DirectionalLight>(aspect).size() + allOf<PointLight>(aspect).size() + allOf<SpotLight>(aspect).size();
     for (const Material* material : allOf<Material>(aspect)) census.materials.insert(shownMaterial(aspect, *material));
     return census;
 }
@@ -146,7 +149,8 @@ std::uint64_t facesLeftOut(const ImportedScene& scene) {
     std::uint64_t sum = 0;
     for (const std::string& note : scene.notes) {
         const std::size_t end = note.find(" left out; the first, "), of = note.rfind(" of ", end);
-        if (end != std::string::npos && of != std::string::npos) sum += std::stoull(note.substr(note.rfind(' ', of - 1) + 1));
+        if (end != std::string::npos && of != std::string::npos)
+            sum += std::stoull(note.substr(note.rfind(' ', of - 1) + 1));
     }
     return sum;
 }
@@ -157,11 +161,16 @@ void expectNothingLost(const FileCensus& file, const ImportedScene& scene) {
     // Faces of vertices that do not exist are counted in a note; each has one triangle at least.
     const std::uint64_t leftOut = facesLeftOut(scene);
     const bool cut = hasNote(scene, "it is cut off");  // how much there is, the note says
-    if (cut) EXPECT_LE(shown.triangles, file.triangles);
-    else if (leftOut > 0) EXPECT_LE(shown.triangles, file.triangles - std::min(leftOut, file.triangles));
-    else EXPECT_EQ(shown.triangles, file.triangles);
-    if (cut) EXPECT_LE(shown.points, file.points);
-    else EXPECT_EQ(shown.points, file.points);
+    if (cut)
+        EXPECT_LE(shown.triangles, file.triangles);
+    else if (leftOut > 0)
+        EXPECT_LE(shown.triangles, file.triangles - std::min(leftOut, file.triangles));
+    else
+        EXPECT_EQ(shown.triangles, file.triangles);
+    if (cut)
+        EXPECT_LE(shown.points, file.points);
+    else
+        EXPECT_EQ(shown.points, file.points);
     EXPECT_EQ(shown.lines, file.lines);
     for (const std::string& name : file.toBeNamed) EXPECT_TRUE(hasNote(scene, name)) << name;
     const auto unnamed = std::count_if(file.pictures.begin(), file.pictures.end(),
@@ -170,7 +179,8 @@ void expectNothingLost(const FileCensus& file, const ImportedScene& scene) {
         EXPECT_EQ(shown.parts.at("image"), static_cast<std::uint64_t>(unnamed));
     }
     if (file.parts.empty()) return;  // what follows is counted of glTF alone
-    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "camera", "light", "joints", "target", "animation", "channel"}) {
+    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "camera", "light", "joints", "target",
+                             "animation", "channel"}) {
         const auto said = file.parts.find(name), is = shown.parts.find(name);
         EXPECT_EQ(is == shown.parts.end() ? 0 : is->second, said == file.parts.end() ? 0 : said->second) << name;
     }
@@ -195,14 +205,15 @@ bool expectNothingLost(const std::string& path) {
     return counted.has_value();
 }
 
-/// Our own, which are always there, and all folders of models but the one whose files are damaged on purpose (RealModelsTest.cpp); each is a test, so that they run
-/// beside each other.
+/// Our own, which are always there, and all folders of models but the one whose files are damaged on purpose
+/// (RealModelsTest.cpp); each is a test, so that they run beside each other.
 std::vector<std::string> foldersOfModels() {
     std::vector<std::string> folders{TESSERA_SOURCE_DIR "/tests/data/models"};
     for (const std::string& around : {testData(), std::string(kDebianModels)}) {
         if (around.empty() || !fs::exists(around)) continue;
         for (const auto& entry : fs::directory_iterator(around))
-            if (entry.is_directory() && entry.path().filename() != "malformed") folders.push_back(entry.path().string());
+            if (entry.is_directory() && entry.path().filename() != "malformed")
+                folders.push_back(entry.path().string());
     }
     std::sort(folders.begin(), folders.end());
     return folders;
@@ -215,7 +226,8 @@ TEST_P(NothingLost, OfAnyModelBelow) {
     const std::vector<std::string> files = modelsBelow(GetParam());
     for (const std::string& file : files) counted += expectNothingLost(file);
     std::fprintf(stderr, "%zu files, %zu of them counted\n", files.size(), counted);
-    EXPECT_TRUE((counted == files.size() && counted > 0) || !GetParam().ends_with("/tests/data/models")) << "ours are of formats that are counted";
+    EXPECT_TRUE((counted == files.size() && counted > 0) || !GetParam().ends_with("/tests/data/models"))
+        << "ours are of formats that are counted";
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, NothingLost, testing::ValuesIn(foldersOfModels()), [](const auto& test) {

@@ -24,7 +24,8 @@ struct Numbered {
     }
     [[nodiscard]] std::string all() const { return fmt::format("{}{}", error, fmt::join(notes, "\n")); }
 };
-Numbered numbered(const std::string& name, const std::string& bytes, const std::vector<std::pair<std::string, std::string>>& beside = {}) {
+Numbered numbered(const std::string& name, const std::string& bytes,
+                  const std::vector<std::pair<std::string, std::string>>& beside = {}) {
     const Scratch scratch;
     for (const auto& [file, text] : beside) scratch.write(file, text);
     Numbered shown{.path = scratch.write(name, bytes)};
@@ -42,7 +43,10 @@ Numbered numbered(const std::string& name, const std::string& bytes, const std::
 constexpr const char* kBox = "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n";
 
 TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedByTheirPlaceInAScenesText) {
-    const Numbered shown = numbered("a.tsct", "material { name: \"m\"\n  base_color { r: 2 g: 0.5 b: -1 a: 7 }\n  metallic: -0.25 roughness: 9\n  ior: 0.5 }\n" + std::string(kBox));
+    const Numbered shown = numbered("a.tsct",
+                                    "material { name: \"m\"\n  base_color { r: 2 g: 0.5 b: -1 a: 7 }\n  metallic: "
+                                    "-0.25 roughness: 9\n  ior: 0.5 }\n" +
+                                        std::string(kBox));
     ASSERT_TRUE(shown.material) << shown.all();
     EXPECT_EQ(shown.material->baseColor, Vec4f(1, 0.5f, 0, 1));
     EXPECT_EQ(shown.material->metallic, 0.0f);
@@ -54,7 +58,9 @@ TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedByTheirPlaceInAScenesText) {
     EXPECT_TRUE(shown.says(":4:3: material 'm': ior 0.5 is not between 1 and 100: 1 is taken")) << shown.all();
     EXPECT_EQ(shown.mended, shown.notes) << "whoever checks it, is told";
     EXPECT_TRUE(shown.faults.empty()) << "nothing is lost";
-    const Numbered good = numbered("a.tsct", "material { name: \"m\" base_color { r: 1 } emissive { r: 500 } metallic: 1 roughness: 0 }\n" + std::string(kBox));
+    const Numbered good = numbered(
+        "a.tsct", "material { name: \"m\" base_color { r: 1 } emissive { r: 500 } metallic: 1 roughness: 0 }\n" +
+                      std::string(kBox));
     EXPECT_EQ(good.all(), "");
     EXPECT_EQ(good.material->emissive, Vec3f(500, 0, 0)) << "light of any strength";
     const Numbered none = numbered("a.tsct", "material { name: \"m\" roughness: nan }\n" + std::string(kBox));
@@ -64,7 +70,8 @@ TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedByTheirPlaceInAScenesText) {
 TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedInWhatWasSaved) {
     Expected<ImportedScene> made = [] {
         const Scratch scratch;
-        return importScene(scratch.write("in.tsct", "material { name: \"m\" roughness: 0.8125 }\n" + std::string(kBox)), kRootNode, importOptions());
+        return importScene(scratch.write("in.tsct", "material { name: \"m\" roughness: 0.8125 }\n" + std::string(kBox)),
+                           kRootNode, importOptions());
     }();
     ASSERT_TRUE(made) << messageOf(made);
     const ImportedAspect scene(std::move(*made));
@@ -72,7 +79,9 @@ TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedInWhatWasSaved) {
         Expected<std::string> bytes = writeScene(*scene, encoding);
         ASSERT_TRUE(bytes);
         const bool text = encoding == SceneEncoding::kText;
-        const auto raw = [](float number) { return std::string(reinterpret_cast<const char*>(&number), sizeof(number)); };
+        const auto raw = [](float number) {
+            return std::string(reinterpret_cast<const char*>(&number), sizeof(number));
+        };
         const std::string good = text ? "0.8125" : raw(0.8125f), bad = text ? "9" : raw(9);
         const std::size_t at = bytes->find(good);
         ASSERT_NE(at, std::string::npos);
@@ -82,8 +91,10 @@ TEST(NumbersOfMaterials, OutOfTheirBoundsAreNamedInWhatWasSaved) {
         EXPECT_EQ(shown.material->roughness, 1.0f);
         ASSERT_EQ(shown.mended.size(), 1u) << shown.all();
         EXPECT_TRUE(shown.mended[0].starts_with(shown.path + ":")) << shown.mended[0];
-        EXPECT_TRUE(shown.mended[0].ends_with(" (Material): roughness 9 is not between 0 and 1: 1 is taken")) << shown.mended[0];
-        EXPECT_EQ(std::ranges::count(shown.mended[0].substr(shown.path.size(), 12), ':') >= 3, text) << "a text has lines: " << shown.mended[0];
+        EXPECT_TRUE(shown.mended[0].ends_with(" (Material): roughness 9 is not between 0 and 1: 1 is taken"))
+            << shown.mended[0];
+        EXPECT_EQ(std::ranges::count(shown.mended[0].substr(shown.path.size(), 12), ':') >= 3, text)
+            << "a text has lines: " << shown.mended[0];
     }
 }
 
@@ -91,17 +102,25 @@ TEST(NumbersOfMaterials, OfGltfAreNamedAsItCallsThem) {
     GltfText gltf;
     const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
     const Numbered shown = numbered("a.gltf", gltf.text(fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"material":0}}]}}],
-        "materials":[{{"name":"brick","pbrMetallicRoughness":{{"roughnessFactor":9,"metallicFactor":-2,"baseColorFactor":[3,1,1,1]}},"alphaMode":"MASK","alphaCutoff":-1,
-        "emissiveFactor":[0.5,0,2],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":4}},"KHR_materials_clearcoat":{{"clearcoatFactor":1.5}},
-        "KHR_materials_ior":{{"ior":0.25}}}}}}])", positions)));
+                                                  R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}},"material":0}}]}}],
+        "materials":[{{"name":"brick","pbrMetallicRoughness":{{"roughnessFactor":9,"metallicFactor":-2,
+        "baseColorFactor":[3,1,1,1]}},"alphaMode":"MASK","alphaCutoff":-1,
+        "emissiveFactor":[0.5,0,2],"extensions":{{"KHR_materials_emissive_strength":{{"emissiveStrength":4}},
+        "KHR_materials_clearcoat":{{"clearcoatFactor":1.5}},
+        "KHR_materials_ior":{{"ior":0.25}}}}}}])",
+                                                  positions)));
     ASSERT_TRUE(shown.material) << shown.all();
     EXPECT_EQ(shown.material->roughness, 1.0f);
     EXPECT_EQ(shown.material->metallic, 0.0f);
     EXPECT_EQ(shown.material->emissive, Vec3f(2, 0, 4));
-    for (const char* said : {"roughnessFactor 9 is not between 0 and 1: 1 is taken", "metallicFactor -2 is not between 0 and 1: 0 is taken", "baseColorFactor 3 is not between 0 and 1: 1 is taken",
-                             "alphaCutoff -1 is not between 0 and 1000000: 0 is taken", "emissiveFactor 2 is not between 0 and 1: 1 is taken", "clearcoatFactor 1.5 is not between 0 and 1: 1 is taken",
-                             "ior 0.25 is not between 1 and 100: 1 is taken"})
+    for (const char* said :
+         {"roughnessFactor 9 is not between 0 and 1: 1 is taken",
+          "metallicFactor -2 is not between 0 and 1: 0 is taken",
+          "baseColorFactor 3 is not between 0 and 1: 1 is taken",
+          "alphaCutoff -1 is not between 0 and 1000000: 0 is taken",
+          "emissiveFactor 2 is not between 0 and 1: 1 is taken",
+          "clearcoatFactor 1.5 is not between 0 and 1: 1 is taken", "ior 0.25 is not between 1 and 100: 1 is taken"})
         EXPECT_TRUE(shown.says(fmt::format(": material 0 'brick': {}", said))) << said << "\n" << shown.all();
     EXPECT_TRUE(shown.mended.empty()) << "it is somebody else's file";
 }

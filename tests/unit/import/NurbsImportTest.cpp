@@ -35,7 +35,8 @@ testing::AssertionResult says(const std::string& text, const std::string& part) 
 std::string squareText(const std::string& more) {
     return "material { name: \"red\" base_color { r: 1 } }\n"
            "node { name: \"square\" material: \"red\" nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2\n"
-           "  point {} point { x: 1 } point { y: 1 } point { x: 1 y: 1 } " + more + " } }\n";
+           "  point {} point { x: 1 } point { y: 1 } point { x: 1 y: 1 } " +
+           more + " } }\n";
 }
 
 TEST(NurbsImport, OfATextIsWhatItSays) {
@@ -54,14 +55,19 @@ TEST(NurbsImport, OfATextIsWhatItSays) {
 }
 
 TEST(NurbsImport, ATrimOfATextCutsAHole) {
-    const std::string hole = "loop { hole: true curve { degree: 1 point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 } } }";
+    const std::string hole =
+        "loop { hole: true curve { degree: 1 point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: "
+        "0.75 } point { x: 0.25 y: 0.25 } } }";
     Expected<ImportedScene> scene = importedSurfaces("a.tsct", squareText(hole));
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_GT(scene->triangles, 2u);
 }
 
 TEST(NurbsImport, ASurfaceWithoutAnAreaIsNoted) {
-    const Expected<ImportedScene> scene = importedSurfaces("a.tsct", "node { name: \"point\" nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point {} point {} point {} } }\n");
+    const Expected<ImportedScene> scene =
+        importedSurfaces("a.tsct",
+                         "node { name: \"point\" nurbs_surface { degree_u: 1 degree_v: 1 count_u: 2 point {} point {} "
+                         "point {} point {} } }\n");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 0u);
     ASSERT_EQ(scene->notes.size(), 1u);
@@ -77,9 +83,13 @@ TEST(NurbsImport, WhatIsNoSurfaceIsRefusedWithItsPlace) {
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("tolerance: -1")), "tolerance"));
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("begin_u: 0.5")), "some are missing"));
     EXPECT_TRUE(says(whyNot("a.tsct", squareText("material: \"blue\"")), "material 'blue'"));
-    const std::string triangle = "curve { point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 } }";
-    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { " + triangle + " } loop { hole: true " + triangle + " }")), "run along each other"));
-    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { curve { point { x: 2 } point { y: 1 } point { x: 2 } } }")), "loop 1"));
+    const std::string triangle =
+        "curve { point { x: 0.25 y: 0.25 } point { x: 0.75 y: 0.25 } point { x: 0.5 y: 0.75 } point { x: 0.25 y: 0.25 "
+        "} }";
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { " + triangle + " } loop { hole: true " + triangle + " }")),
+                     "run along each other"));
+    EXPECT_TRUE(says(whyNot("a.tsct", squareText("loop { curve { point { x: 2 } point { y: 1 } point { x: 2 } } }")),
+                     "loop 1"));
 }
 
 /// What a node "it" of this text shows: the surface, and its triangles.
@@ -257,25 +267,38 @@ TEST(NurbsImport, FreeFormStatementsOfAnObjThatNobodyReadsAreNamed) {
     const auto noteOf = [](const std::string& text) {
         Expected<ImportedScene> scene = importedSurfaces("plates.obj", text);
         EXPECT_TRUE(scene) << messageOf(scene);
-        return scene && scene->notes.size() == 1 ? scene->notes.front() : std::to_string(scene ? scene->notes.size() : 0) + " notes";
+        return scene && scene->notes.size() == 1 ? scene->notes.front()
+                                                 : std::to_string(scene ? scene->notes.size() : 0) + " notes";
     };
     const std::string curve = "cstype bezier\ndeg 1\ncurv 0 1 1 2\nparm u 0 1\nend\n";
     const auto lines = static_cast<std::size_t>(std::ranges::count(std::string_view(kTwoSquares), '\n'));
-    EXPECT_NE(noteOf(kTwoSquares + curve).find("free-form statements are left out: curv (line " + std::to_string(lines + 3) + ")"), std::string::npos) << noteOf(kTwoSquares + curve);
-    EXPECT_NE(noteOf(kTwoSquares + curve + curve).find("curv (2, the first in line " + std::to_string(lines + 3) + ")"), std::string::npos);
+    EXPECT_NE(noteOf(kTwoSquares + curve)
+                  .find("free-form statements are left out: curv (line " + std::to_string(lines + 3) + ")"),
+              std::string::npos)
+        << noteOf(kTwoSquares + curve);
+    EXPECT_NE(noteOf(kTwoSquares + curve + curve).find("curv (2, the first in line " + std::to_string(lines + 3) + ")"),
+              std::string::npos);
     // What joins and marks; a curve in a plane that no trim takes.
-    const std::string more = "vp 0 0\nvp 1 1\ncstype bezier\ndeg 1\ncurv2 -2 -1\nparm u 0 1\nend\ncon 1 0 1 1 2 0 1 1\nmg off\nmg 1 0.5\nctech cparm 4\nstech cparma 4 4\n";
+    const std::string more =
+        "vp 0 0\nvp 1 1\ncstype bezier\ndeg 1\ncurv2 -2 -1\nparm u 0 1\nend\ncon 1 0 1 1 2 0 1 1\nmg off\nmg 1 "
+        "0.5\nctech cparm 4\nstech cparma 4 4\n";
     const std::string note = noteOf(kTwoSquares + more);
-    for (const char* name : {"con (line", "mg (line", "ctech (line", "stech (line", "curv2 (line"}) EXPECT_NE(note.find(name), std::string::npos) << name << ": " << note;
+    for (const char* name : {"con (line", "mg (line", "ctech (line", "stech (line", "curv2 (line"})
+        EXPECT_NE(note.find(name), std::string::npos) << name << ": " << note;
     EXPECT_EQ(note.find("curv ("), std::string::npos) << note;
     // Without a surface the polygons come all the same, also beside statements of version 2.11.
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    for (const std::string& extra : {curve, std::string("bzp 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1\n"), std::string("res 4 4\n")}) {
+    for (const std::string& extra :
+         {curve, std::string("bzp 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1\n"), std::string("res 4 4\n")}) {
         Expected<ImportedScene> scene = importedSurfaces("curve.obj", triangle + extra);
         ASSERT_TRUE(scene) << extra << messageOf(scene);
-        EXPECT_TRUE(std::ranges::any_of(scene->notes, [&](const std::string& n) { return n.find("free-form statements are left out") != std::string::npos; })) << extra;
+        EXPECT_TRUE(std::ranges::any_of(scene->notes, [&](const std::string& n) {
+            return n.find("free-form statements are left out") != std::string::npos;
+        })) << extra;
         const ImportedAspect aspect(std::move(*scene));
-        EXPECT_TRUE(std::ranges::any_of(aspect->ids(), [&](ObjectId id) { return aspect->get<Geometry>(id) != nullptr; })) << extra;
+        EXPECT_TRUE(std::ranges::any_of(aspect->ids(), [&](ObjectId id) {
+            return aspect->get<Geometry>(id) != nullptr;
+        })) << extra;
     }
 }
 
@@ -289,7 +312,9 @@ TEST(NurbsImport, ASurfaceOfAnObjTakesTheMaterialInForce) {
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty()) << scene->notes.front();
     const ImportedAspect aspect(std::move(*scene));
-    const auto materialOf = [&](const char* node) { return *aspect->get<Material>(aspect.core<NurbsSurfaceCore>(node)->material); };
+    const auto materialOf = [&](const char* node) {
+        return *aspect->get<Material>(aspect.core<NurbsSurfaceCore>(node)->material);
+    };
     EXPECT_NEAR(materialOf("/plates/left").baseColor.y(), 0.8, 0.01);
     EXPECT_TRUE(materialOf("/plates/left").doubleSided);
     EXPECT_NEAR(materialOf("/plates/right").baseColor.z(), 0.4, 0.01);
@@ -300,7 +325,8 @@ TEST(NurbsImport, AMaterialOfASurfaceThatIsNotThereIsNamed) {
     const Scratch folder;
     folder.write("paints.mtl", "newmtl gold\nKd 1 0.8 0.25\n");
     const auto notesOf = [&](const std::string& before) {
-        const Expected<ImportedScene> scene = importScene(folder.write("plates.obj", before + kTwoSquares), kRootNode, importOptions());
+        const Expected<ImportedScene> scene =
+            importScene(folder.write("plates.obj", before + kTwoSquares), kRootNode, importOptions());
         EXPECT_TRUE(scene) << messageOf(scene);
         std::string all;
         for (const std::string& note : scene ? scene->notes : std::vector<std::string>()) all += note + "\n";

@@ -15,7 +15,8 @@ using Rgba = std::array<std::uint8_t, 4>;
 /// An uncompressed TGA of one row, whatever its name says: readers go by the content.
 inline std::string pictureOf(const std::vector<Rgba>& pixels) {
     std::string tga("\0\0\2\0\0\0\0\0\0\0\0\0", 12);
-    for (const std::size_t part : {pixels.size() & 255, pixels.size() >> 8, std::size_t{1}, std::size_t{0}, std::size_t{32}, std::size_t{0x28}})
+    for (const std::size_t part :
+         {pixels.size() & 255, pixels.size() >> 8, std::size_t{1}, std::size_t{0}, std::size_t{32}, std::size_t{0x28}})
         tga.push_back(static_cast<char>(part));
     for (const auto& [r, g, b, a] : pixels)
         for (const std::uint8_t part : {b, g, r, a}) tga.push_back(static_cast<char>(part));

@@ -1,4 +1,5 @@
-// Pictures and textures of all formats: small ones written here byte by byte, what is decoded of them, and what thousands of damaged ones lead to.
+// Pictures and textures of all formats: small ones written here byte by byte, what is decoded of them, and what
+// thousands of damaged ones lead to.
 #include <gtest/gtest.h>
 #include <tiffio.h>
 #include <zstd.h>
@@ -23,7 +24,12 @@ using PictureMessage = proto::scene::Image;
 using Texel = std::array<int, 4>;
 
 /// Two pixels across, three down: all different, and of a few bits.
-constexpr std::array<Texel, 6> kTexels = {{{255, 0, 0, 255}, {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 0, 255}, {0, 255, 255, 255}, {255, 255, 255, 255}}};
+constexpr std::array<Texel, 6> kTexels = {{{255, 0, 0, 255},
+                                           {0, 255, 0, 255},
+                                           {0, 0, 255, 255},
+                                           {255, 255, 0, 255},
+                                           {0, 255, 255, 255},
+                                           {255, 255, 255, 255}}};
 
 std::string little(std::uint64_t value, int bytes) {
     std::string text;
@@ -41,7 +47,9 @@ std::string texels(const std::string& order, bool fromTop = true, std::size_t ro
     for (std::size_t y = 0; y < 3; ++y) {
         std::string row;
         for (std::size_t x = 0; x < 2; ++x)
-            for (const char channel : order) row += static_cast<char>(kTexels[2 * (fromTop ? y : 2 - y) + x][std::string_view("rgba").find(channel)]);
+            for (const char channel : order)
+                row +=
+                    static_cast<char>(kTexels[2 * (fromTop ? y : 2 - y) + x][std::string_view("rgba").find(channel)]);
         row.resize(std::max(row.size(), rowBytes));
         text += row;
     }
@@ -49,11 +57,12 @@ std::string texels(const std::string& order, bool fromTop = true, std::size_t ro
 }
 
 std::string bmp() {
-    return "BM" + little(14 + 40 + 24, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(2, 4) + little(3, 4) + little(1, 2) + little(24, 2) + little(0, 24) +
-           texels("bgr", false, 8);
+    return "BM" + little(14 + 40 + 24, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(2, 4) + little(3, 4) +
+           little(1, 2) + little(24, 2) + little(0, 24) + texels("bgr", false, 8);
 }
 std::string tgaFile() {
-    return std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(2, 2) + little(3, 2) + little(24, 1) + little(0x20, 1) + texels("bgr");
+    return std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(2, 2) + little(3, 2) + little(24, 1) + little(0x20, 1) +
+           texels("bgr");
 }
 /// A palette of eight, and codes of four bits: a clear code before each two keeps them so.
 std::string gif() {
@@ -76,7 +85,8 @@ std::string gif() {
     return text + little(codes.size(), 1) + codes + little(0, 1) + ";";
 }
 std::string pic() {
-    std::string text = "\x53\x80\xf6\x34" + std::string(84, '\0') + "PICT" + big(2, 2) + big(3, 2) + big(0x3f800000, 4) + big(3, 2) + big(0, 2);
+    std::string text = "\x53\x80\xf6\x34" + std::string(84, '\0') + "PICT" + big(2, 2) + big(3, 2) +
+                       big(0x3f800000, 4) + big(3, 2) + big(0, 2);
     return text + std::string("\0\x08\0\xe0", 4) + texels("rgb");
 }
 std::string pnm(int kind, int most) {
@@ -84,19 +94,22 @@ std::string pnm(int kind, int most) {
     for (const Texel& texel : kTexels)
         for (std::size_t c = 0; c < 3; ++c) {
             const int value = texel[c] * most / 255;
-            text += kind == 3 ? std::to_string(value) + " " : big(static_cast<std::uint64_t>(value), most > 255 ? 2 : 1);
+            text +=
+                kind == 3 ? std::to_string(value) + " " : big(static_cast<std::uint64_t>(value), most > 255 ? 2 : 1);
         }
     return text;
 }
 std::string sgi(bool inRuns, int valueBytes) {
-    std::string text = big(474, 2) + big(inRuns, 1) + big(static_cast<std::uint64_t>(valueBytes), 1) + big(3, 2) + big(2, 2) + big(3, 2) + big(3, 2);
+    std::string text = big(474, 2) + big(inRuns, 1) + big(static_cast<std::uint64_t>(valueBytes), 1) + big(3, 2) +
+                       big(2, 2) + big(3, 2) + big(3, 2);
     text.resize(512);
     std::string starts, lengths, rows;
     for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t y = 0; y < 3; ++y) {
             std::string row;
             if (inRuns) row += big(0x82, valueBytes);
-            for (std::size_t x = 0; x < 2; ++x) row += big(static_cast<std::uint64_t>(kTexels[2 * (2 - y) + x][c]) << 8 * (valueBytes - 1), valueBytes);
+            for (std::size_t x = 0; x < 2; ++x)
+                row += big(static_cast<std::uint64_t>(kTexels[2 * (2 - y) + x][c]) << 8 * (valueBytes - 1), valueBytes);
             if (inRuns) row += big(0, valueBytes);
             starts += big(512 + 72 + rows.size(), 4);
             lengths += big(row.size(), 4);
@@ -118,7 +131,8 @@ std::string tiff(std::uint16_t compression, std::uint16_t bits) {
     for (std::uint32_t y = 0; y < 3; ++y) {
         std::string row;
         for (std::size_t x = 0; x < 2; ++x)
-            for (std::size_t c = 0; c < 3; ++c) row += little(static_cast<std::uint64_t>(kTexels[2 * y + x][c]) * (bits == 16 ? 257 : 1), bits / 8);
+            for (std::size_t c = 0; c < 3; ++c)
+                row += little(static_cast<std::uint64_t>(kTexels[2 * y + x][c]) * (bits == 16 ? 257 : 1), bits / 8);
         TIFFWriteScanline(file, row.data(), y, 0);
     }
     TIFFClose(file);
@@ -130,21 +144,25 @@ std::string tiff(std::uint16_t compression, std::uint16_t bits) {
 
 struct Dds {
     int width = 2, height = 3, depth = 1, mipmaps = 1;
-    std::string format;                     ///< 32 bytes
+    std::string format;  ///< 32 bytes
     std::uint32_t caps2 = 0;
-    std::string later = {};                 ///< the header of 20 bytes
+    std::string later = {};  ///< the header of 20 bytes
 };
 std::string fourCcFormat(const std::string& code) {
     return little(32, 4) + little(4, 4) + code + little(0, 20);
 }
 std::string ddsFile(const Dds& dds, const std::string& data) {
-    std::string text = "DDS " + little(124, 4) + little(0x1007, 4) + little(static_cast<std::uint64_t>(dds.height), 4) + little(static_cast<std::uint64_t>(dds.width), 4) + little(0, 4) +
-                       little(static_cast<std::uint64_t>(dds.depth), 4) + little(static_cast<std::uint64_t>(dds.mipmaps), 4) + std::string(44, '\0') + dds.format + little(0x1000, 4) +
-                       little(dds.caps2, 4) + std::string(12, '\0');
+    std::string text = "DDS " + little(124, 4) + little(0x1007, 4) + little(static_cast<std::uint64_t>(dds.height), 4) +
+                       little(static_cast<std::uint64_t>(dds.width), 4) + little(0, 4) +
+                       little(static_cast<std::uint64_t>(dds.depth), 4) +
+                       little(static_cast<std::uint64_t>(dds.mipmaps), 4) + std::string(44, '\0') + dds.format +
+                       little(0x1000, 4) + little(dds.caps2, 4) + std::string(12, '\0');
     return text + dds.later + data;
 }
 std::string ddsRgb() {
-    return ddsFile({.format = little(32, 4) + little(0x41, 4) + little(0, 4) + little(32, 4) + little(0xff0000, 4) + little(0xff00, 4) + little(0xff, 4) + little(0xff000000, 4)}, texels("bgra"));
+    return ddsFile({.format = little(32, 4) + little(0x41, 4) + little(0, 4) + little(32, 4) + little(0xff0000, 4) +
+                              little(0xff00, 4) + little(0xff, 4) + little(0xff000000, 4)},
+                   texels("bgra"));
 }
 std::string dxgi(std::uint32_t format, std::uint32_t dimension = 3, std::uint32_t flags = 0, std::uint32_t count = 1) {
     return little(format, 4) + little(dimension, 4) + little(flags, 4) + little(count, 4) + little(0, 4);
@@ -152,7 +170,8 @@ std::string dxgi(std::uint32_t format, std::uint32_t dimension = 3, std::uint32_
 /// bc1 blocks of one colour, each its own: the first `count` of a series.
 std::string blocksOf(std::size_t count, std::size_t bytes = 8) {
     std::string text;
-    for (std::size_t i = 0; i < count; ++i) text += std::string(bytes - 8, '\xff') + little(0x1000 + i, 2) + little(0, 6);
+    for (std::size_t i = 0; i < count; ++i)
+        text += std::string(bytes - 8, '\xff') + little(0x1000 + i, 2) + little(0, 6);
     return text;
 }
 
@@ -165,8 +184,11 @@ std::string ktxFile(const Ktx& ktx, const std::vector<std::string>& levels) {
     const std::string descriptor = little(28, 4) + little(0, 8) + little(ktx.model, 1) + little(0, 15);
     const std::size_t begin = 80 + 24 * levels.size(), data = begin + descriptor.size() + ktx.keys.size();
     std::string text("\xABKTX 20\xBB\r\n\x1A\n", 12);
-    for (const std::uint32_t word : {ktx.format, 1u, ktx.width, ktx.height, ktx.depth, ktx.layers, ktx.faces, static_cast<std::uint32_t>(levels.size()), ktx.scheme}) text += little(word, 4);
-    text += little(begin, 4) + little(descriptor.size(), 4) + little(ktx.keys.empty() ? 0 : begin + descriptor.size(), 4) + little(ktx.keys.size(), 4) + little(0, 16);
+    for (const std::uint32_t word : {ktx.format, 1u, ktx.width, ktx.height, ktx.depth, ktx.layers, ktx.faces,
+                                     static_cast<std::uint32_t>(levels.size()), ktx.scheme})
+        text += little(word, 4);
+    text += little(begin, 4) + little(descriptor.size(), 4) +
+            little(ktx.keys.empty() ? 0 : begin + descriptor.size(), 4) + little(ktx.keys.size(), 4) + little(0, 16);
     std::string index, all;
     for (const std::string& level : levels) {
         std::string packed = level;
@@ -187,23 +209,46 @@ Expected<DecodedImage> pictureIn(const std::string& file, int most = 4096) {
 /// All that are read, by their names.
 std::map<std::string, std::string> samples() {
     std::map<std::string, std::string> all = {
-        {"bmp", bmp()}, {"tga", tgaFile()}, {"gif", gif()}, {"pic", pic()}, {"P3", pnm(3, 255)}, {"P3 of 1000", pnm(3, 1020)}, {"P6", pnm(6, 255)}, {"P6 of 16 bits", pnm(6, 65535)},
-        {"sgi", sgi(false, 1)}, {"sgi in runs", sgi(true, 1)}, {"sgi of 16 bits", sgi(false, 2)}, {"sgi of 16 bits in runs", sgi(true, 2)},
-        {"tiff", tiff(COMPRESSION_NONE, 8)}, {"tiff by LZW", tiff(COMPRESSION_LZW, 8)}, {"tiff of 16 bits", tiff(COMPRESSION_ADOBE_DEFLATE, 16)},
-        {"dds", ddsRgb()}, {"dds by DXGI", ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(28)}, texels("rgba"))},
-        {"ktx2", ktxFile({}, {texels("rgba")})}, {"ktx2 of BGR", ktxFile({.format = 30}, {texels("bgr")})}, {"ktx2 by zstd", ktxFile({.scheme = 2}, {texels("rgba")})},
-        {"ktx2 upwards", ktxFile({.keys = little(18, 4) + std::string("KTXorientation\0ru\0", 18)}, {texels("rgba", false)})},
+        {"bmp", bmp()},
+        {"tga", tgaFile()},
+        {"gif", gif()},
+        {"pic", pic()},
+        {"P3", pnm(3, 255)},
+        {"P3 of 1000", pnm(3, 1020)},
+        {"P6", pnm(6, 255)},
+        {"P6 of 16 bits", pnm(6, 65535)},
+        {"sgi", sgi(false, 1)},
+        {"sgi in runs", sgi(true, 1)},
+        {"sgi of 16 bits", sgi(false, 2)},
+        {"sgi of 16 bits in runs", sgi(true, 2)},
+        {"tiff", tiff(COMPRESSION_NONE, 8)},
+        {"tiff by LZW", tiff(COMPRESSION_LZW, 8)},
+        {"tiff of 16 bits", tiff(COMPRESSION_ADOBE_DEFLATE, 16)},
+        {"dds", ddsRgb()},
+        {"dds by DXGI", ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(28)}, texels("rgba"))},
+        {"ktx2", ktxFile({}, {texels("rgba")})},
+        {"ktx2 of BGR", ktxFile({.format = 30}, {texels("bgr")})},
+        {"ktx2 by zstd", ktxFile({.scheme = 2}, {texels("rgba")})},
+        {"ktx2 upwards",
+         ktxFile({.keys = little(18, 4) + std::string("KTXorientation\0ru\0", 18)}, {texels("rgba", false)})},
     };
     return all;
 }
 /// And those whose pixels are blocks, cubes or solids.
 std::map<std::string, std::string> shapedSamples() {
-    return {{"dds bc1", ddsFile({.width = 8, .height = 8, .mipmaps = 4, .format = fourCcFormat("DXT1")}, blocksOf(7))},
-            {"dds cube", ddsFile({.width = 4, .height = 4, .mipmaps = 3, .format = fourCcFormat("DXT1"), .caps2 = 0xfe00}, blocksOf(18))},
-            {"dds solid", ddsFile({.width = 4, .height = 4, .depth = 4, .mipmaps = 1, .format = fourCcFormat("DX10"), .later = dxgi(98, 4)}, blocksOf(4, 16))},
-            {"dds floats", ddsFile({.width = 2, .height = 1, .format = little(32, 4) + little(4, 4) + little(113, 4) + little(0, 20)}, little(0x3c003c003c00, 8) + little(0x3c0040003800, 8))},
-            {"ktx2 cube", ktxFile({.format = 131, .width = 4, .height = 4, .faces = 6, .scheme = 2}, {blocksOf(6)})},
-            {"ktx2 line", ktxFile({.width = 6, .height = 0}, {texels("rgba")})}};
+    return {
+        {"dds bc1", ddsFile({.width = 8, .height = 8, .mipmaps = 4, .format = fourCcFormat("DXT1")}, blocksOf(7))},
+        {"dds cube", ddsFile({.width = 4, .height = 4, .mipmaps = 3, .format = fourCcFormat("DXT1"), .caps2 = 0xfe00},
+                             blocksOf(18))},
+        {"dds solid",
+         ddsFile(
+             {.width = 4, .height = 4, .depth = 4, .mipmaps = 1, .format = fourCcFormat("DX10"), .later = dxgi(98, 4)},
+             blocksOf(4, 16))},
+        {"dds floats",
+         ddsFile({.width = 2, .height = 1, .format = little(32, 4) + little(4, 4) + little(113, 4) + little(0, 20)},
+                 little(0x3c003c003c00, 8) + little(0x3c0040003800, 8))},
+        {"ktx2 cube", ktxFile({.format = 131, .width = 4, .height = 4, .faces = 6, .scheme = 2}, {blocksOf(6)})},
+        {"ktx2 line", ktxFile({.width = 6, .height = 0}, {texels("rgba")})}};
 }
 
 TEST(PictureFormats, SayTheSamePixels) {
@@ -213,13 +258,15 @@ TEST(PictureFormats, SayTheSamePixels) {
         ASSERT_EQ(image->widthPx, 2) << name;
         ASSERT_EQ(image->heightPx, 3) << name;
         ASSERT_EQ(image->rgba.size(), 24u) << name;
-        for (std::size_t i = 0; i < 24; ++i) EXPECT_EQ(std::to_integer<int>(image->rgba[i]), kTexels[i / 4][i % 4]) << name << ", byte " << i;
+        for (std::size_t i = 0; i < 24; ++i)
+            EXPECT_EQ(std::to_integer<int>(image->rgba[i]), kTexels[i / 4][i % 4]) << name << ", byte " << i;
         EXPECT_EQ(image->shape, PictureMessage::FLAT) << name;
     }
 }
 
 TEST(PictureFormats, BitsAreBlackAndWhite) {
-    for (const std::string& file : {std::string("P1 2 3 10 01#a comment\n11"), std::string("P4 2 3\n") + "\x80\x40\xc0"}) {
+    for (const std::string& file :
+         {std::string("P1 2 3 10 01#a comment\n11"), std::string("P4 2 3\n") + "\x80\x40\xc0"}) {
         const Expected<DecodedImage> image = pictureIn(file);
         ASSERT_TRUE(image) << image.error().message;
         std::string seen;
@@ -229,11 +276,20 @@ TEST(PictureFormats, BitsAreBlackAndWhite) {
 }
 
 TEST(PictureFormats, GreyAndAlphaAreKept) {
-    const std::string grey = ddsFile({.width = 1, .height = 1, .format = little(32, 4) + little(0x20001, 4) + little(0, 4) + little(16, 4) + little(0xff, 4) + little(0, 8) + little(0xff00, 4)}, little(0x4080, 2));
+    const std::string grey = ddsFile({.width = 1,
+                                      .height = 1,
+                                      .format = little(32, 4) + little(0x20001, 4) + little(0, 4) + little(16, 4) +
+                                                little(0xff, 4) + little(0, 8) + little(0xff00, 4)},
+                                     little(0x4080, 2));
     const Expected<DecodedImage> image = pictureIn(grey);
     ASSERT_TRUE(image) << image.error().message;
     EXPECT_EQ(image->rgba, (Bytes{std::byte{0x80}, std::byte{0x80}, std::byte{0x80}, std::byte{0x40}}));
-    const Expected<DecodedImage> high = pictureIn(ddsFile({.width = 1, .height = 1, .format = little(32, 4) + little(0x40, 4) + little(0, 4) + little(16, 4) + little(0xf800, 4) + little(0x7e0, 4) + little(0x1f, 4) + little(0, 4)}, little(0xf81f, 2)));
+    const Expected<DecodedImage> high =
+        pictureIn(ddsFile({.width = 1,
+                           .height = 1,
+                           .format = little(32, 4) + little(0x40, 4) + little(0, 4) + little(16, 4) +
+                                     little(0xf800, 4) + little(0x7e0, 4) + little(0x1f, 4) + little(0, 4)},
+                          little(0xf81f, 2)));
     ASSERT_TRUE(high);
     EXPECT_EQ(high->rgba, (Bytes{std::byte{255}, std::byte{0}, std::byte{255}, std::byte{255}}));
 }
@@ -248,7 +304,8 @@ TEST(PictureFormats, CubesOfDdsComeLevelByLevel) {
     // In the file face by face, of each its three levels.
     for (std::size_t level = 0; level < 3; ++level)
         for (std::size_t face = 0; face < 6; ++face)
-            EXPECT_EQ(std::to_integer<std::size_t>(image->rgba[8 * (6 * level + face)]), 3 * face + level) << level << ' ' << face;
+            EXPECT_EQ(std::to_integer<std::size_t>(image->rgba[8 * (6 * level + face)]), 3 * face + level)
+                << level << ' ' << face;
 }
 
 TEST(PictureFormats, ShapesAreTheFilesOwn) {
@@ -266,7 +323,8 @@ TEST(PictureFormats, ShapesAreTheFilesOwn) {
     EXPECT_EQ(of("ktx2 line").shape, PictureMessage::LINE);
     EXPECT_EQ(of("ktx2 line").heightPx, 1);
     // 1, 1, 1 and 0.5, 2, 1 with the exponent that they share.
-    EXPECT_EQ(of("dds floats").rgba, (Bytes{std::byte{128}, std::byte{128}, std::byte{128}, std::byte{129}, std::byte{32}, std::byte{128}, std::byte{64}, std::byte{130}}));
+    EXPECT_EQ(of("dds floats").rgba, (Bytes{std::byte{128}, std::byte{128}, std::byte{128}, std::byte{129},
+                                            std::byte{32}, std::byte{128}, std::byte{64}, std::byte{130}}));
     EXPECT_EQ(of("dds floats").encoding, PictureMessage::RGBE);
 }
 
@@ -292,24 +350,32 @@ TEST(PictureFormats, WhatIsNotReadIsNamed) {
     EXPECT_NE(message(ktxFile({.format = 157}, {"x"})).find("ASTC"), std::string::npos);
     EXPECT_NE(message(ktxFile({.layers = 3}, {texels("rgba")})).find("array of 3"), std::string::npos);
     EXPECT_NE(message(ddsFile({.format = fourCcFormat("UYVY")}, "")).find("'UYVY'"), std::string::npos);
-    EXPECT_NE(message(ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(84)}, "")).find("signed"), std::string::npos);
+    EXPECT_NE(message(ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(84)}, "")).find("signed"),
+              std::string::npos);
     EXPECT_NE(message("RIFF\1\2\3\4WEBPVP8 ").find("WebP"), std::string::npos);
     EXPECT_NE(message("nothing of the kind").find("cannot be decoded"), std::string::npos);
 }
 
 TEST(PictureFormats, SizesThatAreNotThereTakeNoMemory) {
     // Of a few bytes each that say gigabytes; the child has less.
-    for (const std::string& file : {ddsFile({.width = 16384, .height = 16384, .format = fourCcFormat("DXT1")}, ""), ktxFile({.width = 16384, .height = 16384, .scheme = 2}, {"x"}),
-                                    std::string("P6 32768 4096 255\nx"), std::string("P3 32768 4096 255\nx"), ddsFile({.width = -1, .height = -1, .format = fourCcFormat("DXT1")}, ""),
-                                    ktxFile({.width = 0xffffffff, .height = 0xffffffff}, {"x"}), ddsFile({.width = 2048, .height = 2048, .depth = 2048, .format = fourCcFormat("DX10"), .later = dxgi(28, 4)}, "")})
+    for (const std::string& file :
+         {ddsFile({.width = 16384, .height = 16384, .format = fourCcFormat("DXT1")}, ""),
+          ktxFile({.width = 16384, .height = 16384, .scheme = 2}, {"x"}), std::string("P6 32768 4096 255\nx"),
+          std::string("P3 32768 4096 255\nx"), ddsFile({.width = -1, .height = -1, .format = fourCcFormat("DXT1")}, ""),
+          ktxFile({.width = 0xffffffff, .height = 0xffffffff}, {"x"}),
+          ddsFile({.width = 2048, .height = 2048, .depth = 2048, .format = fourCcFormat("DX10"), .later = dxgi(28, 4)},
+                  "")})
         EXPECT_FALSE(pictureIn(file));
 }
 
-/// Of a file that is cut off nothing is shown that is not in it: not what memory held before. (Numbers that are texts may end anywhere, in a smaller one.)
+/// Of a file that is cut off nothing is shown that is not in it: not what memory held before. (Numbers that are texts
+/// may end anywhere, in a smaller one.)
 TEST(PictureFormats, CutOffTheyAreWholeOrRefused) {
     auto all = samples();
-    std::string tga = std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(100, 2) + little(61, 2) + std::string("\x18\0", 2);
-    std::string bmp = "BM" + little(54 + 300 * 61, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(100, 4) + little(61, 4) + little(1, 2) + little(24, 2) + little(0, 24);
+    std::string tga =
+        std::string("\0\0\2\0\0\0\0\0\0\0\0\0", 12) + little(100, 2) + little(61, 2) + std::string("\x18\0", 2);
+    std::string bmp = "BM" + little(54 + 300 * 61, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(100, 4) +
+                      little(61, 4) + little(1, 2) + little(24, 2) + little(0, 24);
     for (int i = 0; i < 300 * 61; ++i) {
         tga += static_cast<char>(i * 7);
         bmp += static_cast<char>(i * 7);
@@ -342,12 +408,14 @@ TEST(PictureFormats, AnyDamageLeadsToAPictureOrAnError) {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     std::size_t decodedOnes = 0, refused = 0;
     for (const auto& [name, file] : all) {
-        for (std::size_t length = 0; length < file.size(); ++length) (pictureIn(file.substr(0, length), 64) ? decodedOnes : refused)++;
+        for (std::size_t length = 0; length < file.size(); ++length)
+            (pictureIn(file.substr(0, length), 64) ? decodedOnes : refused)++;
         for (int i = 0; i < 1500; ++i) {
             std::string damaged = file;
             for (std::size_t k = 1 + below(4); k > 0; --k) {
                 // Headers say most.
-                const std::size_t at = below(2) ? below(damaged.size()) : below(std::min<std::size_t>(damaged.size(), 160));
+                const std::size_t at =
+                    below(2) ? below(damaged.size()) : below(std::min<std::size_t>(damaged.size(), 160));
                 static constexpr std::array<char, 6> kExtremes = {0, 1, '\x7f', '\xff', '\x80', '\x40'};
                 damaged[at] = below(2) ? kExtremes[below(6)] : static_cast<char>(random());
             }
@@ -361,8 +429,10 @@ TEST(PictureFormats, AnyDamageLeadsToAPictureOrAnError) {
             ASSERT_GT(image->heightPx, 0);
             ASSERT_FALSE(image->rgba.empty());
             if (!image->compressed())
-                ASSERT_EQ(image->rgba.size(), std::size_t{4} * static_cast<std::size_t>(image->widthPx) * static_cast<std::size_t>(image->heightPx) *
-                                                  static_cast<std::size_t>(image->shape == PictureMessage::CUBE ? 6 : image->depthPx))
+                ASSERT_EQ(image->rgba.size(),
+                          std::size_t{4} * static_cast<std::size_t>(image->widthPx) *
+                              static_cast<std::size_t>(image->heightPx) *
+                              static_cast<std::size_t>(image->shape == PictureMessage::CUBE ? 6 : image->depthPx))
                     << name;
         }
     }

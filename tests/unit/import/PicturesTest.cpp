@@ -7,7 +7,9 @@ namespace tessera {
 namespace {
 
 DecodedImage squareOf(int side) {
-    return {.widthPx = side, .heightPx = side, .rgba = Bytes(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 4)};
+    return {.widthPx = side,
+            .heightPx = side,
+            .rgba = Bytes(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 4)};
 }
 
 TEST(Pictures, AreDecodedOnceHoweverManyImagesShowThem) {
@@ -51,7 +53,8 @@ TEST(Pictures, ThatCannotBeHadAreNoImages) {
     const ReadLimits limits;
     Pictures pictures(scene, limits);
     for (int i = 0; i < 2; ++i)
-        EXPECT_FALSE(pictures.addImage("a", "p", []() -> Expected<DecodedImage> { return fail(ErrorCode::kBadInput, "torn"); }));
+        EXPECT_FALSE(
+            pictures.addImage("a", "p", []() -> Expected<DecodedImage> { return fail(ErrorCode::kBadInput, "torn"); }));
     pictures.finish();
     EXPECT_EQ(scene.file.image_size(), 0);
 }

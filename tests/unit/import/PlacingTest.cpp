@@ -45,7 +45,8 @@ PlacedFile placedFile(const std::string& path, const std::optional<Placing>& pla
 }
 
 bool hasNote(const PlacedFile& placed, std::string_view part) {
-    return std::ranges::any_of(placed.notes, [&](const std::string& note) { return note.find(part) != std::string::npos; });
+    return std::ranges::any_of(placed.notes,
+                               [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }
 
 void expectBox(const Box& box, const Vec3d& lower, const Vec3d& upper) {
@@ -57,13 +58,16 @@ void expectBox(const Box& box, const Vec3d& lower, const Vec3d& upper) {
 /// Of a scene and of a model: whether a file's camera is enabled where the file stands so.
 TEST(Placing, CamerasOfWhatStandsInMetresDoNotTakeTheView) {
     const Scratch scratch;
-    const std::string scene = scratch.write("room.tsct", "node { name: \"camera\" camera {} }\nnode { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n");
+    const std::string scene = scratch.write(
+        "room.tsct", "node { name: \"camera\" camera {} }\nnode { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n");
     const auto cameraOf = [&](const std::string& path, const Placing& placing) {
         ImportOptions options = importOptions();
         options.placing = placing;
         Expected<ImportedScene> imported = importScene(path, kRootNode, options);
         EXPECT_TRUE(imported) << imported.error().message;
-        const bool told = std::ranges::any_of(imported->notes, [](const std::string& note) { return note.find("its cameras do not take the view") != std::string::npos; });
+        const bool told = std::ranges::any_of(imported->notes, [](const std::string& note) {
+            return note.find("its cameras do not take the view") != std::string::npos;
+        });
         const ImportedAspect aspect(std::move(*imported));
         const std::vector<const Camera*> cameras = allOf<Camera>(aspect);
         EXPECT_EQ(cameras.size(), 1u);
@@ -104,7 +108,8 @@ TEST(Placing, UpIsAsTheFileSaysOrAsItsKindMostlyHasIt) {
 
 TEST(Placing, OfFormatsThatSayWhichWayIsUpNothingIsGuessed) {
     const std::string models = kDebianModels;
-    for (const char* file : {"/3DS/fels.3ds", "/FBX/box.fbx", "/FBX/embedded_ascii/box.FBX", "/3MF/box.3mf", "/Collada/COLLADA.dae"}) {
+    for (const char* file :
+         {"/3DS/fels.3ds", "/FBX/box.fbx", "/FBX/embedded_ascii/box.FBX", "/3MF/box.3mf", "/Collada/COLLADA.dae"}) {
         ASSERT_TRUE(std::filesystem::exists(models + file)) << file;
         const PlacedFile placed = placedFile(models + file, Placing());
         EXPECT_EQ(placed.error, "") << file;
@@ -129,10 +134,14 @@ std::string hillPly(char up, double height = 20) {
         ++count;
     };
     for (int i = 0; i < 40; ++i)
-        for (int k = 0; k < 30; ++k) add(5 * i, 4 * k, height * std::exp(-0.01 * ((i - 20) * (i - 20) + (k - 15) * (k - 15))));
+        for (int k = 0; k < 30; ++k)
+            add(5 * i, 4 * k, height * std::exp(-0.01 * ((i - 20) * (i - 20) + (k - 15) * (k - 15))));
     add(100, 60, 900);
     add(30, 20, -400);
-    return fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nend_header\n{}", count, points);
+    return fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+        "z\nend_header\n{}",
+        count, points);
 }
 
 TEST(Placing, AFlatCloudWasScannedFromAbove) {
@@ -141,13 +150,18 @@ TEST(Placing, AFlatCloudWasScannedFromAbove) {
     ASSERT_EQ(hill.error, "");
     EXPECT_LT(hill.box.lower.y(), -399) << "its heights stand up";
     EXPECT_GT(hill.box.upper.y(), 899);
-    EXPECT_TRUE(hasNote(hill, "it does not say which way is up, and its points lie flat as if seen from above; +Z is taken to be (--up y says otherwise)"))
+    EXPECT_TRUE(hasNote(hill,
+                        "it does not say which way is up, and its points lie flat as if seen from above; +Z is taken "
+                        "to be (--up y says otherwise)"))
         << (hill.notes.empty() ? "" : hill.notes.front());
     const PlacedFile told = placedFile(scratch.write("told.ply", hillPly('z')), Placing{.up = UpAxis::kY});
     EXPECT_GT(told.box.upper.z(), 899) << "who says so is believed";
     EXPECT_FALSE(hasNote(told, "way is up"));
-    // The same hill of somebody whose Y is up, a hall, which is as high as it is wide, and a surface of faces are as they were.
-    for (const std::string& other : {scratch.write("yhill.ply", hillPly('y')), scratch.write("hall.ply", hillPly('z', 100)), scratch.write("plate.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 1\nf 1 2 3 4\n")}) {
+    // The same hill of somebody whose Y is up, a hall, which is as high as it is wide, and a surface of faces are as
+    // they were.
+    for (const std::string& other :
+         {scratch.write("yhill.ply", hillPly('y')), scratch.write("hall.ply", hillPly('z', 100)),
+          scratch.write("plate.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 1\nf 1 2 3 4\n")}) {
         const PlacedFile placed = placedFile(other, Placing());
         EXPECT_EQ(placed.error, "") << other;
         EXPECT_TRUE(hasNote(placed, "up; +Y is taken to be (--up z says otherwise)")) << other;
@@ -157,9 +171,14 @@ TEST(Placing, AFlatCloudWasScannedFromAbove) {
 TEST(Placing, AMastOnAFlatFieldDoesNotStandItUp) {
     const Scratch scratch;
     std::string points;
-    for (int i = 0; i < 2000; ++i) points += fmt::format("{} {} {}\n", 100.0 * (i % 50) / 50, 60.0 * (i / 50) / 40, 4.0 * (i * 7 % 11) / 11);
+    for (int i = 0; i < 2000; ++i)
+        points += fmt::format("{} {} {}\n", 100.0 * (i % 50) / 50, 60.0 * (i / 50) / 40, 4.0 * (i * 7 % 11) / 11);
     for (int i = 0; i < 80; ++i) points += fmt::format("50 30 {}\n", 0.5 * i);
-    const PlacedFile field = placedFile(scratch.write("mast.ply", "ply\nformat ascii 1.0\nelement vertex 2080\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points), Placing());
+    const PlacedFile field = placedFile(scratch.write("mast.ply",
+                                                      "ply\nformat ascii 1.0\nelement vertex 2080\nproperty float "
+                                                      "x\nproperty float y\nproperty float z\nend_header\n" +
+                                                          points),
+                                        Placing());
     EXPECT_TRUE(hasNote(field, "its points lie flat as if seen from above; +Z is taken to be"));
     EXPECT_GT(field.box.upper.y(), 39.5) << "the mast stands up";
     EXPECT_LT(field.box.upper.x(), 102);
@@ -175,16 +194,19 @@ TEST(Placing, PointsHaveTheRadiusThatAPersonSays) {
         if (!scene) return -1.0;
         const ImportedAspect aspect(std::move(*scene));
         for (const ObjectId id : aspect->ids())
-            if (const auto* geometry = aspect->get<Geometry>(id); geometry && geometry->primitive == Geometry::kPoints) return geometry->pointRadius;
+            if (const auto* geometry = aspect->get<Geometry>(id); geometry && geometry->primitive == Geometry::kPoints)
+                return geometry->pointRadius;
         return -1.0;
     };
     const std::string hill = scratch.write("hill.ply", hillPly('z'));
     EXPECT_NE(radiusOf(hill, std::nullopt), 0.75);
     EXPECT_EQ(radiusOf(hill, 0.75), 0.75);
-    const std::string scene = scratch.write("dots.tsct", "node { name: \"dots\" points { radius: 0.1 point {} point { x: 1 } } }\n");
+    const std::string scene =
+        scratch.write("dots.tsct", "node { name: \"dots\" points { radius: 0.1 point {} point { x: 1 } } }\n");
     EXPECT_EQ(radiusOf(scene, std::nullopt), 0.1);
     EXPECT_EQ(radiusOf(scene, 0.75), 0.75);
-    EXPECT_EQ(radiusOf(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), 0.5), 0.5) << "what a scene imports too";
+    EXPECT_EQ(radiusOf(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), 0.5), 0.5)
+        << "what a scene imports too";
     EXPECT_NE(placedFile(hill, Placing{.pointRadius = 0.0}).error, "");
 }
 
@@ -195,24 +217,34 @@ TEST(Placing, ARadiusOfPointsWithoutAnyIsNamed) {
     EXPECT_TRUE(hasNote(placedFile(obj, Placing{.pointRadius = 0.1}), std::string("slab.obj: ") + note));
     EXPECT_FALSE(hasNote(placedFile(obj, Placing()), note)) << "nobody asked for one";
     EXPECT_FALSE(hasNote(placedFile(hill, Placing{.pointRadius = 0.1}), note));
-    EXPECT_FALSE(hasNote(placedFile(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"), Placing{.pointRadius = 0.1}), note)) << "of what a scene imports too";
+    EXPECT_FALSE(hasNote(placedFile(scratch.write("imports.tsct", "node { import { uri: \"hill.ply\" } }\n"),
+                                    Placing{.pointRadius = 0.1}),
+                         note))
+        << "of what a scene imports too";
     Expected<ImportedScene> whole = importScene(hill, kRootNode, importOptions());
     ASSERT_TRUE(whole && saveScene(scratch.path("saved.tsct"), *ImportedAspect(std::move(*whole))));
-    EXPECT_FALSE(hasNote(placedFile(scratch.path("saved.tsct"), Placing{.pointRadius = 0.1}), note)) << "of what was saved";
-    EXPECT_TRUE(hasNote(placedFile(scratch.write("box.tsct", "node { box { size { x: 1 y: 1 z: 1 } } }\n"), Placing{.pointRadius = 0.1}), note));
+    EXPECT_FALSE(hasNote(placedFile(scratch.path("saved.tsct"), Placing{.pointRadius = 0.1}), note))
+        << "of what was saved";
+    EXPECT_TRUE(hasNote(placedFile(scratch.write("box.tsct", "node { box { size { x: 1 y: 1 z: 1 } } }\n"),
+                                   Placing{.pointRadius = 0.1}),
+                        note));
     ImportOptions options = importOptions();
     options.placing = Placing{.pointRadius = 0.1};
     const std::string both[] = {hill, obj};
     const Expected<ImportedScene> scene = importScenes(both, kRootNode, options);
     ASSERT_TRUE(scene) << messageOf(scene);
-    EXPECT_TRUE(std::ranges::none_of(scene->notes, [&](const std::string& each) { return each.find(note) != std::string::npos; })) << "one of them has";
+    EXPECT_TRUE(std::ranges::none_of(scene->notes, [&](const std::string& each) {
+        return each.find(note) != std::string::npos;
+    })) << "one of them has";
 }
 
 TEST(Placing, ASizeThatIsTooSmallIsRefusedAsASize) {
     const Scratch scratch;
     const std::string obj = scratch.write("slab.obj", slabObj());
     const std::string error = placedFile(obj, Placing{.fit = 1e-12}).error;
-    EXPECT_NE(error.find("slab.obj: a size of 1e-12: it is 4 units long, and would have to be scaled by 2.5e-13"), std::string::npos) << error;
+    EXPECT_NE(error.find("slab.obj: a size of 1e-12: it is 4 units long, and would have to be scaled by 2.5e-13"),
+              std::string::npos)
+        << error;
 }
 
 TEST(Placing, AtScaleAndFit) {
@@ -234,7 +266,8 @@ TEST(Placing, AtScaleAndFit) {
 TEST(Placing, ScenesGetANodeOnlyWhereSomethingIsSaid) {
     const Scratch scratch;
     const std::string scene = scratch.write("boxes.tsct", R"(
-        node { name: "a" transform { translation { x: 5 } } node { box { size { x: 2 y: 2 z: 2 } } } node { motion { target: "/a" key { time: 0 } key { time: 1 transform { translation { x: 9 } } } } } }
+        node { name: "a" transform { translation { x: 5 } } node { box { size { x: 2 y: 2 z: 2 } } }
+          node { motion { target: "/a" key { time: 0 } key { time: 1 transform { translation { x: 9 } } } } } }
         node { name: "b" transform { translation { x: 9 } } node { box { size { x: 2 y: 2 z: 2 } } } })");
     ImportOptions options = importOptions();
     options.placing = Placing();
@@ -253,8 +286,11 @@ TEST(Placing, ScenesGetANodeOnlyWhereSomethingIsSaid) {
 /// As `load` asks for it: one thing that can be moved and removed.
 TEST(Placing, ScenesOfSeveralNodesAreGatheredWhereThatIsAskedFor) {
     const Scratch scratch;
-    const std::string one = scratch.write("one.tsct", "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n");
-    const std::string two = scratch.write("two.tsct", "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\nnode { name: \"b\" box { size { x: 1 y: 1 z: 1 } } }\n");
+    const std::string one =
+        scratch.write("one.tsct", "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } }\n");
+    const std::string two = scratch.write("two.tsct",
+                                          "node { name: \"a\" transform {} node { box { size { x: 1 y: 1 z: 1 } } } "
+                                          "}\nnode { name: \"b\" box { size { x: 1 y: 1 z: 1 } } }\n");
     const auto topsOf = [&](const std::string& path, bool gathers) {
         ImportOptions options = importOptions();
         options.placing = Placing();
@@ -263,7 +299,9 @@ TEST(Placing, ScenesOfSeveralNodesAreGatheredWhereThatIsAskedFor) {
         EXPECT_TRUE(scene);
         const ImportedAspect aspect(std::move(*scene));
         std::vector<std::string> names;
-        for (const ObjectId child : aspect->get<Node>(kRootNode)->children) names.push_back(aspect->get<Node>(child)->name + (aspect->coreOf<Transform>(*aspect->get<Node>(child)) ? " T" : ""));
+        for (const ObjectId child : aspect->get<Node>(kRootNode)->children)
+            names.push_back(aspect->get<Node>(child)->name +
+                            (aspect->coreOf<Transform>(*aspect->get<Node>(child)) ? " T" : ""));
         return names;
     };
     EXPECT_EQ(topsOf(one, true), std::vector<std::string>{"a T"});
@@ -276,10 +314,13 @@ TEST(Placing, WhatCannotBeIsRefusedInWords) {
     const std::string obj = scratch.write("slab.obj", slabObj());
     const std::string point = scratch.write("point.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n");
     const double nan = std::nan("");
-    for (const Placing& bad : {Placing{.at = Vec3d(nan, 0, 0)}, Placing{.at = Vec3d(0, nan, 0)}, Placing{.at = Vec3d(0, 1e16, 0)}, Placing{.scale = 0.0}, Placing{.scale = nan}, Placing{.scale = -1.0},
-                               Placing{.fit = 0.0}, Placing{.fit = 1e300}, Placing{.scale = 1.0, .fit = 1.0}})
+    for (const Placing& bad :
+         {Placing{.at = Vec3d(nan, 0, 0)}, Placing{.at = Vec3d(0, nan, 0)}, Placing{.at = Vec3d(0, 1e16, 0)},
+          Placing{.scale = 0.0}, Placing{.scale = nan}, Placing{.scale = -1.0}, Placing{.fit = 0.0},
+          Placing{.fit = 1e300}, Placing{.scale = 1.0, .fit = 1.0}})
         EXPECT_NE(placedFile(obj, bad).error, "");
-    EXPECT_NE(placedFile(point, Placing{.fit = 1.0}).error.find("no size"), std::string::npos) << placedFile(point, Placing{.fit = 1.0}).error;
+    EXPECT_NE(placedFile(point, Placing{.fit = 1.0}).error.find("no size"), std::string::npos)
+        << placedFile(point, Placing{.fit = 1.0}).error;
 }
 
 }  // namespace

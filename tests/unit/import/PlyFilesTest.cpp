@@ -1,4 +1,5 @@
-/// PLY files as they are written besides triangles and quads: strips, several elements of faces, rows that are none, vertices that stand nowhere.
+/// PLY files as they are written besides triangles and quads: strips, several elements of faces, rows that are none,
+/// vertices that stand nowhere.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -31,7 +32,9 @@ ShownPly shownPly(const std::string& bytes, bool verbatim = false) {
         const auto places = geometry->positions.as<float>();
         if (geometry->primitive == Geometry::kPoints) shown.points += places.size() / 3;
         const auto corners = geometry->indices.as<std::uint32_t>();
-        const auto at = [&](std::size_t corner) { return Vec2d(places[std::size_t{3} * corners[corner]], places[std::size_t{3} * corners[corner] + 1]); };
+        const auto at = [&](std::size_t corner) {
+            return Vec2d(places[std::size_t{3} * corners[corner]], places[std::size_t{3} * corners[corner] + 1]);
+        };
         for (std::size_t i = 0; i + 3 <= corners.size(); i += 3) {
             const Vec2d a = at(i + 1) - at(i), b = at(i + 2) - at(i);
             shown.area += 0.5 * (a.x() * b.y() - a.y() * b.x());
@@ -45,7 +48,8 @@ constexpr const char* kFormats[] = {"ascii", "binary_little_endian", "binary_big
 /// A file in any format, number by number.
 class PlyWriter {
 public:
-    PlyWriter(std::string format, const std::string& elements) : format_(std::move(format)), bytes_("ply\nformat " + format_ + " 1.0\n" + elements + "end_header\n") {}
+    PlyWriter(std::string format, const std::string& elements)
+        : format_(std::move(format)), bytes_("ply\nformat " + format_ + " 1.0\n" + elements + "end_header\n") {}
 
     template <typename... Numbers>
     PlyWriter& row(Numbers... numbers) {
@@ -92,31 +96,43 @@ PlyWriter ladder(const char* format, const std::string& elements) {
 TEST(PlyStrips, HaveAllTheirTriangles) {
     for (const char* format : kFormats) {
         SCOPED_TRACE(format);
-        const std::string ofOne = ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1, 2, 3, 4, 5}).bytes();
+        const std::string ofOne = ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n")
+                                      .list<std::int32_t>({0, 1, 2, 3, 4, 5})
+                                      .bytes();
         const ShownPly one = shownPly(ofOne);
         EXPECT_EQ(shownPly(ofOne, true).triangles, 4u) << "as bare geometry";
         EXPECT_EQ(one.triangles, 4u) << one.said;
         EXPECT_EQ(one.area, 2) << "every second one is turned around";
         EXPECT_FALSE(one.says("left out")) << one.said;
         // -1 begins a new strip, whose first triangle is not turned around; what names a vertex twice joins strips.
-        const ShownPly restarted = shownPly(ladder(format, "element tristrips 2\nproperty list uchar int vertex_indices\n")
-                                                .list<std::uint8_t>({0, 1, 2, 3, -1, 2, 3, 4, -1, -1, 0, 1, -1})
-                                                .list<std::uint8_t>({3, 5, 4, 4})
-                                                .bytes());
+        const ShownPly restarted =
+            shownPly(ladder(format, "element tristrips 2\nproperty list uchar int vertex_indices\n")
+                         .list<std::uint8_t>({0, 1, 2, 3, -1, 2, 3, 4, -1, -1, 0, 1, -1})
+                         .list<std::uint8_t>({3, 5, 4, 4})
+                         .bytes());
         EXPECT_EQ(restarted.triangles, 4u) << restarted.said;
         EXPECT_EQ(restarted.area, 2);
-        const ShownPly unsound = shownPly(ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1, 2, 3, 77}).bytes());
+        const ShownPly unsound = shownPly(ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n")
+                                              .list<std::int32_t>({0, 1, 2, 3, 77})
+                                              .bytes());
         EXPECT_EQ(unsound.triangles, 2u) << unsound.said;
-        EXPECT_TRUE(unsound.says("1 of 3 faces is left out; the first, number 2, names vertex 77 of 6")) << unsound.said;
+        EXPECT_TRUE(unsound.says("1 of 3 faces is left out; the first, number 2, names vertex 77 of 6"))
+            << unsound.said;
     }
 }
 
 TEST(PlyStrips, StandBesideFacesAndOtherElements) {
     for (const char* format : kFormats) {
         SCOPED_TRACE(format);
-        PlyWriter ply = ladder(format, "element face 2\nproperty uchar quality\nproperty list uchar int vertex_index\nelement camera 1\nproperty int view_px\nelement tristrips 2\n"
-                                       "property list int int vertex_indices\n");
-        ply.list<std::uint8_t>({0, 1, 3, 2}, {7}).list<std::uint8_t>({2, 3, 4}, {8}).row(5).list<std::int32_t>({3, 5, 4}).list<std::int32_t>({0, 1, 2, 3, 4, 5});
+        PlyWriter ply = ladder(format,
+                               "element face 2\nproperty uchar quality\nproperty list uchar int vertex_index\nelement "
+                               "camera 1\nproperty int view_px\nelement tristrips 2\n"
+                               "property list int int vertex_indices\n");
+        ply.list<std::uint8_t>({0, 1, 3, 2}, {7})
+            .list<std::uint8_t>({2, 3, 4}, {8})
+            .row(5)
+            .list<std::int32_t>({3, 5, 4})
+            .list<std::int32_t>({0, 1, 2, 3, 4, 5});
         const ShownPly shown = shownPly(ply.bytes());
         EXPECT_EQ(shown.triangles, 2u + 1 + 1 + 4) << shown.said;
         EXPECT_EQ(shown.area, 4);
@@ -126,7 +142,9 @@ TEST(PlyStrips, StandBesideFacesAndOtherElements) {
 }
 
 TEST(PlyStrips, OfTwoElementsOfFacesBothAreShown) {
-    PlyWriter ply = ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\nelement face 200\nproperty list uchar int vertex_indices\n");
+    PlyWriter ply = ladder("ascii",
+                           "element face 1\nproperty list uchar int vertex_indices\nelement face 200\nproperty list "
+                           "uchar int vertex_indices\n");
     ply.list<std::uint8_t>({0, 1, 2});
     for (int i = 0; i < 200; ++i) ply.list<std::uint8_t>({1, 3, 2});
     const ShownPly shown = shownPly(ply.bytes());
@@ -138,10 +156,14 @@ TEST(PlyStrips, OfTwoElementsOfFacesBothAreShown) {
 TEST(PlyStrips, ThatAreCutAreShownAsFarAsTheyAreWhole) {
     for (const char* format : kFormats) {
         SCOPED_TRACE(format);
-        const std::string all = ladder(format, "element tristrips 2\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1, 2, 3}).list<std::int32_t>({2, 3, 4, 5}).bytes();
+        const std::string all = ladder(format, "element tristrips 2\nproperty list int int vertex_indices\n")
+                                    .list<std::int32_t>({0, 1, 2, 3})
+                                    .list<std::int32_t>({2, 3, 4, 5})
+                                    .bytes();
         const ShownPly shown = shownPly(all.substr(0, all.size() - 3));
         EXPECT_EQ(shown.triangles, 2u) << shown.said;
-        EXPECT_TRUE(shown.says("its header announces 2 tristrips (line 7), and 1 of them is there: it is cut off")) << shown.said;
+        EXPECT_TRUE(shown.says("its header announces 2 tristrips (line 7), and 1 of them is there: it is cut off"))
+            << shown.said;
     }
 }
 
@@ -151,18 +173,25 @@ TEST(PlyRows, VerticesWithoutAPlaceAreRefused) {
         for (const char* each : {"x", "y", "z"})
             if (std::string_view(each) != missing) head += std::string("property float ") + each + "\n";
         const ShownPly shown = shownPly(head + "end_header\n0 0\n1 1\n");
-        EXPECT_TRUE(shown.refused && shown.says(fmt::format("'a.ply' cannot be read: line 4: the element vertex has no {}", missing))) << shown.said;
+        EXPECT_TRUE(shown.refused &&
+                    shown.says(fmt::format("'a.ply' cannot be read: line 4: the element vertex has no {}", missing)))
+            << shown.said;
     }
     const ShownPly none = shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty float quality\nend_header\n0\n");
     EXPECT_TRUE(none.refused && none.says("line 3: the element vertex has no x, y, z")) << none.said;
-    const ShownPly list = shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar float x\nproperty float y\nproperty float z\nend_header\n1 0 0 0\n");
+    const ShownPly list = shownPly(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar float x\nproperty float y\nproperty float "
+        "z\nend_header\n1 0 0 0\n");
     EXPECT_TRUE(list.refused && list.says("line 3: the element vertex has no x")) << list.said;
 }
 
 TEST(PlyRows, OfVerticesThatAreNoneAreRefusedByTheirLine) {
-    const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face "
+        "1\nproperty list uchar int vertex_indices\nend_header\n";
     const ShownPly few = shownPly(head + "0 0 0\n\n1 0\n0 1 0\n3 0 1 2\n");
-    EXPECT_TRUE(few.refused && few.says("'a.ply' cannot be read: line 12: this is no vertex: it has 2 numbers of 3")) << few.said;
+    EXPECT_TRUE(few.refused && few.says("'a.ply' cannot be read: line 12: this is no vertex: it has 2 numbers of 3"))
+        << few.said;
     const ShownPly word = shownPly(head + "0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n");
     EXPECT_TRUE(word.refused && word.says("line 11: this is no vertex: 'zero' is no number")) << word.said;
     EXPECT_EQ(shownPly(head + "0 0 0\n1. +0 -0e5\n0 1 0\n3 0 1 2\n").triangles, 1u);
@@ -170,14 +199,20 @@ TEST(PlyRows, OfVerticesThatAreNoneAreRefusedByTheirLine) {
 
 /// As an exporter left them that wrote the faces' list among what vertices have (assimp's issue 623).
 TEST(PlyRows, OfVerticesThatLackWhatIsNoPlaceAreShown) {
-    const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar uint vertex_indices\nend_header\n";
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty list "
+        "uchar uint vertex_indices\nend_header\n";
     const ShownPly shown = shownPly(head + "0 0 0\n1 0 0 2 3 4\n0 1 0\n");
     EXPECT_EQ(shown.points, 3u) << shown.said;
-    EXPECT_TRUE(shown.says("2 of 3 vertices have fewer numbers than the header asks for; the first, line 9: it has 3 numbers of 4")) << shown.said;
+    EXPECT_TRUE(shown.says(
+        "2 of 3 vertices have fewer numbers than the header asks for; the first, line 9: it has 3 numbers of 4"))
+        << shown.said;
 }
 
 TEST(PlyRows, OfFacesThatAreNoneAreLeftOutAndCounted) {
-    for (const auto& [row, why] : {std::pair("3 1 3", "it says 3 corners, and has 2"), std::pair("3 1 x 2", "'x' is no number"), std::pair("three 1 3 2", "'three' is no number of corners")}) {
+    for (const auto& [row, why] :
+         {std::pair("3 1 3", "it says 3 corners, and has 2"), std::pair("3 1 x 2", "'x' is no number"),
+          std::pair("three 1 3 2", "'three' is no number of corners")}) {
         std::string text = ladder("ascii", "element face 3\nproperty list uchar int vertex_indices\n").bytes();
         text += std::string("3 0 1 2\n") + row + "\n3 1 3 2\n";
         const ShownPly shown = shownPly(text);
@@ -185,8 +220,10 @@ TEST(PlyRows, OfFacesThatAreNoneAreLeftOutAndCounted) {
         EXPECT_EQ(shown.area, 1);
         EXPECT_TRUE(shown.says(std::string("1 of 3 faces is left out; the first, line 17: ") + why)) << shown.said;
     }
-    const ShownPly none = shownPly(ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\n").bytes() + "3 0 1\n");
-    EXPECT_TRUE(none.refused && none.says("1 of 1 faces is left out; the first, line 16: it says 3 corners, and has 2")) << none.said;
+    const ShownPly none =
+        shownPly(ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\n").bytes() + "3 0 1\n");
+    EXPECT_TRUE(none.refused && none.says("1 of 1 faces is left out; the first, line 16: it says 3 corners, and has 2"))
+        << none.said;
 }
 
 /// Assimp would make points of them, which are shown as balls.
@@ -194,28 +231,40 @@ TEST(PlyRows, OfFacesWithoutTwoCornersAreLeftOutAndCounted) {
     for (const char* const format : kFormats)
         for (const bool none : {false, true}) {
             PlyWriter file = ladder(format, "element face 3\nproperty list uchar int vertex_indices\n");
-            file.list<std::uint8_t>({0, 1, 2}).list<std::uint8_t>(none ? std::vector<std::int32_t>() : std::vector<std::int32_t>{3}).list<std::uint8_t>({1, 3, 2});
+            file.list<std::uint8_t>({0, 1, 2})
+                .list<std::uint8_t>(none ? std::vector<std::int32_t>() : std::vector<std::int32_t>{3})
+                .list<std::uint8_t>({1, 3, 2});
             const ShownPly shown = shownPly(file.bytes());
             EXPECT_EQ(shown.triangles, 2u) << format << shown.said;
             EXPECT_EQ(shown.points, 0u) << format;
-            EXPECT_TRUE(shown.says("1 of 3 faces is left out; the first, ") && shown.says(none ? "it has no corners" : "it has one corner")) << format << shown.said;
+            EXPECT_TRUE(shown.says("1 of 3 faces is left out; the first, ") &&
+                        shown.says(none ? "it has no corners" : "it has one corner"))
+                << format << shown.said;
         }
 }
 
 TEST(PlyStrips, WithoutATriangleAreNamed) {
     for (const char* const format : kFormats) {
         SCOPED_TRACE(format);
-        const ShownPly some = shownPly(ladder(format, "element tristrips 3\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1, 2, 3}).list<std::int32_t>({0, 1}).list<std::int32_t>({-1, -1, -1, -1}).bytes());
+        const ShownPly some = shownPly(ladder(format, "element tristrips 3\nproperty list int int vertex_indices\n")
+                                           .list<std::int32_t>({0, 1, 2, 3})
+                                           .list<std::int32_t>({0, 1})
+                                           .list<std::int32_t>({-1, -1, -1, -1})
+                                           .bytes());
         EXPECT_EQ(some.triangles, 2u) << some.said;
         EXPECT_TRUE(some.says("2 of 3 strips have no triangle; the first, number 1")) << some.said;
-        const ShownPly none = shownPly(ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n").list<std::int32_t>({0, 1}).bytes());
+        const ShownPly none = shownPly(ladder(format, "element tristrips 1\nproperty list int int vertex_indices\n")
+                                           .list<std::int32_t>({0, 1})
+                                           .bytes());
         EXPECT_TRUE(none.refused && none.says("1 of 1 strips has no triangle; the first, number 0")) << none.said;
     }
 }
 
 TEST(PlyRows, ThatGoOnBehindWhatTheHeaderAsksForAreNamed) {
-    const ShownPly shown = shownPly("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                                    "end_header\n0 0 0\n1 0 0 7\n0 1 0 7 8\n3 0 1 2 255\n");
+    const ShownPly shown = shownPly(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face "
+        "1\nproperty list uchar int vertex_indices\n"
+        "end_header\n0 0 0\n1 0 0 7\n0 1 0 7 8\n3 0 1 2 255\n");
     EXPECT_EQ(shown.triangles, 1u) << shown.said;
     EXPECT_TRUE(shown.says("what is behind all that 2 vertices need is left out (the first: line 11)")) << shown.said;
     EXPECT_TRUE(shown.says("what is behind all that 1 faces needs is left out (the first: line 13)")) << shown.said;
@@ -224,16 +273,25 @@ TEST(PlyRows, ThatGoOnBehindWhatTheHeaderAsksForAreNamed) {
 /// Assimp went on with the number before it, or took 0.
 TEST(PlyRows, OfTypesThatNobodyKnowsAreRefused) {
     for (const char* const format : kFormats)
-        for (const char* const property : {"property float128 z", "property int64 id", "property list uchar int64 more", "property list uint128 int more"}) {
-            const std::string elements = std::string("element vertex 1\nproperty float x\n") + property + "\nproperty float y\n";
-            const ShownPly shown = shownPly(PlyWriter(format, elements).row(0.0F, 1, 2.0F).bytes() + std::string(40, '\0'));
-            const std::string type = std::string_view(property).find("float128") != std::string::npos ? "float128" : std::string_view(property).find("uint128") != std::string::npos ? "uint128" : "int64";
-            EXPECT_TRUE(shown.refused && shown.says(fmt::format("'a.ply' cannot be read: line 5: the type '{}' of", type))) << format << " " << shown.said;
+        for (const char* const property : {"property float128 z", "property int64 id", "property list uchar int64 more",
+                                           "property list uint128 int more"}) {
+            const std::string elements =
+                std::string("element vertex 1\nproperty float x\n") + property + "\nproperty float y\n";
+            const ShownPly shown =
+                shownPly(PlyWriter(format, elements).row(0.0F, 1, 2.0F).bytes() + std::string(40, '\0'));
+            const std::string type = std::string_view(property).find("float128") != std::string::npos  ? "float128"
+                                     : std::string_view(property).find("uint128") != std::string::npos ? "uint128"
+                                                                                                       : "int64";
+            EXPECT_TRUE(shown.refused &&
+                        shown.says(fmt::format("'a.ply' cannot be read: line 5: the type '{}' of", type)))
+                << format << " " << shown.said;
         }
 }
 
 TEST(PlyRows, MayEndWithACarriageReturnAlone) {
-    std::string text = ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\n").list<std::uint8_t>({0, 1, 2}).bytes();
+    std::string text = ladder("ascii", "element face 1\nproperty list uchar int vertex_indices\n")
+                           .list<std::uint8_t>({0, 1, 2})
+                           .bytes();
     std::ranges::replace(text, '\n', '\r');
     const ShownPly shown = shownPly(text);
     EXPECT_EQ(shown.triangles, 1u) << shown.said;
@@ -245,24 +303,35 @@ TEST(PlyRows, OfColoursThatLackAChannelAreNamed) {
     const auto said = [](const std::string& properties, int numbers) {
         std::string row = "0 0 0";
         for (int i = 0; i < numbers; ++i) row += " 255";
-        return shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n" + properties + "end_header\n" + row + "\n").said;
+        return shownPly(
+                   "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n" +
+                   properties + "end_header\n" + row + "\n")
+            .said;
     };
-    const std::string red = "property uchar red\n", green = "property uchar green\n", blue = "property uchar blue\n", alpha = "property uchar alpha\n";
-    EXPECT_NE(said(red, 1).find("the colours of vertices have no green, blue: they are taken to be 0"), std::string::npos) << said(red, 1);
-    EXPECT_NE(said(red + blue, 2).find("the colours of vertices have no green: it is taken to be 0"), std::string::npos);
-    EXPECT_NE(said(alpha, 1).find("the colours of vertices have no red, green, blue: they are taken to be 0"), std::string::npos);
+    const std::string red = "property uchar red\n", green = "property uchar green\n", blue = "property uchar blue\n",
+                      alpha = "property uchar alpha\n";
+    EXPECT_NE(said(red, 1).find("the colours of vertices have no green, blue: they are taken to be 0"),
+              std::string::npos)
+        << said(red, 1);
+    EXPECT_NE(said(red + blue, 2).find("the colours of vertices have no green: it is taken to be 0"),
+              std::string::npos);
+    EXPECT_NE(said(alpha, 1).find("the colours of vertices have no red, green, blue: they are taken to be 0"),
+              std::string::npos);
     EXPECT_EQ(said(red + green + blue, 3).find("colours"), std::string::npos);
     EXPECT_EQ(said("", 0).find("colours"), std::string::npos);
 }
 
 TEST(PlyRows, OfVerticesThatSayOneNumberTwiceAreRefused) {
-    const ShownPly shown = shownPly("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float x\nend_header\n1 2 3 4\n");
+    const ShownPly shown = shownPly(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+        "x\nend_header\n1 2 3 4\n");
     EXPECT_TRUE(shown.refused && shown.says("line 7: the element vertex has this property already")) << shown.said;
 }
 
 TEST(PlyRows, BehindTheLastOneAreNamed) {
     const std::string elements = "element face 1\nproperty list uchar int vertex_indices\n";
-    const std::string text = ladder("ascii", elements).list<std::uint8_t>({0, 1, 2}).bytes(), binary = ladder("binary_little_endian", elements).list<std::uint8_t>({0, 1, 2}).bytes();
+    const std::string text = ladder("ascii", elements).list<std::uint8_t>({0, 1, 2}).bytes(),
+                      binary = ladder("binary_little_endian", elements).list<std::uint8_t>({0, 1, 2}).bytes();
     for (const char* blank : {"", "\n", "\r\n \n"}) {
         EXPECT_FALSE(shownPly(text + blank).says("left out")) << shownPly(text + blank).said;
         if (std::strlen(blank) < 2) {
@@ -276,7 +345,8 @@ TEST(PlyRows, BehindTheLastOneAreNamed) {
     EXPECT_EQ(bytes.triangles, 1u);
     EXPECT_TRUE(bytes.says("a.ply: 13 bytes behind all that its header announces are left out")) << bytes.said;
     const std::string cloud = ladder("binary_big_endian", "").bytes() + "more";
-    EXPECT_TRUE(shownPly(cloud).says("4 bytes behind all that its header announces are left out")) << shownPly(cloud).said;
+    EXPECT_TRUE(shownPly(cloud).says("4 bytes behind all that its header announces are left out"))
+        << shownPly(cloud).said;
     EXPECT_EQ(shownPly(cloud).points, 6u);
 }
 

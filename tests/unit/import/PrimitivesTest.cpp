@@ -43,7 +43,8 @@ double areaOf(const Geometry& geometry) {
 
 TEST(PrimitiveText, IsWhatItSays) {
     const auto text = [](const std::string& mesh) {
-        return importedWords("p.tsct", "mesh { name: \"m\" position: [0,0,0, 4,0,0, 4,4,0, 2,1,0, 0,4,0] " + mesh + " } node { geometry { mesh: \"m\" } }");
+        return importedWords("p.tsct", "mesh { name: \"m\" position: [0,0,0, 4,0,0, 4,4,0, 2,1,0, 0,4,0] " + mesh +
+                                           " } node { geometry { mesh: \"m\" } }");
     };
     const Geometry arrow = onlyGeometry(text("primitive: POLYGONS"));
     EXPECT_EQ(arrow.primitive, Geometry::kPolygons);
@@ -60,12 +61,13 @@ TEST(PrimitiveText, IsWhatItSays) {
     EXPECT_EQ(loop.lineWidth, 3.0F);
     EXPECT_EQ(drawableOf(Object::of(loop)).arrays().lines.sizeBytes(), 5u * 8);
 
-    for (const auto& [wrong, why] : {std::pair("primitive: POLYGONS length: [3,2]", "polygon 1 has 2 corners: it takes at least 3"),
-                                     {"primitive: QUADS", "5 corners are no whole number of quads"},
-                                     {"primitive: TRIANGLE_STRIPS length: [4]", "add up to 4 corners, but there are 5"},
-                                     {"primitive: TRIANGLE_FANS index: [0,1,5]", "index 5 of 5 vertices"},
-                                     {"primitive: LINE_STRIPS line_width: 65", "line_width is 65"},
-                                     {"primitive: TRIANGLES", "no whole number of triangles"}}) {
+    for (const auto& [wrong, why] :
+         {std::pair("primitive: POLYGONS length: [3,2]", "polygon 1 has 2 corners: it takes at least 3"),
+          {"primitive: QUADS", "5 corners are no whole number of quads"},
+          {"primitive: TRIANGLE_STRIPS length: [4]", "add up to 4 corners, but there are 5"},
+          {"primitive: TRIANGLE_FANS index: [0,1,5]", "index 5 of 5 vertices"},
+          {"primitive: LINE_STRIPS line_width: 65", "line_width is 65"},
+          {"primitive: TRIANGLES", "no whole number of triangles"}}) {
         const auto scene = text(wrong);
         ASSERT_FALSE(scene) << wrong;
         EXPECT_NE(scene.error().message.find(why), std::string::npos) << scene.error().message;
@@ -80,9 +82,11 @@ TEST(PrimitiveText, MeshesWithoutAnIndexTakeTheVerticesAsTheyStand) {
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_EQ(drawableOf(Object::of(*aspect.core<Geometry>("/two"))).triangleCount(), 2u);
-    scene = importedWords("p.tsct", R"(mesh { name: "odd" position: [0,0,0, 1,0,0] } node { geometry { mesh: "odd" } })");
+    scene =
+        importedWords("p.tsct", R"(mesh { name: "odd" position: [0,0,0, 1,0,0] } node { geometry { mesh: "odd" } })");
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("2 vertices are no whole number of triangles"), std::string::npos) << scene.error().message;
+    EXPECT_NE(scene.error().message.find("2 vertices are no whole number of triangles"), std::string::npos)
+        << scene.error().message;
 }
 
 /// A star of so many corners, every second one inwards: its area by the formula of a polygon, not by triangles.
@@ -91,7 +95,8 @@ struct StarFile {
     explicit StarFile(int count) {
         for (int i = 0; i < count; ++i) {
             const double angle = 2 * std::numbers::pi * i / count, radius = i % 2 == 0 ? 4 : 1;
-            corners.emplace_back(std::round(1000 * radius * std::cos(angle)) / 1000, std::round(1000 * radius * std::sin(angle)) / 1000);
+            corners.emplace_back(std::round(1000 * radius * std::cos(angle)) / 1000,
+                                 std::round(1000 * radius * std::sin(angle)) / 1000);
         }
     }
     [[nodiscard]] double area() const {
@@ -122,8 +127,11 @@ TEST(ConcaveFaces, OfForeignFilesHaveTheAreaThatTheyAreAround) {
         const std::pair<std::string, std::string> files[] = {
             {"star.obj", star.vertices("v ") + "f" + star.face(1)},
             {"star.off", fmt::format("OFF\n{} 1 0\n", n) + star.vertices("") + fmt::format("{}", n) + star.face(0)},
-            {"star.ply", fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                                     "property list int int vertex_indices\nend_header\n", n) + star.vertices("") + fmt::format("{}", n) + star.face(0)},
+            {"star.ply", fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float "
+                                     "y\nproperty float z\nelement face 1\n"
+                                     "property list int int vertex_indices\nend_header\n",
+                                     n) +
+                             star.vertices("") + fmt::format("{}", n) + star.face(0)},
         };
         for (const auto& [name, content] : files) {
             if (name == "star.off" && n > 9) continue;  // assimp 5.2.5 leaves out larger ones

@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* kProgrammed = R"(
     image { name: "a" uri: "a.tga" }
-    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "third" coarser: "over" coarser_below: 40
+    material { name: "m" fill: EDGES line_width: 2.5 point_size: 7 pass: "over" pass: "third" coarser: "over"
+      coarser_below: 40
                program { surface: "uniform vec3 tint;\n" "void surface(inout Surface s) {}" vertex: "" reach: 0.5 }
                uniform { name: "tint" value: [1, 0.5] } uniform { name: "map" image: "a" } }
     material { name: "over" fill: CORNERS coarser: "m" }
@@ -84,14 +85,17 @@ TEST(ProgramText, WhatIsWrongIsSaid) {
         {"uniform { name: \"x\" image: \"none\" }", "there is no image 'none'"},
     };
     for (const auto& [text, message] : wrong) {
-        const Expected<ImportedScene> scene = importProgrammed("material { name: \"m\" " + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
+        const Expected<ImportedScene> scene = importProgrammed(
+            "material { name: \"m\" " + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
         ASSERT_FALSE(scene) << text;
         EXPECT_NE(scene.error().message.find(message), std::string::npos) << scene.error().message;
     }
     // As long as the list of materials is, and no stack: named in words.
     std::string chain;
-    for (int i = 0; i < 100; ++i) chain += "material { name: \"m" + std::to_string(i) + "\" coarser: \"m" + std::to_string(i + 1) + "\" }\n";
-    const Expected<ImportedScene> scene = importProgrammed(chain + "material { name: \"m100\" }\nnode { material: \"m0\" box { size { x: 1 y: 1 z: 1 } } }");
+    for (int i = 0; i < 100; ++i)
+        chain += "material { name: \"m" + std::to_string(i) + "\" coarser: \"m" + std::to_string(i + 1) + "\" }\n";
+    const Expected<ImportedScene> scene = importProgrammed(
+        chain + "material { name: \"m100\" }\nnode { material: \"m0\" box { size { x: 1 y: 1 z: 1 } } }");
     ASSERT_FALSE(scene);
     EXPECT_NE(scene.error().message.find("64 times in a row"), std::string::npos) << scene.error().message;
 }

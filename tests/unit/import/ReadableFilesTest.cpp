@@ -17,7 +17,8 @@ protected:
         std::string pattern = testing::TempDir() + "tessera-readable-XXXXXX";
         folder_ = fs::canonical(::mkdtemp(pattern.data()));
         for (const char* name : {"models/parts", "models-of-others", "assets"}) fs::create_directories(folder_ / name);
-        for (const char* name : {"models/a.obj", "models/parts/b.obj", "models-of-others/c.obj", "assets/d.obj", "e.obj"})
+        for (const char* name :
+             {"models/a.obj", "models/parts/b.obj", "models-of-others/c.obj", "assets/d.obj", "e.obj"})
             std::ofstream(folder_ / name) << "v 0 0 0\n";
         fs::create_symlink(folder_ / "e.obj", folder_ / "models" / "out.obj");
         fs::create_symlink(folder_ / "models-of-others", folder_ / "models" / "others");
@@ -36,7 +37,8 @@ TEST_F(ReadableFiles, LieBelowAFolderThatIsAllowedOrAreAssets) {
     EXPECT_EQ(ask("models/parts/../parts/b.obj").value(), (folder_ / "models/parts/b.obj").string());
     EXPECT_EQ(ask("way-in/a.obj").value(), (folder_ / "models/a.obj").string()) << "as it is, not as it is called";
     EXPECT_EQ(ask("assets/d.obj").value(), (folder_ / "assets/d.obj").string());
-    EXPECT_EQ(readableFile("asset://crate.glb", {}).value(), "asset://crate.glb") << "looked for among the assets alone";
+    EXPECT_EQ(readableFile("asset://crate.glb", {}).value(), "asset://crate.glb")
+        << "looked for among the assets alone";
     EXPECT_TRUE(ask("models/nothing.obj")) << "that it is not there says whoever reads it";
     where_.folders = {(folder_ / "way-in").string()};
     EXPECT_TRUE(ask("models/a.obj")) << "the folder may be named by a link";
@@ -70,19 +72,25 @@ TEST(Assets, AreLoadedByTheirNameAlone) {
 
 TEST(SceneTexts, ThatAreNoUtf8NameThePlace) {
     const Scratch scratch;
-    const auto refusal = [&](const std::string& text) { return messageOf(importScene(scratch.write("odd.tsct", text), kRootNode, importOptions())); };
+    const auto refusal = [&](const std::string& text) {
+        return messageOf(importScene(scratch.write("odd.tsct", text), kRootNode, importOptions()));
+    };
     const std::string path = scratch.path("odd.tsct");
     EXPECT_EQ(refusal("node {\n  name: \"Caf\xE9\" }"), path + ":2:3: this name is no UTF-8");
     EXPECT_EQ(refusal("node {\n  node { name: \"\\377\" } }"), path + ":2:10: this name is no UTF-8");
     EXPECT_EQ(refusal("image { name: \"i\"\n face: [\"a\", \"\xC0\x80\"] }"), path + ":1:1: this face is no UTF-8");
-    EXPECT_EQ(refusal("saved { root: 1 object { number: 1 child: 2 node {} }\n object { number: 2 node { name: \"\xFF\" } } }"), path + ":2:28: this name is no UTF-8");
+    EXPECT_EQ(
+        refusal(
+            "saved { root: 1 object { number: 1 child: 2 node {} }\n object { number: 2 node { name: \"\xFF\" } } }"),
+        path + ":2:28: this name is no UTF-8");
     // Where nobody reads it as letters it may stand.
     EXPECT_EQ(refusal("# Caf\xE9\nnode { application_data { key: \"a\" data: \"\xE9\" } }"), "(imported)");
 }
 
 TEST(SceneTexts, MayBeginWithAByteOrderMark) {
     const Scratch scratch;
-    const Expected<ImportedScene> scene = importScene(scratch.write("marked.tsct", "\xEF\xBB\xBFnode { name: \"a\" }"), kRootNode, importOptions());
+    const Expected<ImportedScene> scene =
+        importScene(scratch.write("marked.tsct", "\xEF\xBB\xBFnode { name: \"a\" }"), kRootNode, importOptions());
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->nodes, 1u);
 }

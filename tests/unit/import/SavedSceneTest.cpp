@@ -97,7 +97,8 @@ TEST(SavedScene, OfEveryShippedFileIsTheSameWhenReadBack) {
 
 TEST(SavedScene, OfRealModelsIsTheSameWhenReadBack) {
     std::vector<std::string> found;
-    for (const std::string& folder : {std::string(TESSERA_SOURCE_DIR "/tests/data/models"), testData(), std::string(kDebianModels)}) {
+    for (const std::string& folder :
+         {std::string(TESSERA_SOURCE_DIR "/tests/data/models"), testData(), std::string(kDebianModels)}) {
         if (folder.empty() || !std::filesystem::exists(folder)) continue;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
             if ((entry.path().extension() == ".glb" || entry.path().extension() == ".gltf") &&
@@ -144,7 +145,9 @@ TEST(SavedScene, KeepsSharingTheRootsCoreAndWhatIsReferredTo) {
         // The root has a core, so it comes back as a node of its own; nobody asked for the node that was lost.
         ASSERT_EQ(back->tops.size(), 1u);
         EXPECT_EQ(back->nodes, 6u);
-        EXPECT_TRUE(hasNote(*back, "object 1 (Node): it is the root, and has a name or a core, as no root has: it stands below the root, and all paths are a level deeper"))
+        EXPECT_TRUE(hasNote(*back,
+                            "object 1 (Node): it is the root, and has a name or a core, as no root has: it stands "
+                            "below the root, and all paths are a level deeper"))
             << fmt::format("{}", fmt::join(back->notes, "\n"));
         const ImportedAspect again(std::move(*back));
         ASSERT_EQ(again->root().children.size(), 1u);
@@ -162,8 +165,8 @@ TEST(SavedScene, StandsBesideWhatAuthorsWrite) {
     const Expected<std::string> text = writeScene(scene, SceneEncoding::kText);
     ASSERT_TRUE(text);
     const Expected<ImportedScene> both =
-        importScene(scratch.write("both.tsct", *text + "node { name: \"written\" box { size { x: 1 y: 1 z: 1 } } }"), kRootNode,
-                    importOptions());
+        importScene(scratch.write("both.tsct", *text + "node { name: \"written\" box { size { x: 1 y: 1 z: 1 } } }"),
+                    kRootNode, importOptions());
     ASSERT_TRUE(both) << both.error().message;
     EXPECT_EQ(both->tops.size(), 2u);
     const ImportedAspect aspect(*both);
@@ -182,10 +185,13 @@ TEST(SavedScene, SaysWhereInATextItIsWrong) {
     };
     const std::string root = "saved { root: 1\n  object { number: 1 child: 2 node {} }\n  ";
     says(root + "object { number: 2 node { nam: \"x\" } } }", ":3:32: Node has no 'nam'; did you mean 'name'?");
-    says(root + "object { number: 2 node { core: 9 } } }", ":3:3: object 2 (Node): core names object 9, which does not exist");
-    says(root + "object { number: 2 node { core: 1 } } }", ":3:3: object 2 (Node): core names object 1, which is of type Node");
+    says(root + "object { number: 2 node { core: 9 } } }",
+         ":3:3: object 2 (Node): core names object 9, which does not exist");
+    says(root + "object { number: 2 node { core: 1 } } }",
+         ":3:3: object 2 (Node): core names object 1, which is of type Node");
     says(root + "object { number: 2 transform {} } }", ":2:3: object 1 (Node): its child 2 is no Node of this file");
-    says(root + "object { number: 2 child: 2 node {} } }", ":3:3: object 2 (Node): it has two parents, or is a child twice");
+    says(root + "object { number: 2 child: 2 node {} } }",
+         ":3:3: object 2 (Node): it has two parents, or is a child twice");
     says(root + "object { number: 1 node {} } }", ":3:3: object 1 (Node): its number is there twice");
     says(root + "object { number: 2 node {} } object { number: 3 transform { scale: [1, 2] } } }",
          ":3:32: object 3 (Transform): scale has 2 numbers, not 3");
@@ -194,8 +200,10 @@ TEST(SavedScene, SaysWhereInATextItIsWrong) {
     says(root + "object { number: 2 node {} } object { number: 3 motion { keys: 1 } } }",
          ":3:32: object 3 (Motion): keys names array 1, which does not exist");
     says("saved { object { number: 1 node {} } }", ": what it saved has no root: 'root' must be the number of a Node");
-    says("saved { root: 1 object { number: 1 node {} } object { number: 2 child: 3 node {} } object { number: 3 child: 2 node {} } }",
-         ": some of its nodes are below themselves");
+    says(
+        "saved { root: 1 object { number: 1 node {} } object { number: 2 child: 3 node {} } object { number: 3 child: "
+        "2 node {} } }",
+        ": some of its nodes are below themselves");
 }
 
 TEST(SavedScene, OfAnArrayThatIsNotHereIsRefused) {
@@ -227,7 +235,8 @@ TEST(SavedScene, TakesThePlaceOfTheFileAndNothingElse) {
     std::filesystem::create_symlink("/dev/full", scratch.path("full.tsc"));
     const Expected<void> refused = saveScene(scratch.path("full.tsc"), Aspect());
     ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().message, scratch.path("full.tsc") + ": cannot write there: this is a folder, device, pipe or socket");
+    EXPECT_EQ(refused.error().message,
+              scratch.path("full.tsc") + ": cannot write there: this is a folder, device, pipe or socket");
     EXPECT_TRUE(std::filesystem::is_symlink(scratch.path("full.tsc")));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("")), {}), 4);
 }
@@ -300,7 +309,8 @@ TEST(SavedScene, MayHaveMoreNodesThanAuthorsMayWrite) {
     std::string text = "saved { root: 1 object { number: 1 child: [2, 3] node {} }\n";
     for (std::uint64_t parent : {2, 3}) {
         text += fmt::format("object {{ number: {} node {{}} child: [", parent);
-        for (std::uint64_t i = 0; i < kEach; ++i) text += fmt::format("{}{}", i ? "," : "", 4 + (parent - 2) * kEach + i);
+        for (std::uint64_t i = 0; i < kEach; ++i)
+            text += fmt::format("{}{}", i ? "," : "", 4 + (parent - 2) * kEach + i);
         text += "] }\n";
     }
     for (std::uint64_t i = 0; i < 2 * kEach; ++i) text += fmt::format("object {{ number: {} node {{}} }}\n", 4 + i);
@@ -351,8 +361,7 @@ TEST(SavedScene, OfANewerVersionKeepsWhatIsNotUnderstood) {
     const std::string later = field(877, "anything" + number(1, 2));
     const std::string saved = field(1, number(1, 7) + number(2, 3) + field(101, "")) +
                               field(1, number(1, 3) + number(2, 9) + field(101, field(1, "new") + number(2, 4))) +
-                              field(1, number(1, 4) + later) +
-                              field(1, number(1, 9) + field(101, number(2, 5))) +
+                              field(1, number(1, 4) + later) + field(1, number(1, 9) + field(101, number(2, 5))) +
                               field(1, number(1, 5) + field(103, field(50, "more"))) + number(2, 7) + field(60, "also");
     const std::string file = field(16, saved) + field(15, "first array") + field(15, "second array") + field(99, "top");
     const Scratch scratch;
@@ -372,8 +381,9 @@ TEST(SavedScene, OfANewerVersionKeepsWhatIsNotUnderstood) {
     const std::string kept = contentOf(scratch.path("kept.tsc"));
     EXPECT_EQ(kept, contentOf(scratch.path("again.tsc")));
     // Numbers are those of the file, and everything that is not understood is there, as are the refs to it.
-    for (const std::string& part : {later, number(1, 4), field(50, "more"), field(60, "also"), field(99, "top"),
-                                    field(15, "first array") + field(15, "second array"), field(1, "new") + number(2, 4)})
+    for (const std::string& part :
+         {later, number(1, 4), field(50, "more"), field(60, "also"), field(99, "top"),
+          field(15, "first array") + field(15, "second array"), field(1, "new") + number(2, 4)})
         EXPECT_NE(kept.find(part), std::string::npos) << testing::PrintToString(part);
 }
 
@@ -439,16 +449,18 @@ TEST(SavedScene, KeepsWordsOfANewerVersion) {
 TEST(SavedScene, NamesWhatANewerVersionWroteBesideIt) {
     const Scratch scratch;
     const std::string beside = number(9, 1) + field(34, "beside");
-    const std::string saved = field(1, number(1, 1) + number(2, 2) + field(101, "")) +
-                              field(1, number(1, 2) + field(101, "")) + number(2, 1);
+    const std::string saved =
+        field(1, number(1, 1) + number(2, 2) + field(101, "")) + field(1, number(1, 2) + field(101, "")) + number(2, 1);
     const std::string authored = field(6, field(1, "written"));
     for (const std::string& what : {field(16, saved), authored}) {
         const std::string first = scratch.write("newer.tsc", what + beside + field(15, "array"));
-        for (const auto& [from, to] : {std::pair(first, "kept.tsct"), std::pair(scratch.path("kept.tsct"), "kept.tsc")}) {
+        for (const auto& [from, to] :
+             {std::pair(first, "kept.tsct"), std::pair(scratch.path("kept.tsct"), "kept.tsc")}) {
             const std::vector<std::string> notes = convert(from, scratch.path(to));
             ASSERT_EQ(notes.size(), 1u);
             EXPECT_NE(notes[0].find(": a newer version of Tessera wrote fields beside what it saved: not understood"),
-                      std::string::npos) << notes[0];
+                      std::string::npos)
+                << notes[0];
         }
         const std::string kept = contentOf(scratch.path("kept.tsc"));
         EXPECT_NE(kept.find(field(15, "array") + beside), std::string::npos);
@@ -469,7 +481,8 @@ TEST(SavedScene, NamesWhatANewerVersionAddedToWhatAuthorsWrite) {
     ASSERT_EQ(scene->notes.size(), 3u);
     for (const std::string part : {"field 9 of Box", "field 99 of Node", "mode 9 of Motion"})
         EXPECT_TRUE(std::any_of(scene->notes.begin(), scene->notes.end(), [&](const std::string& note) {
-            return note.find("a newer version of Tessera wrote " + part + ": not understood, left out") != std::string::npos;
+            return note.find("a newer version of Tessera wrote " + part + ": not understood, left out") !=
+                   std::string::npos;
         })) << part;
     EXPECT_EQ(scene->triangles, 12u);
 }
@@ -485,14 +498,15 @@ TEST(SavedScene, IsRefusedWhereItsQuotedPartsAreDamaged) {
         EXPECT_EQ(scene.error().code, ErrorCode::kBadInput);
     };
     refused(saved + "later_file: \"\\377\" }", ":2:3: what later_file quotes is damaged");
-    refused(saved + "later_file: \"\\202\\001\\000\\202\\001\\002\\020\\001\" }", ":2:3: what later_file quotes is damaged");  // saved
+    refused(saved + "later_file: \"\\202\\001\\000\\202\\001\\002\\020\\001\" }",
+            ":2:3: what later_file quotes is damaged");  // saved
     refused(saved + "later: \"\\377\" }", ":2:3: what later quotes is damaged");
     refused(saved + "later_file: \"\\063\\064\" }", ":2:3: what later_file quotes is damaged");  // groups
     // As if it stood there: a second object with the number.
     refused(saved + "later: \"\\n\\005\\010\\001\\252\\006\\000\" }", ": object 1 (Node): its number is there twice");
     // In a binary file nothing needs quoting, but somebody may.
-    const std::string binary =
-        scratch.write("quoted.tsc", field(16, field(1, number(1, 1) + field(101, "")) + number(2, 1) + field(4, "\xff")));
+    const std::string binary = scratch.write(
+        "quoted.tsc", field(16, field(1, number(1, 1) + field(101, "")) + number(2, 1) + field(4, "\xff")));
     EXPECT_EQ(messageOf(importScene(binary, kRootNode, importOptions())), binary + ": what it saved is damaged");
     const std::string known = scratch.write(
         "known.tsc", field(16, field(1, number(1, 1) + field(101, "")) + number(2, 1) + field(4, field(6, "\xff"))));

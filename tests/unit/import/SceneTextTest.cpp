@@ -103,7 +103,8 @@ TEST(SceneText, ReadsWhatFollowsFromTheTableOfTypes) {
 TEST(SceneText, InstancesShareGeometryAndMaterialButNotTransforms) {
     Expected<ImportedScene> scene = importText(R"(
         material { name: "red" base_color { r: 1 } }
-        definition { name: "wheel" node { name: "wheel" material: "red" transform { rotation { axis { x: 1 } angle_deg: 90 } } torus { ring_radius: 1 pipe_radius: 0.2 } } }
+        definition { name: "wheel" node { name: "wheel" material: "red"
+          transform { rotation { axis { x: 1 } angle_deg: 90 } } torus { ring_radius: 1 pipe_radius: 0.2 } } }
         node { name: "front" instance: "wheel" }
         node { name: "back" transform { translation { z: 4 } } instance: "wheel" })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -116,10 +117,14 @@ TEST(SceneText, InstancesShareGeometryAndMaterialButNotTransforms) {
 
 TEST(SceneText, GivesInstancesTheirOwnMaterialWhereTheDefinitionNamesNone) {
     Expected<ImportedScene> scene = importText(R"(
-        material { name: "ivory" base_color { g: 1 } } material { name: "ebony" base_color { b: 1 } } material { name: "felt" base_color { r: 1 } }
+        material { name: "ivory" base_color { g: 1 } } material { name: "ebony" base_color { b: 1 } }
+          material { name: "felt" base_color { r: 1 } }
         definition { name: "head" node { name: "ball" sphere { radius: 1 } } }
-        definition { name: "pawn" node { name: "stem" cylinder { radius: 1 height: 2 } } node { name: "foot" material: "felt" cylinder { radius: 1 height: 2 } } node { name: "top" instance: "head" } }
-        node { name: "white" material: "ivory" node { name: "pawn" repeat { count: 2 step { x: 3 } } instance: "pawn" } }
+        definition { name: "pawn" node { name: "stem" cylinder { radius: 1 height: 2 } }
+          node { name: "foot" material: "felt" cylinder { radius: 1 height: 2 } }
+          node { name: "top" instance: "head" } }
+        node { name: "white" material: "ivory" node { name: "pawn" repeat { count: 2 step { x: 3 } }
+          instance: "pawn" } }
         node { name: "black" material: "ebony" instance: "pawn" }
         node { name: "plain" instance: "pawn" })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -142,7 +147,8 @@ TEST(SceneText, FindsMotionTargetsAndInterestsByName) {
     Expected<ImportedScene> scene = importText(R"(
         node { name: "hall"
           node { name: "crane" transform {} node { name: "load" box { size { x: 1 y: 1 z: 1 } } }
-            node { name: "drive" motion { mode: PING_PONG key { time: 0 } key { time: 2 transform { translation { x: 3 } uniform_scale: 2 } } } } }
+            node { name: "drive" motion { mode: PING_PONG key { time: 0 }
+              key { time: 2 transform { translation { x: 3 } uniform_scale: 2 } } } } }
           node { name: "pusher" motion { target: "crane" paused: true key { time: 0.5 } } }
           node { name: "guard" interest { object: "crane" against: "/hall/wall" response: REPORT } }
           node { name: "wall" } })");
@@ -172,9 +178,11 @@ TEST(SceneText, ReadsEverythingThatAnInterestSays) {
     Expected<ImportedScene> scene = importText(R"(
         node { name: "a" } node { name: "b" }
         node { name: "plain" interest { object: "a" } }
-        node { name: "full" interest { object: "a" against: "b" response: BOUNCE mode: DISTANCE most_faces: 7 disabled: true
+        node { name: "full" interest { object: "a" against: "b" response: BOUNCE mode: DISTANCE most_faces: 7
+          disabled: true
                object_layers: 6 against_layers: -8 threshold: 0.25 show_points: true show_faces: true patience: 3 } }
-        node { name: "brief" interest { object: "a" response: ROLLBACK mode: DYNAMIC yes_or_no: true show_normals: true } }
+        node { name: "brief" interest { object: "a" response: ROLLBACK mode: DYNAMIC yes_or_no: true
+          show_normals: true } }
         node { name: "slide" interest { object: "a" response: SLIDE mode: STATIC } }
         node { name: "ask" interest { object: "a" response: ASK mode: IGNORE } })");
     ASSERT_TRUE(scene) << messageOf(scene);
@@ -216,9 +224,11 @@ TEST(SceneText, ReadsEverythingThatACollisionObjectSays) {
         node { name: "air" environment { gravity { y: -9.81 z: 0.5 } } }
         node { name: "bolt" transform {} collision_object {} }
         node { name: "plate" node { name: "slab" box { size { x: 1 y: 1 z: 1 } } } }
-        node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY shape: DISTANCE_FIELD layers: 10
+        node { name: "body" collision_object { node: "plate/slab" kind: STATIC division: EACH_GEOMETRY
+          shape: DISTANCE_FIELD layers: 10
                restitution: 0.9 friction: 2 level: 7 error: 1.5 velocity { x: 1 y: 2 z: 3 } spin { y: -4 } } }
-        node { name: "nut" transform {} node { name: "body" collision_object { kind: DEFORMING division: EACH_CHILD layers: 0 } } }
+        node { name: "nut" transform {} node { name: "body"
+          collision_object { kind: DEFORMING division: EACH_CHILD layers: 0 } } }
         node { name: "ball" transform {} node { name: "body" collision_object { mass: 2.5 } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
@@ -300,7 +310,8 @@ TEST(SceneText, WritesThousandsOfBodiesInAFewLines) {
         node { name: "pour" node { transform {} repeat { count: 25 step { y: 1 } }
           node { transform {} repeat { count: 20 step { z: 1 } }
             node { name: "body" transform {} repeat { count: 20 step { x: 1 } }
-              node { box { size { x: 0.5 y: 0.5 z: 0.5 } } } node { collision_object { mass: 1 shape: HULL } } } } } })");
+              node { box { size { x: 0.5 y: 0.5 z: 0.5 } } }
+                node { collision_object { mass: 1 shape: HULL } } } } } })");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->geometries, 1u);
     const ImportedAspect aspect(std::move(*scene));
@@ -319,7 +330,8 @@ TEST(SceneText, SaysOnceWhereAMassMeansNothing) {
 node { name: "parts" transform {} repeat { count: 3 step { x: 1 } } collision_object { mass: 1 division: EACH_CHILD } }
 node { name: "still" node { name: "body" collision_object { node: "still" mass: 1 } } }
 node { name: "flat" transform { scale { y: 2 } } node { transform { scale { y: 0.5 } } collision_object { mass: 1 } } }
-node { name: "even" transform { uniform_scale: 2 } node { transform { scale { y: 3 } } collision_object { mass: 1 } } })");
+node { name: "even" transform { uniform_scale: 2 }
+  node { transform { scale { y: 3 } } collision_object { mass: 1 } } })");
     const Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
     ASSERT_TRUE(scene) << messageOf(scene);
     const std::vector<std::string> expected = {
@@ -332,9 +344,11 @@ node { name: "even" transform { uniform_scale: 2 } node { transform { scale { y:
 
 TEST(SceneText, HoldsLightsCameraSwitchEnvironmentAndWrittenOutMeshes) {
     Expected<ImportedScene> scene = importText(R"(
-        mesh { name: "flag" position: [0,0,0, 1,0,0, 0,1,0] texcoord: [0,1, 1,1, 0,0] color: [0xff0000ff, 0x00ff0080, 0x0000ffff] index: [0,1,2] }
+        mesh { name: "flag" position: [0,0,0, 1,0,0, 0,1,0] texcoord: [0,1, 1,1, 0,0]
+          color: [0xff0000ff, 0x00ff0080, 0x0000ffff] index: [0,1,2] }
         node { name: "flag" geometry { mesh: "flag" } }
-        node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -90 } } directional_light { color { r: 1 g: 0.5 } intensity: 3 } }
+        node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -90 } }
+          directional_light { color { r: 1 g: 0.5 } intensity: 3 } }
         node { name: "lamp" point_light { range: 7 } }
         node { name: "eye" transform { translation { z: 9 } } camera { world_units_per_metre: 2.5 } }
         node { name: "choice" switch { choice: 1 } node { name: "a" } node { name: "b" } }

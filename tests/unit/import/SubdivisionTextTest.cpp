@@ -9,18 +9,24 @@
 namespace tessera {
 namespace {
 
-const std::string kCube = "points: [-1,-1,-1, 1,-1,-1, 1,1,-1, -1,1,-1, -1,-1,1, 1,-1,1, 1,1,1, -1,1,1] "
-                          "face_vertices: [0,3,2,1, 4,5,6,7, 0,1,5,4, 2,3,7,6, 1,2,6,5, 0,4,7,3] ";
+const std::string kCube =
+    "points: [-1,-1,-1, 1,-1,-1, 1,1,-1, -1,1,-1, -1,-1,1, 1,-1,1, 1,1,1, -1,1,1] "
+    "face_vertices: [0,3,2,1, 4,5,6,7, 0,1,5,4, 2,3,7,6, 1,2,6,5, 0,4,7,3] ";
 
 Expected<ImportedScene> importedSurface(const std::string& fields) {
     const Scratch scratch;
-    return importScene(scratch.write("surface.tsct", "material { name: \"red\" }\nnode { name: \"top\" material: \"red\"\n  node { name: \"skin\" subdivision_surface { " + fields + " } } }\n"), kRootNode,
-                       importOptions());
+    return importScene(scratch.write("surface.tsct",
+                                     "material { name: \"red\" }\nnode { name: \"top\" material: \"red\"\n  node { "
+                                     "name: \"skin\" subdivision_surface { " +
+                                         fields + " } } }\n"),
+                       kRootNode, importOptions());
 }
 
 TEST(SubdivisionText, SaysAllThatTheCoreHolds) {
-    Expected<ImportedScene> scene = importedSurface(kCube + "creases: [4,5, 5,6] crease_sharpness: [2.5, 10] corners: [0] corner_sharpness: [3] holes: [1] "
-                                                            "boundary: EDGE_AND_CORNER crease_method: CHAIKIN triangles: SMOOTH level: 2");
+    Expected<ImportedScene> scene =
+        importedSurface(kCube +
+                        "creases: [4,5, 5,6] crease_sharpness: [2.5, 10] corners: [0] corner_sharpness: [3] holes: [1] "
+                        "boundary: EDGE_AND_CORNER crease_method: CHAIKIN triangles: SMOOTH level: 2");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
     EXPECT_EQ(scene->geometries, 1u);
@@ -45,7 +51,8 @@ TEST(SubdivisionText, SaysAllThatTheCoreHolds) {
 }
 
 TEST(SubdivisionText, HasDefaultsAndOtherSchemes) {
-    Expected<ImportedScene> scene = importedSurface("scheme: LOOP points: [0,0,0, 1,0,0, 0,1,0, 0,0,1] face_vertices: [0,2,1, 0,1,3, 1,2,3, 2,0,3]");
+    Expected<ImportedScene> scene = importedSurface(
+        "scheme: LOOP points: [0,0,0, 1,0,0, 0,1,0, 0,0,1] face_vertices: [0,2,1, 0,1,3, 1,2,3, 2,0,3]");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 4u * 64) << "level 3";
     scene = importedSurface(kCube + "scheme: BILINEAR level: 0");
@@ -72,9 +79,12 @@ TEST(SubdivisionText, IsRefusedWithFileLineAndColumn) {
 
 TEST(SubdivisionText, EqualSurfacesAreOneCore) {
     const Scratch scratch;
-    Expected<ImportedScene> scene = importScene(
-        scratch.write("twins.tsct", fmt::format("definition {{ name: \"cube\" node {{ subdivision_surface {{ {} }} }} }}\nnode {{ repeat {{ count: 5 step {{ x: 3 }} }} instance: \"cube\" }}", kCube)), kRootNode,
-        importOptions());
+    Expected<ImportedScene> scene =
+        importScene(scratch.write("twins.tsct",
+                                  fmt::format("definition {{ name: \"cube\" node {{ subdivision_surface {{ {} }} }} "
+                                              "}}\nnode {{ repeat {{ count: 5 step {{ x: 3 }} }} instance: \"cube\" }}",
+                                              kCube)),
+                    kRootNode, importOptions());
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->geometries, 1u);
     EXPECT_EQ(scene->triangles, 5u * 6 * 128);

@@ -22,7 +22,8 @@ Pixels randomPixels(std::mt19937& random, std::size_t count) {
     Pixels pixels(4 * count);
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t c = 0; c < 4; ++c)
-            pixels[4 * i + c] = i > 0 && random() % 3 != 0 ? pixels[4 * (i - 1) + c] : static_cast<std::uint8_t>(2 + random() % 253);
+            pixels[4 * i + c] =
+                i > 0 && random() % 3 != 0 ? pixels[4 * (i - 1) + c] : static_cast<std::uint8_t>(2 + random() % 253);
     return pixels;
 }
 
@@ -175,28 +176,32 @@ TEST(Surroundings, TakeAnImageInASceneText) {
 TEST(Surroundings, SayWhatIsWrongWithTheirImage) {
     std::mt19937 random(4);
     const Scratch scratch;
-    const auto error = [&](const std::string& text) { return messageOf(importScene(scratch.write("scene.tsct", text), kRootNode, importOptions())); };
+    const auto error = [&](const std::string& text) {
+        return messageOf(importScene(scratch.write("scene.tsct", text), kRootNode, importOptions()));
+    };
     scratch.write("studio.hdr", headOf(16, 16) + flat(randomPixels(random, 256)));
     const Expected<ImportedScene> square = importScene(scratch.write("scene.tsct", kText), kRootNode, importOptions());
     ASSERT_TRUE(square) << messageOf(square);
     ASSERT_EQ(square->faults.size(), 1u);
     EXPECT_NE(square->faults[0].find("twice as wide as high"), std::string::npos) << square->faults[0];
-    EXPECT_NE(error("node { environment { image: \"nowhere\" } }").find("there is no image 'nowhere'"), std::string::npos);
+    EXPECT_NE(error("node { environment { image: \"nowhere\" } }").find("there is no image 'nowhere'"),
+              std::string::npos);
     EXPECT_NE(error("node { environment { strength: -1 } }").find("strength"), std::string::npos);
 }
 
 // Light that takes light away is none: in a text, and in an edit.
 TEST(Surroundings, AndLightsBelowNothingAreRefused) {
-    const std::pair<const char*, const char*> cases[] = {{"directional_light { color { r: 1 g: -0.5 } }", "color must be at least 0, not -0.5"},
-                                                         {"directional_light { intensity: -2 }", "intensity must be at least 0, not -2"},
-                                                         {"point_light { color { b: -1e-9 } }", "color must be at least 0"},
-                                                         {"point_light { intensity: -1 }", "intensity must be at least 0, not -1"},
-                                                         {"point_light { range: -1 }", "range must be at least 0, not -1"},
-                                                         {"spot_light { color { r: -3 } }", "color must be at least 0, not -3"},
-                                                         {"spot_light { intensity: -1 }", "intensity must be at least 0, not -1"},
-                                                         {"environment { sky { r: -1 } }", "sky must be at least 0, not -1"},
-                                                         {"environment { ground { g: -1 } }", "ground must be at least 0, not -1"},
-                                                         {"environment { background { b: -1 } }", "background must be at least 0, not -1"}};
+    const std::pair<const char*, const char*> cases[] = {
+        {"directional_light { color { r: 1 g: -0.5 } }", "color must be at least 0, not -0.5"},
+        {"directional_light { intensity: -2 }", "intensity must be at least 0, not -2"},
+        {"point_light { color { b: -1e-9 } }", "color must be at least 0"},
+        {"point_light { intensity: -1 }", "intensity must be at least 0, not -1"},
+        {"point_light { range: -1 }", "range must be at least 0, not -1"},
+        {"spot_light { color { r: -3 } }", "color must be at least 0, not -3"},
+        {"spot_light { intensity: -1 }", "intensity must be at least 0, not -1"},
+        {"environment { sky { r: -1 } }", "sky must be at least 0, not -1"},
+        {"environment { ground { g: -1 } }", "ground must be at least 0, not -1"},
+        {"environment { background { b: -1 } }", "background must be at least 0, not -1"}};
     const Scratch scratch;
     for (const auto& [core, why] : cases) {
         const std::string path = scratch.write("scene.tsct", fmt::format("node {{ name: \"x\" {} }}", core));

@@ -15,12 +15,14 @@
 namespace tessera {
 namespace {
 
-constexpr const char* kPaintedTriangle = "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n";
+constexpr const char* kPaintedTriangle =
+    "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\nf 1/1 2/2 3/3\n";
 
 /// The first number of the image that an OBJ's material shows, whose file it names so; -1: none.
 int shownBy(const Scratch& scratch, const std::string& name, std::vector<std::string>* notes = nullptr) {
     scratch.write("model/paint.mtl", "newmtl paint\nKd 1 1 1\nmap_Kd " + name + "\n");
-    Expected<ImportedScene> scene = importScene(scratch.write("model/model.obj", kPaintedTriangle), kRootNode, importOptions());
+    Expected<ImportedScene> scene =
+        importScene(scratch.write("model/model.obj", kPaintedTriangle), kRootNode, importOptions());
     EXPECT_TRUE(scene) << messageOf(scene);
     if (!scene) return -2;
     if (notes) *notes = scene->notes;
@@ -36,9 +38,15 @@ TEST(FoundTextures, ByTheirLastPartInAnyCaseBelowTheModelsFolder) {
     const Scratch scratch;
     scratch.write("model/textures/Wood.PNG", ofValue(7));
     std::vector<std::string> notes;
-    for (const char* name : {"C:\\maps\\wood.png", "..\\..\\maps\\WOOD.png", "wood.PNG", "/home/somebody/wood.png", "textures\\wood.png"}) {
+    for (const char* name : {"C:\\maps\\wood.png", "..\\..\\maps\\WOOD.png", "wood.PNG", "/home/somebody/wood.png",
+                             "textures\\wood.png"}) {
         EXPECT_EQ(shownBy(scratch, name, &notes), 7) << name;
-        EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) { return note.find("was found as 'textures/Wood.PNG'") != std::string::npos; }), 1) << name;
+        EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                                [](const std::string& note) {
+                                    return note.find("was found as 'textures/Wood.PNG'") != std::string::npos;
+                                }),
+                  1)
+            << name;
     }
     EXPECT_EQ(shownBy(scratch, "textures/Wood.PNG", &notes), 7);
     EXPECT_TRUE(notes.empty()) << "it stands where the file says";
@@ -60,15 +68,18 @@ TEST(FoundTextures, NothingOutsideOfTheModelsFolder) {
     scratch.write("wood.png", ofValue(9));
     std::filesystem::create_directories(scratch.path("model/maps"));
     std::filesystem::create_symlink(scratch.path("wood.png"), scratch.path("model/maps/wood.png"));
-    for (const char* name : {"../wood.png", "..\\wood.png", "wood.png", "maps/wood.png"}) EXPECT_EQ(shownBy(scratch, name), -1) << name;
+    for (const char* name : {"../wood.png", "..\\wood.png", "wood.png", "maps/wood.png"})
+        EXPECT_EQ(shownBy(scratch, name), -1) << name;
 }
 
 /// A texture of these sources, whose images are the files a.tga, b.ktx2, c.dds.
 Expected<ImportedScene> texturedGltf(const Scratch& scratch, const std::string& texture, const std::string& more = "") {
     GltfText gltf;
-    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3), coordinates = gltf.floats({0, 0, 1, 0, 0, 1}, "VEC2", 2);
+    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3),
+              coordinates = gltf.floats({0, 0, 1, 0, 0, 1}, "VEC2", 2);
     scratch.write("a.tga", ofValue(7));
-    scratch.write("b.ktx2", std::string("\xABKTX 20\xBB\r\n\x1A\n", 12) + std::string(32, '\0') + '\1' + std::string(100, '\0'));
+    scratch.write("b.ktx2",
+                  std::string("\xABKTX 20\xBB\r\n\x1A\n", 12) + std::string(32, '\0') + '\1' + std::string(100, '\0'));
     std::string dds(128, '\0');
     const auto put = [&dds](std::size_t at, const std::string& bytes) { dds.replace(at, bytes.size(), bytes); };
     put(0, "DDS ");
@@ -76,7 +87,8 @@ Expected<ImportedScene> texturedGltf(const Scratch& scratch, const std::string& 
     put(84, "DXT1");
     scratch.write("c.dds", dds + std::string(8, '\x11'));
     const std::string rest = fmt::format(
-        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"TEXCOORD_0":{}}},"material":0}}]}}],
         "textures":[{}],"images":[{{"uri":"a.tga"}},{{"uri":"b.ktx2"}},{{"uri":"c.dds"}}]{})",
         positions, coordinates, texture, more);
@@ -85,7 +97,9 @@ Expected<ImportedScene> texturedGltf(const Scratch& scratch, const std::string& 
 
 TEST(GltfTextures, DdsComesBeforeTheOtherImage) {
     const Scratch scratch;
-    Expected<ImportedScene> scene = texturedGltf(scratch, R"({"source":0,"extensions":{"MSFT_texture_dds":{"source":2}}})", R"(,"extensionsUsed":["MSFT_texture_dds"])");
+    Expected<ImportedScene> scene =
+        texturedGltf(scratch, R"({"source":0,"extensions":{"MSFT_texture_dds":{"source":2}}})",
+                     R"(,"extensionsUsed":["MSFT_texture_dds"])");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(scene->notes.empty());
     const ImportedAspect aspect(std::move(*scene));
@@ -95,8 +109,10 @@ TEST(GltfTextures, DdsComesBeforeTheOtherImage) {
 
 TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
     const Scratch scratch;
-    const std::string required = R"(,"extensionsUsed":["KHR_texture_basisu"],"extensionsRequired":["KHR_texture_basisu"])";
-    Expected<ImportedScene> scene = texturedGltf(scratch, R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
+    const std::string required =
+        R"(,"extensionsUsed":["KHR_texture_basisu"],"extensionsRequired":["KHR_texture_basisu"])";
+    Expected<ImportedScene> scene =
+        texturedGltf(scratch, R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_TRUE(hasNote(*scene, "image 1 is left out: a KTX2 texture of BasisLZ, which is not read"));
     {
@@ -114,8 +130,10 @@ TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
 /// A scene whose surroundings are the image: images that nothing shows are left out.
 Expected<ImportedScene> withImage(const Scratch& scratch, const std::string& image, bool surroundings = true) {
     const std::string use = surroundings ? "node { environment { image: \"i\" } }"
-                                         : "material { name: \"m\" base_color_image: \"i\" } node { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }";
-    return importScene(scratch.write("scene.tsct", "image { name: \"i\" " + image + " }\n" + use + "\n"), kRootNode, importOptions());
+                                         : "material { name: \"m\" base_color_image: \"i\" } node { material: \"m\" "
+                                           "box { size { x: 1 y: 1 z: 1 } } }";
+    return importScene(scratch.write("scene.tsct", "image { name: \"i\" " + image + " }\n" + use + "\n"), kRootNode,
+                       importOptions());
 }
 
 TEST(ImageShapes, ACubeIsSixFilesOrOneOfSixBelowEachOther) {
@@ -124,7 +142,8 @@ TEST(ImageShapes, ACubeIsSixFilesOrOneOfSixBelowEachOther) {
     std::string below("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\6\0\40\50", 18);
     for (int i = 0; i < 6; ++i) below += std::string(3, static_cast<char>(10 * i)) + '\xff';
     scratch.write("below.tga", below);
-    for (const std::string& said : {std::string(R"(face: ["0.tga", "1.tga", "2.tga", "3.tga", "4.tga", "5.tga"])"), std::string(R"(uri: "below.tga" shape: CUBE)")}) {
+    for (const std::string& said : {std::string(R"(face: ["0.tga", "1.tga", "2.tga", "3.tga", "4.tga", "5.tga"])"),
+                                    std::string(R"(uri: "below.tga" shape: CUBE)")}) {
         Expected<ImportedScene> scene = withImage(scratch, said);
         ASSERT_TRUE(scene) << messageOf(scene);
         const ImportedAspect aspect(std::move(*scene));
@@ -144,7 +163,8 @@ TEST(ImageShapes, ASolidIsCutAndALineIsOneRow) {
     below += std::string(24, '\x20');
     scratch.write("below.tga", below);
     scratch.write("row.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
-    Expected<ImportedScene> solid = withImage(scratch, R"(uri: "below.tga" shape: SOLID depth_px: 3 wrap_w: MIRROR)", false);
+    Expected<ImportedScene> solid =
+        withImage(scratch, R"(uri: "below.tga" shape: SOLID depth_px: 3 wrap_w: MIRROR)", false);
     ASSERT_TRUE(solid) << messageOf(solid);
     const ImportedAspect aspect(std::move(*solid));
     const Image& image = *allOf<Image>(aspect).at(0);
@@ -166,7 +186,8 @@ image { name: "gone" uri: "nowhere.png" }
   image { name: "broken" uri: "broken.png" }
 image { name: "face" face: ["one.tga", "one.tga", "one.tga", "lost.tga", "one.tga", "one.tga"] }
 image { name: "screen" uri: "still.png" }
-material { name: "m" base_color_image: "gone" normal_image: "there" layer { image: "broken" } layer { image: "there" mode: DECAL }
+material { name: "m" base_color_image: "gone" normal_image: "there" layer { image: "broken" }
+  layer { image: "there" mode: DECAL }
   uniform { name: "a" image: "gone" } uniform { name: "b" value: 3 } }
 material { name: "film" base_color_image: "screen" }
 node { name: "box" material: "m" box { size { x: 1 y: 1 z: 1 } } }
@@ -178,7 +199,9 @@ node { movie { image: "screen" file: "film.avi" } })");
     const std::string path = scratch.path("sea.tsct");
     const std::vector<std::string> faults = scene->faults;
     ASSERT_EQ(faults.size(), 4u);
-    EXPECT_EQ(faults[0], path + ":2:1: the image 'gone' cannot be had: 'nowhere.png': No such file or directory; what names it is drawn without");
+    EXPECT_EQ(faults[0], path +
+                             ":2:1: the image 'gone' cannot be had: 'nowhere.png': No such file or directory; what "
+                             "names it is drawn without");
     EXPECT_TRUE(faults[1].starts_with(path + ":3:3: the image 'broken' cannot be had: 'broken.png': ")) << faults[1];
     EXPECT_TRUE(faults[2].starts_with(path + ":4:1: the image 'face' cannot be had: 'lost.tga': ")) << faults[2];
     EXPECT_TRUE(faults[3].starts_with(path + ":5:1: the image 'screen' cannot be had: ")) << faults[3];
@@ -210,27 +233,34 @@ TEST(ImageShapes, WhatTheTextMayNotSayIsRefusedInWords) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     const auto refusal = [&](const std::string& said) { return messageOf(withImage(scratch, said)); };
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("scene.tsct:1:1: an image has a uri or six faces"), std::string::npos);
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])").find("'../one.tga' leads out of"), std::string::npos);
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("scene.tsct:1:1: an image has a uri or six faces"),
+              std::string::npos);
+    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])")
+                  .find("'../one.tga' leads out of"),
+              std::string::npos);
 }
 
 TEST(ImageShapes, APictureOfAnotherShapeCostsItselfAlone) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     scratch.write("two.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
-    const std::string uses[] = {"node { environment { image: \"i\" } }", "material { name: \"m\" base_color_image: \"i\" }\n"};
+    const std::string uses[] = {"node { environment { image: \"i\" } }",
+                                "material { name: \"m\" base_color_image: \"i\" }\n"};
     const std::pair<const char*, const char*> wrong[] = {
-        {R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])", "'two.tga' is not of the size and kind of 'one.tga'"},
-        {R"(face: ["two.tga", "two.tga", "two.tga", "two.tga", "two.tga", "two.tga"])", "a CUBE is of squares, not of 2 × 1 pixels"},
+        {R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])",
+         "'two.tga' is not of the size and kind of 'one.tga'"},
+        {R"(face: ["two.tga", "two.tga", "two.tga", "two.tga", "two.tga", "two.tga"])",
+         "a CUBE is of squares, not of 2 × 1 pixels"},
         {R"(uri: "two.tga" shape: CUBE)", "2 × 1 pixels are not 6 pictures below each other"},
         {R"(uri: "two.tga" shape: SOLID depth_px: 2)", "2 × 1 pixels are not 2 pictures below each other"},
         {"", "it names no file"},
         {"shape: CUBE", "it names no file"}};
     for (const std::string& use : uses)
         for (const auto& [said, why] : wrong) {
-            const std::string path = scratch.write("scene.tsct", "\n image { name: \"i\" " + std::string(said) + " }\n" + use +
-                                                                     "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n" +
-                                                                     (use.starts_with("node") ? "material { name: \"m\" }" : ""));
+            const std::string path = scratch.write(
+                "scene.tsct", "\n image { name: \"i\" " + std::string(said) + " }\n" + use +
+                                  "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n" +
+                                  (use.starts_with("node") ? "material { name: \"m\" }" : ""));
             Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
             ASSERT_TRUE(scene) << messageOf(scene);
             ASSERT_EQ(scene->faults.size(), 1u) << said;
@@ -248,17 +278,20 @@ TEST(ImageShapes, SurroundingsOfAnotherShapeAreShownWithoutTheirPicture) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     // What lies all around cannot be a row, or a square; a surface can have either.
-    const std::pair<const char*, const char*> wrong[] = {{R"(uri: "one.tga" shape: LINE)", "it is neither flat nor a cube"},
-                                                         {R"(uri: "one.tga")", "1 × 1 pixels are not about twice as wide as high"}};
+    const std::pair<const char*, const char*> wrong[] = {
+        {R"(uri: "one.tga" shape: LINE)", "it is neither flat nor a cube"},
+        {R"(uri: "one.tga")", "1 × 1 pixels are not about twice as wide as high"}};
     for (const auto& [said, why] : wrong) {
         const std::string image = std::string("image { name: \"i\" ") + said + " }\n";
-        const std::string path = scratch.write("scene.tsct", image + "material { name: \"m\" base_color_image: \"i\" }\n" +
-                                                                 "node { repeat { count: 3 } node { environment { image: \"i\" } } }\n" +
-                                                                 "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n");
+        const std::string path =
+            scratch.write("scene.tsct", image + "material { name: \"m\" base_color_image: \"i\" }\n" +
+                                            "node { repeat { count: 3 } node { environment { image: \"i\" } } }\n" +
+                                            "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n");
         Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
         ASSERT_TRUE(scene) << messageOf(scene);
         ASSERT_EQ(scene->faults.size(), 1u) << said;
-        EXPECT_EQ(scene->faults[0], path + ":3:35: the surroundings' image 'i' cannot be had: " + why + "; they are shown without");
+        EXPECT_EQ(scene->faults[0],
+                  path + ":3:35: the surroundings' image 'i' cannot be had: " + why + "; they are shown without");
         const ImportedAspect aspect(std::move(*scene));
         EXPECT_TRUE(aspect->get<Material>(aspect.core<Geometry>("/box")->material)->baseColorImage);
         EXPECT_EQ(allOf<Environment>(aspect).size(), 3u);

@@ -15,7 +15,9 @@
 namespace tessera {
 namespace {
 
-Expected<VolumeData> volumeIn(const Scratch& scratch, const std::string& name) { return readVolumeFile(FolderFiles(std::filesystem::path(scratch.path("x")).parent_path().string(), 1 << 20), name); }
+Expected<VolumeData> volumeIn(const Scratch& scratch, const std::string& name) {
+    return readVolumeFile(FolderFiles(std::filesystem::path(scratch.path("x")).parent_path().string(), 1 << 20), name);
+}
 
 template <typename Number>
 std::string packedNumbers(std::initializer_list<double> numbers, bool bigEndian = false) {
@@ -31,7 +33,8 @@ std::string packedNumbers(std::initializer_list<double> numbers, bool bigEndian 
 }
 
 std::string metaHeader(const std::string& type, const std::string& more, const std::string& size = "2 2 2") {
-    return fmt::format("ObjectType = Image\nNDims = 3\nDimSize = {}\nElementType = {}\n{}\nElementDataFile = LOCAL\n", size, type, more);
+    return fmt::format("ObjectType = Image\nNDims = 3\nDimSize = {}\nElementType = {}\n{}\nElementDataFile = LOCAL\n",
+                       size, type, more);
 }
 
 void expectEight(const Expected<VolumeData>& volume, VoxelFormat format, const std::array<double, 8>& numbers) {
@@ -44,30 +47,50 @@ void expectEight(const Expected<VolumeData>& volume, VoxelFormat format, const s
 
 TEST(VolumeFiles, HoldEveryFormatOfNumbers) {
     const Scratch scratch;
-    const std::array<double, 8> small{0, 1, 2, 3, 100, 101, 127, 5}, with{-3, 1, 2, 3, 100, -101, 127, 5}, large{-70000, 1, 2, 3, 100, 3.5e6, 127, 5};
+    const std::array<double, 8> small{0, 1, 2, 3, 100, 101, 127, 5}, with{-3, 1, 2, 3, 100, -101, 127, 5},
+        large{-70000, 1, 2, 3, 100, 3.5e6, 127, 5};
     const auto mha = [&](const std::string& type, const std::string& more, const std::string& bytes) {
         scratch.write("a.mha", metaHeader(type, more) + bytes);
         return volumeIn(scratch, "a.mha");
     };
-    expectEight(mha("MET_UCHAR", "", packedNumbers<std::uint8_t>({0, 1, 2, 3, 100, 101, 127, 5})), VoxelFormat::kUint8, small);
-    expectEight(mha("MET_USHORT", "", packedNumbers<std::uint16_t>({0, 1, 2, 3, 100, 101, 127, 5})), VoxelFormat::kUint16, small);
-    expectEight(mha("MET_SHORT", "ElementByteOrderMSB = True", packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}, true)), VoxelFormat::kInt16, with);
-    expectEight(mha("MET_CHAR", "", packedNumbers<std::int8_t>({-3, 1, 2, 3, 100, -101, 127, 5})), VoxelFormat::kFloat, with);
-    expectEight(mha("MET_INT", "BinaryDataByteOrderMSB = True", packedNumbers<std::int32_t>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5}, true)), VoxelFormat::kFloat, large);
-    expectEight(mha("MET_FLOAT", "HeaderSize = 3", "xyz" + packedNumbers<float>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5})), VoxelFormat::kFloat, large);
-    expectEight(mha("MET_DOUBLE", "HeaderSize = -1", "any thing" + packedNumbers<double>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5})), VoxelFormat::kFloat, large);
-    const std::string vtk = "# vtk DataFile Version 3.0\ntitle\n{}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nSPACING 1 2 3\nORIGIN 4 5 6\nPOINT_DATA 8\nSCALARS s {}\nLOOKUP_TABLE default\n";
-    scratch.write("a.vtk", fmt::format(fmt::runtime(vtk), "BINARY", "short 1") + packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}, true));
+    expectEight(mha("MET_UCHAR", "", packedNumbers<std::uint8_t>({0, 1, 2, 3, 100, 101, 127, 5})), VoxelFormat::kUint8,
+                small);
+    expectEight(mha("MET_USHORT", "", packedNumbers<std::uint16_t>({0, 1, 2, 3, 100, 101, 127, 5})),
+                VoxelFormat::kUint16, small);
+    expectEight(mha("MET_SHORT", "ElementByteOrderMSB = True",
+                    packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}, true)),
+                VoxelFormat::kInt16, with);
+    expectEight(mha("MET_CHAR", "", packedNumbers<std::int8_t>({-3, 1, 2, 3, 100, -101, 127, 5})), VoxelFormat::kFloat,
+                with);
+    expectEight(mha("MET_INT", "BinaryDataByteOrderMSB = True",
+                    packedNumbers<std::int32_t>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5}, true)),
+                VoxelFormat::kFloat, large);
+    expectEight(mha("MET_FLOAT", "HeaderSize = 3", "xyz" + packedNumbers<float>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5})),
+                VoxelFormat::kFloat, large);
+    expectEight(mha("MET_DOUBLE", "HeaderSize = -1",
+                    "any thing" + packedNumbers<double>({-70000, 1, 2, 3, 100, 3.5e6, 127, 5})),
+                VoxelFormat::kFloat, large);
+    const std::string vtk =
+        "# vtk DataFile Version 3.0\ntitle\n{}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nSPACING 1 2 3\nORIGIN 4 5 "
+        "6\nPOINT_DATA 8\nSCALARS s {}\nLOOKUP_TABLE default\n";
+    scratch.write("a.vtk", fmt::format(fmt::runtime(vtk), "BINARY", "short 1") +
+                               packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}, true));
     const Expected<VolumeData> placed = volumeIn(scratch, "a.vtk");
     expectEight(placed, VoxelFormat::kInt16, with);
     EXPECT_EQ(placed->spacing, Vec3d(1, 2, 3));
     EXPECT_EQ(placed->origin, Vec3d(4, 5, 6));
     scratch.write("a.vtk", fmt::format(fmt::runtime(vtk), "ASCII", "float") + "-3 1 2 3\n100 -101 1.27e2 5");
     expectEight(volumeIn(scratch, "a.vtk"), VoxelFormat::kFloat, with);
-    scratch.write("a.nrrd", "NRRD0004\n# made by hand\ntype: short\ndimension: 3\nsizes: 2 2 2\nendian: little\nencoding: raw\n\n" + packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}));
+    scratch.write(
+        "a.nrrd",
+        "NRRD0004\n# made by hand\ntype: short\ndimension: 3\nsizes: 2 2 2\nendian: little\nencoding: raw\n\n" +
+            packedNumbers<std::int16_t>({-3, 1, 2, 3, 100, -101, 127, 5}));
     expectEight(volumeIn(scratch, "a.nrrd"), VoxelFormat::kInt16, with);
     // Runs: 3 of 7, then one by itself; the second slice one by one.
-    scratch.write("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n1 1 Xrgb5 X\x03\x07\x81\x09") + '\0' + "6 X\x84" "abcd" + '\0');
+    scratch.write("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n1 1 Xrgb5 X\x03\x07\x81\x09") + '\0' +
+                               "6 X\x84"
+                               "abcd" +
+                               '\0');
     expectEight(volumeIn(scratch, "a.slc"), VoxelFormat::kUint8, {7, 7, 7, 9, 'a', 'b', 'c', 'd'});
 }
 
@@ -76,14 +99,17 @@ TEST(VolumeFiles, ThatLieAreRefusedInWords) {
     const std::string eight(8, 'x'), vtk = "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET ";
     scratch.write("short.raw", "1234");
     outside.write("other.raw", eight);
-    const auto expectRefused = [&](const std::string& name, const std::string& bytes, ErrorCode code, const char* words) {
+    const auto expectRefused = [&](const std::string& name, const std::string& bytes, ErrorCode code,
+                                   const char* words) {
         scratch.write(name, bytes);
         const Expected<VolumeData> volume = volumeIn(scratch, name);
         ASSERT_FALSE(volume) << words;
         EXPECT_EQ(volume.error().code, code) << volume.error().message;
         EXPECT_NE(volume.error().message.find(words), std::string::npos) << volume.error().message;
     };
-    const auto meta = [&](const std::string& more, const char* words, ErrorCode code = ErrorCode::kBadInput) { expectRefused("a.mhd", more + eight, code, words); };
+    const auto meta = [&](const std::string& more, const char* words, ErrorCode code = ErrorCode::kBadInput) {
+        expectRefused("a.mhd", more + eight, code, words);
+    };
     meta("NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n", "ElementDataFile");
     meta(metaHeader("MET_UCHAR", "", "3 2 2"), "ends too early: 3 x 2 x 2 voxels have 12 bytes, and 8 are there");
     meta(metaHeader("MET_UCHAR", "", "2 2"), "DimSize");
@@ -102,19 +128,27 @@ TEST(VolumeFiles, ThatLieAreRefusedInWords) {
     expectRefused("a.mhd", beside + "short.raw\n", ErrorCode::kBadInput, "4 are there");
     expectRefused("a.mhd", beside + "none.raw\n", ErrorCode::kNotFound, "none.raw");
     expectRefused("a.mhd", beside + outside.path("other.raw") + "\n", ErrorCode::kRefused, "folder");
-    expectRefused("a.mhd", beside + "../" + std::filesystem::path(outside.path("x")).parent_path().filename().string() + "/other.raw\n", ErrorCode::kRefused, "folder");
+    expectRefused(
+        "a.mhd",
+        beside + "../" + std::filesystem::path(outside.path("x")).parent_path().filename().string() + "/other.raw\n",
+        ErrorCode::kRefused, "folder");
     expectRefused("a.mhd", beside + "LIST\n", ErrorCode::kUnsupported, "list");
     expectRefused("a.vtk", "vtk", ErrorCode::kBadInput, "begins with");
     expectRefused("a.vtk", vtk + "POLYDATA\nPOINTS 0 float\n", ErrorCode::kUnsupported, "POLYDATA");
-    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 9\n", ErrorCode::kBadInput, "POINT_DATA");
-    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s float 3\n", ErrorCode::kUnsupported, "several");
-    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\n", ErrorCode::kBadInput, "ends before its SCALARS");
+    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 9\n", ErrorCode::kBadInput,
+                  "POINT_DATA");
+    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s float 3\n",
+                  ErrorCode::kUnsupported, "several");
+    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\n", ErrorCode::kBadInput,
+                  "ends before its SCALARS");
     expectRefused("a.slc", "11112\n", ErrorCode::kBadInput, "11111");
     expectRefused("a.slc", "11111\n2 2 2 16\n1 1 1\n0 0 0 0\n0 0 X", ErrorCode::kUnsupported, "16 bits");
     expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 0\n70 70 X" + eight, ErrorCode::kBadInput, "small picture");
     expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X9999 X" + eight, ErrorCode::kBadInput, "slice 0");
-    expectRefused("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X3 X\x05\x07") + '\0', ErrorCode::kBadInput, "runs of slice 0");
-    expectRefused("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: gzip\n\n" + eight, ErrorCode::kUnsupported, "gzip");
+    expectRefused("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X3 X\x05\x07") + '\0', ErrorCode::kBadInput,
+                  "runs of slice 0");
+    expectRefused("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: gzip\n\n" + eight,
+                  ErrorCode::kUnsupported, "gzip");
 }
 
 // Damaged here or there: an error or a volume as large as it says, never a crash.
@@ -124,11 +158,15 @@ TEST(VolumeFiles, ThatAreDamagedAnywhereEndInWords) {
     const std::string numbers(27, 'n');
     const std::pair<const char*, std::string> whole[] = {
         {"a.mha", metaHeader("MET_UCHAR", "ElementSpacing = 1 2 3", "3 3 3") + numbers},
-        {"a.vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 3 3\nSPACING 1 1 1\nPOINT_DATA 27\nSCALARS s char\nLOOKUP_TABLE default\n" + numbers},
+        {"a.vtk",
+         "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 3 3\nSPACING 1 1 "
+         "1\nPOINT_DATA 27\nSCALARS s char\nLOOKUP_TABLE default\n" +
+             numbers},
         {"a.slc", std::string("11111\n3 3 2 8\n1 1 1\n0 0 0 1\n1 1 Xrgb3 X\x09\x07") + '\0' + "3 X\x09\x08" + '\0'},
         {"a.nrrd", "NRRD0004\ntype: double\ndimension: 3\nsizes: 2 2 2\nencoding: text\n\n1 2 3 4 5 6 7 8"}};
     for (unsigned seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=VolumeFiles.ThatAreDamaged*", seed));
+        SCOPED_TRACE(
+            fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=VolumeFiles.ThatAreDamaged*", seed));
         std::mt19937 random(seed);
         const Scratch scratch;
         int read = 0;
@@ -137,8 +175,11 @@ TEST(VolumeFiles, ThatAreDamagedAnywhereEndInWords) {
             std::string damaged = bytes;
             for (std::size_t times = 1 + random() % 3; times > 0; --times) {
                 const std::size_t at = random() % damaged.size();
-                if (random() % 4 == 0) damaged.resize(at + 1);
-                else damaged[at] = random() % 2 == 0 ? static_cast<char>(random() % 256) : "0123456789 \n-X"[random() % 14];
+                if (random() % 4 == 0)
+                    damaged.resize(at + 1);
+                else
+                    damaged[at] =
+                        random() % 2 == 0 ? static_cast<char>(random() % 256) : "0123456789 \n-X"[random() % 14];
             }
             scratch.write(name, damaged);
             const Expected<VolumeData> volume = volumeIn(scratch, name);
@@ -160,7 +201,8 @@ TEST(VolumeFiles, OfTheWorldAreReadWithASurface) {
         std::int64_t x, y, z;
         double spacing;
     };
-    for (const Known& known : {Known{"HeadMRVolume.mhd", 48, 62, 42, 4}, Known{"bolt.slc", 70, 123, 66, 1}, Known{"neghip.slc", 66, 66, 66, 1}, Known{"ironProt.vtk", 68, 68, 68, 1}}) {
+    for (const Known& known : {Known{"HeadMRVolume.mhd", 48, 62, 42, 4}, Known{"bolt.slc", 70, 123, 66, 1},
+                               Known{"neghip.slc", 66, 66, 66, 1}, Known{"ironProt.vtk", 68, 68, 68, 1}}) {
         SCOPED_TRACE(known.name);
         Expected<ImportedScene> scene = importScene(testData() + "/volume/" + known.name, kRootNode, importOptions());
         ASSERT_TRUE(scene) << messageOf(scene);
@@ -183,14 +225,19 @@ TEST(VolumeFiles, OfTheWorldAreReadWithASurface) {
 }
 
 Expected<ImportedScene> importedContent(const Scratch& scratch, const std::string& content) {
-    return importScene(scratch.write("a.tsct", "material { name: \"red\" }\nnode { name: \"n\" material: \"red\"\n  " + content + " }\n"), kRootNode, importOptions());
+    return importScene(scratch.write("a.tsct", "material { name: \"red\" }\nnode { name: \"n\" material: \"red\"\n  " +
+                                                   content + " }\n"),
+                       kRootNode, importOptions());
 }
 
 TEST(VolumeText, SaysAllThatTheCoreHolds) {
     const Scratch scratch;
-    scratch.write("in/field.mha", metaHeader("MET_UCHAR", "ElementSpacing = 1 2 3") + std::string("\x00\x01\x02\x03\x04\x05\x06\x64", 8));
-    Expected<ImportedScene> scene = importedContent(scratch, "volume { file: \"in/field.mha\" transfer: [0xFF000000, 0x00FF00FF] high: 50 mode: SLICES slices: [0,0,1,2, 1,0,0,0.5] "
-                                                          "clip_planes: [0,1,0,1] step: 0.25 shaded: false thickness: 3 }");
+    scratch.write("in/field.mha", metaHeader("MET_UCHAR", "ElementSpacing = 1 2 3") +
+                                      std::string("\x00\x01\x02\x03\x04\x05\x06\x64", 8));
+    Expected<ImportedScene> scene = importedContent(scratch,
+                                                    "volume { file: \"in/field.mha\" transfer: [0xFF000000, "
+                                                    "0x00FF00FF] high: 50 mode: SLICES slices: [0,0,1,2, 1,0,0,0.5] "
+                                                    "clip_planes: [0,1,0,1] step: 0.25 shaded: false thickness: 3 }");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     const auto* volume = aspect.core<Volume>("/n");
@@ -212,13 +259,17 @@ TEST(VolumeText, SaysAllThatTheCoreHolds) {
     scratch.write("in/two.raw", "12345678");
     const Expected<ImportedScene> beside = importedContent(scratch, "volume { file: \"in/two.mhd\" }");
     EXPECT_TRUE(beside) << messageOf(beside);
-    EXPECT_TRUE(importedContent(scratch, "volume { voxels: [0,0,0,0,1,1,1,1] size_x: 2 size_y: 2 size_z: 2 surface_value: 0.5 high: 1 }"));
+    EXPECT_TRUE(importedContent(
+        scratch, "volume { voxels: [0,0,0,0,1,1,1,1] size_x: 2 size_y: 2 size_z: 2 surface_value: 0.5 high: 1 }"));
 }
 
 TEST(ParticlesText, SaysAllThatTheCoreHolds) {
     const Scratch scratch;
-    Expected<ImportedScene> scene = importedContent(scratch, "particles { mode: QUADS positions: [0,0,0, 1,2,3] colors: [0x11223344, 0xFFFFFFFF] sizes: [1, 2] ages: [0, 0.5] turns: [0, 1] "
-                                                          "age_colors: [0xFF0000FF] age_sizes: [1, 3] size: 4 sorted: false }");
+    Expected<ImportedScene> scene =
+        importedContent(scratch,
+                        "particles { mode: QUADS positions: [0,0,0, 1,2,3] colors: [0x11223344, 0xFFFFFFFF] sizes: [1, "
+                        "2] ages: [0, 0.5] turns: [0, 1] "
+                        "age_colors: [0xFF0000FF] age_sizes: [1, 3] size: 4 sorted: false }");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     const auto* particles = aspect.core<Particles>("/n");

@@ -75,9 +75,12 @@ public:
             if (simulation->scene().get<ApplicationData>(id)) all.push_back(id);
         return all;
     }
-    [[nodiscard]] const Blob& dataOf(ObjectId core) const { return simulation->scene().get<ApplicationData>(core)->data; }
+    [[nodiscard]] const Blob& dataOf(ObjectId core) const {
+        return simulation->scene().get<ApplicationData>(core)->data;
+    }
 
-    /// One edit as a bad day brings it: of arrays of all sizes about those of leaves, ranges of all lengths, objects that go, steps back and forth.
+    /// One edit as a bad day brings it: of arrays of all sizes about those of leaves, ranges of all lengths, objects
+    /// that go, steps back and forth.
     [[nodiscard]] Edit someEdit() {
         const std::vector<ObjectId> known = cores();
         const std::size_t what = below(random_, 12);
@@ -110,14 +113,16 @@ public:
                 const Blob fresh = someArray();
                 ChangeListBuilder builder;
                 builder.set(core, typeOf<ApplicationData>(), kData, fresh);
-                builder.setRange(core, typeOf<ApplicationData>(), kData, fresh.sizeBytes() / 2, someBytes(random_, fresh.sizeBytes() - fresh.sizeBytes() / 2));
+                builder.setRange(core, typeOf<ApplicationData>(), kData, fresh.sizeBytes() / 2,
+                                 someBytes(random_, fresh.sizeBytes() - fresh.sizeBytes() / 2));
                 return {.list = builder.take()};
             }
             default: {
                 if (data.sizeBytes() == 0) return add(someArray());
                 const std::size_t offset = oneIn(random_, 4) ? 0 : below(random_, data.sizeBytes());
                 const std::size_t most = data.sizeBytes() - offset;
-                Edit edit = setRange(core, offset, someBytes(random_, oneIn(random_, 4) ? most : 1 + below(random_, most)));
+                Edit edit =
+                    setRange(core, offset, someBytes(random_, oneIn(random_, 4) ? most : 1 + below(random_, most)));
                 edit.undoable = !oneIn(random_, 4);
                 return edit;
             }
@@ -130,7 +135,8 @@ public:
 
 private:
     [[nodiscard]] Blob someArray() {
-        constexpr std::array<std::size_t, 6> kSizes{1, 40, 5'000, kBlobLeafBytes - 1, kBlobLeafBytes, 3 * kBlobLeafBytes};
+        constexpr std::array<std::size_t, 6> kSizes{
+            1, 40, 5'000, kBlobLeafBytes - 1, kBlobLeafBytes, 3 * kBlobLeafBytes};
         return someBytes(random_, kSizes[below(random_, kSizes.size())] + below(random_, 3));
     }
 
@@ -210,7 +216,8 @@ TEST(JournalCompaction, LeadsToTheSameSceneAndTheSameHistory) {
             }
             const StateHash reached = show.simulation->scene().stateHash();
             ASSERT_NO_FATAL_FAILURE(show.end());
-            const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
+            const Expected<JournalFolder> held =
+                JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
             ASSERT_TRUE(held) << held.error().message;
             const std::uint64_t last = held->files()->lastLog();
             if (server == 0 || oneIn(random, 3)) continue;
@@ -248,7 +255,8 @@ std::string inAProcessOfItsOwn(const Work& work) {
     ::close(ends[1]);
     std::string text(4096, '\0');
     std::size_t got = 0;
-    for (ssize_t part = 0; (part = ::read(ends[0], text.data() + got, text.size() - got)) > 0;) got += static_cast<std::size_t>(part);
+    for (ssize_t part = 0; (part = ::read(ends[0], text.data() + got, text.size() - got)) > 0;)
+        got += static_cast<std::size_t>(part);
     text.resize(got);
     ::close(ends[0]);
     int status = 0;
@@ -277,8 +285,9 @@ TEST(JournalCompaction, HoldsNoArrays) {
         for (std::size_t i = 0; i < kArrays; ++i) show.frame({ArrayShow::add(someBytes(random, kArrayBytes))});
         const std::vector<ObjectId> cores = show.cores();
         for (std::size_t i = 0; i < kArrays; ++i) {
-            const std::vector<Edit> edits = i % 2 == 0 ? std::vector{show.setWhole(cores[i], someBytes(random, kArrayBytes))}
-                                                       : std::vector{show.setRange(cores[i], 1'234'567, someBytes(random, kArrayBytes / 2))};
+            const std::vector<Edit> edits =
+                i % 2 == 0 ? std::vector{show.setWhole(cores[i], someBytes(random, kArrayBytes))}
+                           : std::vector{show.setRange(cores[i], 1'234'567, someBytes(random, kArrayBytes / 2))};
             show.frame(edits);
         }
         EXPECT_EQ(show.done, static_cast<int>(2 * kArrays));
@@ -290,7 +299,13 @@ TEST(JournalCompaction, HoldsNoArrays) {
     const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
     ASSERT_TRUE(held) << held.error().message;
     // The snapshot is of all before this one.
-    ASSERT_TRUE(held->beginLog({.schema = schemaHash(), .program = "unit_journal", .number = 2, .epoch = {}, .scenes = {}, .sequence = {}, .stateHash = {}}));
+    ASSERT_TRUE(held->beginLog({.schema = schemaHash(),
+                                .program = "unit_journal",
+                                .number = 2,
+                                .epoch = {},
+                                .scenes = {},
+                                .sequence = {},
+                                .stateHash = {}}));
     ASSERT_GT(std::filesystem::file_size(held->logPath(1)), kArrays * kArrayBytes);
     const std::string grown = inAProcessOfItsOwn([&] {
         std::ofstream("/proc/self/clear_refs") << "5";
@@ -327,7 +342,8 @@ TEST(JournalCompaction, BytesThatChangeInTheirFileAreNoticed) {
     const std::string log = folder / "wall/log-0000000001";
     std::ifstream in(log, std::ios::binary);
     const std::string content(std::istreambuf_iterator<char>(in), {});
-    // In the first array; in the second before and behind its range; in the bytes of the range; in those that lead back.
+    // In the first array; in the second before and behind its range; in the bytes of the range; in those that lead
+    // back.
     for (const std::uint64_t at : {1'000, 2'900'000, 3'500'000, 5'500'000, 6'500'000, 7'500'000}) {
         /// Damages the log when the snapshot is begun: all has been read by then.
         class Spoiling : public test::UnsyncedDisk {

@@ -41,8 +41,9 @@ public:
 
     void run(const std::function<void(const Journal&)>& onOpened = {}, const std::function<void()>& onClosed = {}) {
         for (int server = 0; server < kServers && !stopped; ++server) {
-            Expected<Journal::Opened> opened = Journal::open(
-                {.folder = folder / "wall", .scenes = {}, .limits = quickLimits(), .calls = disk}, arrays_, words.log, {});
+            Expected<Journal::Opened> opened =
+                Journal::open({.folder = folder / "wall", .scenes = {}, .limits = quickLimits(), .calls = disk},
+                              arrays_, words.log, {});
             if (!opened) {
                 refused = opened.error().message;
                 return;
@@ -63,13 +64,15 @@ public:
                 note(journal);
             }
             // (The snapshot that a start makes may take longer than these frames.)
-            for (const auto end = std::chrono::steady_clock::now() + 10s; disk->faults.empty() && !disk->onCall && server + 1 == kServers &&
-                                                                          disk->count(Call::kRemove) == 0 && std::chrono::steady_clock::now() < end;)
+            for (const auto end = std::chrono::steady_clock::now() + 10s;
+                 disk->faults.empty() && !disk->onCall && server + 1 == kServers && disk->count(Call::kRemove) == 0 &&
+                 std::chrono::steady_clock::now() < end;)
                 std::this_thread::yield();
             journal.ends(kept.next);
             // (What a frame was told is written is synced a moment later.)
             const auto deadline = std::chrono::steady_clock::now() + 2s;
-            while (disk->failed() && syncsFail() && !ended(journal) && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+            while (disk->failed() && syncsFail() && !ended(journal) && std::chrono::steady_clock::now() < deadline)
+                std::this_thread::yield();
             if (disk->failed() && syncsFail()) saidThatItEnded = ended(journal);
             stopped = stopped || journal.trouble();
             opened->journal.reset();
@@ -81,16 +84,18 @@ public:
     const test::TestFolder folder;
     test::ReadableLog words;
     std::shared_ptr<ModelDisk> disk = std::make_shared<ModelDisk>();
-    std::string refused;           ///< by the last server that was started
+    std::string refused;  ///< by the last server that was started
     bool stopped = false;
-    bool saidThatItEnded = true;   ///< of a sync that failed before the journal was closed: `trouble` did
-    Seen seen;                     ///< under `recordsMutex`
-    Sequence granted;              ///< the newest of which somebody would have been told that it is done
-    std::map<std::uint64_t, Sequence> recordsOf;  ///< sequence by the number of the last record of its frame; of this server
+    bool saidThatItEnded = true;  ///< of a sync that failed before the journal was closed: `trouble` did
+    Seen seen;                    ///< under `recordsMutex`
+    Sequence granted;             ///< the newest of which somebody would have been told that it is done
+    std::map<std::uint64_t, Sequence>
+        recordsOf;  ///< sequence by the number of the last record of its frame; of this server
 
 private:
     [[nodiscard]] bool syncsFail() const {
-        return std::ranges::any_of(disk->faults, [](const auto& f) { return f.call == Call::kSync || f.call == Call::kSyncFolder; });
+        return std::ranges::any_of(disk->faults,
+                                   [](const auto& f) { return f.call == Call::kSync || f.call == Call::kSyncFolder; });
     }
     [[nodiscard]] static bool ended(const Journal& journal) {
         const std::optional<Error> trouble = journal.trouble();
@@ -126,8 +131,10 @@ public:
     std::mutex recordsMutex;
 };
 
-/// What a server that is started on these files goes on from: never older than `atLeast`, a state that there was, and behind all that others have seen.
-void expectGoesOn(const ModelDisk::Files& files, Sequence atLeast, const Seen& seen, FaultyShow& show, const std::string& folder) {
+/// What a server that is started on these files goes on from: never older than `atLeast`, a state that there was, and
+/// behind all that others have seen.
+void expectGoesOn(const ModelDisk::Files& files, Sequence atLeast, const Seen& seen, FaultyShow& show,
+                  const std::string& folder) {
     ModelDisk::write(files, folder);
     BlobStore arrays;
     test::ReadableLog words;
@@ -141,14 +148,19 @@ void expectGoesOn(const ModelDisk::Files& files, Sequence atLeast, const Seen& s
     // Behind a server that has sent nothing the number stands higher than that of any list.
     const Standing standing{state.scene.stateHash(), state.history.undoDepth(), state.history.redoDepth()};
     const bool skipped = state.sequence > show.kept.show.simulation().sequence();
-    EXPECT_TRUE(std::ranges::any_of(show.kept.standings, [&](const auto& known) {
-        return (skipped ? known.first >= atLeast.value : known.first == state.sequence.value) && std::ranges::count(known.second, standing);
-    })) << "list " << state.sequence.value;
+    EXPECT_TRUE(std::ranges::any_of(show.kept.standings,
+                                    [&](const auto& known) {
+                                        return (skipped ? known.first >= atLeast.value
+                                                        : known.first == state.sequence.value) &&
+                                               std::ranges::count(known.second, standing);
+                                    }))
+        << "list " << state.sequence.value;
 }
 
-/// The server is killed, so that what it had no time to sync is in the kernel's memory alone; another one goes on from that, and the power goes.
-void expectGoesOnAfterBoth(const ModelDisk::Files& killed, const ModelDisk::Files& contents, const ModelDisk::Files& names, Sequence atLeast,
-                           const Seen& seen, FaultyShow& show) {
+/// The server is killed, so that what it had no time to sync is in the kernel's memory alone; another one goes on from
+/// that, and the power goes.
+void expectGoesOnAfterBoth(const ModelDisk::Files& killed, const ModelDisk::Files& contents,
+                           const ModelDisk::Files& names, Sequence atLeast, const Seen& seen, FaultyShow& show) {
     ModelDisk::write(killed, show.folder / "copy");
     const auto disk = std::make_shared<ModelDisk>();
     disk->adopt(show.folder / "copy", &contents, &names);
@@ -157,9 +169,11 @@ void expectGoesOnAfterBoth(const ModelDisk::Files& killed, const ModelDisk::File
         BlobStore arrays;
         test::ReadableLog words;
         const Expected<Journal::Opened> opened =
-            Journal::open({.folder = show.folder / "copy", .scenes = {}, .limits = quickLimits(), .calls = disk}, arrays, words.log, {});
+            Journal::open({.folder = show.folder / "copy", .scenes = {}, .limits = quickLimits(), .calls = disk},
+                          arrays, words.log, {});
         ASSERT_TRUE(opened) << opened.error().message;
-        if (opened->state.sequence <= show.kept.show.simulation().sequence()) atLeast = std::max(atLeast, opened->state.sequence);
+        if (opened->state.sequence <= show.kept.show.simulation().sequence())
+            atLeast = std::max(atLeast, opened->state.sequence);
         left = disk->afterPowerCut(nullptr);
     }
     expectGoesOn(left, atLeast, seen, show, show.folder / "copy");
@@ -168,7 +182,8 @@ void expectGoesOnAfterBoth(const ModelDisk::Files& killed, const ModelDisk::File
 void runWithFaults(const std::vector<ModelDisk::Fault>& faults, bool& reached) {
     std::string text;
     for (const ModelDisk::Fault& f : faults)
-        text += fmt::format("call {} no. {}{}; ", static_cast<int>(f.call), f.number, f.forever ? " and all later ones" : "");
+        text += fmt::format("call {} no. {}{}; ", static_cast<int>(f.call), f.number,
+                            f.forever ? " and all later ones" : "");
     SCOPED_TRACE(text);
     FaultyShow show(9);
     show.disk->faults = faults;
@@ -178,7 +193,8 @@ void runWithFaults(const std::vector<ModelDisk::Fault>& faults, bool& reached) {
     ASSERT_NO_FATAL_FAILURE(expectGoesOn(show.disk->afterKill(), show.granted, show.seen, show, show.folder / "copy"));
     // What the kernel tells once is told on, and never tried again.
     if (const Call call = faults.front().call; call == Call::kSync || call == Call::kSyncFolder) {
-        const bool said = !show.refused.empty() || show.words.said().find("the journal ends here: ") != std::string::npos;
+        const bool said =
+            !show.refused.empty() || show.words.said().find("the journal ends here: ") != std::string::npos;
         EXPECT_TRUE(said) << show.words.said();
         EXPECT_TRUE(!show.refused.empty() || show.saidThatItEnded) << "edits are still granted";
         EXPECT_FALSE(show.disk->syncedAgain());
@@ -196,20 +212,25 @@ TEST(JournalDisk, WhateverFailsNothingGrantedIsLostOrItHasSaidThatItEnds) {
     {
         FaultyShow show(9);
         ASSERT_NO_FATAL_FAILURE(show.run());
-        for (std::size_t call = 0; call < counts.size(); ++call) counts[call] = show.disk->count(static_cast<Call>(call));
+        for (std::size_t call = 0; call < counts.size(); ++call)
+            counts[call] = show.disk->count(static_cast<Call>(call));
         EXPECT_EQ(show.refused, "");
         EXPECT_EQ(show.words.said(), "");
-        ASSERT_NO_FATAL_FAILURE(expectGoesOn(show.disk->afterPowerCut(nullptr), show.kept.show.simulation().sequence(), show.seen, show, show.folder / "copy"));
+        ASSERT_NO_FATAL_FAILURE(expectGoesOn(show.disk->afterPowerCut(nullptr), show.kept.show.simulation().sequence(),
+                                             show.seen, show, show.folder / "copy"));
         EXPECT_GT(counts[static_cast<std::size_t>(Call::kRemove)], 0u) << "no snapshot was made";
     }
     int runs = 0, reached = 0;
-    for (const Call call : {Call::kSync, Call::kSyncFolder, Call::kRename, Call::kCreate, Call::kOpen, Call::kTruncate, Call::kRemove, Call::kAppend}) {
+    for (const Call call : {Call::kSync, Call::kSyncFolder, Call::kRename, Call::kCreate, Call::kOpen, Call::kTruncate,
+                            Call::kRemove, Call::kAppend}) {
         const int error = call == Call::kAppend || call == Call::kCreate ? ENOSPC : EIO;
         for (std::uint64_t number = 1; number <= counts[static_cast<std::size_t>(call)]; ++number) {
             std::vector<std::vector<ModelDisk::Fault>> ways{{{.call = call, .number = number, .error = error}}};
             // Who waits for a full disk is given a second at the end: some of them do.
-            if (call != Call::kAppend || number % 32 == 0) ways.push_back({{.call = call, .number = number, .error = error, .forever = true}});
-            if (call == Call::kAppend) ways.push_back({ways[0][0], {.call = Call::kTruncate, .number = 1, .error = EIO}});
+            if (call != Call::kAppend || number % 32 == 0)
+                ways.push_back({{.call = call, .number = number, .error = error, .forever = true}});
+            if (call == Call::kAppend)
+                ways.push_back({ways[0][0], {.call = Call::kTruncate, .number = 1, .error = EIO}});
             for (const auto& faults : ways) {
                 bool there = false;
                 ASSERT_NO_FATAL_FAILURE(runWithFaults(faults, there));
@@ -223,7 +244,8 @@ TEST(JournalDisk, WhateverFailsNothingGrantedIsLostOrItHasSaidThatItEnds) {
     EXPECT_GT(reached, runs / 2);
 }
 
-/// Files as a kill and as a power cut leave them, at calls picked at random: before the call, and so after the one before it.
+/// Files as a kill and as a power cut leave them, at calls picked at random: before the call, and so after the one
+/// before it.
 TEST(JournalDisk, APowerCutCostsNoMoreThanWhatIsNotSyncedAndNeverTheJournal) {
     forSeeds(3, [](Random& random) {
         FaultyShow show(random());
@@ -240,7 +262,13 @@ TEST(JournalDisk, APowerCutCostsNoMoreThanWhatIsNotSyncedAndNeverTheJournal) {
         show.disk->onCall = [&] {
             if (++calls % every != 0) return;
             const std::scoped_lock lock(show.recordsMutex);
-            Cut cut{.killed = {}, .contents = {}, .strict = {}, .mixed = {}, .written = before, .synced = before, .seen = show.seen};
+            Cut cut{.killed = {},
+                    .contents = {},
+                    .strict = {},
+                    .mixed = {},
+                    .written = before,
+                    .synced = before,
+                    .seen = show.seen};
             if (const Journal* open = journal) {
                 const std::uint64_t written = open->written();
                 for (const auto& [record, sequence] : show.recordsOf) {
@@ -264,7 +292,8 @@ TEST(JournalDisk, APowerCutCostsNoMoreThanWhatIsNotSyncedAndNeverTheJournal) {
         ASSERT_GT(cuts.size(), 3u);
         for (const Cut& cut : cuts) {
             if (&cut != &cuts.front() && oneIn(random, 3)) {
-                ASSERT_NO_FATAL_FAILURE(expectGoesOnAfterBoth(cut.killed, cut.contents, cut.strict, cut.written, cut.seen, show));
+                ASSERT_NO_FATAL_FAILURE(
+                    expectGoesOnAfterBoth(cut.killed, cut.contents, cut.strict, cut.written, cut.seen, show));
             }
             ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.killed, cut.written, cut.seen, show, show.folder / "copy"));
             ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.strict, cut.synced, cut.seen, show, show.folder / "copy"));

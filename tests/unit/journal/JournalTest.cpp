@@ -24,7 +24,8 @@ TEST(Journal, GoesOnWithTheStateAndTheHistoryThatWere) {
         KeptShow kept(random);
         Epoch epoch;
         for (int server = 0; server < 4; ++server) {
-            Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log, limits, {"/a.tsct"});
+            Expected<Journal::Opened> opened =
+                test::openJournal(folder / "wall", arrays, words.log, limits, {"/a.tsct"});
             ASSERT_TRUE(opened) << opened.error().message;
             EXPECT_GT(opened->journal->epoch(), epoch);
             epoch = opened->journal->epoch();
@@ -75,7 +76,8 @@ TEST(Journal, IsBoundedBySnapshots) {
         }
         // A snapshot that is being made ends by itself; then there is one, and what is before it has gone.
         const auto deadline = std::chrono::steady_clock::now() + 20s;
-        while (std::ranges::none_of(test::filesIn(folder / "wall"), [](const std::string& n) { return n.starts_with("snapshot"); })) {
+        while (std::ranges::none_of(test::filesIn(folder / "wall"),
+                                    [](const std::string& n) { return n.starts_with("snapshot"); })) {
             ASSERT_LT(std::chrono::steady_clock::now(), deadline);
             kept.frames(*opened->journal, 1);
             std::this_thread::sleep_for(10ms);
@@ -197,17 +199,22 @@ TEST(Journal, NewestFilesThatAreMissingAreNamed) {
         kept.frames(*opened->journal, 10);
         opened->journal->ends(kept.next);
     }
-    for (const auto& gone : std::vector<std::vector<std::string>>{
-             {"log-0000000003"}, {"log-0000000002", "log-0000000003"}, {"log-0000000001", "log-0000000002", "log-0000000003"}}) {
+    for (const auto& gone :
+         std::vector<std::vector<std::string>>{{"log-0000000003"},
+                                               {"log-0000000002", "log-0000000003"},
+                                               {"log-0000000001", "log-0000000002", "log-0000000003"}}) {
         std::filesystem::remove_all(folder / "copy");
         std::filesystem::copy(folder / "wall", folder / "copy");
         for (const std::string& name : gone) std::filesystem::remove(folder / "copy/" + name);
         for (int again = 0; again < 2; ++again) {
             const Expected<Journal::Opened> opened = start("copy");
-            ASSERT_FALSE(opened) << gone.size() << " files are missing, and list " << opened->state.sequence.value << " is gone on from";
+            ASSERT_FALSE(opened) << gone.size() << " files are missing, and list " << opened->state.sequence.value
+                                 << " is gone on from";
             EXPECT_EQ(opened.error().code, ErrorCode::kBadInput);
-            EXPECT_NE(opened.error().message.find("log-0000000003 is missing"), std::string::npos) << opened.error().message;
-            EXPECT_NE(opened.error().message.find("remove " + (folder / "copy/last")), std::string::npos) << opened.error().message;
+            EXPECT_NE(opened.error().message.find("log-0000000003 is missing"), std::string::npos)
+                << opened.error().message;
+            EXPECT_NE(opened.error().message.find("remove " + (folder / "copy/last")), std::string::npos)
+                << opened.error().message;
         }
         // Who wants to go on without them says so.
         std::filesystem::remove(folder / "copy/last");
@@ -330,7 +337,9 @@ TEST(Journal, ItsFilesAreItsOwnersAlone) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "wall")) {
         if (!entry.is_regular_file()) continue;
         ++files;
-        EXPECT_EQ(entry.status().permissions(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_write) << entry.path();
+        EXPECT_EQ(entry.status().permissions(),
+                  std::filesystem::perms::owner_read | std::filesystem::perms::owner_write)
+            << entry.path();
     }
     EXPECT_GE(files, 2);
 }
@@ -344,7 +353,8 @@ TEST(Journal, HasOneServer) {
     const Expected<Journal::Opened> second = test::openJournal(folder / "wall", arrays, words.log);
     ASSERT_FALSE(second);
     EXPECT_EQ(second.error().code, ErrorCode::kRefused);
-    EXPECT_NE(second.error().message.find("in use by tessera-server, pid " + std::to_string(::getpid())), std::string::npos)
+    EXPECT_NE(second.error().message.find("in use by tessera-server, pid " + std::to_string(::getpid())),
+              std::string::npos)
         << second.error().message;
 }
 
@@ -373,9 +383,11 @@ TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
     test::ReadableLog words;
     Random random(1);
     KeptShow kept(random);
-    const auto open = [&](const std::vector<std::string>& scenes, const std::string& placing, KeptShow* show = nullptr) -> Expected<void> {
+    const auto open = [&](const std::vector<std::string>& scenes, const std::string& placing,
+                          KeptShow* show = nullptr) -> Expected<void> {
         BlobStore arrays;
-        Expected<Journal::Opened> opened = Journal::open({.folder = folder / "wall", .scenes = scenes, .placing = placing}, arrays, words.log, [] {});
+        Expected<Journal::Opened> opened =
+            Journal::open({.folder = folder / "wall", .scenes = scenes, .placing = placing}, arrays, words.log, [] {});
         if (!opened) return tl::unexpected(opened.error());
         if (show) show->load(*opened->journal);
         return {};
@@ -384,12 +396,14 @@ TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
     EXPECT_TRUE(open({}, ""));
     EXPECT_TRUE(open({}, "--fit 3"));
     EXPECT_TRUE(open({"hall.tsct"}, "--fit 3"));
-    for (const auto& [scenes, placing] : {std::pair(std::vector<std::string>{}, "--fit 4"), std::pair(std::vector<std::string>{"hall.tsct"}, "--fit 4"),
-                                          std::pair(std::vector<std::string>{"hall.tsct"}, "")}) {
+    for (const auto& [scenes, placing] :
+         {std::pair(std::vector<std::string>{}, "--fit 4"), std::pair(std::vector<std::string>{"hall.tsct"}, "--fit 4"),
+          std::pair(std::vector<std::string>{"hall.tsct"}, "")}) {
         const Expected<void> other = open(scenes, placing);
         ASSERT_FALSE(other) << placing;
         EXPECT_EQ(other.error().code, ErrorCode::kUsage);
-        for (const char* word : {"--fit 3", "another folder"}) EXPECT_NE(other.error().message.find(word), std::string::npos) << other.error().message;
+        for (const char* word : {"--fit 3", "another folder"})
+            EXPECT_NE(other.error().message.find(word), std::string::npos) << other.error().message;
     }
 }
 
@@ -439,8 +453,8 @@ TEST(Journal, WhoeverWaitsForARecordIsTold) {
     Random random(4);
     KeptShow kept(random);
     std::atomic<int> told{0};
-    Expected<Journal::Opened> opened = Journal::open({.folder = folder / "wall", .scenes = {}, .limits = {}}, arrays, words.log,
-                                                     [&] { ++told; });
+    Expected<Journal::Opened> opened =
+        Journal::open({.folder = folder / "wall", .scenes = {}, .limits = {}}, arrays, words.log, [&] { ++told; });
     ASSERT_TRUE(opened);
     kept.load(*opened->journal);
     for (int i = 1; i <= 50; ++i) {

@@ -27,9 +27,11 @@ inline Standing standingOf(const Simulation& simulation) {
 }
 
 /// Nothing is synced: no test cuts the power below it.
-inline Expected<Journal::Opened> openJournal(const std::string& folder, BlobStore& arrays, Log& log, JournalLimits limits = {},
-                                             std::vector<std::string> scenes = {}) {
-    return Journal::open({.folder = folder, .scenes = std::move(scenes), .limits = limits, .calls = std::make_shared<UnsyncedDisk>()}, arrays, log, {});
+inline Expected<Journal::Opened> openJournal(const std::string& folder, BlobStore& arrays, Log& log,
+                                             JournalLimits limits = {}, std::vector<std::string> scenes = {}) {
+    return Journal::open(
+        {.folder = folder, .scenes = std::move(scenes), .limits = limits, .calls = std::make_shared<UnsyncedDisk>()},
+        arrays, log, {});
 }
 
 /// For a simulation that goes on from it.
@@ -83,7 +85,8 @@ public:
 inline std::vector<std::string> filesIn(const std::string& folder) {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().filename() != "lock" && entry.path().filename() != "last") names.push_back(entry.path().filename().string());
+        if (entry.path().filename() != "lock" && entry.path().filename() != "last")
+            names.push_back(entry.path().filename().string());
     std::ranges::sort(names);
     return names;
 }

@@ -18,8 +18,8 @@
 
 namespace tessera::test {
 
-/// The files are real, below one folder; syncs are the model's alone. A file that could not be synced keeps what it had on the disk, for good:
-/// the kernel tells once, and the next sync succeeds.
+/// The files are real, below one folder; syncs are the model's alone. A file that could not be synced keeps what it had
+/// on the disk, for good: the kernel tells once, and the next sync succeeds.
 class ModelDisk : public FileSystem {
 public:
     enum class Call { kCreate, kOpen, kAppend, kTruncate, kSync, kSyncFolder, kRename, kRemove };
@@ -48,14 +48,16 @@ public:
         return counts_[static_cast<std::size_t>(call)];
     }
 
-    /// Files that are there already, and on the disk; or of their contents no more than `contents`, and of their names those of `names` alone.
+    /// Files that are there already, and on the disk; or of their contents no more than `contents`, and of their names
+    /// those of `names` alone.
     void adopt(const std::string& folder, const Files* contents = nullptr, const Files* names = nullptr) {
         Names durable;
         for (const auto& entry : std::filesystem::directory_iterator(folder)) {
             if (entry.path().filename() == "lock") continue;
             std::ifstream in(entry.path(), std::ios::binary);
             const std::string content(std::istreambuf_iterator<char>(in), {});
-            std::shared_ptr<File>& file = names_[entry.path().string()] = std::make_shared<File>(File{.content = content, .durable = content});
+            std::shared_ptr<File>& file = names_[entry.path().string()] =
+                std::make_shared<File>(File{.content = content, .durable = content});
             if (contents) file->durable = contents->at(entry.path().filename().string());
             if (!names || names->contains(entry.path().filename().string())) durable[entry.path().string()] = file;
         }
@@ -114,7 +116,8 @@ public:
             if (error == 0) open_[file]->content += bytes.substr(0, count);
             return error;
         };
-        return call(Call::kAppend, [&] { return put(bytes.size()); }, [&] { (void)put(bytes.size() / 2); });
+        return call(
+            Call::kAppend, [&] { return put(bytes.size()); }, [&] { (void)put(bytes.size() / 2); });
     }
     int truncate(int file, std::uint64_t bytes) override {
         return call(Call::kTruncate, [&] {

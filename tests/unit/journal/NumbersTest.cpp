@@ -1,4 +1,5 @@
-/// Ids and lists that others have seen never stand for something else, though the server was killed before it wrote them.
+/// Ids and lists that others have seen never stand for something else, though the server was killed before it wrote
+/// them.
 #include <cerrno>
 
 #include "tests/unit/journal/KeptShow.h"
@@ -23,14 +24,16 @@ struct Sent {
         for (const Creation& creation : frame.list->creations) {
             const auto [known, fresh] = makers.emplace(creation.id, server);
             ASSERT_TRUE(fresh || known->second == server || old.contains(creation.id))
-                << "#" << creation.id.value << " was another object's, of server " << known->second << "; this one is " << server;
+                << "#" << creation.id.value << " was another object's, of server " << known->second << "; this one is "
+                << server;
         }
         ASSERT_GT(frame.sent->sequence, list) << "another list had this number";
         list = frame.sent->sequence;
     }
 };
 
-/// A disk that takes some of what a server writes and then nothing more, while the server goes on sending; then it is killed.
+/// A disk that takes some of what a server writes and then nothing more, while the server goes on sending; then it is
+/// killed.
 TEST(JournalNumbers, WhatOthersHaveSeenIsNeverGivenAgain) {
     forSeeds(4, [](Random& random) {
         const test::TestFolder folder;
@@ -44,9 +47,13 @@ TEST(JournalNumbers, WhatOthersHaveSeenIsNeverGivenAgain) {
             const auto disk = std::make_shared<ModelDisk>();
             if (sent.server > 0) disk->adopt(folder / "wall");
             // (Those that a start needs are let through.)
-            if (!oneIn(random, 4)) disk->faults = {{.call = ModelDisk::Call::kAppend, .number = 6 + below(random, 60), .error = ENOSPC, .forever = true}};
-            Expected<Journal::Opened> opened =
-                Journal::open({.folder = folder / "wall", .scenes = {}, .limits = limits, .calls = disk}, arrays, words.log, {});
+            if (!oneIn(random, 4))
+                disk->faults = {{.call = ModelDisk::Call::kAppend,
+                                 .number = 6 + below(random, 60),
+                                 .error = ENOSPC,
+                                 .forever = true}};
+            Expected<Journal::Opened> opened = Journal::open(
+                {.folder = folder / "wall", .scenes = {}, .limits = limits, .calls = disk}, arrays, words.log, {});
             ASSERT_TRUE(opened) << opened.error().message;
             Journal& journal = *opened->journal;
             std::set<ObjectId> old;
@@ -113,7 +120,8 @@ TEST(JournalNumbers, AreSkippedWhereAnOlderJournalDoesNotSayHowManyWereTaken) {
     const Expected<CommittedFrame> loaded = kept.show.load();
     ASSERT_TRUE(loaded);
     {
-        const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
+        const Expected<JournalFolder> held =
+            JournalFolder::hold(folder / "wall", std::make_shared<test::UnsyncedDisk>());
         ASSERT_TRUE(held);
         Expected<JournalFile> log = held->beginLog({.schema = schemaHash(),
                                                     .program = "unit_journal",
@@ -124,8 +132,10 @@ TEST(JournalNumbers, AreSkippedWhereAnOlderJournalDoesNotSayHowManyWereTaken) {
                                                     .stateHash = Aspect().stateHash()});
         ASSERT_TRUE(log);
         ASSERT_EQ(JournalArrays().append(*log, *loaded->list), 0);
-        ASSERT_EQ(log->append(encodeJournal(journal::Frame{
-                      .start = true, .sequence = loaded->sent->sequence, .stateHash = loaded->sent->stateHash, .list = loaded->list})),
+        ASSERT_EQ(log->append(encodeJournal(journal::Frame{.start = true,
+                                                           .sequence = loaded->sent->sequence,
+                                                           .stateHash = loaded->sent->stateHash,
+                                                           .list = loaded->list})),
                   0);
     }
     BlobStore arrays;

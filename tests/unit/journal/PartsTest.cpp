@@ -127,7 +127,8 @@ TEST(JournalParts, ALoadThatIsHalfSeenIsHiddenAndTakenAway) {
             servers.next();
             EXPECT_FALSE(servers.simulation->appearing());
             ASSERT_TRUE(servers.simulation->stepUnderWay());
-            for (std::size_t seen = servers.simulation->scene().root().children.size(); servers.simulation->stepUnderWay();) {
+            for (std::size_t seen = servers.simulation->scene().root().children.size();
+                 servers.simulation->stepUnderWay();) {
                 (void)servers.frame();
                 const std::size_t now = servers.simulation->scene().root().children.size();
                 ASSERT_LE(seen - now, servers.seen);
@@ -148,7 +149,8 @@ TEST(JournalParts, ALargeStepThatIsHalfTakenBackOrDoneAgainGoesOn) {
         const test::Standing before = test::standingOf(*servers.simulation);
         servers.load(200, 1'000);
         const test::Standing after = test::standingOf(*servers.simulation);
-        for (const auto& [kind, reached] : {std::pair(Edit::Kind::kUndo, test::Standing(before)), std::pair(Edit::Kind::kRedo, test::Standing(after))}) {
+        for (const auto& [kind, reached] : {std::pair(Edit::Kind::kUndo, test::Standing(before)),
+                                            std::pair(Edit::Kind::kRedo, test::Standing(after))}) {
             ASSERT_TRUE(servers.frame(one(kind)).outcomes.at(0).result);
             for (int server = 0; servers.simulation->stepUnderWay(); ++server) {
                 ASSERT_LT(server, 100);

@@ -135,7 +135,8 @@ TEST(RequestJson, WhatIsWrongIsToldWithItsField) {
 }
 
 TEST(RequestJson, SumsThatAreCountedAroundMayBeBelowZero) {
-    const ApiExpected<ReadRequest> request = read("NavigateView", R"({"input":{"look_right":-3,"wheel":-65536,"pan_down":5}})");
+    const ApiExpected<ReadRequest> request =
+        read("NavigateView", R"({"input":{"look_right":-3,"wheel":-65536,"pan_down":5}})");
     ASSERT_TRUE(request) << request.error().message;
     const InputState& input = *std::get<request::NavigateView>(request->request).wish.input;
     EXPECT_EQ(input.lookRight, std::uint64_t{0} - 3);

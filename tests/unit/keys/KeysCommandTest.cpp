@@ -19,7 +19,6 @@ namespace {
 
 using namespace test;
 
-
 TEST_F(KeysCommand, InitMakesAnAuthorityAndAServerOfAWall) {
     const std::string path = around_ / "deep/cave";
     const Ran ran = run({"--keys", path + "/", "init", "--wall", TESSERA_SOURCE_DIR "/deploy/walls/cave4.wall",
@@ -394,7 +393,8 @@ TEST_F(KeysCommand, RenewNamesTheServer) {
     const Certificate after = certificateIn(keys_ + "/server.pem");
     EXPECT_NE(before.serial, after.serial);
     EXPECT_EQ(after.holder, before.holder);
-    EXPECT_TRUE(contains(said({"renew", "server"}), "browsers know the server as hall.example\n"));  // it keeps its names
+    EXPECT_TRUE(
+        contains(said({"renew", "server"}), "browsers know the server as hall.example\n"));  // it keeps its names
     said({"host", "left"});
     EXPECT_TRUE(contains(refusal(2, {"renew", "left", "--names", "a"}), "--names are the server's"));
     EXPECT_TRUE(contains(refusal(2, {"renew", "server", "--out", around_ / "stick"}), "--out is for hosts and people"));

@@ -14,7 +14,9 @@ namespace {
 class Source {
 public:
     explicit Source(std::uint64_t seed) : engine_(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53); }
+    double uniform(double low, double high) {
+        return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
+    }
     unsigned below(unsigned n) { return static_cast<unsigned>(engine_() % n); }
     Vec3d inCube(double half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
 
@@ -54,11 +56,14 @@ Vec3d inside(const Lattice& lattice, Source& random) {
     for (int k = 0; k < 3; ++k) {
         const LatticeAxis& axis = lattice.axes()[static_cast<std::size_t>(k)];
         const unsigned intervals = axis.points - axis.degree;
-        p[k] = random.below(4) == 0 ? static_cast<double>(random.below(intervals + 1)) / intervals : random.uniform(0, 1);
+        p[k] =
+            random.below(4) == 0 ? static_cast<double>(random.below(intervals + 1)) / intervals : random.uniform(0, 1);
     }
     return lattice.volume().origin + lattice.volume().axes * p;
 }
-double sizeOf(const Lattice& lattice) { return lattice.volume().axes.norm() + lattice.volume().origin.norm(); }
+double sizeOf(const Lattice& lattice) {
+    return lattice.volume().axes.norm() + lattice.volume().origin.norm();
+}
 
 TEST(Lattice, AtRestMovesNothing) {
     for (const std::uint64_t seed : seeds(200)) {
@@ -100,7 +105,8 @@ TEST(Lattice, WithTheFewestPointsIsBernsteins) {
         Lattice lattice = Lattice::make({}, {axis, axis, axis}).value();
         shake(lattice, 1, random);
         const auto bernstein = [&](unsigned i, double t) {
-            return std::tgamma(degree + 1.0) / std::tgamma(i + 1.0) / std::tgamma(degree - i + 1.0) * std::pow(t, i) * std::pow(1 - t, degree - i);
+            return std::tgamma(degree + 1.0) / std::tgamma(i + 1.0) / std::tgamma(degree - i + 1.0) * std::pow(t, i) *
+                   std::pow(1 - t, degree - i);
         };
         for (int n = 0; n < 10; ++n) {
             const Vec3d x(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
@@ -108,7 +114,8 @@ TEST(Lattice, WithTheFewestPointsIsBernsteins) {
             for (unsigned k = 0; k <= degree; ++k)
                 for (unsigned j = 0; j <= degree; ++j)
                     for (unsigned i = 0; i <= degree; ++i)
-                        sum += bernstein(i, x[0]) * bernstein(j, x[1]) * bernstein(k, x[2]) * lattice.controlPoints()[lattice.index(i, j, k)];
+                        sum += bernstein(i, x[0]) * bernstein(j, x[1]) * bernstein(k, x[2]) *
+                               lattice.controlPoints()[lattice.index(i, j, k)];
             EXPECT_LT((lattice.deformed(x) - sum).norm(), 1e-13);
         }
     }
@@ -128,13 +135,15 @@ TEST(Lattice, HasTheDerivativesThatDifferencesShow) {
             bool crosses = false;
             Mat3d differences;
             for (int k = 0; k < 3; ++k) {
-                differences.col(k) = (lattice.deformed(x + h * Vec3d::Unit(k)) - lattice.deformed(x - h * Vec3d::Unit(k))) / (2 * h);
+                differences.col(k) =
+                    (lattice.deformed(x + h * Vec3d::Unit(k)) - lattice.deformed(x - h * Vec3d::Unit(k))) / (2 * h);
                 const LatticeAxis& axis = lattice.axes()[static_cast<std::size_t>(k)];
                 const double at = p[k] * (axis.points - axis.degree);
                 crosses = crosses || std::abs(at - std::round(at)) < 1e-4;
             }
             if (crosses) continue;
-            // Central differences: h² of the third derivative (degree 5, 5 intervals, control points 1 apart) and 1e-16 / h.
+            // Central differences: h² of the third derivative (degree 5, 5 intervals, control points 1 apart) and 1e-16
+            // / h.
             ASSERT_LT((lattice.place(x).jacobian - differences).norm(), 1e-5 * (1 + differences.norm()));
         }
     }
@@ -151,11 +160,15 @@ TEST(Lattice, StaysInTheHullOfWhatReachesIt) {
         for (int i = 0; i < 10; ++i) {
             Box box;
             box.extend(inside(lattice, random));
-            box.extend(i % 3 == 0 ? random.inCube(10) : i % 3 == 1 ? Vec3d(box.lower + random.inCube(0.2)) : inside(lattice, random));
+            box.extend(i % 3 == 0   ? random.inCube(10)
+                       : i % 3 == 1 ? Vec3d(box.lower + random.inCube(0.2))
+                                    : inside(lattice, random));
             const Box bounds = lattice.bounds(box);
             for (int k = 0; k < 20; ++k) {
                 Vec3d x;
-                for (int a = 0; a < 3; ++a) x[a] = random.below(3) == 0 ? (random.below(2) == 0 ? box.lower[a] : box.upper[a]) : random.uniform(box.lower[a], box.upper[a]);
+                for (int a = 0; a < 3; ++a)
+                    x[a] = random.below(3) == 0 ? (random.below(2) == 0 ? box.lower[a] : box.upper[a])
+                                                : random.uniform(box.lower[a], box.upper[a]);
                 ASSERT_TRUE(bounds.contains(lattice.deformed(x))) << "box " << i;
             }
             Box most = whole;
@@ -193,7 +206,8 @@ TEST(Lattice, MovesTheCornersOfAModelsOwnBox) {
         Source random(seed);
         Box box;
         std::vector<Vec3d> corners;
-        for (int i = 0; i < 8; ++i) corners.push_back(random.inCube(std::pow(10, random.uniform(-3, 3))).cast<float>().cast<double>());
+        for (int i = 0; i < 8; ++i)
+            corners.push_back(random.inCube(std::pow(10, random.uniform(-3, 3))).cast<float>().cast<double>());
         for (const Vec3d& p : corners) box.extend(p);
         Lattice lattice = Lattice::make(LatticeVolume::of(box), {}).value();
         std::vector<Vec3d> away;

@@ -121,7 +121,8 @@ TEST_F(ChildProcess, TakesAlongWhatItStarted) {
     // As ssh does for a way over another machine: ended from here, by its own will, or with its object.
     const std::string starter = program("p", "sleep 30 & echo $!; exec sleep $1");
     for (const char* how : {"terminated", "ended", "destroyed"}) {
-        Expected<Child> child = Child::start({.program = starter, .arguments = {how == std::string("ended") ? "0" : "30"}});
+        Expected<Child> child =
+            Child::start({.program = starter, .arguments = {how == std::string("ended") ? "0" : "30"}});
         ASSERT_TRUE(child);
         std::vector<std::string> lines;
         for (int i = 0; i < 1000 && lines.empty(); ++i) {

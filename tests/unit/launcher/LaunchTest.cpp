@@ -22,8 +22,10 @@ constexpr const char* kWall = R"(
 screens { name: "front" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 } upper_left { x: -1.6 y: 2.4 }
   grid { columns: 2 rows: 2 tile_width_px: 8 tile_height_px: 4 bezel_x_px: 2 bezel_y_px: 1 } }
 users { name: "viewer" position { y: 1.7 z: 2.4 } }
-hosts { name: "lower" tiles { screen: "front" column: 0 row: 0 user: "viewer" } tiles { screen: "front" column: 1 row: 0 user: "viewer" } }
-hosts { name: "upper" tiles { screen: "front" column: 0 row: 1 user: "viewer" } tiles { screen: "front" column: 1 row: 1 user: "viewer" } }
+hosts { name: "lower" tiles { screen: "front" column: 0 row: 0 user: "viewer" }
+  tiles { screen: "front" column: 1 row: 0 user: "viewer" } }
+hosts { name: "upper" tiles { screen: "front" column: 0 row: 1 user: "viewer" }
+  tiles { screen: "front" column: 1 row: 1 user: "viewer" } }
 )";
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -66,7 +68,11 @@ protected:
         program("tessera-server", R"(
             report=; while [ $# -gt 0 ]; do [ "$1" = --report ] && report=$2; echo "$1" >>$S/server.args; shift; done
             echo 'tessera-server: listening on 127.0.0.1:4711'
-            done_well() { echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[],"sync":{"waits":[{"tile":"front-1-0","host":"b","frames":2,"ms":9,"reason":"draw"}]}}' >$report; exit 0; }
+            done_well() {
+                echo '{"frames":3,"frame_ms":{"p50":12.5},"faults":[],' >$report
+                echo '"sync":{"waits":[{"tile":"front-1-0","host":"b","frames":2,"ms":9,"reason":"draw"}]}}' >>$report
+                exit 0
+            }
             )" + server);
         program("tessera-client",
                 "host=$4; echo \"$@\" >>$S/client.args\nput() { mkdir -p $S/out/tiles/$1; cp $S/$2.png "
@@ -83,12 +89,14 @@ protected:
 };
 
 TEST_F(Launching, WhatLiesBesideTheScenesMayBeLoaded) {
-    options_.scenes = {(folder_ / "hall.tsct").string(), (folder_ / "more" / "engine.glb").string(), "asset://crate.glb", "/hall.tsct"};
+    options_.scenes = {(folder_ / "hall.tsct").string(), (folder_ / "more" / "engine.glb").string(),
+                       "asset://crate.glb", "/hall.tsct"};
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
     const std::string words = read(folder_ / "server.args");
     EXPECT_NE(words.find("--allow\n" + folder_.string() + "\n"), std::string::npos) << words;
     EXPECT_NE(words.find("--allow\n" + (folder_ / "more").string() + "\n"), std::string::npos) << words;
-    EXPECT_EQ(words.find("--allow\n/\n"), std::string::npos) << "beside a scene in the root folder lies everything: " << words;
+    EXPECT_EQ(words.find("--allow\n/\n"), std::string::npos)
+        << "beside a scene in the root folder lies everything: " << words;
 }
 
 TEST_F(Launching, LeavesTheMosaicAndWhatAVisitorSees) {
@@ -147,9 +155,10 @@ TEST_F(Launching, HandsItsOptionsOn) {
     options_.reload = true;
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
     const std::string server = read(folder_ / "server.args");
-    for (const char* expected : {"--wall\n", "lab.wall\n", "--scene\nhall.tsct\n", "--listen\n127.0.0.1:0\n",
-                                 "--frames\n3\n", "--assets\n/models\n", "--size\n16x8\n", "--samples\n1\n",
-                                 "--camera\nview 2\n", "--record\nhall.rec\n", "--threads\n3\n", "--reload\n", "--progress\n", "/out/report.json\n"}) {
+    for (const char* expected :
+         {"--wall\n", "lab.wall\n", "--scene\nhall.tsct\n", "--listen\n127.0.0.1:0\n", "--frames\n3\n",
+          "--assets\n/models\n", "--size\n16x8\n", "--samples\n1\n", "--camera\nview 2\n", "--record\nhall.rec\n",
+          "--threads\n3\n", "--reload\n", "--progress\n", "/out/report.json\n"}) {
         EXPECT_NE(server.find(expected), std::string::npos) << expected << server;
     }
     const std::string client = read(folder_ / "client.args");
@@ -168,7 +177,8 @@ TEST_F(Launching, TakesADeadHostsLastImageFromItsSharedFrame) {
     }
     EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", R"(
         if [ $host = lower ]; then put front-0-0 red 000002; put front-1-0 green 000002; touch $S/lower
-        else mkdir -p $S/out/tiles/front-0-1; cp $S/ready.frame $S/out/tiles/front-0-1/shown.frame; touch $S/upper; kill -9 $$; fi)"),
+        else mkdir -p $S/out/tiles/front-0-1; cp $S/ready.frame $S/out/tiles/front-0-1/shown.frame; touch $S/upper;
+          kill -9 $$; fi)"),
               0)
         << said();
     const Picture mosaic = load("wall.png");
@@ -238,20 +248,25 @@ TEST_F(Launching, HostsElsewhereThatShowNoFrameAreAFailure) {
     std::string wall = kWall;
     for (const std::string host : {"lower", "upper"}) {
         const std::string name = "name: \"" + host + "\"";
-        wall.insert(wall.find(name), fmt::format("machine {{ ssh: \"wall-3\" command: \"{}/tessera-client\" }} ", folder_.string()));
+        wall.insert(wall.find(name),
+                    fmt::format("machine {{ ssh: \"wall-3\" command: \"{}/tessera-client\" }} ", folder_.string()));
     }
     std::ofstream(folder_ / "lab.wall") << wall;
     options_.start = true;
-    options_.ssh = program("ssh", "for last; do :; done\nexport SSH_CONNECTION='127.0.0.1 1 127.0.0.1 2'\neval \"$last\"");
+    options_.ssh =
+        program("ssh", "for last; do :; done\nexport SSH_CONNECTION='127.0.0.1 1 127.0.0.1 2'\neval \"$last\"");
     const std::string client = fmt::format(R"(
         [ "$1" = --version ] && {{ echo '{}'; exit 0; }}
         case "$*" in *--check*) echo 'check: cores 2'; exit 0;; esac
-        touch $S/$host; await $S/over)", versionText("tessera-client"));
+        touch $S/$host; await $S/over)",
+                                           versionText("tessera-client"));
     program("tessera-ctl", "exit 0");
     const auto after = [&](int frames) {
         for (const char* name : {"lower", "upper", "over"}) std::filesystem::remove(folder_ / name);
         return launchWith(fmt::format(R"(await $S/lower; await $S/upper
-            echo '{{"frames":{},"frame_ms":{{"p50":12.5}},"faults":[]}}' >$report; touch $S/over; exit 0)", frames), client);
+            echo '{{"frames":{},"frame_ms":{{"p50":12.5}},"faults":[]}}' >$report; touch $S/over; exit 0)",
+                                      frames),
+                          client);
     };
     EXPECT_EQ(after(0), 1) << said();
     EXPECT_SAID("tessera-wall: error: no host has shown a frame\n");

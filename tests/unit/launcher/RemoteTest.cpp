@@ -1,5 +1,5 @@
-/// Hosts on machines of their own: what ssh is told, what its words mean, how their clients are followed. The real sshd stands in
-/// tests/integration/StartTest.cpp; here a script plays ssh, and runs what it is given.
+/// Hosts on machines of their own: what ssh is told, what its words mean, how their clients are followed. The real sshd
+/// stands in tests/integration/StartTest.cpp; here a script plays ssh, and runs what it is given.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -23,11 +23,15 @@ using namespace std::chrono_literals;
 class RemoteHosts : public test::Stage {
 protected:
     /// What stands in ssh's place: does what the last of its words says, here.
-    std::string honestSsh() { return program("ssh", "for last; do :; done\nexport SSH_CONNECTION='127.0.0.1 1 127.0.0.1 2'\neval \"$last\""); }
-    std::optional<MachineAnswer> ask(const std::string& ssh, const Machine& machine, std::chrono::milliseconds deadline = 10s) {
+    std::string honestSsh() {
+        return program("ssh", "for last; do :; done\nexport SSH_CONNECTION='127.0.0.1 1 127.0.0.1 2'\neval \"$last\"");
+    }
+    std::optional<MachineAnswer> ask(const std::string& ssh, const Machine& machine,
+                                     std::chrono::milliseconds deadline = 10s) {
         Expected<Signals> signals = Signals::take();
-        const auto answers = askMachines({{.host = "west", .machine = machine, .arguments = {"--surface", "none"}}},
-                                         {.ssh = ssh, .version = versionText("tessera-client"), .deadline = deadline}, *signals);
+        const auto answers =
+            askMachines({{.host = "west", .machine = machine, .arguments = {"--surface", "none"}}},
+                        {.ssh = ssh, .version = versionText("tessera-client"), .deadline = deadline}, *signals);
         return answers ? std::optional(answers->front()) : std::nullopt;
     }
     std::string lackOf(const std::string& ssh, const Machine& machine, std::chrono::milliseconds deadline = 10s) {
@@ -44,11 +48,13 @@ TEST_F(RemoteHosts, AnyTextIsOneWordOfAShell) {
         SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_launcher --gtest_filter='*AnyText*'", seed));
         std::mt19937 random(seed);
         std::string text;
-        for (int i = 0; i < 60; ++i) text.push_back(static_cast<char>(std::uniform_int_distribution(0x20, 0x7e)(random)));
+        for (int i = 0; i < 60; ++i)
+            text.push_back(static_cast<char>(std::uniform_int_distribution(0x20, 0x7e)(random)));
         text += "'\"\\$`!";
         // Twice, as it goes through the account's shell and sh.
         const std::string script = "printf %s " + shellWord(text);
-        Expected<Child> child = Child::start({.program = "/bin/sh", .arguments = {"-c", "exec sh -c " + shellWord(script)}});
+        Expected<Child> child =
+            Child::start({.program = "/bin/sh", .arguments = {"-c", "exec sh -c " + shellWord(script)}});
         ASSERT_TRUE(child);
         std::string said;
         while (child->handle(Child::kOut) >= 0)
@@ -60,7 +66,8 @@ TEST_F(RemoteHosts, AnyTextIsOneWordOfAShell) {
 TEST_F(RemoteHosts, AreAskedWithoutPasswordsTunnelsOrOthersConnections) {
     const ChildCommand command = overSsh("/usr/bin/ssh", {.ssh = "me@wall-3", .port = 2222}, "true");
     const std::string all = fmt::format("{}", fmt::join(command.arguments, "|"));
-    for (const char* part : {"BatchMode=yes", "ConnectTimeout=", "ServerAliveInterval=", "ControlPath=none", "ClearAllForwardings=yes", "-p|2222|--|me@wall-3|exec sh -c 'true'"})
+    for (const char* part : {"BatchMode=yes", "ConnectTimeout=", "ServerAliveInterval=", "ControlPath=none",
+                             "ClearAllForwardings=yes", "-p|2222|--|me@wall-3|exec sh -c 'true'"})
         EXPECT_NE(all.find(part), std::string::npos) << part << " in " << all;
     EXPECT_TRUE(command.feedInput);
 }
@@ -68,8 +75,10 @@ TEST_F(RemoteHosts, AreAskedWithoutPasswordsTunnelsOrOthersConnections) {
 TEST_F(RemoteHosts, ThatAreReadySayByWhichAddressTheySeeUsAndWhatTheyHave) {
     const std::string client = program("client", fmt::format(R"(
         [ "$1" = --version ] && {{ echo '{}'; exit 0; }}
-        echo "check: cores 12"; echo "check: pixels 00ff"; echo "$@" $DISPLAY $EXTRA >$S/asked; exit 0)", versionText("tessera-client")));
-    const auto answer = ask(honestSsh(), {.ssh = "wall-3", .command = client, .display = ":7", .environment = {{"EXTRA", "it's"}}});
+        echo "check: cores 12"; echo "check: pixels 00ff"; echo "$@" $DISPLAY $EXTRA >$S/asked; exit 0)",
+                                                             versionText("tessera-client")));
+    const auto answer =
+        ask(honestSsh(), {.ssh = "wall-3", .command = client, .display = ":7", .environment = {{"EXTRA", "it's"}}});
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->lacks, std::vector<std::string>());
     EXPECT_EQ(answer->seesUsAs, "127.0.0.1");
@@ -79,19 +88,34 @@ TEST_F(RemoteHosts, ThatAreReadySayByWhichAddressTheySeeUsAndWhatTheyHave) {
 }
 
 TEST_F(RemoteHosts, SayWhatIsInTheWayInWords) {
-    const auto ssh = [&](const std::string& words, int code = 255) { return program("odd-ssh", fmt::format("printf '{}\\r\\n' >&2; exit {}", words, code)); };
+    const auto ssh = [&](const std::string& words, int code = 255) {
+        return program("odd-ssh", fmt::format("printf '{}\\r\\n' >&2; exit {}", words, code));
+    };
     const Machine machine{.ssh = "me@wall-3", .port = 2222};
-    EXPECT_NE(lackOf(ssh("ssh: Could not resolve hostname wall-3: Name or service not known"), machine).find("nobody knows its name"), std::string::npos);
-    EXPECT_NE(lackOf(ssh("ssh: connect to host wall-3 port 2222: Connection timed out"), machine).find("cannot be reached"), std::string::npos);
-    EXPECT_NE(lackOf(ssh("ssh: connect to host wall-3 port 2222: No route to host"), machine).find("cannot be reached"), std::string::npos);
-    EXPECT_NE(lackOf(ssh("ssh: connect to host wall-3 port 2222: Connection refused"), machine).find("no ssh server answers"), std::string::npos);
+    EXPECT_NE(lackOf(ssh("ssh: Could not resolve hostname wall-3: Name or service not known"), machine)
+                  .find("nobody knows its name"),
+              std::string::npos);
+    EXPECT_NE(
+        lackOf(ssh("ssh: connect to host wall-3 port 2222: Connection timed out"), machine).find("cannot be reached"),
+        std::string::npos);
+    EXPECT_NE(lackOf(ssh("ssh: connect to host wall-3 port 2222: No route to host"), machine).find("cannot be reached"),
+              std::string::npos);
+    EXPECT_NE(
+        lackOf(ssh("ssh: connect to host wall-3 port 2222: Connection refused"), machine).find("no ssh server answers"),
+        std::string::npos);
     EXPECT_NE(lackOf(ssh("Host key verification failed."), machine).find("`ssh -p 2222 me@wall-3`"), std::string::npos);
-    EXPECT_NE(lackOf(ssh("@  WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!  @\\nHost key verification failed."), machine).find("has changed"), std::string::npos);
-    EXPECT_NE(lackOf(ssh("me@wall-3: Permission denied (publickey,password)."), machine).find("ssh-copy-id"), std::string::npos);
+    EXPECT_NE(
+        lackOf(ssh("@  WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!  @\\nHost key verification failed."), machine)
+            .find("has changed"),
+        std::string::npos);
+    EXPECT_NE(lackOf(ssh("me@wall-3: Permission denied (publickey,password)."), machine).find("ssh-copy-id"),
+              std::string::npos);
     EXPECT_NE(lackOf(ssh("something new"), machine).find("something new"), std::string::npos);
     EXPECT_EQ(lackOf(ssh("x"), machine).find('\r'), std::string::npos);
     EXPECT_NE(lackOf(program("quiet", "exit 0"), machine).find("runs no commands"), std::string::npos);
-    EXPECT_NE(lackOf(program("nologin", "echo 'This account is currently not available.'; exit 1"), machine).find("runs no commands"), std::string::npos);
+    EXPECT_NE(lackOf(program("nologin", "echo 'This account is currently not available.'; exit 1"), machine)
+                  .find("runs no commands"),
+              std::string::npos);
     EXPECT_NE(lackOf((folder_ / "none").string(), machine).find("cannot be started"), std::string::npos);
 }
 
@@ -109,16 +133,19 @@ TEST_F(RemoteHosts, WhoseProgramsAreSomethingElseLackAClient) {
     EXPECT_NE(with("cat /dev/zero").find("talks without end"), std::string::npos);
     EXPECT_NE(with("exec sleep 30", 300ms).find("has not answered for 0.3 s"), std::string::npos);
     EXPECT_NE(with("head -c 5000 /dev/urandom").find("both have to be of one version"), std::string::npos);
-    const std::string good = fmt::format("[ \"$1\" = --version ] && {{ echo '{}'; exit 0; }}\n", versionText("tessera-client"));
+    const std::string good =
+        fmt::format("[ \"$1\" = --version ] && {{ echo '{}'; exit 0; }}\n", versionText("tessera-client"));
     EXPECT_EQ(with(good + "echo 'check: trouble a display'; exit 1"), "a display");
     EXPECT_NE(with(good + "echo 'boom' >&2; exit 134").find("--check` fails: it said: boom"), std::string::npos);
 }
 
 TEST_F(RemoteHosts, OwnArgumentsCountMoreThanTheWallsOwn) {
     using Words = std::vector<std::string>;
-    EXPECT_EQ(mergedArguments({"--surface", "egl", "--window", "DP-1", "--full-screen"}, {"--surface", "osmesa", "--window", "--share=off", "--device", "1"}),
+    EXPECT_EQ(mergedArguments({"--surface", "egl", "--window", "DP-1", "--full-screen"},
+                              {"--surface", "osmesa", "--window", "--share=off", "--device", "1"}),
               (Words{"--surface", "egl", "--window", "DP-1", "--full-screen", "--share=off", "--device", "1"}));
-    EXPECT_EQ(mergedArguments({"--device=2"}, {"--device", "1", "--share", "off"}), (Words{"--device=2", "--share", "off"}));
+    EXPECT_EQ(mergedArguments({"--device=2"}, {"--device", "1", "--share", "off"}),
+              (Words{"--device=2", "--share", "off"}));
     EXPECT_EQ(mergedArguments({}, {"--device", "1"}), (Words{"--device", "1"}));
 }
 
@@ -132,7 +159,9 @@ TEST_F(RemoteHosts, AreAskedForTheMonitorsThatTheWallNames) {
         made.output.monitor = monitor;
         return made;
     };
-    wall.hosts = {{.name = "a", .tiles = {tile(0, Eye::kLeft, "DP-1"), tile(0, Eye::kRight, ""), tile(1, Eye::kCenter, ""), tile(2, Eye::kCenter, "DP-3")}},
+    wall.hosts = {{.name = "a",
+                   .tiles = {tile(0, Eye::kLeft, "DP-1"), tile(0, Eye::kRight, ""), tile(1, Eye::kCenter, ""),
+                             tile(2, Eye::kCenter, "DP-3")}},
                   {.name = "b", .tiles = {tile(0, Eye::kCenter, "--device")}}};
     wall.hosts[0].tiles[0].output.stereo = StereoPacking::kRows;
     const auto asked = [&](Words words) { return withMonitorsOf(wall, "a", std::move(words)); };
@@ -169,7 +198,10 @@ protected:
         options_.hosts = {"west"};
         const std::string ssh = program("ssh", client);
         options_.remote["west"] = {.destination = "me@wall-3",
-                                   .command = [ssh](const std::string& port) { return ChildCommand{.program = ssh, .arguments = {port}, .feedInput = true}; },
+                                   .command =
+                                       [ssh](const std::string& port) {
+                                           return ChildCommand{.program = ssh, .arguments = {port}, .feedInput = true};
+                                       },
                                    .lacking = lacking};
         Expected<Signals> signals = Signals::take();
         return runWall(options_, *signals, console());
@@ -179,7 +211,8 @@ protected:
 };
 
 TEST_F(RemoteRunning, IsToldThePortAndFedSignsOfLife) {
-    const auto result = run(std::string(kListen) + "await $S/fed; exit 0", "echo $1 >$S/port; read -r x && read -r x && touch $S/fed; cat >/dev/null; exit 0");
+    const auto result = run(std::string(kListen) + "await $S/fed; exit 0",
+                            "echo $1 >$S/port; read -r x && read -r x && touch $S/fed; cat >/dev/null; exit 0");
     ASSERT_TRUE(result) << result.error().message;
     EXPECT_TRUE(result->server.good());
     EXPECT_EQ(read(folder_ / "port"), "4711\n");
@@ -188,7 +221,9 @@ TEST_F(RemoteRunning, IsToldThePortAndFedSignsOfLife) {
 
 TEST_F(RemoteRunning, EndsByItsInputAndNotByASignalToSsh) {
     options_.finishDeadline = 100ms;
-    const auto result = run(std::string(kListen) + "await $S/started; exit 0", "trap 'touch $S/signalled; exit 1' TERM\ntouch $S/started; while read -r x; do :; done; touch $S/ended; exit 0");
+    const auto result = run(std::string(kListen) + "await $S/started; exit 0",
+                            "trap 'touch $S/signalled; exit 1' TERM\ntouch $S/started; while read -r x; do :; done; "
+                            "touch $S/ended; exit 0");
     ASSERT_TRUE(result);
     EXPECT_TRUE(has("ended"));
     EXPECT_FALSE(has("signalled"));
@@ -196,7 +231,8 @@ TEST_F(RemoteRunning, EndsByItsInputAndNotByASignalToSsh) {
 
 TEST_F(RemoteRunning, EndsOfConnectionsAndClientsAreToldApart) {
     const auto said = [&](int code) {
-        const auto result = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", fmt::format("exit {}", code));
+        const auto result = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done",
+                                fmt::format("exit {}", code));
         EXPECT_EQ(result->desertedCode, code == 255 ? 4 : 1);
         return this->said();
     };
@@ -211,7 +247,8 @@ TEST_F(RemoteRunning, IsTriedAgainLaterEachTime) {
     options_.restartDelay = 40ms;
     options_.longestRestartDelay = 200ms;
     const auto begin = std::chrono::steady_clock::now();
-    const auto result = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "echo >>$S/tries; exit 255");
+    const auto result =
+        run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "echo >>$S/tries; exit 255");
     ASSERT_TRUE(result);
     EXPECT_EQ(read(folder_ / "tries"), "\n\n\n\n\n");
     EXPECT_GE(std::chrono::steady_clock::now() - begin, 480ms) << "40 + 80 + 160 + 200";
@@ -220,11 +257,13 @@ TEST_F(RemoteRunning, IsTriedAgainLaterEachTime) {
 
 TEST_F(RemoteRunning, ThatLacksSomethingIsLeftAloneOrTriedLater) {
     options_.restart = true;
-    const auto result = run(std::string(kListen) + "await $S/tried; exit 0", "touch $S/tried; cat >/dev/null; exit 0", true);
+    const auto result =
+        run(std::string(kListen) + "await $S/tried; exit 0", "touch $S/tried; cat >/dev/null; exit 0", true);
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->server.good());
     options_.restart = false;
-    const auto alone = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "touch $S/again", true);
+    const auto alone =
+        run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "touch $S/again", true);
     ASSERT_TRUE(alone);
     EXPECT_TRUE(alone->deserted) << "nobody else was there";
     EXPECT_FALSE(has("again"));
@@ -233,9 +272,12 @@ TEST_F(RemoteRunning, ThatLacksSomethingIsLeftAloneOrTriedLater) {
 TEST_F(RemoteRunning, TakesThePictureBeforeTheServerIsToldToEnd) {
     options_.endAfterFrames = 3;
     options_.beforeEnd = [this](const std::string& address) {
-        return ChildCommand{.program = program("ctl", "[ -e $S/told ] || echo $1 >$S/picture; echo 'a picture'"), .arguments = {address}};
+        return ChildCommand{.program = program("ctl", "[ -e $S/told ] || echo $1 >$S/picture; echo 'a picture'"),
+                            .arguments = {address}};
     };
-    const auto result = run(std::string(kListen) + "trap 'touch $S/told; exit 0' TERM; for i in 1 2 3 4; do echo progress $i 0; done; while :; do sleep 0.05; done",
+    const auto result = run(std::string(kListen) +
+                                "trap 'touch $S/told; exit 0' TERM; for i in 1 2 3 4; do echo progress $i 0; done; "
+                                "while :; do sleep 0.05; done",
                             "cat >/dev/null; exit 0");
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->server.good());
@@ -247,8 +289,12 @@ TEST_F(RemoteRunning, TakesThePictureBeforeTheServerIsToldToEnd) {
 TEST_F(RemoteRunning, DoesNotWaitForAPictureForEver) {
     options_.endAfterFrames = 1;
     options_.beforeEndDeadline = 200ms;
-    options_.beforeEnd = [this](const std::string&) { return ChildCommand{.program = program("ctl", "exec sleep 60")}; };
-    const auto result = run(std::string(kListen) + "trap 'exit 0' TERM; echo progress 1 0; while :; do sleep 0.05; done", "cat >/dev/null; exit 0");
+    options_.beforeEnd = [this](const std::string&) {
+        return ChildCommand{.program = program("ctl", "exec sleep 60")};
+    };
+    const auto result =
+        run(std::string(kListen) + "trap 'exit 0' TERM; echo progress 1 0; while :; do sleep 0.05; done",
+            "cat >/dev/null; exit 0");
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->server.good());
 }
@@ -256,7 +302,8 @@ TEST_F(RemoteRunning, DoesNotWaitForAPictureForEver) {
 TEST_F(RemoteRunning, FloodsAreCutAndLinesNamed) {
     options_.mostLinesPerSecond = 10;
     const auto result = run(std::string(kListen) + "await $S/said; sleep 1.2; exit 0",
-                            "echo hello; echo 'tessera-client[west]: joined' >&2; for i in $(seq 500); do echo line $i; done; touch $S/said; cat >/dev/null; exit 0");
+                            "echo hello; echo 'tessera-client[west]: joined' >&2; for i in $(seq 500); do echo line "
+                            "$i; done; touch $S/said; cat >/dev/null; exit 0");
     ASSERT_TRUE(result);
     EXPECT_SAID("[west] hello\n");
     EXPECT_SAID("\ntessera-client[west]: joined\n");

@@ -107,8 +107,10 @@ TEST_F(WallRunning, StartsADeadClientAgainIfAsked) {
 
 TEST_F(WallRunning, NamesAClientThatLeavesAWallThatGoesOn) {
     options_.leaveGrace = 200ms;
-    const std::string server = std::string(kListen) + "await $S/b; for i in $(seq 60); do [ -e $S/again ] && break; sleep 0.05; done; exit 0";
-    const std::string client = "[ -e $S/b ] && [ $host = b ] && touch $S/again; touch $S/$host; [ $host = b ] || exec sleep 10";
+    const std::string server =
+        std::string(kListen) + "await $S/b; for i in $(seq 60); do [ -e $S/again ] && break; sleep 0.05; done; exit 0";
+    const std::string client =
+        "[ -e $S/b ] && [ $host = b ] && touch $S/again; touch $S/$host; [ $host = b ] || exec sleep 10";
     options_.finishDeadline = 100ms;
     ASSERT_TRUE(run(server, client));
     EXPECT_SAID("warning: client of host b ended with exit code 0, and the wall goes on\n");
@@ -123,7 +125,8 @@ TEST_F(WallRunning, NamesAClientThatLeavesAWallThatGoesOn) {
 
 TEST_F(WallRunning, StopsAServerThatAllHaveLeft) {
     options_.leaveGrace = 200ms;
-    const Expected<WallRunResult> result = run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "exit 0");
+    const Expected<WallRunResult> result =
+        run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done", "exit 0");
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->deserted);
     EXPECT_EQ(result->desertedCode, 1);
@@ -217,7 +220,10 @@ TEST_F(WallRunning, EndsClientsAtOnceWhenTheServerHasDied) {
 TEST_F(WallRunning, IsNotHeldUpByAProcessThatKeepsAStreamOpen) {
     const auto before = std::chrono::steady_clock::now();
     const Expected<WallRunResult> result =
-        run(std::string(kListen) + "await $S/a; await $S/b; setsid bash -c 'echo $$ >'$S'/sleeper.part; mv '$S'/sleeper.part '$S'/sleeper; exec sleep 60' & await $S/sleeper; exit 0", "touch $S/$host");
+        run(std::string(kListen) +
+                "await $S/a; await $S/b; setsid bash -c 'echo $$ >'$S'/sleeper.part; mv '$S'/sleeper.part "
+                "'$S'/sleeper; exec sleep 60' & await $S/sleeper; exit 0",
+            "touch $S/$host");
     ASSERT_TRUE(result);
     EXPECT_LT(std::chrono::steady_clock::now() - before, 30s);
     ::kill(std::stoi(read(folder_ / "sleeper")), SIGKILL);

@@ -1,4 +1,5 @@
-/// What is grabbed stays below the ray: judged in the world by the scene's own transforms, not by the frame in which a drag is worked out.
+/// What is grabbed stays below the ray: judged in the world by the scene's own transforms, not by the frame in which a
+/// drag is worked out.
 #include "common/cores/ComponentTransform.h"
 #include "common/cores/SpotLight.h"
 #include "server/manipulators/Drag.h"
@@ -20,15 +21,18 @@ namespace {
 
 /// Those that are no lights'.
 std::int64_t someKind(std::mt19937_64& random) {
-    constexpr std::array kKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kCenterball,
-                                Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox};
+    constexpr std::array kKinds{Manipulator::kMove,        Manipulator::kRotate,      Manipulator::kScale,
+                                Manipulator::kTrackball,   Manipulator::kCenterball,  Manipulator::kTabBox,
+                                Manipulator::kJack,        Manipulator::kTransformer, Manipulator::kHandleBox,
+                                Manipulator::kTransformBox};
     return kKinds[random() % kKinds.size()];
 }
 
 /// A target of either type below up to three uneven parents, so that its world matrix is sheared.
 void makeTarget(ManipulatorScene& stage, std::mt19937_64& random, bool component) {
     ObjectId parent = kRootNode;
-    for (std::size_t depth = random() % 4; depth > 0; --depth) parent = stage.node(stage.transform(randomPose(random)), parent);
+    for (std::size_t depth = random() % 4; depth > 0; --depth)
+        parent = stage.node(stage.transform(randomPose(random)), parent);
     const Pose pose = randomPose(random);
     if (component) {
         stage.core = stage.create(typeOf<ComponentTransform>());
@@ -44,7 +48,8 @@ void makeTarget(ManipulatorScene& stage, std::mt19937_64& random, bool component
     stage.box(stage.target, Vec3d(uniform(random, 0.5, 3), uniform(random, 0.5, 3), uniform(random, 0.5, 3)));
 }
 
-/// A ray from outside to a point of one of the pieces: what it meets first may be another one. Not to a plane that it sees from its side: those are not met.
+/// A ray from outside to a point of one of the pieces: what it meets first may be another one. Not to a plane that it
+/// sees from its side: those are not met.
 Ray rayToPiece(const HandleSight& placed, std::mt19937_64& random) {
     while (true) {
         const HandlePiece& piece = placed.handles.pieces[random() % placed.handles.pieces.size()];
@@ -74,12 +79,14 @@ double distanceToRay(const Ray& ray, const Vec3d& point) {
     return (point - ray.origin).cross(ray.direction.normalized()).norm();
 }
 
-/// Each step of the two matrices there and back may lose a few units in the last place of the largest number met, times how much they stretch.
+/// Each step of the two matrices there and back may lose a few units in the last place of the largest number met, times
+/// how much they stretch.
 double boundOf(const ManipulatorScene& stage, const HandleSight& before, const Ray& ray) {
     const Affine3d world = worldTransform(stage.scene, stage.target);
     const Mat3d a = before.frame.world_T_frame.linear(), b = world.linear();
     const double stretch = a.norm() * a.inverse().norm() + b.norm() * b.inverse().norm();
-    const double largest = world.translation().norm() + ray.origin.norm() + before.frame.world_T_frame.translation().norm() + a.norm() * before.frame.extent.norm();
+    const double largest = world.translation().norm() + ray.origin.norm() +
+                           before.frame.world_T_frame.translation().norm() + a.norm() * before.frame.extent.norm();
     return 1000 * std::numeric_limits<double>::epsilon() * stretch * stretch * largest;
 }
 
@@ -96,7 +103,8 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
         const std::int64_t kind = someKind(random);
         makeTarget(stage, random, kind == Manipulator::kCenterball || random() % 2 == 0);
         stage.manipulate(kind, stage.target);
-        if (kind == Manipulator::kMove && random() % 2 == 0) setField<&Manipulator::world>(stage.edit, stage.manipulator, true);
+        if (kind == Manipulator::kMove && random() % 2 == 0)
+            setField<&Manipulator::world>(stage.edit, stage.manipulator, true);
         // Now and then of a size on the screen, of a few users: it is of the one whose ray it is.
         std::vector<float> sizes(random() % 4 == 0 ? 1 + random() % 8 : 0);
         for (float& size : sizes) size = static_cast<float>(uniform(random, 0.2, 4));
@@ -108,7 +116,8 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
         const HandleSight& before = all.seenBy(user);
         const Ray first = rayToPiece(before, random);
         std::vector<Vec3d> heads(all.sights());
-        for (std::size_t i = 0; i < heads.size(); ++i) heads[i] = i == user ? first.origin : Vec3d(first.origin + randomVector(random, 1).normalized());
+        for (std::size_t i = 0; i < heads.size(); ++i)
+            heads[i] = i == user ? first.origin : Vec3d(first.origin + randomVector(random, 1).normalized());
         stage.drags.headsAre(heads);
         const auto held = stage.drags.grab(stage.scene, stage.display, 1, first, {});
         ASSERT_TRUE(held) << held.error().message;
@@ -138,21 +147,26 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
                 EXPECT_LE((world.linear() - worldBefore.linear()).norm(), bound) << "it only moves";
                 break;
             case HandleDeed::kMoveAxis:
-                EXPECT_LE((now - held->point).cross(axisInWorld(handle.axis).normalized()).norm(), bound) << "along the axis alone";
+                EXPECT_LE((now - held->point).cross(axisInWorld(handle.axis).normalized()).norm(), bound)
+                    << "along the axis alone";
                 EXPECT_LE((world.linear() - worldBefore.linear()).norm(), bound);
                 [[fallthrough]];
             case HandleDeed::kScaleAxis:
             case HandleDeed::kScaleAll: {
-                // Of all points of its way it is the nearest to the ray, as the frame sees distances; unless a factor is at its least.
+                // Of all points of its way it is the nearest to the ray, as the frame sees distances; unless a factor
+                // is at its least.
                 const Vec3d fixed = before.frame.world_T_frame * handle.fixed;
                 if (handle.deed != HandleDeed::kMoveAxis) {
                     EXPECT_LE((world * (worldBefore.inverse() * fixed) - fixed).norm(), bound) << "what is fixed stays";
                     const Affine3d change = world * worldBefore.inverse();
                     if (change.linear().norm() < 0.2 || std::abs(change.linear().determinant()) < 2e-3) break;
                 }
-                const Vec3d origin = inFrame(ray.origin), direction = (inFrame(ray.origin + ray.direction) - origin).normalized();
+                const Vec3d origin = inFrame(ray.origin),
+                            direction = (inFrame(ray.origin + ray.direction) - origin).normalized();
                 const Vec3d p = inFrame(now);
-                const Vec3d way = handle.deed == HandleDeed::kScaleAll ? Vec3d((inFrame(held->point) - handle.fixed).normalized()) : Vec3d(Vec3d::Unit(handle.axis));
+                const Vec3d way = handle.deed == HandleDeed::kScaleAll
+                                      ? Vec3d((inFrame(held->point) - handle.fixed).normalized())
+                                      : Vec3d(Vec3d::Unit(handle.axis));
                 const Vec3d away = (p - origin) - direction * direction.dot(p - origin);
                 // Across both lines, or the two meet.
                 const double tolerance = 100 * bound / before.frame.world_T_frame.linear().colwise().norm().minCoeff();
@@ -166,12 +180,15 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
                 const double tolerance = 100 * bound / before.frame.world_T_frame.linear().colwise().norm().minCoeff();
                 EXPECT_NEAR(to.norm(), from.norm(), tolerance) << "in the frame it is a turn";
                 EXPECT_NEAR(axis.dot(to), axis.dot(from), tolerance) << "about its axis";
-                const Vec3d origin = inFrame(ray.origin), direction = (inFrame(ray.origin + ray.direction) - origin).normalized();
+                const Vec3d origin = inFrame(ray.origin),
+                            direction = (inFrame(ray.origin + ray.direction) - origin).normalized();
                 const Vec3d began = (inFrame(first.origin + first.direction) - inFrame(first.origin)).normalized();
                 if (std::abs(began.dot(axis)) < 0.11) break;  // edge on: along the tangent
                 const Vec3d meets = origin + direction * axis.dot(from - origin) / axis.dot(direction);
                 const Vec3d toFlat = to - axis * axis.dot(to), meetsFlat = meets - axis * axis.dot(meets);
-                EXPECT_LE(toFlat.normalized().cross(meetsFlat.normalized()).norm(), 100 * tolerance / std::min(1.0, meetsFlat.norm())) << "the hand's own angle";
+                EXPECT_LE(toFlat.normalized().cross(meetsFlat.normalized()).norm(),
+                          100 * tolerance / std::min(1.0, meetsFlat.norm()))
+                    << "the hand's own angle";
                 EXPECT_GT(toFlat.dot(meetsFlat), 0);
                 break;
             }
@@ -180,17 +197,22 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
                 const double tolerance = 100 * bound / before.frame.world_T_frame.linear().colwise().norm().minCoeff();
                 EXPECT_NEAR(to.norm(), from.norm(), tolerance);
                 const auto near = [&](const Ray& r) {
-                    const Vec3d origin = inFrame(r.origin), direction = (inFrame(r.origin + r.direction) - origin).normalized();
+                    const Vec3d origin = inFrame(r.origin),
+                                direction = (inFrame(r.origin + r.direction) - origin).normalized();
                     return Vec3d(origin - direction * direction.dot(origin)).norm();
                 };
                 // Where both rays meet the ball itself, not the sheet beside it, the very point is below the ray.
                 const double radius = from.norm();
-                if (radius < 0.25 * before.frame.extent.maxCoeff() || near(first) > 0.7 * radius || near(ray) > 0.7 * radius) break;
+                if (radius < 0.25 * before.frame.extent.maxCoeff() || near(first) > 0.7 * radius ||
+                    near(ray) > 0.7 * radius)
+                    break;
                 EXPECT_LE(distanceToRay(ray, now), 1000 * bound);
                 break;
             }
             case HandleDeed::kMoveCenter: {
-                EXPECT_LE((world.linear() - worldBefore.linear()).norm() + (world.translation() - worldBefore.translation()).norm(), 100 * bound)
+                EXPECT_LE((world.linear() - worldBefore.linear()).norm() +
+                              (world.translation() - worldBefore.translation()).norm(),
+                          100 * bound)
                     << "what it shows stays";
                 const auto* moved = stage.scene.get<ComponentTransform>(stage.core);
                 const Vec3d image = world * moved->center;
@@ -202,7 +224,8 @@ TEST(Drag, WhatIsGrabbedStaysBelowTheRay) {
         }
     });
     if (std::getenv("TESSERA_SEED")) return;
-    for (std::size_t deed = 0; deed < 8; ++deed) EXPECT_GT(judged[deed], 10) << "deed " << deed << " was hardly looked at";
+    for (std::size_t deed = 0; deed < 8; ++deed)
+        EXPECT_GT(judged[deed], 10) << "deed " << deed << " was hardly looked at";
 }
 
 TEST(Drag, ComingBackBringsEverythingBack) {
@@ -227,10 +250,11 @@ TEST(Drag, ComingBackBringsEverythingBack) {
         ASSERT_TRUE(back);
         if (!back->empty()) stage.apply(*back);
         const Affine3d now = worldTransform(stage.scene, stage.target);
-        const Grab grab = *grabAt(before.handles.of[static_cast<std::size_t>(held->handle - 1)], before.frame, before.moved, first,
-                                  (held->point - first.origin).norm() / first.direction.norm(), 0);
+        const Grab grab = *grabAt(before.handles.of[static_cast<std::size_t>(held->handle - 1)], before.frame,
+                                  before.moved, first, (held->point - first.origin).norm() / first.direction.norm(), 0);
         if (!dragged(grab, first)) return;  // a ray along the axis says nothing, even where it began
-        EXPECT_LE((now.matrix() - world.matrix()).norm(), 1e4 * boundOf(stage, before, first)) << "the way between does not count";
+        EXPECT_LE((now.matrix() - world.matrix()).norm(), 1e4 * boundOf(stage, before, first))
+            << "the way between does not count";
     });
 }
 
@@ -247,26 +271,32 @@ TEST(Drag, RaysThatSayNothingLeaveAllAsItIs) {
     ASSERT_TRUE(hit);
     ASSERT_EQ(hit->handle, 1);
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-    for (const HandleDeed deed : {HandleDeed::kMoveAxis, HandleDeed::kMovePlane, HandleDeed::kMoveFacing, HandleDeed::kTurnRing, HandleDeed::kTurnBall,
-                                  HandleDeed::kScaleAxis, HandleDeed::kScaleAll, HandleDeed::kOpenCone}) {
+    for (const HandleDeed deed :
+         {HandleDeed::kMoveAxis, HandleDeed::kMovePlane, HandleDeed::kMoveFacing, HandleDeed::kTurnRing,
+          HandleDeed::kTurnBall, HandleDeed::kScaleAxis, HandleDeed::kScaleAll, HandleDeed::kOpenCone}) {
         const int axis = deed == HandleDeed::kMovePlane || deed == HandleDeed::kTurnRing ? 2 : 0;
-        const std::optional<Grab> grab = grabAt({.deed = deed, .axis = axis}, placed.frame, placed.moved, first, hit->t, 0);
+        const std::optional<Grab> grab =
+            grabAt({.deed = deed, .axis = axis}, placed.frame, placed.moved, first, hit->t, 0);
         ASSERT_TRUE(grab);
         EXPECT_TRUE(dragged(*grab, {Vec3d(0.7, 0.1, 5), -Vec3d::UnitZ()})) << static_cast<int>(deed) << ": a good one";
-        for (const Ray& ray : {Ray{Vec3d(0.6, 0, 5), Vec3d::UnitZ()},                     // behind the eye
-                               Ray{Vec3d(0, 0, 5), Vec3d::Zero()}, Ray{Vec3d(nan, 0, 5), -Vec3d::UnitZ()}, Ray{Vec3d(0, 0, 5), Vec3d(0, nan, -1)},
-                               Ray{Vec3d(inf, 0, 5), -Vec3d::UnitZ()}, Ray{Vec3d(0, 0, 5), Vec3d(0, 0, -inf)}})
+        for (const Ray& ray : {Ray{Vec3d(0.6, 0, 5), Vec3d::UnitZ()},  // behind the eye
+                               Ray{Vec3d(0, 0, 5), Vec3d::Zero()}, Ray{Vec3d(nan, 0, 5), -Vec3d::UnitZ()},
+                               Ray{Vec3d(0, 0, 5), Vec3d(0, nan, -1)}, Ray{Vec3d(inf, 0, 5), -Vec3d::UnitZ()},
+                               Ray{Vec3d(0, 0, 5), Vec3d(0, 0, -inf)}})
             EXPECT_FALSE(dragged(*grab, ray)) << static_cast<int>(deed);
     }
-    const std::optional<Grab> along = grabAt({.deed = HandleDeed::kMoveAxis, .axis = 0}, placed.frame, placed.moved, first, hit->t, 0);
+    const std::optional<Grab> along =
+        grabAt({.deed = HandleDeed::kMoveAxis, .axis = 0}, placed.frame, placed.moved, first, hit->t, 0);
     EXPECT_FALSE(dragged(*along, {Vec3d(-5, 0.001, 0), Vec3d::UnitX()})) << "along the axis";
-    const std::optional<Grab> beside = grabAt({.deed = HandleDeed::kMovePlane, .axis = 2}, placed.frame, placed.moved, first, hit->t, 0);
+    const std::optional<Grab> beside =
+        grabAt({.deed = HandleDeed::kMovePlane, .axis = 2}, placed.frame, placed.moved, first, hit->t, 0);
     EXPECT_FALSE(dragged(*beside, {Vec3d(-5, 0, 1), Vec3d(1, 0, -0.01)})) << "beside the plane";
     // Whatever the ray, what comes out is a pose that a Transform can say, and no farther than some million sizes.
     forSeeds(2000, [&](std::mt19937_64& random) {
         const auto wild = [&] { return Vec3d(randomVector(random, 1) * std::pow(10.0, uniform(random, -300, 300))); };
         const HandleDeed deed = static_cast<HandleDeed>(random() % 9);
-        const std::optional<Grab> grab = grabAt({.deed = deed, .axis = static_cast<int>(random() % 3)}, placed.frame, placed.moved, first, hit->t, 0);
+        const std::optional<Grab> grab = grabAt({.deed = deed, .axis = static_cast<int>(random() % 3)}, placed.frame,
+                                                placed.moved, first, hit->t, 0);
         const std::optional<Dragged> to = dragged(*grab, {wild(), wild()});
         if (!to) return;
         EXPECT_TRUE(to->pose.sound());
@@ -295,15 +325,17 @@ TEST(Drag, NowhereIsNoEdit) {
             if (const auto list = stage.drags.drag(stage.scene, 1, ray, {}); list && !list->empty()) stage.apply(*list);
         const Transform& after = *stage.scene.get<Transform>(stage.core);
         EXPECT_EQ(after.translation, before.translation);
-        EXPECT_LT((after.rotation.coeffs() - before.rotation.coeffs()).norm(), 1e-15) << "made a unit quaternion once more";
+        EXPECT_LT((after.rotation.coeffs() - before.rotation.coeffs()).norm(), 1e-15)
+            << "made a unit quaternion once more";
         EXPECT_EQ(after.scale, before.scale);
     });
 }
 
-/// Seen along z the planes across x and y are seen from their sides: whoever means an arrow behind them has it, and a hand's width leads a hand's width.
+/// Seen along z the planes across x and y are seen from their sides: whoever means an arrow behind them has it, and a
+/// hand's width leads a hand's width.
 TEST(Drag, PlanesSeenFromTheirSideAreNotTaken) {
-    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack, Manipulator::kTransformer,
-                                    Manipulator::kHandleBox, Manipulator::kTransformBox}) {
+    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kTabBox, Manipulator::kJack,
+                                    Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
         ManipulatorScene stage;
         stage.core = stage.transform({});
         stage.target = stage.node(stage.core);
@@ -323,7 +355,8 @@ TEST(Drag, PlanesSeenFromTheirSideAreNotTaken) {
                 if (handle.deed == HandleDeed::kMovePlane) {
                     EXPECT_EQ(handle.axis, 2) << kind << ' ' << x << ' ' << y;
                     const std::optional<Grab> grab = grabAt(handle, placed.frame, placed.moved, ray, hit->t, 0);
-                    const std::optional<Dragged> to = dragged(*grab, {ray.origin + Vec3d(0.05, 0.05, 0), ray.direction});
+                    const std::optional<Dragged> to =
+                        dragged(*grab, {ray.origin + Vec3d(0.05, 0.05, 0), ray.direction});
                     ASSERT_TRUE(to);
                     EXPECT_LT(to->pose.translation.norm(), 0.1);
                 }
@@ -339,7 +372,8 @@ TEST(Drag, ThingsThatSnapGoInWholeSteps) {
     forSeeds(300, [](std::mt19937_64& random) {
         ManipulatorScene stage;
         Pose parent = randomPose(random);
-        parent.scale = Vec3d::Constant(uniform(random, 0.3, 3));  // so that a step of the world is one in each direction
+        parent.scale =
+            Vec3d::Constant(uniform(random, 0.3, 3));  // so that a step of the world is one in each direction
         stage.core = stage.transform({});
         stage.target = stage.node(stage.core, stage.node(stage.transform(parent)));
         stage.box(stage.target, Vec3d::Ones());
@@ -353,7 +387,8 @@ TEST(Drag, ThingsThatSnapGoInWholeSteps) {
         const Ray first = rayToPiece(before, random);
         const auto held = stage.drags.grab(stage.scene, stage.display, 1, first, {});
         ASSERT_TRUE(held && held->any);
-        const auto list = stage.drags.drag(stage.scene, 1, raySomewhereNear(first, held->point, parent.scale.x(), random), {});
+        const auto list =
+            stage.drags.drag(stage.scene, 1, raySomewhereNear(first, held->point, parent.scale.x(), random), {});
         ASSERT_TRUE(list);
         if (!list->empty()) stage.apply(*list);
         const Transform& now = *stage.scene.get<Transform>(stage.core);
@@ -379,24 +414,31 @@ TEST(Drag, ThingsThatSnapGoInWholeSteps) {
 TEST(Drag, BoxesDoWhatTheirPartsSay) {
     struct Case {
         std::int64_t kind;
-        Vec3d from, to;       // where the hand is, both seen from (…, …, 9)
-        Vec3d stays, leads;   // a place of the box that stays, and one that goes with the hand
+        Vec3d from, to;      // where the hand is, both seen from (…, …, 9)
+        Vec3d stays, leads;  // a place of the box that stays, and one that goes with the hand
         HandleDeed deed;
     };
     const Vec3d corner(1, 1, 1), opposite(-1, -1, -1), side(1.3 + 0.02, 0, 0), other(-1, 0, 0);
-    for (const Case& c : {Case{Manipulator::kHandleBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), opposite, corner, HandleDeed::kScaleAll},
-                          Case{Manipulator::kHandleBox, side, Vec3d(side + Vec3d(0.5, 0, 0)), other, Vec3d(1, 0, 0), HandleDeed::kScaleAxis},
-                          Case{Manipulator::kHandleBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(), Vec3d(1, 0, 0), HandleDeed::kMovePlane},
-                          Case{Manipulator::kTransformBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), Vec3d::Zero(), corner, HandleDeed::kScaleAll},
-                          Case{Manipulator::kTransformBox, Vec3d(1, 0.4, 0), Vec3d(1.5, 0.4, 0), Vec3d(0, 1, 0), Vec3d(1, 0, 1), HandleDeed::kTurnRing},
-                          Case{Manipulator::kTransformBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(), Vec3d(1, 0, 0), HandleDeed::kMovePlane}}) {
+    for (const Case& c : {Case{Manipulator::kHandleBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), opposite, corner,
+                               HandleDeed::kScaleAll},
+                          Case{Manipulator::kHandleBox, side, Vec3d(side + Vec3d(0.5, 0, 0)), other, Vec3d(1, 0, 0),
+                               HandleDeed::kScaleAxis},
+                          Case{Manipulator::kHandleBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(),
+                               Vec3d(1, 0, 0), HandleDeed::kMovePlane},
+                          Case{Manipulator::kTransformBox, Vec3d(1.03, 1.03, 0), Vec3d(1.53, 1.53, 0), Vec3d::Zero(),
+                               corner, HandleDeed::kScaleAll},
+                          Case{Manipulator::kTransformBox, Vec3d(1, 0.4, 0), Vec3d(1.5, 0.4, 0), Vec3d(0, 1, 0),
+                               Vec3d(1, 0, 1), HandleDeed::kTurnRing},
+                          Case{Manipulator::kTransformBox, Vec3d(0.5, 0.5, 0), Vec3d(1, 0.7, 0), Vec3d::Zero(),
+                               Vec3d(1, 0, 0), HandleDeed::kMovePlane}}) {
         ManipulatorScene stage;
         stage.core = stage.transform({});
         stage.target = stage.node(stage.core);
         stage.box(stage.target, Vec3d::Constant(2));
         stage.manipulate(c.kind, stage.target);
         stage.apply();
-        const auto held = stage.drags.grab(stage.scene, stage.display, 1, {Vec3d(c.from + Vec3d(0, 0, 9)), -Vec3d::UnitZ()}, {});
+        const auto held =
+            stage.drags.grab(stage.scene, stage.display, 1, {Vec3d(c.from + Vec3d(0, 0, 9)), -Vec3d::UnitZ()}, {});
         ASSERT_TRUE(held && held->any) << c.kind;
         const Handle handle = stage.placed().handles.of[static_cast<std::size_t>(held->handle - 1)];
         EXPECT_EQ(handle.deed, c.deed) << c.kind << ' ' << c.from.transpose();
@@ -411,7 +453,8 @@ TEST(Drag, BoxesDoWhatTheirPartsSay) {
         }
         EXPECT_LT((world * c.stays - c.stays).norm(), 1e-9) << c.kind << ' ' << c.from.transpose();
         EXPECT_GT(led.x(), 0.1) << c.kind << ' ' << c.from.transpose();
-        EXPECT_TRUE(c.deed != HandleDeed::kTurnRing || (world * Vec3d::UnitY() - Vec3d::UnitY()).norm() < 1e-12) << "about the edge's own direction";
+        EXPECT_TRUE(c.deed != HandleDeed::kTurnRing || (world * Vec3d::UnitY() - Vec3d::UnitY()).norm() < 1e-12)
+            << "about the edge's own direction";
         EXPECT_TRUE(c.deed != HandleDeed::kScaleAxis || std::abs(world.linear()(1, 1) - 1) < 1e-12) << "along one axis";
     }
 }
@@ -426,7 +469,8 @@ TEST(Drag, LightsTurnAndOpen) {
     setField<&Manipulator::size>(stage.edit, stage.manipulator, 2.0);
     stage.apply();
     const auto drag = [&](std::int64_t handle, const Vec3d& from, const Vec3d& to) {
-        const auto held = stage.drags.grab(stage.scene, stage.display, 1, {Vec3d(from + Vec3d(0, 0, 8)), -Vec3d::UnitZ()}, {});
+        const auto held =
+            stage.drags.grab(stage.scene, stage.display, 1, {Vec3d(from + Vec3d(0, 0, 8)), -Vec3d::UnitZ()}, {});
         ASSERT_TRUE(held && held->any);
         EXPECT_EQ(held->handle, handle);
         const auto list = stage.drags.drag(stage.scene, 1, {Vec3d(to + Vec3d(0, 0, 8)), -Vec3d::UnitZ()}, {});
@@ -436,7 +480,8 @@ TEST(Drag, LightsTurnAndOpen) {
     const double angle = std::numbers::pi / 4;
     const Vec3d ring(std::sin(angle), 2, -std::cos(angle));
     drag(3, ring, Vec3d(std::tan(0.3) * std::cos(angle), 2, -std::cos(angle)));
-    EXPECT_NEAR(stage.scene.get<SpotLight>(light)->outerAngle, 0.3, 0.04) << "the hand's own angle, but for where in the ring's tube it was grabbed";
+    EXPECT_NEAR(stage.scene.get<SpotLight>(light)->outerAngle, 0.3, 0.04)
+        << "the hand's own angle, but for where in the ring's tube it was grabbed";
     drag(1, Vec3d(0, 2, 0), Vec3d(1, 3, 0));
     EXPECT_LT((stage.scene.get<Transform>(stage.core)->translation - Vec3d(1, 3, 0)).norm(), 1e-9) << "its place";
 }

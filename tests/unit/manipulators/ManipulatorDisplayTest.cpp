@@ -33,7 +33,9 @@ struct Table : ManipulatorScene {
     /// World bounds of the handles alone.
     [[nodiscard]] Box seen() const { return top() ? sceneBounds(scene, *top()) : Box(); }
     /// The least difference between two boxes' corners.
-    static double apart(const Box& a, const Box& b) { return std::max((a.lower - b.lower).norm(), (a.upper - b.upper).norm()); }
+    static double apart(const Box& a, const Box& b) {
+        return std::max((a.lower - b.lower).norm(), (a.upper - b.upper).norm());
+    }
     void move(const Vec3d& to) {
         setField<&Transform::translation>(edit, core, to);
         apply();
@@ -71,7 +73,8 @@ TEST(ManipulatorDisplay, HandlesComeFollowTheirTargetAndGoWithIt) {
     EXPECT_FALSE(table.top());
 }
 
-/// After any edits of targets, parents, kinds and sizes the handles that have followed are those that would be made anew.
+/// After any edits of targets, parents, kinds and sizes the handles that have followed are those that would be made
+/// anew.
 TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
     forSeeds(100, [](Random& random) {
         ManipulatorScene stage;
@@ -86,22 +89,38 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
             const ObjectId which = oneIn(random, 2) ? parentCore : stage.core;
             const Pose pose = randomPose(random);
             switch (below(random, 8)) {
-                case 0: setField<&Transform::translation>(stage.edit, which, pose.translation); break;
-                case 1: setField<&Transform::rotation>(stage.edit, which, pose.rotation); break;
-                case 2: setField<&Transform::scale>(stage.edit, which, pose.scale); break;
-                case 3: setField<&Manipulator::size>(stage.edit, stage.manipulator, oneIn(random, 2) ? 0.0 : uniform(random, 0.1, 4)); break;
-                case 4: setField<&Manipulator::world>(stage.edit, stage.manipulator, oneIn(random, 2)); break;
+                case 0:
+                    setField<&Transform::translation>(stage.edit, which, pose.translation);
+                    break;
+                case 1:
+                    setField<&Transform::rotation>(stage.edit, which, pose.rotation);
+                    break;
+                case 2:
+                    setField<&Transform::scale>(stage.edit, which, pose.scale);
+                    break;
+                case 3:
+                    setField<&Manipulator::size>(stage.edit, stage.manipulator,
+                                                 oneIn(random, 2) ? 0.0 : uniform(random, 0.1, 4));
+                    break;
+                case 4:
+                    setField<&Manipulator::world>(stage.edit, stage.manipulator, oneIn(random, 2));
+                    break;
                 case 5: {
                     std::vector<float> sizes(1 + below(random, 8));
                     for (float& size : sizes) size = static_cast<float>(uniform(random, 0.1, 4));
                     stage.seenAs(sizes);
                     break;
                 }
-                case 6: setField<&Manipulator::pixels>(stage.edit, stage.manipulator, 0.0); break;
+                case 6:
+                    setField<&Manipulator::pixels>(stage.edit, stage.manipulator, 0.0);
+                    break;
                 default: {
-                    constexpr std::array kShownKinds{Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
-                                                Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox};
-                    setField<&Manipulator::kind>(stage.edit, stage.manipulator, kShownKinds[below(random, kShownKinds.size())]);
+                    constexpr std::array kShownKinds{
+                        Manipulator::kMove,        Manipulator::kRotate,    Manipulator::kScale,
+                        Manipulator::kTrackball,   Manipulator::kTabBox,    Manipulator::kJack,
+                        Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox};
+                    setField<&Manipulator::kind>(stage.edit, stage.manipulator,
+                                                 kShownKinds[below(random, kShownKinds.size())]);
                 }
             }
             stage.apply();
@@ -114,7 +133,9 @@ TEST(ManipulatorDisplay, WhatHasFollowedIsWhatIsMadeAnew) {
             }
         }
         stage.frame();
-        const auto boxOf = [&] { return sceneBounds(stage.scene, stage.scene.get<Node>(stage.manipulatorNode)->children[0]); };
+        const auto boxOf = [&] {
+            return sceneBounds(stage.scene, stage.scene.get<Node>(stage.manipulatorNode)->children[0]);
+        };
         const Box followed = boxOf();
         ASSERT_EQ(stage.scene.get<Node>(stage.manipulatorNode)->children.size(), 1u);
         stage.apply(removalOf(stage.scene, std::array{stage.scene.get<Node>(stage.manipulatorNode)->children[0]}));
@@ -139,7 +160,9 @@ TEST(ManipulatorDisplay, EachUserSeesHandlesOfTheirOwnSize) {
     };
     ASSERT_EQ(users()->children.size(), 3u);
     EXPECT_EQ(static_cast<std::uint64_t>(users()->levels), 0x0100020100020100u);
-    const auto reachOf = [&](std::size_t user) { return sceneBounds(table.scene, users()->children[levelOf(*users(), user)]).upper.x(); };
+    const auto reachOf = [&](std::size_t user) {
+        return sceneBounds(table.scene, users()->children[levelOf(*users(), user)]).upper.x();
+    };
     EXPECT_NEAR(reachOf(0), 0.25, 1e-5) << "half of it each way";
     EXPECT_NEAR(reachOf(1), 1, 1e-5);
     EXPECT_NEAR(reachOf(2), 0.5, 1e-5);
@@ -152,7 +175,8 @@ TEST(ManipulatorDisplay, EachUserSeesHandlesOfTheirOwnSize) {
     EXPECT_EQ(table.scene.objectCount(), objects) << "values alone travel";
     EXPECT_TRUE(table.display.update(table.scene).empty()) << "nothing more to say";
     // Of boxes knobs and edges, not the box.
-    for (const std::int64_t kind : {Manipulator::kTabBox, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
+    for (const std::int64_t kind :
+         {Manipulator::kTabBox, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
         setField<&Manipulator::kind>(table.edit, table.manipulator, kind);
         table.apply();
         table.frame();
@@ -204,10 +228,12 @@ TEST(ManipulatorDisplay, WhatPeopleDoToHandlesIsMadeGood) {
     EXPECT_LT(Table::apart(table.seen(), first), 1e-6);
 }
 
-/// Whoever takes hold and lets go leaves the scene as it was, ids included: hosts draw what lies upon each other in the order of ids.
+/// Whoever takes hold and lets go leaves the scene as it was, ids included: hosts draw what lies upon each other in the
+/// order of ids.
 TEST(ManipulatorDisplay, HoldingAHandleChangesColoursAlone) {
-    for (const std::int64_t kind : {Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
-                                    Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
+    for (const std::int64_t kind :
+         {Manipulator::kMove, Manipulator::kRotate, Manipulator::kScale, Manipulator::kTrackball, Manipulator::kTabBox,
+          Manipulator::kJack, Manipulator::kTransformer, Manipulator::kHandleBox, Manipulator::kTransformBox}) {
         Table table(kind);
         table.frame();
         const StateHash before = table.scene.stateHash();

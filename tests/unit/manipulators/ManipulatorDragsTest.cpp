@@ -27,8 +27,12 @@ struct Workbench : ManipulatorScene {
         frame();
     }
     static Ray rayAt(double x, double y) { return {.origin = Vec3d(x, y, 5), .direction = -Vec3d::UnitZ()}; }
-    Expected<ManipulatorDrags::Held> grab(std::uint64_t who, double x, double y) { return drags.grab(scene, display, who, rayAt(x, y), drivers); }
-    Expected<ChangeList> drag(std::uint64_t who, double x, double y) { return drags.drag(scene, who, rayAt(x, y), drivers); }
+    Expected<ManipulatorDrags::Held> grab(std::uint64_t who, double x, double y) {
+        return drags.grab(scene, display, who, rayAt(x, y), drivers);
+    }
+    Expected<ChangeList> drag(std::uint64_t who, double x, double y) {
+        return drags.drag(scene, who, rayAt(x, y), drivers);
+    }
     void corrected() {
         if (ChangeList list = drags.corrections(scene, display); !list.empty()) apply(std::move(list));
     }
@@ -50,7 +54,9 @@ TEST(ManipulatorDrags, WhereNoHandleIsNothingIsHeld) {
     EXPECT_FALSE(missed->any);
     EXPECT_FALSE(bench.drags.holds(kAnna));
     EXPECT_EQ(wordsOf(bench.drag(kAnna, 0, 1)), "no handle is held: grab one first");
-    const auto refusal = [&](const Ray& ray) { return bench.drags.grab(bench.scene, bench.display, kAnna, ray, bench.drivers).error().code; };
+    const auto refusal = [&](const Ray& ray) {
+        return bench.drags.grab(bench.scene, bench.display, kAnna, ray, bench.drivers).error().code;
+    };
     const double none = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(refusal({.origin = Vec3d(0, none, 0), .direction = Vec3d::UnitZ()}), ErrorCode::kBadInput);
     EXPECT_EQ(refusal({.origin = Vec3d::Zero(), .direction = Vec3d::Zero()}), ErrorCode::kBadInput);
@@ -68,7 +74,8 @@ TEST(ManipulatorDrags, TheSecondIsToldWhoeverHoldsIt) {
     bench.apply();
     bench.frame();
     bool refused = false;
-    for (double x = 1.3; x < 1.6 && !refused; x += 0.01) refused = wordsOf(bench.grab(kBert, x, 0)) == "/cart is held by /arrows, which somebody else drags";
+    for (double x = 1.3; x < 1.6 && !refused; x += 0.01)
+        refused = wordsOf(bench.grab(kBert, x, 0)) == "/cart is held by /arrows, which somebody else drags";
     EXPECT_TRUE(refused);
     bench.drags.release(kAnna);
     EXPECT_TRUE(bench.grab(kBert, 0, 0.4)->any);
@@ -82,7 +89,8 @@ TEST(ManipulatorDrags, ARayTakesWhatTheNearestHeadSees) {
     const Vec3d anna(0, 0, 5), bert(9, 0, 5);
     bench.drags.headsAre({anna, bert});
     const auto takes = [&](const Vec3d& head, double height) {
-        const auto held = bench.drags.grab(bench.scene, bench.display, kAnna, {.origin = head, .direction = Vec3d(0, height, 0) - head}, bench.drivers);
+        const auto held = bench.drags.grab(bench.scene, bench.display, kAnna,
+                                           {.origin = head, .direction = Vec3d(0, height, 0) - head}, bench.drivers);
         return held && held->any;
     };
     EXPECT_TRUE(takes(anna, 0.4));
@@ -97,7 +105,8 @@ TEST(ManipulatorDrags, WhatIsDrivenIsNotTakenAndNotKept) {
     bench.apply();
     bench.driving = {motion};
     EXPECT_EQ(wordsOf(bench.grab(kAnna, 0, 0.4)),
-              "/cart is driven by Motion #" + std::to_string(motion.value) + ", which plays: pause that first (playing), and the handle can be dragged");
+              "/cart is driven by Motion #" + std::to_string(motion.value) +
+                  ", which plays: pause that first (playing), and the handle can be dragged");
     EXPECT_FALSE(bench.drags.holds(kAnna));
     bench.driving.clear();
     ASSERT_TRUE(bench.grab(kAnna, 0, 0.4)->any);
@@ -122,7 +131,9 @@ TEST(ManipulatorDrags, WhatGoesWhileItIsHeldIsSaidToBeGone) {
             setField<&Node::core>(bench.edit, bench.target, bench.transform({}));  // what it moves is another one
             bench.apply();
         }
-        EXPECT_EQ(wordsOf(bench.drag(kAnna, 0, 0.8)), "the manipulator that was held, or what it moves, is not there any more") << what;
+        EXPECT_EQ(wordsOf(bench.drag(kAnna, 0, 0.8)),
+                  "the manipulator that was held, or what it moves, is not there any more")
+            << what;
         EXPECT_FALSE(bench.drags.holds(kAnna));
         bench.corrected();
         if (what != 0) EXPECT_EQ(bench.held(), 0);

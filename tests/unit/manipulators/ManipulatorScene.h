@@ -57,14 +57,17 @@ struct ManipulatorScene {
     /// As the server says it to so many users; 1: to all.
     void seenAs(std::span<const float> sizes) {
         Vec4f first = Vec4f::Zero(), rest = Vec4f::Zero();
-        for (std::size_t i = 0; i < sizes.size(); ++i) (i < 4 ? first : rest)[static_cast<Eigen::Index>(i % 4)] = sizes[i];
+        for (std::size_t i = 0; i < sizes.size(); ++i)
+            (i < 4 ? first : rest)[static_cast<Eigen::Index>(i % 4)] = sizes[i];
         setField<&Manipulator::pixels>(edit, manipulator, 100.0);
         setField<&Manipulator::sizes>(edit, manipulator, first);
         setField<&Manipulator::moreSizes>(edit, manipulator, rest);
     }
     /// Placeholders become ids, as the committer makes them.
     void apply(ChangeList list) {
-        replaceIds(list, [&](ObjectId id) { return id.value >= kFirstPlaceholder ? ObjectId{nextId + id.value - kFirstPlaceholder} : id; });
+        replaceIds(list, [&](ObjectId id) {
+            return id.value >= kFirstPlaceholder ? ObjectId{nextId + id.value - kFirstPlaceholder} : id;
+        });
         for (const Creation& creation : list.creations) nextId = std::max(nextId, creation.id.value + 1);
         const Expected<void> applied = scene.apply(list);
         ASSERT_TRUE(applied) << applied.error().message;
@@ -84,7 +87,8 @@ inline Vec3d randomVector(std::mt19937_64& random, double size) {
     return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
 }
 inline Quatd randomRotation(std::mt19937_64& random) {
-    return Quatd(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.1, 1)).normalized();
+    return Quatd(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.1, 1))
+        .normalized();
 }
 /// Uneven, and mirrored as often as not.
 inline Pose randomPose(std::mt19937_64& random) {

@@ -72,8 +72,8 @@ TEST(CarriedWay, IsBoundedInSpeedAndBend) {
             ASSERT_LE(norm(now.linear), way.stretchAt(t) * (1 + 1e-12));
             ASSERT_LE(way.stretchAt(t), way.stretch() * (1 + 1e-12));
             ASSERT_LE(norm(now.turning), way.turn() * (1 + 1e-12));
-            ASSERT_LE(way.stretchAt(t), way.stretchAt(0) + t * (way.stretchAt(1) - way.stretchAt(0)) +
-                                            way.stretchAboveChord() + 1e-12);
+            ASSERT_LE(way.stretchAt(t),
+                      way.stretchAt(0) + t * (way.stretchAt(1) - way.stretchAt(0)) + way.stretchAboveChord() + 1e-12);
             ASSERT_LE(std::abs(way.stretchAt(t + h) - way.stretchAt(t)), h * way.swelling() + 1e-12);
             ASSERT_LE(here.cwiseAbs().maxCoeff(), way.extent(way.reachOf(x)) * (1 + 1e-12));
             if (!even) continue;
@@ -100,7 +100,8 @@ TEST(CarriedMotion, IsNeverMissedAndNeverLate) {
         // Somewhere on its way the one is where the other is.
         const double meet = in(random, 0.1, 0.9);
         BodyMotion& first = other.carriers.empty() ? other : other.carriers.front();
-        const Vec3d to = (motion.placeAt(meet).translation() - other.placeAt(meet).translation() + 0.7 * vector(random));
+        const Vec3d to =
+            (motion.placeAt(meet).translation() - other.placeAt(meet).translation() + 0.7 * vector(random));
         first.start.translation += to;
         first.end.translation += to;
         QueryWork work;

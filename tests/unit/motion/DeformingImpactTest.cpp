@@ -124,8 +124,8 @@ TEST(DeformingImpact, IsNeverMissedAndNeverLate) {
     EXPECT_GT(misses, 30);
 }
 
-/// Long faces all about a ball, so that the boxes of nearly all pairs meet: what is nearest when the first two are within the
-/// tolerance is found, and not by measuring every pair.
+/// Long faces all about a ball, so that the boxes of nearly all pairs meet: what is nearest when the first two are
+/// within the tolerance is found, and not by measuring every pair.
 TEST(DeformingImpact, AmongLongFacesTheNearestPairIsFoundWithoutMeasuringAll) {
     constexpr unsigned kSeed = 44;
     std::mt19937 random(kSeed);
@@ -145,13 +145,15 @@ TEST(DeformingImpact, AmongLongFacesTheNearestPairIsFoundWithoutMeasuringAll) {
         }
         const std::vector<Vec3d> swollen = displaced(ball, [](const Vec3d& p) -> Vec3d { return 1.2 * p; });
         QueryWork work;
-        const Impact found = timeOfImpact(ball.tree(), swollen, cage.tree(), positionsOf(cage), work, {.tolerance = tolerance});
+        const Impact found =
+            timeOfImpact(ball.tree(), swollen, cage.tree(), positionsOf(cage), work, {.tolerance = tolerance});
         ASSERT_TRUE(found.hit && found.complete) << "seed " << kSeed << ", trial " << i;
         const std::vector<Triangle> a = facesAt(ball, swollen, found.t), b = facesAt(cage, positionsOf(cage), found.t);
         const double least = bodies::distance(a, b);
         ASSERT_LE(least, tolerance) << "seed " << kSeed << ", trial " << i;
         ASSERT_NEAR(found.distance, least, 1e-12) << "seed " << kSeed << ", trial " << i;
-        ASSERT_NEAR(nearestPoints(a[found.faces.a], b[found.faces.b]).distance, least, 1e-12) << "seed " << kSeed << ", trial " << i;
+        ASSERT_NEAR(nearestPoints(a[found.faces.a], b[found.faces.b]).distance, least, 1e-12)
+            << "seed " << kSeed << ", trial " << i;
         EXPECT_LT(work.triangleTests, pairs);
     }
 }

@@ -237,8 +237,8 @@ TEST(MovingTriangles, MeetWhenTheFirstOfTheirPartsDo) {
     EXPECT_GT(hits, 100);
 }
 
-/// A corner stands beside the long edge of a floor, in its plane, as near as some hundred roundings: the way to it lies in the
-/// plane too, and not in some other direction that parts the two as well.
+/// A corner stands beside the long edge of a floor, in its plane, as near as some hundred roundings: the way to it lies
+/// in the plane too, and not in some other direction that parts the two as well.
 TEST(DirectionApart, OfACornerBesideALongEdgeIsSquareToTheEdge) {
     constexpr unsigned kSeed = 7;
     std::mt19937 random(kSeed);
@@ -247,7 +247,8 @@ TEST(DirectionApart, OfACornerBesideALongEdgeIsSquareToTheEdge) {
         const Quatd turn = Quatd(u(random), u(random), u(random), u(random)).normalized();
         Triangle floor{Vec3d(-2, 0, 0), Vec3d(2, 0, 0), Vec3d(2, 3, 0)};
         const Vec3d corner(u(random), -3e-13, 0);
-        Triangle above{corner, corner + 0.03 * Vec3d(u(random), u(random) - 1, 1), corner + 0.03 * Vec3d(u(random), u(random) - 1, 1)};
+        Triangle above{corner, corner + 0.03 * Vec3d(u(random), u(random) - 1, 1),
+                       corner + 0.03 * Vec3d(u(random), u(random) - 1, 1)};
         for (Triangle* t : {&floor, &above})
             for (Vec3d& p : *t) p = turn * (p + Vec3d(1, -2, 3));
         const Vec3d n = directionApart(floor, above, nearestPoints(floor, above));

@@ -352,12 +352,24 @@ public:
         Affine3d map = Affine3d::Identity();
         const Mat3d turn = Quatd(n(random), n(random), n(random), n(random)).normalized().toRotationMatrix();
         switch (kind) {
-            case 0: map.linear() = turn; break;                                  // rigid
-            case 1: map.linear() = -1.3 * turn; break;                           // a mirrored similarity
-            case 2: map.linear() = turn * Vec3d(1.6, 0.5, -0.9).asDiagonal() * turn.transpose(); break;
-            case 3: map.linear() << 1, 0.7, 0, 0, 1, -0.5, 0, 0, 0.8; break;     // a shear
-            case 4: map.linear() = turn * Vec3d(1, 1, 0).asDiagonal(); break;    // flat
-            default: map.linear() = 1e-3 * turn; break;                          // of other units
+            case 0:
+                map.linear() = turn;
+                break;  // rigid
+            case 1:
+                map.linear() = -1.3 * turn;
+                break;  // a mirrored similarity
+            case 2:
+                map.linear() = turn * Vec3d(1.6, 0.5, -0.9).asDiagonal() * turn.transpose();
+                break;
+            case 3:
+                map.linear() << 1, 0.7, 0, 0, 1, -0.5, 0, 0, 0.8;
+                break;  // a shear
+            case 4:
+                map.linear() = turn * Vec3d(1, 1, 0).asDiagonal();
+                break;  // flat
+            default:
+                map.linear() = 1e-3 * turn;
+                break;  // of other units
         }
         map.translation() = 0.5 * Vec3d(u(random), u(random), u(random));
         return map;

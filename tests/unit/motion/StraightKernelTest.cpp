@@ -64,7 +64,9 @@ TEST(StraightKernels, LeaveOutNoPairThatMeets) {
                             atStart = kernels.meetingAtStart(a.rows, b.rows, kMargin);
         for (std::size_t k = 0; k < kLeafFaces * kLeafFaces; ++k) {
             const std::size_t x = k / kLeafFaces, y = k % kLeafFaces;
-            const auto again = [&] { return testing::Message() << "seed " << kSeed << ", trial " << i << ", pair " << k; };
+            const auto again = [&] {
+                return testing::Message() << "seed " << kSeed << ", trial " << i << ", pair " << k;
+            };
             double least = 1;
             for (int s = 0; s <= 40; ++s) least = std::min(least, distance(a.at(x, s / 40.0), b.at(y, s / 40.0)));
             if (least <= kMargin) {
@@ -117,14 +119,17 @@ TEST(StraightKernels, NoPartBesideThePlanesReachesTheirFaces) {
             for (int s = 0; s < 2; ++s) box.centre[k][s] = centre[s][k], box.half[k][s] = half[s][k];
         const auto cornerAt = [&](unsigned corner, double t) {
             const Vec3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-            return Vec3d((1 - t) * (centre[0] + sign.cwiseProduct(half[0])) + t * (centre[1] + sign.cwiseProduct(half[1])));
+            return Vec3d((1 - t) * (centre[0] + sign.cwiseProduct(half[0])) +
+                         t * (centre[1] + sign.cwiseProduct(half[1])));
         };
         const auto reaches = [&](double t) {
             // Its edges, and its faces.
             for (unsigned x = 0; x < 8; ++x)
                 for (unsigned y = 0; y < x; ++y)
                     for (std::size_t f = 0; f < kLeafFaces; ++f)
-                        if (distance({cornerAt(x, t), cornerAt(y, t), cornerAt((x + y) % 8, t)}, leaf.at(f, t)) <= kMargin) return true;
+                        if (distance({cornerAt(x, t), cornerAt(y, t), cornerAt((x + y) % 8, t)}, leaf.at(f, t)) <=
+                            kMargin)
+                            return true;
             return false;
         };
         if (kernels.besidePlanes(planes, box, true)) {

@@ -25,16 +25,20 @@ struct Kind {
     const char* file;
 };
 /// Lossless and not, with and without pictures between that need others, indexed and not.
-constexpr Kind kKinds[] = {{"ffv1", "bgr0", "a.mkv"},       {"ffv1", "yuv420p10le", "b.mkv"}, {"mpeg4", "yuv420p", "c.mp4"}, {"mpeg4", "yuv420p", "d.avi"},
-                           {"mjpeg", "yuvj420p", "e.avi"},  {"png", "rgb24", "f.mov"},        {"mpeg2video", "yuv420p", "g.mkv"}, {"gif", "gray", "h.gif"},
-                           {"huffyuv", "rgb24", "i.avi"},   {"ffv1", "gray", "j.mkv"},        {"mpeg2video", "yuv420p", "k.ts"},  {"ffv1", "bgra", "l.mkv"}};
+constexpr Kind kKinds[] = {
+    {"ffv1", "bgr0", "a.mkv"},          {"ffv1", "yuv420p10le", "b.mkv"},  {"mpeg4", "yuv420p", "c.mp4"},
+    {"mpeg4", "yuv420p", "d.avi"},      {"mjpeg", "yuvj420p", "e.avi"},    {"png", "rgb24", "f.mov"},
+    {"mpeg2video", "yuv420p", "g.mkv"}, {"gif", "gray", "h.gif"},          {"huffyuv", "rgb24", "i.avi"},
+    {"ffv1", "gray", "j.mkv"},          {"mpeg2video", "yuv420p", "k.ts"}, {"ffv1", "bgra", "l.mkv"}};
 
 class OpenFilm {
 public:
     explicit OpenFilm(const std::string& path) : file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
         auto opened = FilmDecoder::open(file_.get());
-        if (opened) decoder = std::move(*opened);
-        else problem = opened.error().message;
+        if (opened)
+            decoder = std::move(*opened);
+        else
+            problem = opened.error().message;
     }
     /// What a picture shows; -1: nothing that can be read.
     int number(const FilmDecoder::Shown& shown) {
@@ -60,7 +64,11 @@ TEST(FilmDecoder, EveryPictureOfEveryKindIsFoundByItsTime) {
         SCOPED_TRACE(fmt::format("{} {} {}", kind.codec, kind.pixels, kind.file));
         const std::string path = folder / kind.file;
         const int pictures = 30 + static_cast<int>(random() % 60);
-        ASSERT_TRUE(makeFilm(path, {.codec = kind.codec, .pixels = kind.pixels, .pictures = pictures, .keyEvery = 1 + static_cast<int>(random() % 20), .sound = std::string(kind.file).ends_with("avi")}));
+        ASSERT_TRUE(makeFilm(path, {.codec = kind.codec,
+                                    .pixels = kind.pixels,
+                                    .pictures = pictures,
+                                    .keyEvery = 1 + static_cast<int>(random() % 20),
+                                    .sound = std::string(kind.file).ends_with("avi")}));
         OpenFilm film(path);
         ASSERT_TRUE(film.decoder) << film.problem;
         std::vector<double> begins;
@@ -112,7 +120,9 @@ TEST(FilmDecoder, WhatIsTurnedIsShownUpright) {
     TestFolder folder;
     const auto pixelsOf = [&](int turned, int& width, int& height) {
         const std::string path = folder / fmt::format("{}.mov", turned);
-        EXPECT_TRUE(makeFilm(path, {.codec = "png", .pixels = "rgb24", .widthPx = 41, .heightPx = 23, .pictures = 1, .turnedDeg = turned}));
+        EXPECT_TRUE(makeFilm(
+            path,
+            {.codec = "png", .pixels = "rgb24", .widthPx = 41, .heightPx = 23, .pictures = 1, .turnedDeg = turned}));
         const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
         auto decoder = FilmDecoder::open(file.get());
         EXPECT_TRUE(decoder);
@@ -127,7 +137,10 @@ TEST(FilmDecoder, WhatIsTurnedIsShownUpright) {
         return slot;
     };
     const std::vector<std::uint8_t> truth = numberedPixels(0, 41, 23);
-    const auto at = [](const std::vector<std::uint8_t>& pixels, int width, int x, int y) { return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4]; };
+    const auto at = [](const std::vector<std::uint8_t>& pixels, int width, int x, int y) {
+        return pixels[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+                      4];
+    };
     for (const int turned : {0, 90, 180, 270}) {
         SCOPED_TRACE(turned);
         int width = 0, height = 0;
@@ -157,7 +170,8 @@ TEST(FilmDecoder, WhatLetsThroughStaysSo) {
         const auto written = pictures.write(*(*decoder)->at(0)->frame, (*decoder)->orientation(), slot);
         ASSERT_TRUE(written);
         EXPECT_EQ(written->encoding, side == 64 ? Image::kSrgb : Image::kBc3);
-        if (side == 64) EXPECT_TRUE(std::ranges::equal(std::span(slot).first(written->sizeBytes), numberedPixels(0, 64, 64, 77)));
+        if (side == 64)
+            EXPECT_TRUE(std::ranges::equal(std::span(slot).first(written->sizeBytes), numberedPixels(0, 64, 64, 77)));
         // Of a bc3 block the first two bytes are the ends of what lets through.
         const std::size_t right = 16 * (300 / 4 - 1);
         if (side == 300) EXPECT_TRUE(slot[right] == 77 && slot[0] == 255) << int(slot[right]);
@@ -172,12 +186,17 @@ TEST(FilmDecoder, WhatIsNoFilmIsNamed) {
     EXPECT_NE(OpenFilm(folder / "none.mkv").problem, "");
     EXPECT_NE(OpenFilm("/dev/null").problem, "");
     EXPECT_NE(OpenFilm("/etc/passwd").problem.find("it is no film"), std::string::npos);
-    const char* const lists[] = {"#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:9,\na.ts\n", "\xEF\xBB\xBF#EXTM3U\na.avi\n", "ffconcat version 1.0\nfile a.avi\n",
-                                 "\n[playlist]\nFile1=a.avi\n", "<?xml version=\"1.0\"?>\n<MPD><Period/></MPD>\n", "<asx version=\"3.0\"></asx>\n"};
+    const char* const lists[] = {"#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:9,\na.ts\n",
+                                 "\xEF\xBB\xBF#EXTM3U\na.avi\n",
+                                 "ffconcat version 1.0\nfile a.avi\n",
+                                 "\n[playlist]\nFile1=a.avi\n",
+                                 "<?xml version=\"1.0\"?>\n<MPD><Period/></MPD>\n",
+                                 "<asx version=\"3.0\"></asx>\n"};
     for (const char* const list : lists)
         for (const char* const name : {"list.m3u8", "list.avi"}) {
             std::ofstream(folder / name) << list;
-            EXPECT_EQ(OpenFilm(folder / name).problem, "it is a playlist, which names films, and no film itself") << list;
+            EXPECT_EQ(OpenFilm(folder / name).problem, "it is a playlist, which names films, and no film itself")
+                << list;
         }
 }
 
@@ -189,7 +208,8 @@ TEST(FilmPictures, MipmapsAreMeans) {
         sum += i * 37 % 251;
     }
     std::uint32_t mipmaps = 0;
-    EXPECT_EQ(writeFilmBlocks(pixels, 64, 32, true, blocks.data(), mipmaps), 16u * (16 * 8 + 8 * 4 + 4 * 2 + 2 * 1 + 3));
+    EXPECT_EQ(writeFilmBlocks(pixels, 64, 32, true, blocks.data(), mipmaps),
+              16u * (16 * 8 + 8 * 4 + 4 * 2 + 2 * 1 + 3));
     EXPECT_EQ(mipmaps, 7u);
     EXPECT_NEAR(pixels[0], sum / (64 * 32), 3) << "each of six is rounded by a half at most";
 }
@@ -222,7 +242,10 @@ TEST(FilmPictures, BlocksAreNearWhatTheyStandFor) {
                 const int x = 4 * bx + i % 4, y = 4 * by + i / 4;
                 if (x >= width || y >= height) continue;
                 const int which = b[4 + i / 4] >> (2 * (i % 4)) & 3;
-                const int value = which == 0 ? red(c0) : which == 1 ? red(c1) : which == 2 ? (2 * red(c0) + red(c1)) / 3 : (red(c0) + 2 * red(c1)) / 3;
+                const int value = which == 0   ? red(c0)
+                                  : which == 1 ? red(c1)
+                                  : which == 2 ? (2 * red(c0) + red(c1)) / 3
+                                               : (red(c0) + 2 * red(c1)) / 3;
                 worst = std::max(worst, std::abs(value - pixels[static_cast<std::size_t>(y * width + x) * 4]));
             }
         }

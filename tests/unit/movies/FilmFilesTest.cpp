@@ -30,7 +30,9 @@ protected:
     [[nodiscard]] std::string read(const std::string& name) const {
         const Expected<FileHandle> film = open_(root_ + "/allowed/" + name);
         char content[16] = {};
-        return film ? std::string(content, static_cast<std::size_t>(std::max<ssize_t>(::read(film->get(), content, sizeof content), 0))) : "refused";
+        return film ? std::string(content, static_cast<std::size_t>(
+                                               std::max<ssize_t>(::read(film->get(), content, sizeof content), 0)))
+                    : "refused";
     }
     TestFolder folder_;
     std::string root_ = fs::canonical(folder_.path()).string();
@@ -41,7 +43,9 @@ TEST_F(FilmFiles, AreOrdinaryOnesInTheFoldersThatMayBeRead) {
     EXPECT_EQ(read("films/a.mkv"), "film");
     EXPECT_EQ(read("films/../films/a.mkv"), "film");
     ASSERT_EQ(::mkfifo((root_ + "/allowed/pipe.mkv").c_str(), 0600), 0);
-    for (const char* name : {"link/a.mkv", "films/../../secret/a.mkv", "../secret/a.mkv", "films", "none.mkv", "pipe.mkv"}) EXPECT_EQ(read(name), "refused") << name;
+    for (const char* name :
+         {"link/a.mkv", "films/../../secret/a.mkv", "../secret/a.mkv", "films", "none.mkv", "pipe.mkv"})
+        EXPECT_EQ(read(name), "refused") << name;
 }
 
 TEST_F(FilmFiles, AreNotThoseOfAFolderThatHasBecomeALink) {

@@ -27,14 +27,18 @@ const std::string kDecoder = TESSERA_BIN_DIR "/tessera-decode-film";
 /// A simulation beside which films play, as in FrameMaker.
 class Cinema {
 public:
-    explicit Cinema(std::string folder) : movies_(filmOpener(std::make_shared<SceneFiles>(ImportOptions(), std::vector{std::move(folder)})), kDecoder) { movies_.update(simulation_.scene(), nullptr); }
+    explicit Cinema(std::string folder)
+        : movies_(filmOpener(std::make_shared<SceneFiles>(ImportOptions(), std::vector{std::move(folder)})), kDecoder) {
+        movies_.update(simulation_.scene(), nullptr);
+    }
 
     /// A film and its image, of one black pixel.
     ObjectId add(const std::string& file, const Movie& like = {}) {
         ChangeListBuilder list;
         const ObjectId image{kFirstPlaceholder}, movie{kFirstPlaceholder + 1};
         list.create(image, typeOf<Image>());
-        setField<&Image::pixels>(list, image, Blob::of(std::span<const std::uint8_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255})));
+        setField<&Image::pixels>(list, image,
+                                 Blob::of(std::span<const std::uint8_t>(std::array<std::uint8_t, 4>{0, 0, 0, 255})));
         setField<&Image::widthPx>(list, image, std::int64_t{1});
         setField<&Image::heightPx>(list, image, std::int64_t{1});
         list.create(movie, typeOf<Movie>());
@@ -49,12 +53,14 @@ public:
     /// One frame, with an edit of a person's where there is one.
     EditOutcome frame(ChangeList edit = {}, Edit::Kind kind = Edit::Kind::kChange) {
         std::vector<Edit> edits;
-        for (ChangeList& list : movies_.advance(simulation_.scene(), kSecondsPerFrame, clockNow())) edits.push_back({.ticket = Movies::kTicket, .list = std::move(list), .undoable = false});
+        for (ChangeList& list : movies_.advance(simulation_.scene(), kSecondsPerFrame, clockNow()))
+            edits.push_back({.ticket = Movies::kTicket, .list = std::move(list), .undoable = false});
         const std::size_t own = edits.size();
         const bool asked = !edit.empty() || kind != Edit::Kind::kChange;
         if (asked) edits.push_back({.list = std::move(edit), .kind = kind});
         const FrameResult result = simulation_.step(false, std::move(edits));
-        for (std::size_t i = 0; i < own; ++i) EXPECT_TRUE(result.outcomes[i].result) << result.outcomes[i].result.error().message;
+        for (std::size_t i = 0; i < own; ++i)
+            EXPECT_TRUE(result.outcomes[i].result) << result.outcomes[i].result.error().message;
         if (result.commit.list) movies_.update(simulation_.scene(), result.commit.list.get());
         return asked ? result.outcomes.back() : EditOutcome();
     }
@@ -69,7 +75,9 @@ public:
     /// The number of the picture that is shown; -1: none.
     [[nodiscard]] int number(ObjectId id) const {
         const Image& now = image(id);
-        return now.widthPx == 1 ? -1 : numberIn(now.pixels.as<std::uint8_t>(), static_cast<int>(now.widthPx), static_cast<int>(now.heightPx));
+        return now.widthPx == 1 ? -1
+                                : numberIn(now.pixels.as<std::uint8_t>(), static_cast<int>(now.widthPx),
+                                           static_cast<int>(now.heightPx));
     }
     /// Frames, at the pace of a wall, until something holds; false: not within 20 s.
     bool until(const std::function<bool()>& holds) {
@@ -102,7 +110,9 @@ TEST_F(MoviesTest, AFilmThatStandsShowsThePictureOfItsTimeWhateverWasSoughtBefor
     const std::uint64_t seed = seedOfRun();
     SCOPED_TRACE(againWith(seed));
     std::mt19937_64 random(seed);
-    const ObjectId id = cinema_.add(film("a.mp4", {.codec = "mpeg4", .pixels = "yuv420p", .pictures = 60, .keyEvery = 15}), {.playing = false, .time = 0.42});
+    const ObjectId id =
+        cinema_.add(film("a.mp4", {.codec = "mpeg4", .pixels = "yuv420p", .pictures = 60, .keyEvery = 15}),
+                    {.playing = false, .time = 0.42});
     ASSERT_TRUE(cinema_.until([&] { return cinema_.number(id) == 10; })) << cinema_.movie(id).problem;
     EXPECT_EQ(cinema_.movie(id).time, 0.42) << "it stands";
     EXPECT_EQ(cinema_.image(id).widthPx, 64);
@@ -150,7 +160,8 @@ TEST_F(MoviesTest, WhatPlaysShowsEachPictureInOrderAndBeginsAgain) {
     for (std::size_t i = 1; i < seen.size(); ++i) leftOut += (seen[i] - seen[i - 1] + 9) % 10;
     // A machine that is busy may leave some out; none is out of order, or twice around would be left out.
     EXPECT_LE(leftOut, 10) << fmt::format("{}", fmt::join(seen, " "));
-    EXPECT_LE(std::abs(cinema_.movie(id).time - 0.04 * cinema_.number(id) - 0.02), 0.2) << "what is shown is what is due";
+    EXPECT_LE(std::abs(cinema_.movie(id).time - 0.04 * cinema_.number(id) - 0.02), 0.2)
+        << "what is shown is what is due";
     EXPECT_NEAR(cinema_.movies_.lengthOf(id), 0.4, 1e-3);
     EXPECT_EQ(cinema_.movies_.lengthOf(ObjectId{999}), 0);
     ASSERT_TRUE(cinema_.set<&Movie::file>(id, std::string("/none/such.mkv")));
@@ -189,7 +200,8 @@ TEST_F(MoviesTest, AGreatSpeedLeavesOutAndPilesNothingUp) {
     EXPECT_LE(cinema_.movies_.requests() - before, 200u + Movies::kMostAhead);
     ASSERT_TRUE((cinema_.set<&Movie::playing>(id, false)));
     const int there = static_cast<int>(cinema_.movie(id).time / 0.04);
-    EXPECT_TRUE(cinema_.until([&] { return std::abs(cinema_.number(id) - there) <= 1; })) << "when it stands it shows where it stands";
+    EXPECT_TRUE(cinema_.until([&] { return std::abs(cinema_.number(id) - there) <= 1; }))
+        << "when it stands it shows where it stands";
 }
 
 TEST_F(MoviesTest, WhatCannotBeShownSaysWhyAndTheLastPictureStays) {
@@ -213,7 +225,8 @@ TEST_F(MoviesTest, WhatCannotBeShownSaysWhyAndTheLastPictureStays) {
     for (int i = 0; i < 10; ++i) cinema_.frame();
     EXPECT_EQ(cinema_.movie(id).time, stood);
     ASSERT_TRUE((cinema_.set<&Movie::playing>(id, true)));
-    EXPECT_TRUE(cinema_.until([&] { return cinema_.movie(id).problem.empty() && cinema_.movie(id).time > stood; })) << "played again it goes on";
+    EXPECT_TRUE(cinema_.until([&] { return cinema_.movie(id).problem.empty() && cinema_.movie(id).time > stood; }))
+        << "played again it goes on";
     ASSERT_TRUE((cinema_.set<&Movie::image>(id, ObjectId())));
     cinema_.frame();
     EXPECT_EQ(cinema_.movie(id).problem, "it names no image");
@@ -235,13 +248,20 @@ TEST_F(MoviesTest, TwoFilmsDoNotWriteOneImage) {
 TEST_F(MoviesTest, ManyFilmsWaitForTheirTurn) {
     const std::string path = film("a.mkv", {});
     std::vector<ObjectId> ids;
-    for (std::size_t i = 0; i < Movies::kMostFilms + 2; ++i) ids.push_back(cinema_.add(path, {.playing = i < Movies::kMostFilms}));
-    ASSERT_TRUE(cinema_.until([&] { return std::ranges::all_of(ids, [&](ObjectId id) { return cinema_.number(id) >= 0 || !cinema_.movie(id).problem.empty(); }); }));
+    for (std::size_t i = 0; i < Movies::kMostFilms + 2; ++i)
+        ids.push_back(cinema_.add(path, {.playing = i < Movies::kMostFilms}));
+    ASSERT_TRUE(cinema_.until([&] {
+        return std::ranges::all_of(
+            ids, [&](ObjectId id) { return cinema_.number(id) >= 0 || !cinema_.movie(id).problem.empty(); });
+    }));
     EXPECT_LE(cinema_.movies_.running(), Movies::kMostFilms);
     EXPECT_NE(cinema_.movie(ids.back()).problem.find("it waits"), std::string::npos);
     // Who stands gives way at once to who wants to play.
     EXPECT_TRUE((cinema_.set<&Movie::playing>(ids[0], false)));
-    const auto waiting = [&] { return static_cast<std::size_t>(std::ranges::count_if(ids, [&](ObjectId id) { return !cinema_.movie(id).problem.empty(); })); };
+    const auto waiting = [&] {
+        return static_cast<std::size_t>(
+            std::ranges::count_if(ids, [&](ObjectId id) { return !cinema_.movie(id).problem.empty(); }));
+    };
     ASSERT_EQ(waiting(), 2u);
     int frames = 0;
     EXPECT_TRUE(cinema_.until([&] { return ++frames, waiting() == 1; }));
@@ -252,27 +272,41 @@ TEST_F(MoviesTest, ManyFilmsWaitForTheirTurn) {
         gone.destroy(ids[i]);
         EXPECT_TRUE(cinema_.frame(gone.take()).result);
     }
-    EXPECT_TRUE(cinema_.until([&] { return cinema_.number(ids.back()) >= 0 && cinema_.movie(ids.back()).problem.empty(); }));
+    EXPECT_TRUE(
+        cinema_.until([&] { return cinema_.number(ids.back()) >= 0 && cinema_.movie(ids.back()).problem.empty(); }));
 }
 
-// Whatever is edited, undone, killed meanwhile: no edit of the films' is refused, no process is left, and in the end each film that stands shows its time.
+// Whatever is edited, undone, killed meanwhile: no edit of the films' is refused, no process is left, and in the end
+// each film that stands shows its time.
 TEST_F(MoviesTest, RandomHistoriesEndWithThePictureThatIsDue) {
     const std::uint64_t seed = seedOfRun();
     SCOPED_TRACE(againWith(seed));
     std::mt19937_64 random(seed);
-    const std::vector<std::string> films = {film("a.mkv", {.pictures = 40}), film("b.mp4", {.codec = "mpeg4", .pixels = "yuv420p", .widthPx = 46, .heightPx = 38, .pictures = 70}),
-                                            film("c.gif", {.codec = "gif", .pixels = "gray", .pictures = 20}), folder_ / "missing.mp4"};
+    const std::vector<std::string> films = {
+        film("a.mkv", {.pictures = 40}),
+        film("b.mp4", {.codec = "mpeg4", .pixels = "yuv420p", .widthPx = 46, .heightPx = 38, .pictures = 70}),
+        film("c.gif", {.codec = "gif", .pixels = "gray", .pictures = 20}), folder_ / "missing.mp4"};
     std::vector<ObjectId> ids;
     for (std::size_t i = 0; i < 3; ++i) ids.push_back(cinema_.add(films[i]));
     for (int step = 0; step < 300; ++step) {
         const ObjectId id = ids[random() % ids.size()];
         const bool there = cinema_.simulation_.scene().get<Movie>(id);
         switch (there ? random() % 12 : 11) {
-            case 0: (void)cinema_.set<&Movie::time>(id, std::uniform_real_distribution<>(-3, 5)(random)); break;
-            case 1: (void)cinema_.set<&Movie::speed>(id, std::array{-1.0, 0.0, 1.0, 3.0, -1e6, 1e6, 0.01}[random() % 7]); break;
-            case 2: (void)cinema_.set<&Movie::playing>(id, random() % 2 == 0); break;
-            case 3: (void)cinema_.set<&Movie::mode>(id, static_cast<std::int64_t>(random() % 2)); break;
-            case 4: (void)cinema_.set<&Movie::file>(id, films[random() % films.size()]); break;
+            case 0:
+                (void)cinema_.set<&Movie::time>(id, std::uniform_real_distribution<>(-3, 5)(random));
+                break;
+            case 1:
+                (void)cinema_.set<&Movie::speed>(id, std::array{-1.0, 0.0, 1.0, 3.0, -1e6, 1e6, 0.01}[random() % 7]);
+                break;
+            case 2:
+                (void)cinema_.set<&Movie::playing>(id, random() % 2 == 0);
+                break;
+            case 3:
+                (void)cinema_.set<&Movie::mode>(id, static_cast<std::int64_t>(random() % 2));
+                break;
+            case 4:
+                (void)cinema_.set<&Movie::file>(id, films[random() % films.size()]);
+                break;
             case 5:
                 if (const pid_t child = cinema_.movies_.processOf(id); child > 0) ::kill(child, SIGKILL);
                 break;
@@ -282,9 +316,16 @@ TEST_F(MoviesTest, RandomHistoriesEndWithThePictureThatIsDue) {
                 (void)cinema_.frame(gone.take());
                 break;
             }
-            case 7: (void)cinema_.set<&Movie::image>(id, random() % 3 == 0 ? ObjectId() : cinema_.movie(ids[random() % ids.size()].value == 0 ? id : id).image); break;
-            case 11: (void)cinema_.frame({}, random() % 3 == 0 ? Edit::Kind::kRedo : Edit::Kind::kUndo); break;
-            default: cinema_.frame();
+            case 7:
+                (void)cinema_.set<&Movie::image>(
+                    id, random() % 3 == 0 ? ObjectId()
+                                          : cinema_.movie(ids[random() % ids.size()].value == 0 ? id : id).image);
+                break;
+            case 11:
+                (void)cinema_.frame({}, random() % 3 == 0 ? Edit::Kind::kRedo : Edit::Kind::kUndo);
+                break;
+            default:
+                cinema_.frame();
         }
         if (random() % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
     }
@@ -293,11 +334,13 @@ TEST_F(MoviesTest, RandomHistoriesEndWithThePictureThatIsDue) {
         ASSERT_TRUE((cinema_.set<&Movie::file>(id, films[0])));
         ASSERT_TRUE((cinema_.set<&Movie::playing>(id, false)));
         ASSERT_TRUE((cinema_.set<&Movie::time>(id, 0.58)));
-        EXPECT_TRUE(cinema_.until([&] { return cinema_.number(id) == 14 && cinema_.movie(id).problem.empty(); })) << cinema_.movie(id).problem << " " << cinema_.number(id);
+        EXPECT_TRUE(cinema_.until([&] { return cinema_.number(id) == 14 && cinema_.movie(id).problem.empty(); }))
+            << cinema_.movie(id).problem << " " << cinema_.number(id);
     }
 }
 
-// Its limit of processor time is renewed by itself with each picture: whoever has taken it over would renew it for ever.
+// Its limit of processor time is renewed by itself with each picture: whoever has taken it over would renew it for
+// ever.
 TEST_F(MoviesTest, WhoWorksThoughNothingIsAskedIsEnded) {
     const std::string program = folder_ / "busy";
     std::ofstream(program) << "#!/bin/sh\nwhile :; do :; done\n";
@@ -319,8 +362,10 @@ TEST_F(MoviesTest, BrokenFilmsCostTheirChildAndOneMessage) {
     SCOPED_TRACE(againWith(seed));
     std::mt19937_64 random(seed);
     std::vector<std::string> whole;
-    for (const auto& [name, codec, pixels] : {std::tuple("a.mp4", "mpeg4", "yuv420p"), std::tuple("b.mkv", "ffv1", "bgr0"), std::tuple("c.avi", "mjpeg", "yuvj420p"),
-                                              std::tuple("d.gif", "gif", "gray"), std::tuple("e.ts", "mpeg2video", "yuv420p"), std::tuple("f.mov", "png", "rgb24")}) {
+    for (const auto& [name, codec, pixels] :
+         {std::tuple("a.mp4", "mpeg4", "yuv420p"), std::tuple("b.mkv", "ffv1", "bgr0"),
+          std::tuple("c.avi", "mjpeg", "yuvj420p"), std::tuple("d.gif", "gif", "gray"),
+          std::tuple("e.ts", "mpeg2video", "yuv420p"), std::tuple("f.mov", "png", "rgb24")}) {
         std::ifstream in(film(name, {.codec = codec, .pixels = pixels, .pictures = 8}), std::ios::binary);
         whole.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
     }
@@ -328,7 +373,8 @@ TEST_F(MoviesTest, BrokenFilmsCostTheirChildAndOneMessage) {
     for (int i = 0; i < 60; ++i) {
         std::string bytes = whole[static_cast<std::size_t>(i) % whole.size()];
         if (random() % 4 == 0) bytes.resize(random() % bytes.size());
-        for (std::size_t n = random() % 40; n > 0 && !bytes.empty(); --n) bytes[random() % bytes.size()] = static_cast<char>(random());
+        for (std::size_t n = random() % 40; n > 0 && !bytes.empty(); --n)
+            bytes[random() % bytes.size()] = static_cast<char>(random());
         const std::string path = folder_ / "broken";
         std::ofstream(path, std::ios::binary) << bytes;
         auto process = FilmProcess::start(FileHandle(::open(path.c_str(), O_RDONLY | O_CLOEXEC)), kDecoder);
@@ -337,12 +383,16 @@ TEST_F(MoviesTest, BrokenFilmsCostTheirChildAndOneMessage) {
         ::unlink(path.c_str());
         std::string problem;
         for (int request = 0; request < 8 && problem.empty(); ++request) {
-            process->ask({.flags = random() % 2 == 0 ? FilmRequest::kFollowing | FilmRequest::kLoop : 0, .seconds = 0.05 * static_cast<double>(random() % 10)}, clockNow());
+            process->ask({.flags = random() % 2 == 0 ? FilmRequest::kFollowing | FilmRequest::kLoop : 0,
+                          .seconds = 0.05 * static_cast<double>(random() % 10)},
+                         clockNow());
             const TimePoint begun = clockNow();
             for (bool answered = false; !answered && problem.empty();) {
                 auto frames = process->poll(clockNow());
-                if (!frames) problem = frames.error().message;
-                else answered = !frames->empty();
+                if (!frames)
+                    problem = frames.error().message;
+                else
+                    answered = !frames->empty();
                 ASSERT_LT(clockNow() - begun, std::chrono::seconds(FilmProcess::kSeconds + 5));
                 if (!answered) std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }

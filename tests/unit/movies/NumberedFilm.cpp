@@ -34,7 +34,9 @@ bool writePictures(AVFormatContext* file, AVStream* stream, AVCodecContext* code
     frame->width = codec->width;
     frame->height = codec->height;
     av_frame_get_buffer(frame, 0);
-    SwsContext* scaler = sws_getContext(codec->width, codec->height, AV_PIX_FMT_RGBA, codec->width, codec->height, codec->pix_fmt, SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr, nullptr, nullptr);
+    SwsContext* scaler =
+        sws_getContext(codec->width, codec->height, AV_PIX_FMT_RGBA, codec->width, codec->height, codec->pix_fmt,
+                       SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr, nullptr, nullptr);
     AVPacket* packet = av_packet_alloc();
     bool good = scaler != nullptr;
     for (int i = 0; good && i < recipe.pictures; ++i) {
@@ -73,9 +75,12 @@ std::vector<std::uint8_t> numberedPixels(int number, int width, int height, int 
     std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            std::uint8_t* p = pixels.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4;
+            std::uint8_t* p =
+                pixels.data() +
+                (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4;
             const int column = std::min(3, 4 * x / width);
-            const auto grey = static_cast<std::uint8_t>(kGrey[static_cast<std::size_t>(number >> (2 * (3 - column)) & 3)]);
+            const auto grey =
+                static_cast<std::uint8_t>(kGrey[static_cast<std::size_t>(number >> (2 * (3 - column)) & 3)]);
             const bool red = 2 * y >= height && column == 0;
             p[0] = red ? 255 : grey;
             p[1] = p[2] = red ? 0 : grey;
@@ -89,10 +94,13 @@ int numberIn(std::span<const std::uint8_t> rgba, int width, int height) {
     int number = 0;
     for (int column = 0; column < 4; ++column) {
         const int x = (2 * column + 1) * width / 8, y = height / 4;
-        const std::uint8_t* p = rgba.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4;
+        const std::uint8_t* p =
+            rgba.data() +
+            (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * 4;
         const int bits = (p[1] + 42) / 85;
         // Codecs lose a little; half of a step would be another number.
-        if (std::abs(p[1] - kGrey[static_cast<std::size_t>(std::min(bits, 3))]) > 30 || std::abs(p[0] - p[1]) > 30) return -1;
+        if (std::abs(p[1] - kGrey[static_cast<std::size_t>(std::min(bits, 3))]) > 30 || std::abs(p[0] - p[1]) > 30)
+            return -1;
         number = number << 2 | std::min(bits, 3);
     }
     return number;
@@ -112,7 +120,8 @@ bool makeFilm(const std::string& path, const FilmRecipe& recipe) {
         codec->height = recipe.heightPx;
         codec->pix_fmt = av_get_pix_fmt(recipe.pixels.c_str());
         codec->time_base = {1, 1000};
-        if (path.ends_with(".avi") || recipe.codec == "mpeg4" || recipe.codec == "mpeg2video") codec->time_base = {1, 25};
+        if (path.ends_with(".avi") || recipe.codec == "mpeg4" || recipe.codec == "mpeg2video")
+            codec->time_base = {1, 25};
         codec->framerate = {25, 1};
         codec->gop_size = recipe.keyEvery;
         codec->global_quality = 2 * FF_QP2LAMBDA;
@@ -126,7 +135,8 @@ bool makeFilm(const std::string& path, const FilmRecipe& recipe) {
         pictures->avg_frame_rate = {25, 1};
         good = good && avcodec_parameters_from_context(pictures->codecpar, codec) >= 0;
         if (recipe.turnedDeg != 0) {
-            auto* matrix = reinterpret_cast<std::int32_t*>(av_stream_new_side_data(pictures, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
+            auto* matrix = reinterpret_cast<std::int32_t*>(
+                av_stream_new_side_data(pictures, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
             av_display_rotation_set(matrix, recipe.turnedDeg);
         }
     }
@@ -142,7 +152,8 @@ bool makeFilm(const std::string& path, const FilmRecipe& recipe) {
         av_channel_layout_default(&sound->codecpar->ch_layout, 1);
         sound->time_base = {1, 8000};
     }
-    good = good && avio_open(&file->pb, path.c_str(), AVIO_FLAG_WRITE) >= 0 && avformat_write_header(file, nullptr) >= 0;
+    good =
+        good && avio_open(&file->pb, path.c_str(), AVIO_FLAG_WRITE) >= 0 && avformat_write_header(file, nullptr) >= 0;
     if (good && sound) good = writeSound(file, sound);
     // The encoder's unit of time is what `writePictures` counts in, but for codecs that know 25 a second alone.
     FilmRecipe steps = recipe;

@@ -16,7 +16,8 @@ namespace tessera::test {
 }
 [[nodiscard]] inline std::string againWith(std::uint64_t seed) {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    return fmt::format("again: TESSERA_SEED={} build/bin/unit_movies --gtest_filter={}.{}", seed, test->test_suite_name(), test->name());
+    return fmt::format("again: TESSERA_SEED={} build/bin/unit_movies --gtest_filter={}.{}", seed,
+                       test->test_suite_name(), test->name());
 }
 
 }  // namespace tessera::test

@@ -27,7 +27,8 @@ using Entries = std::vector<std::pair<std::string, std::string>>;
 using WarpFunction = std::function<std::pair<double, double>(double x, double y)>;
 
 std::string pfm(int width, int height, const WarpFunction& warp, bool bigEndian = false) {
-    std::string text = "PF\n" + std::to_string(width) + " " + std::to_string(height) + "\n" + (bigEndian ? "1.0" : "-1.0") + "\n";
+    std::string text =
+        "PF\n" + std::to_string(width) + " " + std::to_string(height) + "\n" + (bigEndian ? "1.0" : "-1.0") + "\n";
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             const auto [u, v] = warp((x + 0.5) / width, (y + 0.5) / height);
@@ -54,10 +55,12 @@ constexpr const char* kFlatXml = R"(<?xml version="1.0" encoding="utf-8"?>
     <region id="two &amp; more" xResolution="160" yResolution="90" x="0.4" y="0.25" xsize="0.6" ysize="0.5"/>
   </buffer></display>
   <files>
-    <fileset region="one"><alphaMap><path>one.png</path><componentDepth>1</componentDepth><bitDepth>16</bitDepth><gammaEmbedded>2.2</gammaEmbedded></alphaMap>
+    <fileset region="one"><alphaMap><path>one.png</path><componentDepth>1</componentDepth><bitDepth>16</bitDepth>
+    <gammaEmbedded>2.2</gammaEmbedded></alphaMap>
       <betaMap><path>one-b.png</path></betaMap>
       <geometryWarpFile><path>maps/one.pfm</path><interpolation>linear</interpolation></geometryWarpFile></fileset>
-    <fileset region="two &amp; more"><geometryWarpFile><path>two.pfm</path><interpolation>linear</interpolation></geometryWarpFile></fileset>
+    <fileset region="two &amp; more"><geometryWarpFile><path>two.pfm</path><interpolation>linear</interpolation>
+    </geometryWarpFile></fileset>
   </files>
 </MPCDI>)";
 
@@ -67,7 +70,11 @@ protected:
         std::string pattern = testing::TempDir() + "tessera-mpcdi-XXXXXX";
         folder_ = ::mkdtemp(pattern.data());
         BlendPicture half{.widthPx = 4, .heightPx = 2, .values = std::vector<std::uint16_t>(8, 32768)};
-        flat_ = {{"mpcdi.xml", kFlatXml}, {"maps/one.pfm", pfm(200, 100, barrel)}, {"two.pfm", pfm(31, 17, [](double x, double y) { return std::pair(x, y); }, true)}, {"one.png", std::string(asText(encodeBlendPicture(half)))}};
+        flat_ = {{"mpcdi.xml", kFlatXml},
+                 {"maps/one.pfm", pfm(200, 100, barrel)},
+                 {"two.pfm", pfm(
+                                 31, 17, [](double x, double y) { return std::pair(x, y); }, true)},
+                 {"one.png", std::string(asText(encodeBlendPicture(half)))}};
     }
     ~Mpcdi() override { fs::remove_all(folder_); }
     std::string zip(const Entries& entries) {
@@ -119,7 +126,9 @@ TEST_F(Mpcdi, FlatRegionsBecomeScreensOfOnePlane) {
     EXPECT_EQ(out.blendPictureGamma, 2.2);
     ASSERT_TRUE(out.blendPicture);
     for (const char* words : {"beta map is left out", "its alpha map of 4 x 2 pixels is stretched over its 200 x 100"})
-        EXPECT_TRUE(std::ranges::any_of(made->notes, [&](const std::string& note) { return note.find(words) != std::string::npos; })) << words;
+        EXPECT_TRUE(std::ranges::any_of(made->notes, [&](const std::string& note) {
+            return note.find(words) != std::string::npos;
+        })) << words;
 }
 
 TEST_F(Mpcdi, MeshesShowWhatWarpMapsSayToATenthOfAPixel) {
@@ -127,7 +136,10 @@ TEST_F(Mpcdi, MeshesShowWhatWarpMapsSayToATenthOfAPixel) {
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> some(-0.04, 0.04);
         const double a = some(random), b = some(random), c = some(random), d = some(random);
-        const WarpFunction warp = [&](double x, double y) { return std::pair(x * 0.9 + 0.05 + a * std::sin(3 * y + x) + b * x * y, y * 0.9 + 0.05 + c * std::cos(2 * x) + d * x * y * y); };
+        const WarpFunction warp = [&](double x, double y) {
+            return std::pair(x * 0.9 + 0.05 + a * std::sin(3 * y + x) + b * x * y,
+                             y * 0.9 + 0.05 + c * std::cos(2 * x) + d * x * y * y);
+        };
         Entries entries = flat_;
         entries[1].second = pfm(200, 100, warp, seed % 2 == 0);
         const auto made = wallOfMpcdi(readMpcdi(zip(entries)).value()).value();
@@ -144,9 +156,13 @@ TEST_F(Mpcdi, MeshesShowWhatWarpMapsSayToATenthOfAPixel) {
 
 TEST_F(Mpcdi, FrustaBecomeScreensAroundTheViewer) {
     Entries entries = flat_;
-    entries[0].second = R"(<MPCDI profile="3d" version="1.0"><display><buffer id="b"><region id="left" xResolution="100" yResolution="80" x="0" y="0" xsize="1" ysize="1">
-      <frustum><yaw>-90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle><upAngle>26.565051177</upAngle><downAngle>-26.565051177</downAngle></frustum>
-      </region></buffer></display><files><fileset region="left"><geometryWarpFile><path>maps/one.pfm</path></geometryWarpFile></fileset></files></MPCDI>)";
+    entries[0].second =
+        R"(<MPCDI profile="3d" version="1.0"><display><buffer id="b">
+        <region id="left" xResolution="100" yResolution="80" x="0" y="0" xsize="1" ysize="1">
+      <frustum><yaw>-90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle>
+      <upAngle>26.565051177</upAngle><downAngle>-26.565051177</downAngle></frustum>
+      </region></buffer></display><files><fileset region="left"><geometryWarpFile><path>maps/one.pfm</path>
+      </geometryWarpFile></fileset></files></MPCDI>)";
     const auto file = readMpcdi(zip(entries));
     ASSERT_TRUE(file) << file.error().message;
     const auto made = wallOfMpcdi(*file);
@@ -188,10 +204,12 @@ TEST_F(Mpcdi, WhatIsWrongIsSaid) {
     EXPECT_WORDS(errorAfter("maps/one.pfm", "maps/none.pfm"), "there is no \"maps/none.pfm\"");
     EXPECT_WORDS(errorAfter("maps/one.pfm", "one.png"), "not a PFM");
     EXPECT_WORDS(errorAfter("one.png", "two.pfm"), "not a readable PNG");
-    EXPECT_WORDS(errorAfter("fileset region=\"one\"", "fileset region=\"three\""), "region \"three\", which there is not");
+    EXPECT_WORDS(errorAfter("fileset region=\"one\"", "fileset region=\"three\""),
+                 "region \"three\", which there is not");
     EXPECT_WORDS(errorAfter("id=\"two &amp; more\"", "id=\"one\""), "two of one");
     Entries entries = flat_;
-    entries[1].second = pfm(20, 10, [](double x, double y) { return x > 0.5 && y > 0.5 ? std::pair(std::nan(""), 0.0) : std::pair(x, y); });
+    entries[1].second = pfm(
+        20, 10, [](double x, double y) { return x > 0.5 && y > 0.5 ? std::pair(std::nan(""), 0.0) : std::pair(x, y); });
     EXPECT_WORDS(errorOf(entries), "maps/one.pfm: a hole at column 10 row 5");
     entries[1].second = pfm(20, 10, [](double x, double y) { return std::pair(x < 0.5 ? 2 * x : 2 - 2 * x, y); });
     EXPECT_WORDS(errorOf(entries), "folded");
@@ -202,14 +220,18 @@ TEST_F(Mpcdi, WhatIsWrongIsSaid) {
 TEST_F(Mpcdi, ArchivesThatMeanIllAreRefused) {
     EXPECT_WORDS(readMpcdi("/nonexistent.mpcdi").error().message, "no such file");
     EXPECT_WORDS(readMpcdi("/dev/null").error().message, "no zip archive");
-    for (const char* name : {"../mpcdi.xml", "a/../../x", "/etc/passwd", "a\\..\\x", "c:x"}) EXPECT_WORDS(errorOf({{name, "x"}, {"mpcdi.xml", "x"}}), "leads out");
+    for (const char* name : {"../mpcdi.xml", "a/../../x", "/etc/passwd", "a\\..\\x", "c:x"})
+        EXPECT_WORDS(errorOf({{name, "x"}, {"mpcdi.xml", "x"}}), "leads out");
     EXPECT_WORDS(errorOf({{"mpcdi.xml", "x"}, {"mpcdi.xml", "y"}}), "two entries");
     EXPECT_WORDS(errorOf({{"mpcdi.xml", std::string(5 << 20, ' ')}}), "larger than 4194304");
     Entries many;
     for (int i = 0; i < 4100; ++i) many.emplace_back("f" + std::to_string(i), "");
     EXPECT_WORDS(errorOf(many), "more than 4096 entries");
     // A billion laughs: entities of one's own are not known, so nothing grows.
-    EXPECT_NE(errorOf({{"mpcdi.xml", "<!DOCTYPE x [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]><MPCDI profile=\"&b;\"/>"}}), "accepted");
+    EXPECT_NE(
+        errorOf({{"mpcdi.xml",
+                  "<!DOCTYPE x [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]><MPCDI profile=\"&b;\"/>"}}),
+        "accepted");
     std::string deep;
     for (int i = 0; i < 200'000; ++i) deep += "<a>";
     EXPECT_WORDS(errorOf({{"mpcdi.xml", deep}}), "not XML");
@@ -219,7 +241,9 @@ TEST_F(Mpcdi, ArchivesThatMeanIllAreRefused) {
     std::mt19937 random(17);
     for (int i = 0; i < 1500; ++i) {
         std::string damaged = whole;
-        for (int k = 0; k < 4; ++k) damaged[random() % 2 == 0 ? random() % damaged.size() : damaged.size() - 1 - random() % 400] = static_cast<char>(random());
+        for (int k = 0; k < 4; ++k)
+            damaged[random() % 2 == 0 ? random() % damaged.size() : damaged.size() - 1 - random() % 400] =
+                static_cast<char>(random());
         if (random() % 4 == 0) damaged.resize(random() % damaged.size());
         const std::string path = (folder_ / "damaged.mpcdi").string();
         std::ofstream(path, std::ios::binary) << damaged;

@@ -21,7 +21,8 @@ using test::ListMaker;
 
 /// A cart that stands in the middle of the picture, with arrows; another one beside it, which a motion may drive.
 struct Bench {
-    explicit Bench(bool takesInput = true, Wall before = test::wallOfOne()) : takes(takesInput), wall(std::move(before)) {
+    explicit Bench(bool takesInput = true, Wall before = test::wallOfOne())
+        : takes(takesInput), wall(std::move(before)) {
         ListMaker make;
         for (const auto& [name, x] : {std::pair("cart", 0.0), {"other", 1.2}}) {
             const ObjectId place = make.transform(kCart + Vec3d(x, 0, 0));
@@ -38,7 +39,8 @@ struct Bench {
         }
         EXPECT_TRUE(simulation.load({make.builder.take()}));
         view.update(simulation.scene(), nullptr);
-        EXPECT_TRUE(view.set(simulation.scene(), {.position = Vec3d::Zero(), .orientation = Quatd::Identity(), .worldUnitsPerMetre = 1}));
+        EXPECT_TRUE(view.set(simulation.scene(),
+                             {.position = Vec3d::Zero(), .orientation = Quatd::Identity(), .worldUnitsPerMetre = 1}));
         frames(2);
     }
     /// As the desk and the frame loop do it.
@@ -51,7 +53,8 @@ struct Bench {
                     edits.push_back({.ticket = 5, .list = std::move(held), .undoable = false});
             }
             const FrameResult made = simulation.step(std::exchange(begin, false), std::move(edits));
-            for (const EditOutcome& outcome : made.outcomes) EXPECT_TRUE(outcome.result) << outcome.result.error().message;
+            for (const EditOutcome& outcome : made.outcomes)
+                EXPECT_TRUE(outcome.result) << outcome.result.error().message;
             if (made.commit.list) view.update(simulation.scene(), made.commit.list.get());
             steering.frame(now += std::chrono::milliseconds(16));
         }
@@ -81,9 +84,12 @@ struct Bench {
         before.held &= ~kHandHolds;
         return before;
     }
-    /// What is grabbed is the skin of an arrow, up to a hundredth of the way nearer than its middle, which is aimed at; a cursor has 65,536 places.
+    /// What is grabbed is the skin of an arrow, up to a hundredth of the way nearer than its middle, which is aimed at;
+    /// a cursor has 65,536 places.
     static double bound(double way) { return 0.01 * way + 2e-4; }
-    [[nodiscard]] Vec3d moved(const char* name = "/cart") const { return test::placeOf(simulation.scene(), name) - kCart; }
+    [[nodiscard]] Vec3d moved(const char* name = "/cart") const {
+        return test::placeOf(simulation.scene(), name) - kCart;
+    }
     [[nodiscard]] View stands() { return *view.view(simulation.scene()); }
     [[nodiscard]] std::int64_t held(const char* name = "/handles of cart") const {
         const Aspect& scene = simulation.scene();
@@ -116,7 +122,8 @@ TEST(HandleInput, ADragOfAHandleMovesItsTargetAndNotTheView) {
     bench.frames(1);
     EXPECT_NE(bench.held(), 0) << "seen on the wall";
     for (int i = 1; i <= 5; ++i) {
-        bench.say(Bench::dragged(bench.state, Bench::kUpArrow + Vec3d(0, 0.05 * (i - 1), 0), Bench::kUpArrow + Vec3d(0, 0.05 * i, 0)));
+        bench.say(Bench::dragged(bench.state, Bench::kUpArrow + Vec3d(0, 0.05 * (i - 1), 0),
+                                 Bench::kUpArrow + Vec3d(0, 0.05 * i, 0)));
         bench.frames(1);
         EXPECT_NEAR(bench.moved().y(), 0.05 * i, bench.bound(0.05 * i));
     }
@@ -208,7 +215,8 @@ TEST(HandleInput, WhoComesSecondIsToldAndMovesNothing) {
     EXPECT_TRUE(bench.steering.asked(3, {.input = terminal}));
     bench.frames(10);
     EXPECT_EQ(bench.moved().norm(), 0);
-    EXPECT_EQ(bench.stands().orientation.coeffs(), before.orientation.coeffs()) << "a hand that was refused does not turn the view instead";
+    EXPECT_EQ(bench.stands().orientation.coeffs(), before.orientation.coeffs())
+        << "a hand that was refused does not turn the view instead";
     // Once the first one's host is gone, cut off or not, the other one may.
     bench.steering.hostLeft("only");
     bench.frames(2);
@@ -224,7 +232,8 @@ TEST(HandleInput, WhoComesSecondIsToldAndMovesNothing) {
 
 TEST(HandleInput, WhatIsDrivenSaysSo) {
     Bench bench;
-    const ObjectId motion = bench.simulation.scene().get<Node>(findNode(bench.simulation.scene(), "/motion").value())->core;
+    const ObjectId motion =
+        bench.simulation.scene().get<Node>(findNode(bench.simulation.scene(), "/motion").value())->core;
     const auto play = [&](bool playing) {
         ChangeListBuilder list;
         setField<&Motion::playing>(list, motion, playing);
@@ -300,7 +309,8 @@ TEST(HandleInput, AnUndoWhileItIsHeldTakesBackWhatWasDragged) {
     EXPECT_EQ(bench.moved().norm(), 0);
 }
 
-/// A screen at the side, drawn for the right eye: the ray is that eye's. From between the eyes it would pass the arrow by.
+/// A screen at the side, drawn for the right eye: the ray is that eye's. From between the eyes it would pass the arrow
+/// by.
 TEST(HandleInput, ARayBeginsAtTheEyeThatTheTileIsDrawnFor) {
     Wall wall = test::wallOfOne();
     Screen side = wall.screens.front();
@@ -336,7 +346,8 @@ TEST(HandleInput, ARayBeginsAtTheEyeThatTheTileIsDrawnFor) {
         hand.lookDown += static_cast<std::uint64_t>(std::llround((to.y() - press.y()) * InputState::kUnit));
         bench.steering.received("right", {hand});
         bench.frames(1);
-        if (eye == Eye::kRight) EXPECT_NEAR(test::placeOf(bench.simulation.scene(), "/cart").y() - cart.y(), 0.2, bench.bound(0.2));
+        if (eye == Eye::kRight)
+            EXPECT_NEAR(test::placeOf(bench.simulation.scene(), "/cart").y() - cart.y(), 0.2, bench.bound(0.2));
     }
 }
 
@@ -379,12 +390,14 @@ TEST(HandleInput, WhereNoInputIsTakenNobodyTakesHold) {
     Bench bench(false);
     bench.say({});
     bench.say(Bench::pressed(bench.state, Bench::kUpArrow));
-    bench.steering.wands({WandState{.name = "right", .tracked = true, .worldPosition = Vec3d(0, -0.3, 0), .buttons = 1}});
+    bench.steering.wands(
+        {WandState{.name = "right", .tracked = true, .worldPosition = Vec3d(0, -0.3, 0), .buttons = 1}});
     bench.frames(2);
     EXPECT_EQ(bench.held(), 0);
 }
 
-/// Any states of any sources in any order, while others edit and undo: nobody holds what is not there, and who leaves holds nothing.
+/// Any states of any sources in any order, while others edit and undo: nobody holds what is not there, and who leaves
+/// holds nothing.
 TEST(HandleInput, AnyStatesLeaveNothingHeldWhenAllHaveGone) {
     forSeeds(30, [](Random& random) {
         Bench bench;
@@ -396,15 +409,27 @@ TEST(HandleInput, AnyStatesLeaveNothingHeldWhenAllHaveGone) {
             const std::uint32_t source = state.source;
             switch (below(random, 6)) {
                 case 0:
-                case 1: state = Bench::pressed(state, at); break;
-                case 2: state = Bench::dragged(state, at, at + Vec3d(0.1, 0.2, 0)); break;
-                case 3: state = Bench::released(state); break;
-                case 4: state.lookDown = random(), state.asked[kHandTakes] = static_cast<std::uint16_t>(random()); break;
-                default: bench.steering.hostLeft(oneIn(random, 2) ? "only" : "stranger"); break;
+                case 1:
+                    state = Bench::pressed(state, at);
+                    break;
+                case 2:
+                    state = Bench::dragged(state, at, at + Vec3d(0.1, 0.2, 0));
+                    break;
+                case 3:
+                    state = Bench::released(state);
+                    break;
+                case 4:
+                    state.lookDown = random(), state.asked[kHandTakes] = static_cast<std::uint16_t>(random());
+                    break;
+                default:
+                    bench.steering.hostLeft(oneIn(random, 2) ? "only" : "stranger");
+                    break;
             }
             state.source = source;
             bench.steering.received(oneIn(random, 8) ? "stranger" : "only", {state});
-            if (oneIn(random, 8)) bench.frames(1, bench.simulation.history().undoDepth() > 0 ? test::one(Edit::Kind::kUndo) : std::vector<Edit>());
+            if (oneIn(random, 8))
+                bench.frames(
+                    1, bench.simulation.history().undoDepth() > 0 ? test::one(Edit::Kind::kUndo) : std::vector<Edit>());
             if (oneIn(random, 2)) bench.frames(1);
         }
         bench.steering.hostLeft("only");

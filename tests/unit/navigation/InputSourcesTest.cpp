@@ -8,9 +8,8 @@
 namespace tessera {
 namespace {
 
-const InputSources::PlaceOf kNowhere = [](const std::string&, std::uint32_t, double, double) -> std::optional<InputSources::Place> {
-    return std::nullopt;
-};
+const InputSources::PlaceOf kNowhere = [](const std::string&, std::uint32_t, double,
+                                          double) -> std::optional<InputSources::Place> { return std::nullopt; };
 
 InputState forward(std::uint32_t source = 0) {
     return {.source = source, .back = -InputState::kFull};
@@ -67,8 +66,10 @@ TEST(InputSources, WhatIsHeldCountsAsLongAsItIsHeld) {
             double metres = 0;
             (void)sources.frame(start, kNowhere);
             for (int frame = 1; frame <= 8; ++frame) {
-                if (!down && begin <= 500 * frame) down = true, sources.take("host", forward(), start + milliseconds(begin));
-                if (down && !up && begin + length <= 500 * frame) up = true, sources.take("host", {}, start + milliseconds(begin + length));
+                if (!down && begin <= 500 * frame)
+                    down = true, sources.take("host", forward(), start + milliseconds(begin));
+                if (down && !up && begin + length <= 500 * frame)
+                    up = true, sources.take("host", {}, start + milliseconds(begin + length));
                 metres -= 0.5 * sources.frame(start + milliseconds(500 * frame), kNowhere).move.z();
             }
             EXPECT_NEAR(metres, 0.001 * length, 1e-9) << "from " << begin << " ms";
@@ -112,11 +113,12 @@ TEST(InputSources, AGrabPointsFromItsWindow) {
     state.cursorY = 0;
     state.panRight = InputState::kUnit;
     sources.take("host", state);
-    const NavigationInput input = sources.frame({}, [](const std::string& who, std::uint32_t source, double x, double y) {
-        EXPECT_EQ(who, "host");
-        EXPECT_EQ(source, 3u);
-        return InputSources::Place{.ray = {Vec3d(x, y, 0), Vec3d::UnitZ()}, .height = 0.5};
-    });
+    const NavigationInput input =
+        sources.frame({}, [](const std::string& who, std::uint32_t source, double x, double y) {
+            EXPECT_EQ(who, "host");
+            EXPECT_EQ(source, 3u);
+            return InputSources::Place{.ray = {Vec3d(x, y, 0), Vec3d::UnitZ()}, .height = 0.5};
+        });
     ASSERT_TRUE(input.pointing);
     EXPECT_EQ(input.pointing->origin, Vec3d(1, 0, 0));
     EXPECT_EQ(input.pan.x(), 0.5);

@@ -1,8 +1,8 @@
 // Flying, orbiting, going to places: beside closed forms, and whatever anybody does with the keys.
 #include <gtest/gtest.h>
 
-#include "tests/unit/navigation/Rooms.h"
 #include "server/sim/navigation/Navigator.h"
+#include "tests/unit/navigation/Rooms.h"
 
 namespace tessera {
 namespace {
@@ -12,7 +12,10 @@ constexpr double kTick = 1.0 / 60;
 Wall wallOfOne() {
     Wall wall;
     wall.name = "one";
-    wall.screens = {{.name = "front", .lowerLeft = Vec3d(-1.6, 0.6, 0), .lowerRight = Vec3d(1.6, 0.6, 0), .upperLeft = Vec3d(-1.6, 2.4, 0)}};
+    wall.screens = {{.name = "front",
+                     .lowerLeft = Vec3d(-1.6, 0.6, 0),
+                     .lowerRight = Vec3d(1.6, 0.6, 0),
+                     .upperLeft = Vec3d(-1.6, 2.4, 0)}};
     wall.users = {{.name = "viewer"}};
     wall.hosts = {{.name = "host", .tiles = {{.screen = "front", .user = "viewer"}}}};
     return wall;
@@ -81,7 +84,8 @@ TEST(Navigator, FliesAsFarAsItsSpeedSaysInAWorldOfAnyScale) {
         const double way = speed * (2 - tau * (1 - std::exp(-2 / tau)));
         EXPECT_NEAR((flight.eye() - from).z() / scale, -way, 1e-9) << scale;
         flight.steps(600);
-        EXPECT_NEAR((flight.eye() - from).z() / scale, -(way + speed * (1 - std::exp(-2 / tau)) * tau), 2e-5) << "it comes to rest";
+        EXPECT_NEAR((flight.eye() - from).z() / scale, -(way + speed * (1 - std::exp(-2 / tau)) * tau), 2e-5)
+            << "it comes to rest";
         EXPECT_FALSE(flight.step()) << "and rests";
         EXPECT_EQ(flight.view.worldUnitsPerMetre, scale);
     }
@@ -188,7 +192,8 @@ TEST(Navigator, ADragThatShiftsTakesTheSceneAlongWithTheHand) {
     NavigationInput drag;
     drag.pan = Vec2d(0.1, 0.2);
     flight.step(drag);
-    EXPECT_LT((flight.eye() - from - Vec3d(-0.5, 1, 0)).norm(), 1e-9) << "a tenth of the distance to the right, a fifth down";
+    EXPECT_LT((flight.eye() - from - Vec3d(-0.5, 1, 0)).norm(), 1e-9)
+        << "a tenth of the distance to the right, a fifth down";
     // What is turned around has gone along.
     const Vec3d centre(-0.5, 1, 0);
     drag = {};
@@ -297,7 +302,8 @@ TEST(Navigator, AFitFillsTheScreen) {
     flight.view.orientation = Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY()));
     flight.step(asking(InputAction::kFitAll));
     flight.steps(80);
-    EXPECT_NEAR(flight.view.orientation.angularDistance(Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY()))), 0, 1e-9) << "it does not turn";
+    EXPECT_NEAR(flight.view.orientation.angularDistance(Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitY()))), 0, 1e-9)
+        << "it does not turn";
     // In the wall's frame: the sphere's middle in the middle of the screen, its radius that of a default camera.
     const Vec3d middle = flight.view.world_T_wall().inverse() * Vec3d(100.5, 201, 301.5);
     EXPECT_LT((middle - Vec3d(0, 1.5, 0)).norm(), 1e-9);
@@ -358,7 +364,8 @@ TEST(Navigator, StairsAndWallsAreTheSameInLongFrames) {
     for (const double seconds : {1.0 / 200, kTick, 0.1, 0.25, 0.5, 0.6}) {
         Flight flight;
         addBox(flight.faces, Vec3d(-50, -1, -50), Vec3d(50, 0, 50));
-        for (int i = 0; i < 20; ++i) addBox(flight.faces, Vec3d(-2, -0.5, -3 - 0.28 * (i + 1)), Vec3d(2, 0.17 * (i + 1), -3 - 0.28 * i));
+        for (int i = 0; i < 20; ++i)
+            addBox(flight.faces, Vec3d(-2, -0.5, -3 - 0.28 * (i + 1)), Vec3d(2, 0.17 * (i + 1), -3 - 0.28 * i));
         addBox(flight.faces, Vec3d(-2, -0.5, -16), Vec3d(2, 0.17 * 20, -8.6));
         addBox(flight.faces, Vec3d(-2, 0, -16), Vec3d(2, 9, -15));
         flight.view.position = Vec3d(0, 0, -flight.view.users.front().position.z());
@@ -372,7 +379,9 @@ TEST(Navigator, StairsAndWallsAreTheSameInLongFrames) {
 TEST(Navigator, WhateverIsDoneTheViewIsOne) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_navigation --gtest_filter=Navigator.WhateverIsDoneTheViewIsOne");
+    SCOPED_TRACE(
+        testing::Message() << "TESSERA_SEED=" << seed
+                           << " build/bin/unit_navigation --gtest_filter=Navigator.WhateverIsDoneTheViewIsOne");
     const double inf = std::numeric_limits<double>::infinity();
     for (unsigned round = 0; round < 30; ++round) {
         std::mt19937 random(seed + round);
@@ -382,7 +391,10 @@ TEST(Navigator, WhateverIsDoneTheViewIsOne) {
         box.extend(Vec3d(-6, 0, -6));
         box.extend(Vec3d(6, 4, 6));
         flights[0].faces = flights[1].faces = roomOf(box, 3, random);
-        for (int i = 0; i < 10; ++i) flights[0].faces.push_back({Vec3d(number(-6, 6), number(0, 3), number(-6, 6)), Vec3d(number(-6, 6), number(0, 3), number(-6, 6)), Vec3d(number(-6, 6), number(0, 3), number(-6, 6))});
+        for (int i = 0; i < 10; ++i)
+            flights[0].faces.push_back({Vec3d(number(-6, 6), number(0, 3), number(-6, 6)),
+                                        Vec3d(number(-6, 6), number(0, 3), number(-6, 6)),
+                                        Vec3d(number(-6, 6), number(0, 3), number(-6, 6))});
         flights[1].faces = flights[0].faces;
         for (int frame = 0; frame < 600; ++frame) {
             NavigationInput input;

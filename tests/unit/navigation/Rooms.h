@@ -12,8 +12,8 @@
 
 namespace tessera {
 
-/// How often a closed surface goes around a point: 1 within, 0 without. The solid angles of its faces as they are seen from
-/// there, in long double (Van Oosterom and Strackee 1983).
+/// How often a closed surface goes around a point: 1 within, 0 without. The solid angles of its faces as they are seen
+/// from there, in long double (Van Oosterom and Strackee 1983).
 inline double windingNumber(const std::vector<Triangle>& closed, const Vec3d& from) {
     using Real = long double;
     using Point = Eigen::Matrix<Real, 3, 1>;
@@ -26,7 +26,8 @@ inline double windingNumber(const std::vector<Triangle>& closed, const Vec3d& fr
     return static_cast<double>(sum / (4 * std::numbers::pi_v<Real>));
 }
 
-/// A closed box of sheets without thickness, each face of a grid of triangles whose inner points are shaken along the face.
+/// A closed box of sheets without thickness, each face of a grid of triangles whose inner points are shaken along the
+/// face.
 inline std::vector<Triangle> roomOf(const Box& box, int cells, std::mt19937& random) {
     std::uniform_real_distribution<double> shake(-0.3, 0.3);
     std::vector<Triangle> faces;
@@ -46,7 +47,8 @@ inline std::vector<Triangle> roomOf(const Box& box, int cells, std::mt19937& ran
             const auto at = [&](int i, int j) { return points[static_cast<std::size_t>(i * (cells + 1) + j)]; };
             for (int i = 0; i < cells; ++i)
                 for (int j = 0; j < cells; ++j) {
-                    Triangle one = {at(i, j), at(i + 1, j), at(i + 1, j + 1)}, other = {at(i, j), at(i + 1, j + 1), at(i, j + 1)};
+                    Triangle one = {at(i, j), at(i + 1, j), at(i + 1, j + 1)},
+                             other = {at(i, j), at(i + 1, j + 1), at(i, j + 1)};
                     if (!high) {
                         std::swap(one[1], one[2]);
                         std::swap(other[1], other[2]);

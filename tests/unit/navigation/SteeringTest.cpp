@@ -20,7 +20,8 @@ struct Yard {
         const ObjectId tile = make.box(Vec3d(1, 0.2, 1));
         for (int x = 0; x < side; ++x)
             for (int z = 0; z < side; ++z)
-                (void)make.node("", make.node("", kRootNode, make.transform(Vec3d(x - side / 2, -0.1, z - side / 2))), tile);
+                (void)make.node("", make.node("", kRootNode, make.transform(Vec3d(x - side / 2, -0.1, z - side / 2))),
+                                tile);
         (void)make.node("thing", make.node("place", kRootNode, make.transform(Vec3d(0, 1, -5))), tile);
         const ObjectId carrier = make.node("carrier", kRootNode, make.transform(Vec3d(20, -30, -40)));
         if (later) (void)make.node("sheet", carrier, make.sheet(64));
@@ -141,7 +142,8 @@ TEST(Steering, ApplicationsAskForModesPlacesAndKeys) {
     EXPECT_EQ(yard.steering.mode(), NavigationMode::kWalk);
 
     EXPECT_EQ(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 3}).error().code, ErrorCode::kNotFound);
-    EXPECT_EQ(yard.steering.asked(7, {.deed = Deed::kFit, .node = ObjectId(99'999)}).error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(yard.steering.asked(7, {.deed = Deed::kFit, .node = ObjectId(99'999)}).error().code,
+              ErrorCode::kNotFound);
     EXPECT_FALSE(yard.steering.asked(7, {.deed = Deed::kGoToBookmark, .bookmark = 0}));
 }
 
@@ -268,7 +270,8 @@ TEST(Steering, APauseIsNoLeap) {
     EXPECT_TRUE(yard.steering.active() == std::vector<std::string>{"only"});
 }
 
-/// Nobody has wanted anything: who falls to the ground at the begin does so alike in each run, whatever its frames take.
+/// Nobody has wanted anything: who falls to the ground at the begin does so alike in each run, whatever its frames
+/// take.
 TEST(Steering, ARunThatNobodySteersDependsOnNoClock) {
     Wall wall = test::wallOfOne();
     wall.navigation.mode = NavigationMode::kWalk;

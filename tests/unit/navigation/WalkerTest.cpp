@@ -29,19 +29,23 @@ struct Stroll {
     [[nodiscard]] double feet() const { return walker.eye().y() / walker.scale() - walker.height(); }
 };
 
-/// Rooms wall to wall, with boxes and plates in them, turned and scaled; whoever begins in one ends in it, however he runs, ducks and is
-/// thrown about.
+/// Rooms wall to wall, with boxes and plates in them, turned and scaled; whoever begins in one ends in it, however he
+/// runs, ducks and is thrown about.
 TEST(Walker, IsNeverOnTheOtherSideOfAWall) {
     const unsigned seed = seedOf();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_navigation --gtest_filter=Walker.IsNeverOnTheOtherSideOfAWall");
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                    << " build/bin/unit_navigation --gtest_filter=Walker.IsNeverOnTheOtherSideOfAWall");
     std::mt19937 random(seed);
     const auto number = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
     int moved = 0;
     for (int house = 0; house < 30; ++house) {
         const double scale = std::pow(10.0, number(-6, 6));
-        const Vec3d far = house % 3 == 0 ? Vec3d(scale * 1e4 * Vec3d(number(-1, 1), number(-1, 1), number(-1, 1))) : Vec3d(Vec3d::Zero());
-        const Quatd turn = house % 2 == 0 ? Quatd(Eigen::AngleAxisd(number(0, 7), Vec3d::UnitY()))
-                                          : Quatd(Eigen::AngleAxisd(number(-0.6, 0.6), Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)).normalized()));
+        const Vec3d far = house % 3 == 0 ? Vec3d(scale * 1e4 * Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)))
+                                         : Vec3d(Vec3d::Zero());
+        const Quatd turn =
+            house % 2 == 0 ? Quatd(Eigen::AngleAxisd(number(0, 7), Vec3d::UnitY()))
+                           : Quatd(Eigen::AngleAxisd(number(-0.6, 0.6),
+                                                     Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)).normalized()));
         const auto placed = [&](const Vec3d& p) { return Vec3d(far + scale * (turn * p)); };
         std::vector<std::vector<Triangle>> rooms;
         std::vector<Vec3d> starts;
@@ -61,7 +65,8 @@ TEST(Walker, IsNeverOnTheOtherSideOfAWall) {
                 // Plates that lean about.
                 for (int k = 0; k < 3; ++k) {
                     Triangle t;
-                    for (Vec3d& corner : t) corner = placed(box.lower + Vec3d(number(0, width), number(0, 1.2), number(0, width)));
+                    for (Vec3d& corner : t)
+                        corner = placed(box.lower + Vec3d(number(0, width), number(0, 1.2), number(0, width)));
                     stroll.faces.push_back(t);
                 }
             }
@@ -72,7 +77,8 @@ TEST(Walker, IsNeverOnTheOtherSideOfAWall) {
             const double seconds = std::array{kFrame, 1.0 / 200, 0.25, 0.6}[random() % 4];
             Vec3d wish = Vec3d::Zero();
             for (int frame = 0; frame < 300; ++frame) {
-                if (frame % 12 == 0) wish = Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)) * std::pow(10.0, number(-4, 1));
+                if (frame % 12 == 0)
+                    wish = Vec3d(number(-1, 1), number(-1, 1), number(-1, 1)) * std::pow(10.0, number(-4, 1));
                 if (frame % 40 == 0 && number(0, 1) < 0.3) wish *= 1e9;
                 const double eyes = number(0, 1) < 0.1 ? number(0.1, 2.2) : kEyes;
                 const Vec3d before = stroll.walker.eye();
@@ -81,7 +87,8 @@ TEST(Walker, IsNeverOnTheOtherSideOfAWall) {
                 moved += eye != before;
                 for (std::size_t other = 0; other < rooms.size(); ++other)
                     ASSERT_NEAR(windingNumber(rooms[other], eye), other == r ? 1 : 0, 0.01)
-                        << "house " << house << ", room " << r << " seen from " << other << ", frame " << frame << " of " << seconds << " s, scale " << scale;
+                        << "house " << house << ", room " << r << " seen from " << other << ", frame " << frame
+                        << " of " << seconds << " s, scale " << scale;
             }
         }
     }
@@ -133,7 +140,8 @@ TEST(Walker, GoesUpStepsAndNotUpBlocks) {
 TEST(Walker, StairsGoUpAndDown) {
     Stroll stroll;
     addBox(stroll.faces, Vec3d(-50, -1, -50), Vec3d(50, 0, 50));
-    for (int i = 0; i < 20; ++i) addBox(stroll.faces, Vec3d(-2, -0.5, -3 - 0.28 * (i + 1)), Vec3d(2, 0.17 * (i + 1), -3 - 0.28 * i));
+    for (int i = 0; i < 20; ++i)
+        addBox(stroll.faces, Vec3d(-2, -0.5, -3 - 0.28 * (i + 1)), Vec3d(2, 0.17 * (i + 1), -3 - 0.28 * i));
     stroll.stand(Vec3d(0, kEyes, 0));
     stroll.go(Vec3d(0, 0, -1.4), 60 * 6);
     EXPECT_NEAR(stroll.walker.eye().z(), -8.4, 1e-6);
@@ -180,8 +188,8 @@ TEST(Walker, WithNothingBelowStandsOnTheHeightItHas) {
     EXPECT_GT(stroll.feet(), -1.5);
 }
 
-/// A lift: what moves under the feet takes along who stands on it; a wall that comes pushes, and one in which somebody is lets
-/// him out.
+/// A lift: what moves under the feet takes along who stands on it; a wall that comes pushes, and one in which somebody
+/// is lets him out.
 TEST(Walker, WhatMovesTakesItAlongAndWhoIsStuckGetsOut) {
     Stroll stroll;
     addBox(stroll.faces, Vec3d(-5, -1, -5), Vec3d(5, 0, 5));

@@ -266,7 +266,8 @@ TEST(NeighbourFinder, StartsAfreshWithOthers) {
     }
 }
 
-/// Items come, go, change their groups and bodies, move a little or leap; what is told of the pairs adds up to all of them.
+/// Items come, go, change their groups and bodies, move a little or leap; what is told of the pairs adds up to all of
+/// them.
 TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
     for (const NeighbourMethod method :
          {NeighbourMethod::kAllPairs, NeighbourMethod::kSweepAndPrune, NeighbourMethod::kTree, NeighbourMethod::kAuto})
@@ -311,7 +312,8 @@ TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
                 std::vector<NeighbourPair> out;
                 for (std::uint32_t a = 0; a < n; ++a)
                     for (std::uint32_t b = a + 1; b < n && !boxes[a].empty(); ++b)
-                        if (!boxes[b].empty() && boxes[a].overlaps(boxes[b]) && table.relevant(a, b)) out.push_back({a, b});
+                        if (!boxes[b].empty() && boxes[a].overlaps(boxes[b]) && table.relevant(a, b))
+                            out.push_back({a, b});
                 return out;
             };
             const std::unique_ptr<NeighbourFinder> finder = makeNeighbourFinder({.method = method});
@@ -377,7 +379,8 @@ TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
                 std::vector<NeighbourPair> begun, ended;
                 if (finder->changes(begun, ended)) {
                     ++told;
-                    ASSERT_TRUE(std::is_sorted(begun.begin(), begun.end()) && std::is_sorted(ended.begin(), ended.end()));
+                    ASSERT_TRUE(std::is_sorted(begun.begin(), begun.end()) &&
+                                std::is_sorted(ended.begin(), ended.end()));
                     for (const NeighbourPair& pair : ended) {
                         ASSERT_TRUE(std::binary_search(known.begin(), known.end(), pair));
                         std::erase(known, pair);
@@ -400,8 +403,8 @@ TEST(NeighbourFinder, FollowsWhoComesAndGoes) {
         }
 }
 
-/// Whoever says who comes and goes tells of pairs that there are not, twice of others, or names nobody. The pairs are right
-/// all the same, and nothing ends.
+/// Whoever says who comes and goes tells of pairs that there are not, twice of others, or names nobody. The pairs are
+/// right all the same, and nothing ends.
 TEST(NeighbourFinder, FindsAllAgainWhereItWasToldWhatIsNotSo) {
     std::uint64_t first = 1, last = 40;
     if (const char* only = std::getenv("TESSERA_NEIGHBOURS_SEED")) first = last = std::strtoull(only, nullptr, 10);

@@ -26,7 +26,8 @@ TEST(Address, NonsenseIsExplained) {
     for (const char* text : {"a:", "a:65536", "a:-1", "a:7x", "a: 7"})
         EXPECT_NE(why(text).find("port is not a number"), std::string::npos) << text;
     // A page's link, which somebody took for an address: its token does not go into logs.
-    for (const char* text : {"http://127.0.0.1:7001/?token=secret", "127.0.0.1:7001/?token=secret", "a:7001?token=secret"})
+    for (const char* text :
+         {"http://127.0.0.1:7001/?token=secret", "127.0.0.1:7001/?token=secret", "a:7001?token=secret"})
         EXPECT_EQ(why(text).find("secret"), std::string::npos) << why(text);
     EXPECT_NE(why(std::string(5000, 'a')).find("more than 300"), std::string::npos);
 }

@@ -15,7 +15,9 @@ inline std::uint64_t firstSeed() {
     return given ? std::strtoull(given, nullptr, 10) : 1;
 }
 /// Of the program that repeats a failing seed; one seed then, instead of many.
-inline std::uint64_t seedCount(std::uint64_t usual) { return std::getenv("TESSERA_SEED") ? 1 : usual; }
+inline std::uint64_t seedCount(std::uint64_t usual) {
+    return std::getenv("TESSERA_SEED") ? 1 : usual;
+}
 
 /// The basis function i of degree p, by its definition: 0 / 0 is 0, spans are open above but for the last one.
 inline long double coxDeBoor(const KnotVector& k, int i, int p, long double t) {
@@ -24,7 +26,8 @@ inline long double coxDeBoor(const KnotVector& k, int i, int p, long double t) {
         return (t >= low && t < high) || (t == end && high == end && low < high) ? 1 : 0;
     }
     long double sum = 0;
-    const long double rise = static_cast<long double>(k.at(i + p)) - k.at(i), fall = static_cast<long double>(k.at(i + p + 1)) - k.at(i + 1);
+    const long double rise = static_cast<long double>(k.at(i + p)) - k.at(i),
+                      fall = static_cast<long double>(k.at(i + p + 1)) - k.at(i + 1);
     if (rise > 0) sum += (t - k.at(i)) / rise * coxDeBoor(k, i, p - 1, t);
     if (fall > 0) sum += (k.at(i + p + 1) - t) / fall * coxDeBoor(k, i + 1, p - 1, t);
     return sum;
@@ -36,7 +39,8 @@ inline Vec3d byCoxDeBoor(const NurbsDefinition& d, double u, double v) {
         const long double alongV = coxDeBoor(d.v, j, d.v.degree, v);
         if (alongV == 0) continue;
         for (int i = 0; i < d.u.count(); ++i)
-            sum += alongV * coxDeBoor(d.u, i, d.u.degree, u) * d.points[static_cast<std::size_t>(j * d.u.count() + i)].cast<long double>();
+            sum += alongV * coxDeBoor(d.u, i, d.u.degree, u) *
+                   d.points[static_cast<std::size_t>(j * d.u.count() + i)].cast<long double>();
     }
     return (sum.head<3>() / sum.w()).cast<double>();
 }
@@ -55,16 +59,23 @@ inline KnotVector someKnots(std::mt19937_64& random, int highestDegree) {
     const bool clamped = random() % 2 == 0;
     const auto someTimes = [&] { return random() % 2 == 0 ? 1 : std::uniform_int_distribution<int>(1, order)(random); };
     if (clamped) put(order);
-    while (!clamped && static_cast<int>(k.knots.size()) < order) put(std::min(someTimes(), order - static_cast<int>(k.knots.size())));
+    while (!clamped && static_cast<int>(k.knots.size()) < order)
+        put(std::min(someTimes(), order - static_cast<int>(k.knots.size())));
     for (int i = 0; i < inside; ++i) put(someTimes());
     if (clamped) put(order);
     const int before = static_cast<int>(k.knots.size());
-    while (!clamped && static_cast<int>(k.knots.size()) < before + order) put(std::min(someTimes(), before + order - static_cast<int>(k.knots.size())));
+    while (!clamped && static_cast<int>(k.knots.size()) < before + order)
+        put(std::min(someTimes(), before + order - static_cast<int>(k.knots.size())));
     return k;
 }
 inline NurbsDefinition someSurface(std::mt19937_64& random, int highestDegree = 5) {
     std::uniform_real_distribution<double> some(-1, 1), weight(0.2, 3);
-    NurbsDefinition d{.u = someKnots(random, highestDegree), .v = someKnots(random, highestDegree), .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+    NurbsDefinition d{.u = someKnots(random, highestDegree),
+                      .v = someKnots(random, highestDegree),
+                      .points = {},
+                      .rangeU = {},
+                      .rangeV = {},
+                      .loops = {}};
     const bool rational = random() % 2 == 0;
     for (int i = 0; i < d.u.count() * d.v.count(); ++i) {
         const double w = rational ? weight(random) : 1;
@@ -72,7 +83,9 @@ inline NurbsDefinition someSurface(std::mt19937_64& random, int highestDegree = 
     }
     return d;
 }
-inline double between(std::mt19937_64& random, const ParameterRange& r) { return std::uniform_real_distribution<double>(r.lower, r.upper)(random); }
+inline double between(std::mt19937_64& random, const ParameterRange& r) {
+    return std::uniform_real_distribution<double>(r.lower, r.upper)(random);
+}
 /// Now and then a knot or an end.
 inline double someParameter(std::mt19937_64& random, const KnotVector& k) {
     const ParameterRange domain = k.domain();

@@ -27,7 +27,8 @@ TEST(NurbsSurfaces, AreTheCoxDeBoorSumWithAnyKnots) {
             const double u = someParameter(random, d.u), v = someParameter(random, d.v);
             const NurbsPoint p = evaluate(*surface, u, v);
             EXPECT_EQ(p.side, TrimSide::kKept);
-            ASSERT_LT((p.at.point - byCoxDeBoor(d, u, v)).norm(), kRounding) << u << " " << v << " TESSERA_SEED=" << seed;
+            ASSERT_LT((p.at.point - byCoxDeBoor(d, u, v)).norm(), kRounding)
+                << u << " " << v << " TESSERA_SEED=" << seed;
         }
     }
 }
@@ -42,12 +43,19 @@ TEST(NurbsSurfaces, DerivativesAreDifferencesInsideOfSpans) {
         for (int k = 0; k < 6; ++k) {
             const double u = between(random, d.u.domain()), v = between(random, d.v.domain());
             const int spanU = spanAt(d.u, u), spanV = spanAt(d.v, v);
-            const double hU = 1e-5 * (d.u.at(spanU + 1) - d.u.at(spanU)), hV = 1e-5 * (d.v.at(spanV + 1) - d.v.at(spanV));
-            if (spanAt(d.u, u - hU) != spanU || spanAt(d.u, u + hU) != spanU || spanAt(d.v, v - hV) != spanV || spanAt(d.v, v + hV) != spanV) continue;
+            const double hU = 1e-5 * (d.u.at(spanU + 1) - d.u.at(spanU)),
+                         hV = 1e-5 * (d.v.at(spanV + 1) - d.v.at(spanV));
+            if (spanAt(d.u, u - hU) != spanU || spanAt(d.u, u + hU) != spanU || spanAt(d.v, v - hV) != spanV ||
+                spanAt(d.v, v + hV) != spanV)
+                continue;
             const SurfacePoint p = evaluate(*surface, u, v).at;
             // By span: third derivatives of degree 5 times 1e-10, and rounding over 1e-5.
-            ASSERT_LT((2 * hU * p.du - (byCoxDeBoor(d, u + hU, v) - byCoxDeBoor(d, u - hU, v))).norm(), 1e-5 * 2e-5 * 100) << "TESSERA_SEED=" << seed;
-            ASSERT_LT((2 * hV * p.dv - (byCoxDeBoor(d, u, v + hV) - byCoxDeBoor(d, u, v - hV))).norm(), 1e-5 * 2e-5 * 100) << "TESSERA_SEED=" << seed;
+            ASSERT_LT((2 * hU * p.du - (byCoxDeBoor(d, u + hU, v) - byCoxDeBoor(d, u - hU, v))).norm(),
+                      1e-5 * 2e-5 * 100)
+                << "TESSERA_SEED=" << seed;
+            ASSERT_LT((2 * hV * p.dv - (byCoxDeBoor(d, u, v + hV) - byCoxDeBoor(d, u, v - hV))).norm(),
+                      1e-5 * 2e-5 * 100)
+                << "TESSERA_SEED=" << seed;
             if (!p.normal.isZero()) {
                 EXPECT_NEAR(p.normal.norm(), 1, 1e-14);
                 EXPECT_GT(p.normal.dot(p.du.cross(p.dv)), 0) << "TESSERA_SEED=" << seed;
@@ -81,7 +89,8 @@ TEST(NurbsSurfaces, TheirPatchesAreTheSurface) {
                 // The parameters are rounded: half of 2^-52 each in the product and the sum.
                 const double moved = std::ldexp(std::abs(u) * there.du.norm() + std::abs(v) * there.dv.norm(), -51);
                 ASSERT_LT((here.point - there.point).norm(), kRounding + moved) << "TESSERA_SEED=" << seed;
-                ASSERT_LT((here.du - p.over.u.size() * there.du).norm(), 1e-6 * (1 + here.du.norm())) << "TESSERA_SEED=" << seed;
+                ASSERT_LT((here.du - p.over.u.size() * there.du).norm(), 1e-6 * (1 + here.du.norm()))
+                    << "TESSERA_SEED=" << seed;
             }
         }
         const ParameterRectangle& domain = surface->domain();
@@ -99,13 +108,17 @@ TEST(NurbsSurfaces, PatchesShareTheBitsOfACommonEdge) {
         const std::vector<ParameterPatch> patches = bezierPatches(*surface);
         for (const ParameterPatch& a : patches)
             for (const ParameterPatch& b : patches) {
-                const bool alongU = a.over.v == b.over.v && a.over.u.upper == b.over.u.lower, alongV = a.over.u == b.over.u && a.over.v.upper == b.over.v.lower;
+                const bool alongU = a.over.v == b.over.v && a.over.u.upper == b.over.u.lower,
+                           alongV = a.over.u == b.over.u && a.over.v.upper == b.over.v.lower;
                 if (!alongU && !alongV) continue;
                 const KnotVector& knots = alongU ? d.u : d.v;
                 const double knot = alongU ? b.over.u.lower : b.over.v.lower;
                 if (std::count(knots.knots.begin(), knots.knots.end(), knot) > knots.degree) continue;
                 const int last = alongU ? d.v.degree : d.u.degree;
-                for (int k = 0; k <= last; ++k) ASSERT_EQ(alongU ? a.patch.at(d.u.degree, k) : a.patch.at(k, d.v.degree), alongU ? b.patch.at(0, k) : b.patch.at(k, 0)) << "TESSERA_SEED=" << seed;
+                for (int k = 0; k <= last; ++k)
+                    ASSERT_EQ(alongU ? a.patch.at(d.u.degree, k) : a.patch.at(k, d.v.degree),
+                              alongU ? b.patch.at(0, k) : b.patch.at(k, 0))
+                        << "TESSERA_SEED=" << seed;
                 ++edges;
             }
     }
@@ -114,7 +127,12 @@ TEST(NurbsSurfaces, PatchesShareTheBitsOfACommonEdge) {
 
 TEST(NurbsSurfaces, AreRefusedInWords) {
     const auto good = [] {
-        NurbsDefinition d{.u = {2, {0, 0, 0, 1, 2, 2, 2}}, .v = {1, {0, 0, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+        NurbsDefinition d{.u = {2, {0, 0, 0, 1, 2, 2, 2}},
+                          .v = {1, {0, 0, 1, 1}},
+                          .points = {},
+                          .rangeU = {},
+                          .rangeV = {},
+                          .loops = {}};
         for (int i = 0; i < 8; ++i) d.points.emplace_back(i % 4, 0, i / 4, 1);
         return d;
     };
@@ -127,7 +145,8 @@ TEST(NurbsSurfaces, AreRefusedInWords) {
         EXPECT_EQ(surface.error().code, ErrorCode::kBadInput);
         EXPECT_NE(surface.error().message.find(words), std::string::npos) << surface.error().message;
     };
-    constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNone = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                     kNone = std::numeric_limits<double>::quiet_NaN();
     says([](auto& d) { d.u.degree = 0; }, "degree 0");
     says([](auto& d) { d.u.degree = -7; }, "degree -7");
     says([](auto& d) { d.u.degree = 1000000000; }, "degree 1000000000");
@@ -153,9 +172,15 @@ TEST(NurbsSurfaces, AreRefusedInWords) {
 
 TEST(NurbsSurfaces, AnswerOutsideOfTheirDomainWithTheNearestPointOfIt) {
     std::mt19937_64 random(3);
-    const NurbsDefinition d{.u = {1, {0, 0, 1, 1}}, .v = {1, {0, 0, 1, 1}}, .points = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 1, 0, 1}}, .rangeU = {}, .rangeV = {}, .loops = {}};
+    const NurbsDefinition d{.u = {1, {0, 0, 1, 1}},
+                            .v = {1, {0, 0, 1, 1}},
+                            .points = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 1, 0, 1}},
+                            .rangeU = {},
+                            .rangeV = {},
+                            .loops = {}};
     const NurbsSurface surface = *NurbsSurface::make(d);
-    constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNone = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity(),
+                     kNone = std::numeric_limits<double>::quiet_NaN();
     const auto at = [&](double u, double v) {
         const NurbsPoint p = evaluate(surface, u, v);
         EXPECT_EQ(p.side, TrimSide::kTrimmedAway);
@@ -172,7 +197,12 @@ TEST(NurbsSurfaces, AreFiniteAtTheExtremesOfWhatIsTaken) {
     // Coordinates to 1e30, weights of a ratio of 1e24, spans of 1e-30 beside ones of 1, the highest degree.
     for (std::uint64_t seed = firstSeed(), end = seed + seedCount(100); seed < end; ++seed) {
         std::mt19937_64 random(seed);
-        NurbsDefinition d{.u = {kMaxNurbsDegree, {}}, .v = {2, {0, 0, 0, 1e-30, 2e-30, 1, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+        NurbsDefinition d{.u = {kMaxNurbsDegree, {}},
+                          .v = {2, {0, 0, 0, 1e-30, 2e-30, 1, 1, 1}},
+                          .points = {},
+                          .rangeU = {},
+                          .rangeV = {},
+                          .loops = {}};
         for (const double knot : {-1e-30, 1e-30})
             for (int k = 0; k <= kMaxNurbsDegree; ++k) d.u.knots.push_back(knot);
         for (int i = 0; i < d.u.count() * d.v.count(); ++i) {
@@ -183,20 +213,29 @@ TEST(NurbsSurfaces, AreFiniteAtTheExtremesOfWhatIsTaken) {
         const Expected<NurbsSurface> surface = NurbsSurface::make(d);
         ASSERT_TRUE(surface) << surface.error().message;
         for (int k = 0; k < 20; ++k) {
-            const double s = k == 0 ? 0 : k == 1 ? 1 : between(random, {0, 1}), v = k % 4 == 0 ? 1.5e-30 : between(random, {0, 1});
+            const double s = k == 0   ? 0
+                             : k == 1 ? 1
+                                      : between(random, {0, 1}),
+                         v = k % 4 == 0 ? 1.5e-30 : between(random, {0, 1});
             const SurfacePoint p = evaluate(*surface, 1e-30 * (2 * s - 1), v).at;
             ASSERT_TRUE(p.du.allFinite() && p.dv.allFinite() && p.normal.allFinite()) << "TESSERA_SEED=" << seed;
-            // Bernstein along u, as the recursion would take 2^24 steps. A convex sum of coordinates to 1e30 is off by some of their roundings,
-            // and u by one of its own: whatever the weights, it moves the point by no more than 24 / (t (1 − t)) times as much.
+            // Bernstein along u, as the recursion would take 2^24 steps. A convex sum of coordinates to 1e30 is off by
+            // some of their roundings, and u by one of its own: whatever the weights, it moves the point by no more
+            // than 24 / (t (1 − t)) times as much.
             Eigen::Matrix<long double, 4, 1> sum = Eigen::Matrix<long double, 4, 1>::Zero();
             const long double t = (1e-30L * static_cast<long double>(2 * s - 1) + 1e-30L) / 2e-30L;
             for (int i = 0; i <= kMaxNurbsDegree; ++i) {
                 long double along = 1;
                 for (int c = 1; c <= i; ++c) along *= t * (kMaxNurbsDegree - i + c) / c;
                 for (int c = i; c < kMaxNurbsDegree; ++c) along *= 1 - t;
-                for (int j = 0; j < d.v.count(); ++j) sum += along * coxDeBoor(d.v, j, 2, v) * d.points[static_cast<std::size_t>(j * d.u.count() + i)].cast<long double>();
+                for (int j = 0; j < d.v.count(); ++j)
+                    sum += along * coxDeBoor(d.v, j, 2, v) *
+                           d.points[static_cast<std::size_t>(j * d.u.count() + i)].cast<long double>();
             }
-            ASSERT_LT((p.point - (sum.head<3>() / sum.w()).cast<double>()).norm(), 1e30 * (1e-13 + (t > 0 && t < 1 ? 1e-15 * kMaxNurbsDegree / static_cast<double>(t * (1 - t)) : 0))) << s << " " << v << " TESSERA_SEED=" << seed;
+            ASSERT_LT(
+                (p.point - (sum.head<3>() / sum.w()).cast<double>()).norm(),
+                1e30 * (1e-13 + (t > 0 && t < 1 ? 1e-15 * kMaxNurbsDegree / static_cast<double>(t * (1 - t)) : 0)))
+                << s << " " << v << " TESSERA_SEED=" << seed;
         }
         for (const ParameterPatch& p : bezierPatches(*surface))
             EXPECT_TRUE(evaluate(p.patch, 0.3, 0.7).normal.allFinite() && std::isfinite(bilinearDeviation(p.patch)));
@@ -205,7 +244,8 @@ TEST(NurbsSurfaces, AreFiniteAtTheExtremesOfWhatIsTaken) {
 
 TEST(NurbsSurfaces, JumpWhereAKnotHasFullMultiplicity) {
     // Two flat pieces at heights 0 and 1.
-    NurbsDefinition d{.u = {1, {0, 0, 1, 1, 2, 2}}, .v = {1, {0, 0, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+    NurbsDefinition d{
+        .u = {1, {0, 0, 1, 1, 2, 2}}, .v = {1, {0, 0, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
     for (const double y : {0.0, 1.0})
         for (const double x : {0.0, 1.0, 1.0, 2.0}) d.points.emplace_back(x, y, d.points.size() % 4 < 2 ? 0 : 1, 1);
     const NurbsSurface surface = *NurbsSurface::make(d);

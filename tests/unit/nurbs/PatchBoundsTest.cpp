@@ -19,7 +19,8 @@ BezierPatch somePatch(std::mt19937_64& random) {
     for (int j = 0; j <= patch.degreeV; ++j)
         for (int i = 0; i <= patch.degreeU; ++i) {
             const double w = rational ? std::pow(10, between(random, {-ratio / 2, ratio / 2})) : 1;
-            const Vec3d p = Vec3d(static_cast<double>(i) / patch.degreeU, static_cast<double>(j) / patch.degreeV, 0) + wild * Vec3d(between(random, {-1, 1}), between(random, {-1, 1}), between(random, {-1, 1}));
+            const Vec3d p = Vec3d(static_cast<double>(i) / patch.degreeU, static_cast<double>(j) / patch.degreeV, 0) +
+                            wild * Vec3d(between(random, {-1, 1}), between(random, {-1, 1}), between(random, {-1, 1}));
             patch.points.emplace_back(w * p.x(), w * p.y(), w * p.z(), w);
         }
     if (random() % 6 == 0)
@@ -65,7 +66,8 @@ TEST(PatchBounds, ShrinkAsTheSquareOfThePatch) {
             if (level == 8) before = bilinearDeviation(patch);
             for (const PatchAxis axis : {PatchAxis::kU, PatchAxis::kV}) patch = split(patch, axis)[random() % 2];
         }
-        // Four halvings both ways: 1/256, when small enough for the square to rule; weights of 1e6 are not quite, after eight.
+        // Four halvings both ways: 1/256, when small enough for the square to rule; weights of 1e6 are not quite, after
+        // eight.
         const double after = bilinearDeviation(patch);
         ASSERT_TRUE(after < before / 60 || after < 1e-13) << before << " " << after << " TESSERA_SEED=" << seed;
     }

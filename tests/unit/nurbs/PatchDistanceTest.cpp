@@ -13,7 +13,9 @@
 namespace tessera {
 namespace {
 
-Vec3d somePlace(std::mt19937_64& random, double reach) { return {between(random, {-reach, reach}), between(random, {-reach, reach}), between(random, {-reach, reach})}; }
+Vec3d somePlace(std::mt19937_64& random, double reach) {
+    return {between(random, {-reach, reach}), between(random, {-reach, reach}), between(random, {-reach, reach})};
+}
 
 TEST(PatchDistances, AreThoseOfSpheresAndTori) {
     const NurbsDistance sphere(*sphereSurface(1)), torus(*torusSurface(1, 0.3));
@@ -22,17 +24,20 @@ TEST(PatchDistances, AreThoseOfSpheresAndTori) {
         Vec3d p = somePlace(random, 2);
         if (k % 10 == 0) p.x() = p.z() = 0;  // on the axis, below a pole
         if (k % 10 == 1) p.normalize();
-        const std::optional<ClosestPoint> onSphere = sphere.closestPoint(p, 1e-10), onTorus = torus.closestPoint(p, 1e-10);
+        const std::optional<ClosestPoint> onSphere = sphere.closestPoint(p, 1e-10),
+                                          onTorus = torus.closestPoint(p, 1e-10);
         ASSERT_TRUE(onSphere && onTorus);
         EXPECT_NEAR(onSphere->distance, std::abs(p.norm() - 1), 1e-10 + 1e-14) << p.transpose();
         EXPECT_LE(onSphere->error, 1e-10) << p.transpose();
         const double ring = std::abs(std::hypot(std::hypot(p.x(), p.z()) - 1, p.y()) - 0.3);
-        // On its axis a whole circle of the torus is as near: that may take more parts than there are to look at, and says so.
+        // On its axis a whole circle of the torus is as near: that may take more parts than there are to look at, and
+        // says so.
         EXPECT_NEAR(onTorus->distance, ring, std::max(onTorus->error, 1e-10) + 1e-14) << p.transpose();
         if (k % 10 != 0) {
             EXPECT_LE(onTorus->error, 1e-10) << p.transpose();
         }
-        EXPECT_NEAR((evaluate(*torusSurface(1, 0.3), onTorus->u, onTorus->v).at.point - onTorus->point).norm(), 0, 1e-13);
+        EXPECT_NEAR((evaluate(*torusSurface(1, 0.3), onTorus->u, onTorus->v).at.point - onTorus->point).norm(), 0,
+                    1e-13);
     }
 }
 
@@ -63,10 +68,13 @@ TEST(PatchDistances, AreNeverAboveDenseSamplesNorBelowByMoreThanTheySay) {
             ASSERT_TRUE(closest) << "TESSERA_SEED=" << seed;
             EXPECT_LE(closest->error, 1e-9) << "TESSERA_SEED=" << seed;
             EXPECT_NEAR((closest->point - place).norm(), closest->distance, 1e-12);
-            for (const Vec3d& s : samples) ASSERT_GE((s - place).norm(), closest->distance - closest->error - 1e-12) << "TESSERA_SEED=" << seed;
+            for (const Vec3d& s : samples)
+                ASSERT_GE((s - place).norm(), closest->distance - closest->error - 1e-12) << "TESSERA_SEED=" << seed;
             // And it is a point of the surface; on a knot one of two, where the surface jumps.
             const SurfacePoint there = evaluate(*surface, closest->u, closest->v).at;
-            const bool onKnot = std::count(d.u.knots.begin(), d.u.knots.end(), closest->u) + std::count(d.v.knots.begin(), d.v.knots.end(), closest->v) > 0;
+            const bool onKnot = std::count(d.u.knots.begin(), d.u.knots.end(), closest->u) +
+                                    std::count(d.v.knots.begin(), d.v.knots.end(), closest->v) >
+                                0;
             edges += onKnot;
             ASSERT_TRUE(onKnot || (there.point - closest->point).norm() < 1e-9) << "TESSERA_SEED=" << seed;
         }
@@ -77,7 +85,8 @@ TEST(PatchDistances, AreNeverAboveDenseSamplesNorBelowByMoreThanTheySay) {
 TEST(PatchDistances, OfTrimmedSurfacesAreToWhatIsLeft) {
     // A disc without its middle in the plane: distances in closed form.
     const double outer = 1.5, inner = 0.5;
-    const NurbsDistance ring(*planeSurface({{-2, 2}, {-2, 2}}, {{LoopRole::kOuter, {circle({0, 0}, outer)}}, {LoopRole::kHole, {circle({0, 0}, inner)}}}));
+    const NurbsDistance ring(*planeSurface(
+        {{-2, 2}, {-2, 2}}, {{LoopRole::kOuter, {circle({0, 0}, outer)}}, {LoopRole::kHole, {circle({0, 0}, inner)}}}));
     std::mt19937_64 random(5);
     for (int k = 0; k < 25; ++k) {
         const Vec3d p = somePlace(random, 2.5);
@@ -89,7 +98,8 @@ TEST(PatchDistances, OfTrimmedSurfacesAreToWhatIsLeft) {
     }
     // At the domain's own edge, wherever its numbers round to.
     for (const double upper : {0.7, 0.3, 1.1, 1.9}) {
-        const NurbsDistance edge(*planeSurface({{0.1, upper}, {0.1, upper}}, {{LoopRole::kHole, {circle({0.15, 0.15}, 0.01)}}}));
+        const NurbsDistance edge(
+            *planeSurface({{0.1, upper}, {0.1, upper}}, {{LoopRole::kHole, {circle({0.15, 0.15}, 0.01)}}}));
         const std::optional<ClosestPoint> closest = edge.closestPoint(Vec3d(3, 3, 1), 1e-12);
         ASSERT_TRUE(closest);
         EXPECT_EQ(closest->u, upper);

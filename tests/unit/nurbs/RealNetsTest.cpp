@@ -14,7 +14,9 @@ namespace {
 
 std::filesystem::path netsFolder() {
     const char* named = std::getenv("TESSERA_TEST_DATA");
-    return (named ? std::filesystem::path(named) : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") / "nurbs";
+    return (named ? std::filesystem::path(named)
+                  : std::filesystem::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "data") /
+           "nurbs";
 }
 
 /// Clamped, evenly spaced: geomdl's own choice for its examples.
@@ -52,15 +54,18 @@ void agreesWithTheRecursion(const NurbsSurface& surface) {
     double size = 0;
     for (const Vec4d& p : surface.definition().points) size = std::max(size, p.head<3>().norm());
     for (int k = 0; k < 300; ++k) {
-        const double u = someParameter(random, surface.definition().u), v = someParameter(random, surface.definition().v);
-        ASSERT_LT((evaluate(surface, u, v).at.point - byCoxDeBoor(surface.definition(), u, v)).norm(), 1e-14 * size) << u << " " << v;
+        const double u = someParameter(random, surface.definition().u),
+                     v = someParameter(random, surface.definition().v);
+        ASSERT_LT((evaluate(surface, u, v).at.point - byCoxDeBoor(surface.definition(), u, v)).norm(), 1e-14 * size)
+            << u << " " << v;
     }
 }
 
 class RealNets : public testing::Test {
 protected:
     void SetUp() override {
-        if (!std::filesystem::exists(netsFolder())) GTEST_SKIP() << "no test data at " << netsFolder() << " (set TESSERA_TEST_DATA)";
+        if (!std::filesystem::exists(netsFolder()))
+            GTEST_SKIP() << "no test data at " << netsFolder() << " (set TESSERA_TEST_DATA)";
     }
 };
 
@@ -76,7 +81,8 @@ TEST_F(RealNets, AreSurfaces) {
 }
 
 TEST_F(RealNets, CylindersAreRoundToTheirFourDigits) {
-    for (const auto& [file, quarters] : {std::pair("ex_cylinder.cptw", 4), std::pair("ex_cylinder_half.cptw", 2), std::pair("ex_cylinder_quarter.cptw", 1)}) {
+    for (const auto& [file, quarters] : {std::pair("ex_cylinder.cptw", 4), std::pair("ex_cylinder_half.cptw", 2),
+                                         std::pair("ex_cylinder_quarter.cptw", 1)}) {
         NurbsDefinition d = readNet(netsFolder() / "geomdlsurface" / file, 2, 1);
         d.u.knots = {0, 0, 0};
         for (int k = 1; k < quarters; ++k) d.u.knots.insert(d.u.knots.end(), 2, k);
@@ -106,7 +112,8 @@ TEST_F(RealNets, TheTorusHasARoundTube) {
     for (int quarter = 0; quarter <= 4; ++quarter)
         for (int j = 0; j <= 40; ++j) {
             const Vec3d p = evaluate(*surface, quarter, j / 10.0).at.point;
-            EXPECT_NEAR(std::hypot(std::hypot(p.x(), p.z()) - 225, p.y()), 100, 0.05);  // 0.707 for 1/√2 and its multiples, cut
+            EXPECT_NEAR(std::hypot(std::hypot(p.x(), p.z()) - 225, p.y()), 100,
+                        0.05);  // 0.707 for 1/√2 and its multiples, cut
         }
 }
 
@@ -117,14 +124,21 @@ TEST_F(RealNets, TheDuckIsOfThreeSurfaces) {
         const char* weights;
         int countU, countV;
     };
-    for (const Part& part : {Part{"duck1.ctrlpts", "duck1.weights", 13, 14}, Part{"duck2.ctrlpts", nullptr, 6, 15}, Part{"duck3.ctrlpts", nullptr, 6, 6}}) {
-        NurbsDefinition d{.u = evenKnots(3, part.countU), .v = evenKnots(3, part.countV), .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+    for (const Part& part : {Part{"duck1.ctrlpts", "duck1.weights", 13, 14}, Part{"duck2.ctrlpts", nullptr, 6, 15},
+                             Part{"duck3.ctrlpts", nullptr, 6, 6}}) {
+        NurbsDefinition d{.u = evenKnots(3, part.countU),
+                          .v = evenKnots(3, part.countV),
+                          .points = {},
+                          .rangeU = {},
+                          .rangeV = {},
+                          .loops = {}};
         std::ifstream points(netsFolder() / "geomdlobjects" / part.points);
         for (double x, y, z; points >> x >> y >> z;) d.points.emplace_back(x, y, z, 1);
         if (part.weights) {
             std::ifstream in(netsFolder() / "geomdlobjects" / part.weights);
             std::string number;
-            for (std::size_t i = 0; i < d.points.size() && std::getline(in, number, ','); ++i) d.points[i] *= std::stod(number);
+            for (std::size_t i = 0; i < d.points.size() && std::getline(in, number, ','); ++i)
+                d.points[i] *= std::stod(number);
         }
         const Expected<NurbsSurface> surface = NurbsSurface::make(d);
         ASSERT_TRUE(surface) << part.points << ": " << surface.error().message;

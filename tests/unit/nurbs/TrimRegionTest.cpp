@@ -1,5 +1,5 @@
-/// Points beside loops: integer polygons in integers, circles by their radius, random curves beside the angle that fine polygons turn in
-/// long double. A failing seed: TESSERA_SEED=N build/bin/unit_nurbs.
+/// Points beside loops: integer polygons in integers, circles by their radius, random curves beside the angle that fine
+/// polygons turn in long double. A failing seed: TESSERA_SEED=N build/bin/unit_nurbs.
 #include "common/freeform/nurbs/TrimRegion.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,9 @@ std::optional<int> windingOf(const std::vector<Cell>& polygon, const Cell& p) {
     for (std::size_t i = 0; i < polygon.size(); ++i) {
         const Cell &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
         const long side = (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
-        if (side == 0 && std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y && p.y <= std::max(a.y, b.y)) return std::nullopt;
+        if (side == 0 && std::min(a.x, b.x) <= p.x && p.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= p.y &&
+            p.y <= std::max(a.y, b.y))
+            return std::nullopt;
         if (a.y <= p.y && b.y > p.y && side > 0) ++winding;
         if (b.y <= p.y && a.y > p.y && side < 0) --winding;
     }
@@ -43,7 +45,8 @@ std::optional<int> windingOf(const std::vector<Cell>& polygon, const Cell& p) {
 }
 
 TEST(TrimRegions, OfIntegerPolygonsAreExactAtVerticesAndAlongEdges) {
-    // Small grids: points fall on corners, on level edges, on edges that lie on each other, and polygons cross themselves.
+    // Small grids: points fall on corners, on level edges, on edges that lie on each other, and polygons cross
+    // themselves.
     int edges = 0, kept = 0, away = 0;
     for (std::uint64_t seed = firstSeed(), end = seed + seedCount(600); seed < end; ++seed) {
         std::mt19937_64 random(seed);
@@ -61,7 +64,8 @@ TEST(TrimRegions, OfIntegerPolygonsAreExactAtVerticesAndAlongEdges) {
             loops.push_back(loopOf(random() % 3 == 0 ? LoopRole::kHole : LoopRole::kOuter, corners));
         }
         const TrimRegion region = regionOf(kSquare, loops);
-        const bool hasOuter = std::any_of(loops.begin(), loops.end(), [](const TrimLoop& l) { return l.role == LoopRole::kOuter; });
+        const bool hasOuter =
+            std::any_of(loops.begin(), loops.end(), [](const TrimLoop& l) { return l.role == LoopRole::kOuter; });
         for (long y = -5; y <= 5; ++y)
             for (long x = -5; x <= 5; ++x) {
                 bool onEdge = false;
@@ -71,8 +75,11 @@ TEST(TrimRegions, OfIntegerPolygonsAreExactAtVerticesAndAlongEdges) {
                     onEdge = onEdge || !winding;
                     if (winding.value_or(0) != 0) around += loops[l].role == LoopRole::kHole ? -1 : 1;
                 }
-                const TrimSide expected = onEdge ? TrimSide::kOnEdge : around > 0 ? TrimSide::kKept : TrimSide::kTrimmedAway;
-                ASSERT_EQ(region.side(Vec2d(static_cast<double>(x), static_cast<double>(y))), expected) << x << " " << y << " TESSERA_SEED=" << seed;
+                const TrimSide expected = onEdge       ? TrimSide::kOnEdge
+                                          : around > 0 ? TrimSide::kKept
+                                                       : TrimSide::kTrimmedAway;
+                ASSERT_EQ(region.side(Vec2d(static_cast<double>(x), static_cast<double>(y))), expected)
+                    << x << " " << y << " TESSERA_SEED=" << seed;
                 ++(onEdge ? edges : around > 0 ? kept : away);
             }
     }
@@ -89,22 +96,29 @@ TEST(TrimRegions, OfCirclesAreRightToTwelveDigitsAndAtTangents) {
         TrimLoop loop{seed % 2 == 0 ? LoopRole::kOuter : LoopRole::kHole, {circle(center, radius)}};
         if (seed % 3 == 0) std::swap(loop.curves[0].begin, loop.curves[0].end);  // which way it runs is all the same
         const TrimRegion region = regionOf(kSquare, {loop});
-        const TrimSide within = seed % 2 == 0 ? TrimSide::kKept : TrimSide::kTrimmedAway, without = seed % 2 == 0 ? TrimSide::kTrimmedAway : TrimSide::kKept;
+        const TrimSide within = seed % 2 == 0 ? TrimSide::kKept : TrimSide::kTrimmedAway,
+                       without = seed % 2 == 0 ? TrimSide::kTrimmedAway : TrimSide::kKept;
         EXPECT_EQ(region.side(center), within);
-        // What the header says. That the last boxes are within 2 tolerances both ways is √8 of them; the rest is the circle's own rounding.
+        // What the header says. That the last boxes are within 2 tolerances both ways is √8 of them; the rest is the
+        // circle's own rounding.
         const double clear = 4 * region.tolerance();
         for (int k = 0; k < 100; ++k) {
-            const double angle = k % 10 == 0 ? (k / 10) * std::numbers::pi / 2 : between(random, {0, 7}), off = std::pow(10, between(random, {std::log10(clear), -1})) * radius;
+            const double angle = k % 10 == 0 ? (k / 10) * std::numbers::pi / 2 : between(random, {0, 7}),
+                         off = std::pow(10, between(random, {std::log10(clear), -1})) * radius;
             const double gap = std::max(off, clear);
             const Vec2d out(std::cos(angle), std::sin(angle));
-            ASSERT_EQ(region.side(Vec2d(center + (radius - gap) * out)), within) << angle << " " << gap << " TESSERA_SEED=" << seed;
-            ASSERT_EQ(region.side(Vec2d(center + (radius + gap) * out)), without) << angle << " " << gap << " TESSERA_SEED=" << seed;
+            ASSERT_EQ(region.side(Vec2d(center + (radius - gap) * out)), within)
+                << angle << " " << gap << " TESSERA_SEED=" << seed;
+            ASSERT_EQ(region.side(Vec2d(center + (radius + gap) * out)), without)
+                << angle << " " << gap << " TESSERA_SEED=" << seed;
             const TrimSide on = region.side(Vec2d(center + radius * out));
             EXPECT_TRUE(on == TrimSide::kOnEdge || region.tolerance() < 1e-14) << "TESSERA_SEED=" << seed;
         }
         // On the lines that touch the circle at its top and bottom and at its joints.
         for (const double side : {-1.0, 0.0, 1.0})
-            for (const double away : {-1.5, -1.01, 1.01, 1.5}) ASSERT_EQ(region.side(Vec2d(center.x() + away * radius, center.y() + side * radius)), without) << "TESSERA_SEED=" << seed;
+            for (const double away : {-1.5, -1.01, 1.01, 1.5})
+                ASSERT_EQ(region.side(Vec2d(center.x() + away * radius, center.y() + side * radius)), without)
+                    << "TESSERA_SEED=" << seed;
     }
 }
 
@@ -123,11 +137,16 @@ TrimLoop someLoop(std::mt19937_64& random) {
             curve.knots.knots[curve.knots.knots.size() - 1 - i] = curve.knots.knots.back();
         }
         for (std::size_t i = order; i + order < curve.knots.knots.size(); ++i)
-            curve.knots.knots[i] = curve.knots.knots.front() + (curve.knots.knots.back() - curve.knots.knots.front()) * static_cast<double>(i + 1 - order) / static_cast<double>(curve.knots.knots.size() - 2 * order + 1);
+            curve.knots.knots[i] =
+                curve.knots.knots.front() + (curve.knots.knots.back() - curve.knots.knots.front()) *
+                                                static_cast<double>(i + 1 - order) /
+                                                static_cast<double>(curve.knots.knots.size() - 2 * order + 1);
         const int count = curve.knots.count();
         for (int i = 0; i < count; ++i) {
             const double w = random() % 2 == 0 ? 1 : between(random, {0.2, 3});
-            const Vec2d p = i == 0 ? joints[c] : i + 1 == count ? joints[(c + 1) % curves] : Vec2d(between(random, {-5, 5}), between(random, {-5, 5}));
+            const Vec2d p = i == 0           ? joints[c]
+                            : i + 1 == count ? joints[(c + 1) % curves]
+                                             : Vec2d(between(random, {-5, 5}), between(random, {-5, 5}));
             curve.points.emplace_back(w * p.x(), w * p.y(), w);
         }
         curve.begin = curve.knots.domain().lower;
@@ -142,7 +161,9 @@ TrimLoop someLoop(std::mt19937_64& random) {
 }
 Vec2d curveByCoxDeBoor(const TrimCurve& curve, double t) {
     Eigen::Matrix<long double, 3, 1> sum = Eigen::Matrix<long double, 3, 1>::Zero();
-    for (int i = 0; i < curve.knots.count(); ++i) sum += coxDeBoor(curve.knots, i, curve.knots.degree, t) * curve.points[static_cast<std::size_t>(i)].cast<long double>();
+    for (int i = 0; i < curve.knots.count(); ++i)
+        sum += coxDeBoor(curve.knots, i, curve.knots.degree, t) *
+               curve.points[static_cast<std::size_t>(i)].cast<long double>();
     return (sum.head<2>() / sum.z()).cast<double>();
 }
 /// Fine: `sag` is at least as far as the curve goes from it.
@@ -155,10 +176,13 @@ FinePolygon finePolygon(const TrimLoop& loop) {
     FinePolygon fine;
     for (const TrimCurve& curve : loop.curves) {
         std::vector<Vec2d> at;  // and the middles of the steps
-        for (std::size_t k = 0; k <= 2 * kSteps; ++k) at.push_back(curveByCoxDeBoor(curve, curve.begin + (curve.end - curve.begin) * static_cast<double>(k) / (2 * kSteps)));
+        for (std::size_t k = 0; k <= 2 * kSteps; ++k)
+            at.push_back(curveByCoxDeBoor(
+                curve, curve.begin + (curve.end - curve.begin) * static_cast<double>(k) / (2 * kSteps)));
         for (std::size_t k = 0; k < kSteps; ++k) {
             fine.points.push_back(at[2 * k]);
-            // The middle of a smooth step is as far off as a step gets; twice that, and as much again for what is not smooth.
+            // The middle of a smooth step is as far off as a step gets; twice that, and as much again for what is not
+            // smooth.
             fine.sag = std::max(fine.sag, 4 * (at[2 * k + 1] - 0.5 * (at[2 * k] + at[2 * k + 2])).norm());
         }
     }
@@ -170,7 +194,8 @@ std::optional<int> windingByAngle(const FinePolygon& polygon, const Vec2d& p) {
         const Vec2d a = polygon.points[i] - p, b = polygon.points[(i + 1) % polygon.points.size()] - p;
         const double along = std::clamp(-a.dot(b - a) / std::max((b - a).squaredNorm(), 1e-300), 0.0, 1.0);
         if ((a + along * (b - a)).norm() <= polygon.sag) return std::nullopt;
-        angle += std::atan2(static_cast<long double>(a.x()) * b.y() - static_cast<long double>(a.y()) * b.x(), static_cast<long double>(a.dot(b)));
+        angle += std::atan2(static_cast<long double>(a.x()) * b.y() - static_cast<long double>(a.y()) * b.x(),
+                            static_cast<long double>(a.dot(b)));
     }
     return static_cast<int>(std::lround(angle / (2 * std::numbers::pi_v<long double>)));
 }
@@ -186,10 +211,12 @@ TEST(TrimRegions, OfAnyLoopsAreTheirWindingNumbers) {
             polygons.push_back(finePolygon(loops.back()));
         }
         const TrimRegion region = regionOf(kSquare, loops);
-        const bool hasOuter = std::any_of(loops.begin(), loops.end(), [](const TrimLoop& l) { return l.role == LoopRole::kOuter; });
+        const bool hasOuter =
+            std::any_of(loops.begin(), loops.end(), [](const TrimLoop& l) { return l.role == LoopRole::kOuter; });
         for (int k = 0; k < 60; ++k) {
             // Anywhere, or level with a joint.
-            const Vec2d p(between(random, {-5, 5}), k % 3 == 0 ? polygons[random() % polygons.size()].points.front().y() : between(random, {-5, 5}));
+            const Vec2d p(between(random, {-5, 5}), k % 3 == 0 ? polygons[random() % polygons.size()].points.front().y()
+                                                               : between(random, {-5, 5}));
             int around = hasOuter ? 0 : 1;
             bool near = false;
             for (std::size_t l = 0; l < loops.size() && !near; ++l) {
@@ -198,7 +225,8 @@ TEST(TrimRegions, OfAnyLoopsAreTheirWindingNumbers) {
                 if (winding.value_or(0) != 0) around += loops[l].role == LoopRole::kHole ? -1 : 1;
             }
             if (near) continue;
-            ASSERT_EQ(region.side(p), around > 0 ? TrimSide::kKept : TrimSide::kTrimmedAway) << p.transpose() << " TESSERA_SEED=" << seed;
+            ASSERT_EQ(region.side(p), around > 0 ? TrimSide::kKept : TrimSide::kTrimmedAway)
+                << p.transpose() << " TESSERA_SEED=" << seed;
             ++judged;
             kept += around > 0;
         }
@@ -225,8 +253,10 @@ TEST(TrimRegions, SayOfRectanglesWhatIsTrueOfAllTheirPoints) {
             ++(side == RectangleSide::kKept ? kept : side == RectangleSide::kCrossed ? crossed : away);
             if (side == RectangleSide::kCrossed) continue;
             for (int i = 0; i < 30; ++i) {
-                const Vec2d p(i % 5 == 0 ? part.u.upper : between(random, part.u), i % 7 == 0 ? part.v.lower : between(random, part.v));
-                ASSERT_EQ(region.side(p), side == RectangleSide::kKept ? TrimSide::kKept : TrimSide::kTrimmedAway) << "TESSERA_SEED=" << seed;
+                const Vec2d p(i % 5 == 0 ? part.u.upper : between(random, part.u),
+                              i % 7 == 0 ? part.v.lower : between(random, part.v));
+                ASSERT_EQ(region.side(p), side == RectangleSide::kKept ? TrimSide::kKept : TrimSide::kTrimmedAway)
+                    << "TESSERA_SEED=" << seed;
             }
         }
     }
@@ -236,8 +266,11 @@ TEST(TrimRegions, SayOfRectanglesWhatIsTrueOfAllTheirPoints) {
 }
 
 TEST(TrimRegions, KeepIslandsInHolesAndNothingOutsideOfTheDomain) {
-    const auto square = [](LoopRole role, double half) { return loopOf(role, {{-half, -half}, {half, -half}, {half, half}, {-half, half}}); };
-    const TrimRegion region = regionOf({{-8, 3}, {-8, 8}}, {square(LoopRole::kOuter, 6), square(LoopRole::kHole, 4), square(LoopRole::kOuter, 2)});
+    const auto square = [](LoopRole role, double half) {
+        return loopOf(role, {{-half, -half}, {half, -half}, {half, half}, {-half, half}});
+    };
+    const TrimRegion region = regionOf(
+        {{-8, 3}, {-8, 8}}, {square(LoopRole::kOuter, 6), square(LoopRole::kHole, 4), square(LoopRole::kOuter, 2)});
     EXPECT_EQ(region.side(Vec2d(0, 0)), TrimSide::kKept);
     EXPECT_EQ(region.side(Vec2d(-3, 0)), TrimSide::kTrimmedAway);
     EXPECT_EQ(region.side(Vec2d(-5, 0)), TrimSide::kKept);
@@ -254,11 +287,16 @@ TEST(TrimRegions, KeepIslandsInHolesAndNothingOutsideOfTheDomain) {
 }
 
 TEST(TrimRegions, CloseWhatSixDigitsLeaveOpenAndRefuseWhatIsOpen) {
-    const auto withGap = [](double gap) { return TrimRegion::make(kSquare, std::vector<TrimLoop>{{LoopRole::kOuter, {polyline(std::vector<Vec2d>{{1, 1}, {5, 1}, {5, 5}}), polyline(std::vector<Vec2d>{{5, 5 + gap}, {1, 1}})}}}); };
+    const auto withGap = [](double gap) {
+        return TrimRegion::make(kSquare, std::vector<TrimLoop>{{LoopRole::kOuter,
+                                                                {polyline(std::vector<Vec2d>{{1, 1}, {5, 1}, {5, 5}}),
+                                                                 polyline(std::vector<Vec2d>{{5, 5 + gap}, {1, 1}})}}});
+    };
     ASSERT_TRUE(withGap(4e-5));
     EXPECT_EQ(withGap(4e-5)->side(Vec2d(4, 2)), TrimSide::kKept);
     ASSERT_FALSE(withGap(7e-5));
-    EXPECT_EQ(withGap(0.5).error().message, "outer loop (loop 1): it is open: a curve ends at (5 5), the next begins at (5 5.5)");
+    EXPECT_EQ(withGap(0.5).error().message,
+              "outer loop (loop 1): it is open: a curve ends at (5 5), the next begins at (5 5.5)");
     const auto says = [](const TrimLoop& loop, const std::string& words) {
         const Expected<TrimRegion> region = TrimRegion::make(kSquare, std::vector<TrimLoop>{loop});
         ASSERT_FALSE(region) << words;
@@ -291,7 +329,8 @@ TEST(TrimRegions, AnswerOfCurvesThatShrinkToPointsAndOfExtremeWeights) {
     EXPECT_EQ(there.side(Vec2d(2, 2)), TrimSide::kOnEdge);
     EXPECT_EQ(there.side(Vec2d(2, 1)), TrimSide::kTrimmedAway);
     TrimLoop extreme{LoopRole::kOuter, {circle({0, 0}, 5)}};
-    for (std::size_t i = 0; i < extreme.curves[0].points.size(); ++i) extreme.curves[0].points[i] *= i % 2 == 0 ? 1e-12 : 1e12;
+    for (std::size_t i = 0; i < extreme.curves[0].points.size(); ++i)
+        extreme.curves[0].points[i] *= i % 2 == 0 ? 1e-12 : 1e12;
     const TrimRegion square = regionOf(kSquare, {extreme});  // as good as the square of its control points
     EXPECT_EQ(square.side(Vec2d(4.9, 4.9)), TrimSide::kKept);
     EXPECT_EQ(square.side(Vec2d(-5.1, 0)), TrimSide::kTrimmedAway);

@@ -15,7 +15,9 @@
 namespace tessera {
 namespace {
 
-std::string repeatTriangles(std::uint64_t seed) { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_nurbs_triangles"; }
+std::string repeatTriangles(std::uint64_t seed) {
+    return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_nurbs_triangles";
+}
 
 double sizeOf(const NurbsSurface& s) {
     Box box;
@@ -26,7 +28,12 @@ double sizeOf(const NurbsSurface& s) {
 /// A disc around the y axis: circles that shrink to its middle, the outer one that of a cylinder.
 Expected<NurbsSurface> disc(double radius, double y) {
     const TrimCurve turn = circle(Vec2d::Zero(), 1);
-    NurbsDefinition d{.u = turn.knots, .v = {.degree = 1, .knots = {0, 0, 1, 1}}, .points = {}, .rangeU = {}, .rangeV = {}, .loops = {}};
+    NurbsDefinition d{.u = turn.knots,
+                      .v = {.degree = 1, .knots = {0, 0, 1, 1}},
+                      .points = {},
+                      .rangeU = {},
+                      .rangeV = {},
+                      .loops = {}};
     for (const double r : {radius, 0.0})
         for (const Vec3d& c : turn.points) d.points.emplace_back(c.x() * r, c.z() * y, -c.y() * r, c.z());
     return NurbsSurface::make(std::move(d));
@@ -46,7 +53,8 @@ TEST(NurbsTriangles, ASphereIsClosedAndAsNearAsItSays) {
         }
         // Of a triangle the middle is farthest inside, or near it; the sphere bulges over each.
         for (const auto& c : t->triangles) {
-            const Vec3d a = t->positions[c[0]], b = t->positions[c[1]], d = t->positions[c[2]], normal = (b - a).cross(d - a);
+            const Vec3d a = t->positions[c[0]], b = t->positions[c[1]], d = t->positions[c[2]],
+                        normal = (b - a).cross(d - a);
             ASSERT_GT(normal.dot(a + b + d), 0) << "it faces inwards";
             ASSERT_LE(2 - std::abs(normal.normalized().dot(a)), t->error);
         }
@@ -92,7 +100,8 @@ TEST(NurbsTriangles, AConeNeedsNoMoreThanItsCircleAsksForOverAndOver) {
 
 TEST(NurbsTriangles, TheBytesAreTheSameOnEveryMachine) {
     EXPECT_EQ(hashOf(*tessellate(*torusSurface(2, 0.5), 0.05)), 15404405994652076971ull);
-    EXPECT_EQ(hashOf(*tessellate(*sphereSurface(1, {{LoopRole::kHole, {circle({1.3, 1}, 0.6)}}}), 0.01)), 622087670919131217ull);
+    EXPECT_EQ(hashOf(*tessellate(*sphereSurface(1, {{LoopRole::kHole, {circle({1.3, 1}, 0.6)}}}), 0.01)),
+              622087670919131217ull);
 }
 
 TEST(NurbsTriangles, MoreThanIsAllowedIsRefused) {
@@ -145,7 +154,9 @@ TEST(NurbsTriangles, NoSurfaceHasFewerCellsThanAreSure) {
             ASSERT_LE(sure, static_cast<double>(t->triangles.size())) << repeatTriangles(seed);
             // It says something: cells go with 1 / tolerance, where the surface bends along both axes.
             if (seed % 5 == 3) continue;
-            ASSERT_GE(leastCells(s, onLattice(s).value(), 1e-9 * sizeOf(s)), static_cast<double>(t->triangles.size()) * (share / 1e-9) / 400) << repeatTriangles(seed);
+            ASSERT_GE(leastCells(s, onLattice(s).value(), 1e-9 * sizeOf(s)),
+                      static_cast<double>(t->triangles.size()) * (share / 1e-9) / 400)
+                << repeatTriangles(seed);
         }
     }
 }
@@ -195,9 +206,10 @@ TEST(NurbsTriangles, WhicheverToleranceIsTooSmallOneThatDoesIsSaid) {
     EXPECT_GT(told, seedCount(10));
 }
 
-/// Every place of the parameters is in one triangle, seen from the same side; no triangle and no place of the surface is farther off than is
-/// said; what is open lies on an edge of the surface or of a jump.
-void holdsForASurface(const NurbsSurface& s, double tolerance, bool collapsed, std::mt19937_64& random, const std::string& repeat) {
+/// Every place of the parameters is in one triangle, seen from the same side; no triangle and no place of the surface
+/// is farther off than is said; what is open lies on an edge of the surface or of a jump.
+void holdsForASurface(const NurbsSurface& s, double tolerance, bool collapsed, std::mt19937_64& random,
+                      const std::string& repeat) {
     const auto t = tessellate(s, tolerance, {.maxTriangles = 30'000});
     if (!t) {
         ASSERT_EQ(t.error().code, ErrorCode::kLimit) << t.error().message << "\n" << repeat;
@@ -262,7 +274,8 @@ TEST(NurbsTriangles, NothingInsideOfASurfaceIsOpen) {
         std::mt19937_64 random(seed);
         const auto s = NurbsSurface::make(someSurface(random, 4));
         ASSERT_TRUE(s);
-        const auto t = tessellate(*s, sizeOf(*s) * std::pow(10.0, between(random, {-2.5, 0})), {.maxTriangles = 30'000});
+        const auto t =
+            tessellate(*s, sizeOf(*s) * std::pow(10.0, between(random, {-2.5, 0})), {.maxTriangles = 30'000});
         if (!t) continue;
         // By places; where the surface jumps, places of both sides are edges.
         const auto ends = [](const KnotVector& k, const ParameterRange& domain) {
@@ -271,12 +284,14 @@ TEST(NurbsTriangles, NothingInsideOfASurfaceIsOpen) {
                 if (std::count(k.knots.begin(), k.knots.end(), x) > k.degree) at.push_back(x);
             return at;
         };
-        const std::vector<double> endsU = ends(s->definition().u, s->domain().u), endsV = ends(s->definition().v, s->domain().v);
+        const std::vector<double> endsU = ends(s->definition().u, s->domain().u),
+                                  endsV = ends(s->definition().v, s->domain().v);
         std::map<Vec3d, Vec2d, PlaceOrder> parameterOf;
         std::map<std::pair<Vec3d, Vec3d>, int, decltype([](const auto& a, const auto& b) {
                      const PlaceOrder less;
                      return less(a.first, b.first) || (!less(b.first, a.first) && less(a.second, b.second));
-                 })> times;
+                 })>
+            times;
         for (const auto& c : t->triangles)
             for (std::size_t i = 0; i < 3; ++i) {
                 parameterOf[t->positions[c[i]]] = t->parameters[c[i]];
@@ -286,8 +301,12 @@ TEST(NurbsTriangles, NothingInsideOfASurfaceIsOpen) {
             ASSERT_EQ(count, 1) << repeatTriangles(seed);
             if (times.contains({edge.second, edge.first})) continue;
             const Vec2d a = parameterOf[edge.first], b = parameterOf[edge.second];
-            const auto both = [](double x, double y, const std::vector<double>& at) { return x == y && std::count(at.begin(), at.end(), x) > 0; };
-            ASSERT_TRUE(both(a.x(), b.x(), endsU) || both(a.y(), b.y(), endsV)) << a.transpose() << " to " << b.transpose() << "\n" << repeatTriangles(seed);
+            const auto both = [](double x, double y, const std::vector<double>& at) {
+                return x == y && std::count(at.begin(), at.end(), x) > 0;
+            };
+            ASSERT_TRUE(both(a.x(), b.x(), endsU) || both(a.y(), b.y(), endsV))
+                << a.transpose() << " to " << b.transpose() << "\n"
+                << repeatTriangles(seed);
         }
     }
 }
@@ -314,14 +333,16 @@ TEST(NurbsTriangles, SurfacesThatShareAnEdgeHaveTheSameVerticesThere) {
             d.points.clear();
             for (int k = 0; k < d.u.count() * d.v.count(); ++k) {
                 const double w = rational ? between(random, {0.2, 3}) : 1;
-                d.points.emplace_back(w * between(random, {-1, 1}), w * between(random, {-1, 1}), w * between(random, {-1, 1}), w);
+                d.points.emplace_back(w * between(random, {-1, 1}), w * between(random, {-1, 1}),
+                                      w * between(random, {-1, 1}), w);
             }
         };
         fill(a);
         fill(b);
         const auto count = static_cast<std::size_t>(a.u.count());
         // The last row of one is the first of the other.
-        for (std::size_t i = 0; i < count; ++i) b.points[turned ? count - 1 - i : i] = a.points[a.points.size() - count + i];
+        for (std::size_t i = 0; i < count; ++i)
+            b.points[turned ? count - 1 - i : i] = a.points[a.points.size() - count + i];
         const auto first = NurbsSurface::make(a), second = NurbsSurface::make(b);
         ASSERT_TRUE(first && second);
         const double tolerance = std::pow(10.0, between(random, {-2, -0.3}));
@@ -371,7 +392,8 @@ TEST(NurbsTriangles, WhatWouldTakeTooLongIsRefused) {
     while (!tessellate(*bent, 0.5, {.maxSums = enough})) enough *= 2;
     EXPECT_GT(enough, 1000U);
     EXPECT_LT(enough, std::size_t{1} << 27);
-    EXPECT_EQ(tessellate(*bent, 0.5, {.maxSums = enough})->positions, whole->positions) << "what is counted changes nothing";
+    EXPECT_EQ(tessellate(*bent, 0.5, {.maxSums = enough})->positions, whole->positions)
+        << "what is counted changes nothing";
     const auto finer = tessellate(*bent, 1e-4, {.maxSums = enough});
     ASSERT_FALSE(finer);
     EXPECT_EQ(finer.error().code, ErrorCode::kLimit);

@@ -1,4 +1,5 @@
-/// What the tests of this folder judge triangles by: their edges as places, their distance to points, their area in the parameters.
+/// What the tests of this folder judge triangles by: their edges as places, their distance to points, their area in the
+/// parameters.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,9 @@
 namespace tessera {
 
 struct PlaceOrder {
-    bool operator()(const Vec3d& a, const Vec3d& b) const { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); }
+    bool operator()(const Vec3d& a, const Vec3d& b) const {
+        return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    }
 };
 
 /// Edges of triangles of one or more surfaces, their ends told by the bits of their places.
@@ -56,7 +59,8 @@ inline double distanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
 inline double distanceTo(const NurbsTriangles& t, const Vec3d& p) {
     double least = 1e300;
     for (const auto& corner : t.triangles)
-        least = std::min(least, distanceToTriangle(p, t.positions[corner[0]], t.positions[corner[1]], t.positions[corner[2]]));
+        least = std::min(least,
+                         distanceToTriangle(p, t.positions[corner[0]], t.positions[corner[1]], t.positions[corner[2]]));
     return least;
 }
 
@@ -75,7 +79,8 @@ inline double parameterArea(const NurbsTriangles& t, const std::array<std::uint3
 inline std::uint64_t hashOf(const NurbsTriangles& t) {
     std::uint64_t hash = 0xcbf29ce484222325ull;  // FNV-1a
     const auto take = [&hash](const void* bytes, std::size_t count) {
-        for (std::size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3ull;
+        for (std::size_t i = 0; i < count; ++i)
+            hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3ull;
     };
     for (const Vec3d& p : t.positions) take(p.data(), 24);
     for (const auto& c : t.triangles) take(c.data(), 12);

@@ -18,12 +18,16 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 const ParameterRectangle kSquare{{-2, 2}, {-2, 2}};
 
-std::string repeatTrims(std::uint64_t seed) { return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_nurbs_triangles"; }
+std::string repeatTrims(std::uint64_t seed) {
+    return "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_nurbs_triangles";
+}
 
 TEST(TrimmedTriangles, CirclesLeaveOfAPlaneWhatTheyDoInFormulas) {
     for (const double tolerance : {0.1, 1e-3, 1e-5}) {
         // A ring, and an island in its hole.
-        const auto t = tessellate(*planeSurface(kSquare, {{LoopRole::kOuter, {circle({0, 0}, 1.5)}}, {LoopRole::kHole, {circle({0.2, 0}, 1)}}, {LoopRole::kOuter, {circle({0.1, 0.1}, 0.5)}}}),
+        const auto t = tessellate(*planeSurface(kSquare, {{LoopRole::kOuter, {circle({0, 0}, 1.5)}},
+                                                          {LoopRole::kHole, {circle({0.2, 0}, 1)}},
+                                                          {LoopRole::kOuter, {circle({0.1, 0.1}, 0.5)}}}),
                                   tolerance);
         ASSERT_TRUE(t) << t.error().message;
         EXPECT_LE(t->error, tolerance);
@@ -39,7 +43,9 @@ TEST(TrimmedTriangles, ThinRingsStayRings) {
         const double thin = std::pow(10.0, between(random, {-9, -1})), radius = between(random, {0.3, 0.9});
         const Vec2d center(between(random, {-1, 1}), between(random, {-1, 1}));
         const double tolerance = std::pow(10.0, between(random, {-4, 0}));
-        const auto t = tessellate(*planeSurface(kSquare, {{LoopRole::kOuter, {circle(center, radius)}}, {LoopRole::kHole, {circle(center, radius * (1 - thin))}}}), tolerance);
+        const auto t = tessellate(*planeSurface(kSquare, {{LoopRole::kOuter, {circle(center, radius)}},
+                                                          {LoopRole::kHole, {circle(center, radius * (1 - thin))}}}),
+                                  tolerance);
         ASSERT_TRUE(t) << t.error().message << "\n" << repeatTrims(seed);
         double area = 0;
         for (const auto& c : t->triangles) {
@@ -47,7 +53,8 @@ TEST(TrimmedTriangles, ThinRingsStayRings) {
             area += parameterArea(*t, c);
         }
         ASSERT_GT(area, 0) << repeatTrims(seed);
-        EXPECT_NEAR(area, kPi * radius * radius * (1 - (1 - thin) * (1 - thin)), 4 * kPi * radius * tolerance) << repeatTrims(seed);
+        EXPECT_NEAR(area, kPi * radius * radius * (1 - (1 - thin) * (1 - thin)), 4 * kPi * radius * tolerance)
+            << repeatTrims(seed);
         // Two boundaries that close: as many edges in and out of each vertex.
         EdgeCount edges;
         edges.add(*t);
@@ -65,7 +72,8 @@ TEST(TrimmedTriangles, OfTrimmedSurfacesTheTrianglesAreAsNearAsIsSaid) {
         const bool sphere = random() % 2 == 0;
         const Vec2d center(between(random, {1, 3}), sphere ? between(random, {0.9, 1.1}) : between(random, {1, 3}));
         const double radius = between(random, {0.05, 0.8}), tolerance = std::pow(10.0, between(random, {-2.5, -0.5}));
-        const std::vector<TrimLoop> loops{{random() % 2 == 0 ? LoopRole::kHole : LoopRole::kOuter, {circle(center, radius)}}};
+        const std::vector<TrimLoop> loops{
+            {random() % 2 == 0 ? LoopRole::kHole : LoopRole::kOuter, {circle(center, radius)}}};
         const auto s = sphere ? sphereSurface(1, loops) : torusSurface(1, 0.3, loops);
         ASSERT_TRUE(s);
         const auto t = tessellate(*s, tolerance);
@@ -83,7 +91,9 @@ TEST(TrimmedTriangles, OfTrimmedSurfacesTheTrianglesAreAsNearAsIsSaid) {
             if (s->region().side(at) != TrimSide::kTrimmedAway) continue;
             const double rim = radius * (loops[0].role == LoopRole::kHole ? 1 + 1e-9 : 1 - 1e-9);
             const Vec2d nearest = center + rim * out.normalized();
-            ASSERT_LE((evaluate(*s, nearest.x(), nearest.y()).at.point - t->positions[i]).norm(), 0.5 * tolerance + 1e-9) << repeatTrims(seed);
+            ASSERT_LE((evaluate(*s, nearest.x(), nearest.y()).at.point - t->positions[i]).norm(),
+                      0.5 * tolerance + 1e-9)
+                << repeatTrims(seed);
         }
     }
 }
@@ -96,8 +106,10 @@ TEST(TrimmedTriangles, ALoopAlongTheEdgesChangesNothingThere) {
         return places;
     };
     // In pieces that the edges are not cut at.
-    const std::array<Vec2d, 7> around{Vec2d(0, 0), Vec2d(0.3, 0), Vec2d(3.1, 0), Vec2d(4, 0), Vec2d(4, 1), Vec2d(0, 1), Vec2d(0, 0)};
-    EXPECT_EQ(vertices(tessellate(*cylinderSurface(1, 2), 0.01)), vertices(tessellate(*cylinderSurface(1, 2, {{LoopRole::kOuter, {polyline(around)}}}), 0.01)));
+    const std::array<Vec2d, 7> around{Vec2d(0, 0), Vec2d(0.3, 0), Vec2d(3.1, 0), Vec2d(4, 0),
+                                      Vec2d(4, 1), Vec2d(0, 1),   Vec2d(0, 0)};
+    EXPECT_EQ(vertices(tessellate(*cylinderSurface(1, 2), 0.01)),
+              vertices(tessellate(*cylinderSurface(1, 2, {{LoopRole::kOuter, {polyline(around)}}}), 0.01)));
 }
 
 void isRefused(const std::vector<TrimLoop>& loops, const std::string& why) {
@@ -110,8 +122,10 @@ void isRefused(const std::vector<TrimLoop>& loops, const std::string& why) {
 TEST(TrimmedTriangles, LoopsThatCrossOrLeaveAreRefusedByName) {
     const std::array<Vec2d, 5> bow{Vec2d(-1, -1), Vec2d(1, 1), Vec2d(1, -1), Vec2d(-1, 1), Vec2d(-1, -1)};
     isRefused({{LoopRole::kOuter, {polyline(bow)}}}, "outer loop (loop 1) crosses itself");
-    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0.2, 0}, 1)}}}, "outer loop (loop 1) and hole (loop 2) cross");
-    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0, 0}, 1)}}}, "run along each other");
+    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0.2, 0}, 1)}}},
+              "outer loop (loop 1) and hole (loop 2) cross");
+    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0, 0}, 1)}}},
+              "run along each other");
     isRefused({{LoopRole::kHole, {circle({1.5, 0}, 1)}}}, "hole (loop 1) leaves the surface's domain");
     const std::array<Vec2d, 4> spike{Vec2d(-1, -1), Vec2d(1, 1), Vec2d(0, 0), Vec2d(-1, -1)};
     isRefused({{LoopRole::kOuter, {polyline(spike)}}}, "runs along itself");
@@ -122,11 +136,13 @@ TEST(TrimmedTriangles, OfTwoCirclesThoseThatCrossAreRefused) {
     int crossed = 0;
     for (std::uint64_t seed = firstSeed(), end = seed + seedCount(150); seed < end; ++seed) {
         std::mt19937_64 random(seed);
-        const Vec2d a(between(random, {-0.5, 0.5}), between(random, {-0.5, 0.5})), b(between(random, {-0.5, 0.5}), between(random, {-0.5, 0.5}));
+        const Vec2d a(between(random, {-0.5, 0.5}), between(random, {-0.5, 0.5})),
+            b(between(random, {-0.5, 0.5}), between(random, {-0.5, 0.5}));
         const double r = between(random, {0.1, 1}), q = between(random, {0.1, 1}), apart = (a - b).norm();
         const bool cross = apart < r + q && apart > std::abs(r - q);
         if (std::min(std::abs(apart - r - q), std::abs(apart - std::abs(r - q))) < 1e-3) continue;
-        const auto t = tessellate(*planeSurface(kSquare, {{LoopRole::kHole, {circle(a, r)}}, {LoopRole::kHole, {circle(b, q)}}}), 1e-4);
+        const auto t = tessellate(
+            *planeSurface(kSquare, {{LoopRole::kHole, {circle(a, r)}}, {LoopRole::kHole, {circle(b, q)}}}), 1e-4);
         EXPECT_EQ(!t, cross) << repeatTrims(seed);
         crossed += cross;
     }

@@ -112,15 +112,25 @@ std::vector<Edit> edits() {
         {"a geometry", [](auto& b, auto& s) { s.thing(b, s.hall, s.subject.geometry, 7); }},
         {"elsewhere", [](auto& b, auto& s) { b.place(s.subject.node, s.plain); }},
         {"back", [](auto& b, auto& s) { b.place(s.subject.node, s.group); }},
-        {"moved", [](auto& b, auto& s) { b.set(s.subject.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3))); }},
-        {"switched off", set(&LargeScene::choice, typeOf<Switch>(), fieldId<&Switch::choice>, std::int64_t{Switch::kNone})},
-        {"switched on", set(&LargeScene::choice, typeOf<Switch>(), fieldId<&Switch::choice>, std::int64_t{Switch::kAll})},
+        {"moved",
+         [](auto& b, auto& s) {
+             b.set(s.subject.transform, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 2, 3)));
+         }},
+        {"switched off",
+         set(&LargeScene::choice, typeOf<Switch>(), fieldId<&Switch::choice>, std::int64_t{Switch::kNone})},
+        {"switched on",
+         set(&LargeScene::choice, typeOf<Switch>(), fieldId<&Switch::choice>, std::int64_t{Switch::kAll})},
         {"another mass", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, 4.0)},
-        {"deforming", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, std::int64_t{CollisionObject::kDeforming})},
-        {"in other layers", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::layers>, std::int64_t{2})},
-        {"a hull", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>, std::int64_t{CollisionObject::kHull})},
-        {"another response", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::response>, std::int64_t{Interest::kSlide})},
-        {"another mode", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::mode>, std::int64_t{Interest::kDynamic})},
+        {"deforming", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>,
+                          std::int64_t{CollisionObject::kDeforming})},
+        {"in other layers",
+         set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::layers>, std::int64_t{2})},
+        {"a hull", set(&LargeScene::object, typeOf<CollisionObject>(), fieldId<&CollisionObject::shape>,
+                       std::int64_t{CollisionObject::kHull})},
+        {"another response", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::response>,
+                                 std::int64_t{Interest::kSlide})},
+        {"another mode", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::mode>,
+                             std::int64_t{Interest::kDynamic})},
         {"disabled", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::enabled>, false)},
         {"enabled", set(&LargeScene::interestCore, typeOf<Interest>(), fieldId<&Interest::enabled>, true)},
         {"an object and an interest in it",
@@ -132,7 +142,8 @@ std::vector<Edit> edits() {
              s.place(b, kRootNode, core);
              s.place(b, kRootNode, interest);
          }},
-        {"no core any more", [](auto& b, auto& s) { b.set(s.subject.shape, typeOf<Node>(), fieldId<&Node::core>, toValue(ObjectId{})); }},
+        {"no core any more",
+         [](auto& b, auto& s) { b.set(s.subject.shape, typeOf<Node>(), fieldId<&Node::core>, toValue(ObjectId{})); }},
         {"gone", [](auto& b, auto& s) { b.detach(s.subject.node); }},
     };
 }

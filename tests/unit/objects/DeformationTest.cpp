@@ -12,7 +12,9 @@ struct Cloth : ObjectScene {
 
     Cloth() { (void)handler.takeMoved(); }
     [[nodiscard]] const Part& cloth() const { return handler.parts()[part(thing1.shape)]; }
-    void bend(const Vec3d& size) { set<Geometry>(thing1.geometry, fieldId<&Geometry::positions>, boxSoup(size).positionBlob()); }
+    void bend(const Vec3d& size) {
+        set<Geometry>(thing1.geometry, fieldId<&Geometry::positions>, boxSoup(size).positionBlob());
+    }
     [[nodiscard]] Vec3d sizeOfShape() const { return cloth().shape->mesh().bounds().size(); }
 };
 
@@ -167,7 +169,8 @@ TEST(Deformation, MalformedPositionsMakeItMeetNothingUntilGoodOnesCome) {
 TEST(Deformation, AJumpIsNone) {
     Cloth scene;
     ChangeListBuilder b;
-    b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, boxSoup(Vec3d(2, 1, 1)).positionBlob());
+    b.set(scene.thing1.geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+          boxSoup(Vec3d(2, 1, 1)).positionBlob());
     const ChangeList list = b.take();
     ASSERT_TRUE(scene.aspect.apply(list));
     scene.handler.update(scene.aspect, nullptr);

@@ -241,7 +241,8 @@ TEST(Poses, NewArraysAreANewShapeAndNoNewTables) {
     EXPECT_EQ(scene.handler.takeMoved(), scene.numbers({scene.other}));
     const std::vector<std::uint32_t> beyond{0, 1, 99}, ragged{0, 1};
     for (const auto& bad : {beyond, ragged, std::vector<std::uint32_t>{}}) {
-        scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(bad)));
+        scene.set<Geometry>(scene.other.geometry, fieldId<&Geometry::indices>,
+                            Blob::of(std::span<const std::uint32_t>(bad)));
         EXPECT_FALSE(scene.of(scene.other).solid());
         EXPECT_EQ(scene.handler.partsSkipped(), 1u);
     }

@@ -109,7 +109,8 @@ private:
         for (int i = 0; i < 5; ++i) {
             const ObjectId object = create(b, typeOf<CollisionObject>());
             b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, toValue(nodes[1 + below(9)]));
-            if (i == 0) b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, CollisionObject::kDeforming);
+            if (i == 0)
+                b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::kind>, CollisionObject::kDeforming);
             if (i > 1) b.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(1.0 + i));
             place(kRootNode, object);
         }
@@ -177,7 +178,8 @@ private:
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::shape>, number(2));
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::layers>, number(8));
         if (below(4) == 0) b.set(id, type, fieldId<&CollisionObject::level>, number(4));
-        if (below(2) == 0) b.set(id, type, fieldId<&CollisionObject::mass>, toValue(below(3) == 0 ? 0.0 : between(1, 9)));
+        if (below(2) == 0)
+            b.set(id, type, fieldId<&CollisionObject::mass>, toValue(below(3) == 0 ? 0.0 : between(1, 9)));
         if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::friction>, toValue(between(0, 1)));
         if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::restitution>, toValue(between(0, 1)));
         if (below(3) == 0) b.set(id, type, fieldId<&CollisionObject::velocity>, toValue(Vec3d(between(-1, 1), 2, 3)));
@@ -281,7 +283,8 @@ private:
             case 9: {
                 const ObjectId id = some(typeOf<Switch>());
                 if (id) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(std::int64_t{below(6)} - 3));
-                if (id && below(2) == 0) b.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(std::int64_t{below(16)}));
+                if (id && below(2) == 0)
+                    b.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(std::int64_t{below(16)}));
                 break;
             }
             case 10:
@@ -308,7 +311,9 @@ private:
             }
             case 18: {
                 const ObjectId id = some(typeOf<Environment>());
-                if (id) b.set(id, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, between(-9, 0), 0)));
+                if (id)
+                    b.set(id, typeOf<Environment>(), fieldId<&Environment::gravity>,
+                          toValue(Vec3d(0, between(-9, 0), 0)));
                 break;
             }
             default: {

@@ -88,7 +88,8 @@ void expectSame(const Aspect& aspect, const ObjectHandler& a, const ObjectHandle
         ASSERT_EQ(a.placeOf(p.node), placesA[i]);
         ASSERT_TRUE(nodeOf(a, p.parent) == nodeOf(b, q.parent) && p.transform == q.transform) << "place " << i;
         ASSERT_TRUE(p.parts == q.parts && p.objects == q.objects)
-            << "node #" << p.node.value << ": " << p.parts << ", " << q.parts << " parts, " << p.objects << ", " << q.objects << " objects";
+            << "node #" << p.node.value << ": " << p.parts << ", " << q.parts << " parts, " << p.objects << ", "
+            << q.objects << " objects";
         ASSERT_TRUE(sameBits(p.local, q.local) && sameBits(p.world, q.world)) << "place " << i;
         ASSERT_EQ(partsBelow(a, placesA[i]), p.parts);
         if (p.transform) {
@@ -251,8 +252,9 @@ using Memory = std::map<ObjectId, Remembered>;
 Memory remember(const ObjectHandler& handler) {
     Memory memory;
     for (const Part& p : handler.parts())
-        if (p.node) memory[p.node] = {p.poseVersion, p.world, p.shape,
-                          p.shape ? p.shape->mesh().bounds().size() : Vec3d::Zero()};
+        if (p.node)
+            memory[p.node] = {p.poseVersion, p.world, p.shape,
+                              p.shape ? p.shape->mesh().bounds().size() : Vec3d::Zero()};
     return memory;
 }
 

@@ -61,13 +61,16 @@ std::vector<WorldTriangle> trianglesOf(const Aspect& scene, bool hidden) {
     return all;
 }
 
-/// The farthest that any triangle is from the one that it has become; infinite where one is missing or has another material or turns around.
+/// The farthest that any triangle is from the one that it has become; infinite where one is missing or has another
+/// material or turns around.
 double farthest(std::vector<WorldTriangle> before, std::vector<WorldTriangle> after, double cell) {
     if (before.size() != after.size()) return INFINITY;
     // By cells of their middles; a middle near a wall is looked for on both sides.
     std::multimap<std::array<std::int64_t, 3>, std::size_t> grid;
     const auto cellOf = [cell](const std::array<double, 3>& at) {
-        return std::array<std::int64_t, 3>{std::int64_t(std::floor(at[0] / cell)), std::int64_t(std::floor(at[1] / cell)), std::int64_t(std::floor(at[2] / cell))};
+        return std::array<std::int64_t, 3>{std::int64_t(std::floor(at[0] / cell)),
+                                           std::int64_t(std::floor(at[1] / cell)),
+                                           std::int64_t(std::floor(at[2] / cell))};
     };
     for (std::size_t i = 0; i < after.size(); ++i) grid.emplace(cellOf(after[i].key()), i);
     std::vector<bool> taken(after.size(), false);
@@ -77,13 +80,16 @@ double farthest(std::vector<WorldTriangle> before, std::vector<WorldTriangle> af
         double best = INFINITY;
         std::size_t bestAt = 0;
         for (int near = 0; near < 27; ++near) {
-            const auto range = grid.equal_range({middle[0] + near % 3 - 1, middle[1] + near / 3 % 3 - 1, middle[2] + near / 9 - 1});
+            const auto range =
+                grid.equal_range({middle[0] + near % 3 - 1, middle[1] + near / 3 % 3 - 1, middle[2] + near / 9 - 1});
             for (auto it = range.first; it != range.second; ++it) {
                 const WorldTriangle& other = after[it->second];
                 if (taken[it->second] || other.material != triangle.material) continue;
                 for (std::size_t turn = 0; turn < 3; ++turn) {
                     double apart = 0;
-                    for (std::size_t k = 0; k < 3; ++k) apart = std::max(apart, (triangle.corners[k] - other.corners[(k + turn) % 3]).cwiseAbs().maxCoeff());
+                    for (std::size_t k = 0; k < 3; ++k)
+                        apart = std::max(apart,
+                                         (triangle.corners[k] - other.corners[(k + turn) % 3]).cwiseAbs().maxCoeff());
                     if (apart < best) {
                         best = apart;
                         bestAt = it->second;
@@ -109,7 +115,10 @@ public:
             MeshData data = i % 2 ? makeBox({1, 2, 3}) : makeSphere(1, 6 + 2 * i);
             if (i == 2) data.normals.clear();
             const MeshArrays arrays = data.toArrays();
-            Geometry mesh{.positions = arrays.positions, .normals = arrays.normals, .texcoords = arrays.texcoords, .indices = arrays.indices};
+            Geometry mesh{.positions = arrays.positions,
+                          .normals = arrays.normals,
+                          .texcoords = arrays.texcoords,
+                          .indices = arrays.indices};
             mesh.material = materials_[pick(3)];
             meshes_.push_back(add(mesh));
             meshes_.push_back(add(mesh));  // equal, and another object
@@ -150,7 +159,9 @@ private:
     void addNode() {
         const ObjectId parent = nodes_[pick(nodes_.size())];
         switch (pick(12)) {
-            case 0: nodes_.push_back(nodeWith(add(Switch{.choice = static_cast<std::int64_t>(pick(4)) - 2}), parent)); return;
+            case 0:
+                nodes_.push_back(nodeWith(add(Switch{.choice = static_cast<std::int64_t>(pick(4)) - 2}), parent));
+                return;
             case 1: {
                 const ObjectId core = add(transform());
                 nodes_.push_back(nodeWith(core, parent));
@@ -160,20 +171,27 @@ private:
                 nodeWith(add(motion), nodes_.back());
                 return;
             }
-            case 2: nodes_.push_back(nodeWith({}, parent)); return;
+            case 2:
+                nodes_.push_back(nodeWith({}, parent));
+                return;
             case 3:
             case 4:
             case 5:
-            case 6: nodes_.push_back(nodeWith(add(transform()), parent)); return;
-            default: nodeWith(meshes_[pick(meshes_.size())], parent);
+            case 6:
+                nodes_.push_back(nodeWith(add(transform()), parent));
+                return;
+            default:
+                nodeWith(meshes_[pick(meshes_.size())], parent);
         }
     }
     Transform transform() {
         Transform t;
         t.translation = Vec3d(number(), number(), number()) * (pick(4) == 0 ? 100 : 1);
         t.rotation = Quatd(number(), number(), number(), number()).normalized();
-        if (pick(3) == 0) t.scale = Vec3d(0.5 + pick(3), pick(3) == 0 ? -1 : 1, 1);
-        else if (pick(2)) t.scale = Vec3d::Constant(0.5 + pick(3));
+        if (pick(3) == 0)
+            t.scale = Vec3d(0.5 + pick(3), pick(3) == 0 ? -1 : 1, 1);
+        else if (pick(2))
+            t.scale = Vec3d::Constant(0.5 + pick(3));
         return t;
     }
 
@@ -209,10 +227,12 @@ TEST(Optimiser, TheWorldsTrianglesAreTheSame) {
         merged += counts->merged;
         shared += counts->shared;
         EXPECT_LE(counts->nodesAfter, counts->nodesBefore) << "TESSERA_SEED=" << seed;
-        // Rounded once in coordinates of a node below which scales of at most 2.5 each stand, in chains of a few: their product is in `reach`.
+        // Rounded once in coordinates of a node below which scales of at most 2.5 each stand, in chains of a few: their
+        // product is in `reach`.
         const double reach = reachOf(everything), tolerance = reach * 8 * 0x1p-24;
         EXPECT_LE(farthest(before, trianglesOf(scene, false), 64 * tolerance), tolerance) << "TESSERA_SEED=" << seed;
-        EXPECT_LE(farthest(everything, trianglesOf(scene, true), 64 * tolerance), tolerance) << "hidden ones; TESSERA_SEED=" << seed;
+        EXPECT_LE(farthest(everything, trianglesOf(scene, true), 64 * tolerance), tolerance)
+            << "hidden ones; TESSERA_SEED=" << seed;
         for (const ObjectId core : chance.moved_) EXPECT_TRUE(scene.find(core)) << "TESSERA_SEED=" << seed;
         for (const auto& [node, place] : places) {
             ASSERT_TRUE(scene.find(node)) << "TESSERA_SEED=" << seed;
@@ -221,8 +241,10 @@ TEST(Optimiser, TheWorldsTrianglesAreTheSame) {
         const StateHash once = scene.stateHash();
         const Expected<OptimiseCounts> again = optimiseScene(scene, {.merge = merge, .order = false});
         ASSERT_TRUE(again);
-        EXPECT_EQ(scene.stateHash(), once) << "a second time changes nothing; TESSERA_SEED=" << seed << "; shared " << again->shared << ", merged " << again->merged
-                                           << ", flattened " << again->flattened << ", nodes " << again->nodesBefore << " to " << again->nodesAfter;
+        EXPECT_EQ(scene.stateHash(), once)
+            << "a second time changes nothing; TESSERA_SEED=" << seed << "; shared " << again->shared << ", merged "
+            << again->merged << ", flattened " << again->flattened << ", nodes " << again->nodesBefore << " to "
+            << again->nodesAfter;
     }
     if (firstSeed() == 1) {
         EXPECT_GT(merged, 60u) << "of those under even scales";
@@ -236,12 +258,14 @@ TEST(Optimiser, WhatMotionsMoveMovesAllThatItDid) {
         ASSERT_TRUE(optimiseScene(optimised.scene, {.merge = true}));
         for (Aspect* scene : {&plain.scene, &optimised.scene}) {
             ChangeListBuilder list;
-            for (const ObjectId core : plain.moved_) list.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(7, -5, 2)));
+            for (const ObjectId core : plain.moved_)
+                list.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(7, -5, 2)));
             ASSERT_TRUE(scene->apply(list.take()));
         }
         const auto before = trianglesOf(plain.scene, true);
         const double tolerance = reachOf(before) * 8 * 0x1p-24;
-        EXPECT_LE(farthest(before, trianglesOf(optimised.scene, true), 64 * tolerance), tolerance) << "TESSERA_SEED=" << seed;
+        EXPECT_LE(farthest(before, trianglesOf(optimised.scene, true), 64 * tolerance), tolerance)
+            << "TESSERA_SEED=" << seed;
     }
 }
 
@@ -251,7 +275,11 @@ TEST(Optimiser, AChainOfTransformsBecomesOne) {
         ChangeListBuilder list;
         const MeshArrays box = makeBox({1, 2, 3}).toArrays();
         list.create(ObjectId{2}, typeOf<Geometry>());
-        setAllFields(list, ObjectId{2}, Object::of(Geometry{.positions = box.positions, .normals = box.normals, .texcoords = box.texcoords, .indices = box.indices}));
+        setAllFields(list, ObjectId{2},
+                     Object::of(Geometry{.positions = box.positions,
+                                         .normals = box.normals,
+                                         .texcoords = box.texcoords,
+                                         .indices = box.indices}));
         ObjectId parent = kRootNode;
         for (std::uint64_t i = 0; i < 3; ++i) {
             Transform transform;
@@ -278,14 +306,19 @@ TEST(Optimiser, AChainOfTransformsBecomesOne) {
     }
 }
 
-/// What hides much is found by its own box: as a part of a mesh that reaches through the hall it would hide next to nothing.
+/// What hides much is found by its own box: as a part of a mesh that reaches through the hall it would hide next to
+/// nothing.
 TEST(Optimiser, WallsStayByThemselves) {
     Aspect scene;
     ChangeListBuilder list;
     const auto shape = [&](std::uint64_t id, const Vec3d& size) {
         const MeshArrays box = makeBox(size).toArrays();
         list.create(ObjectId{id}, typeOf<Geometry>());
-        setAllFields(list, ObjectId{id}, Object::of(Geometry{.positions = box.positions, .normals = box.normals, .texcoords = box.texcoords, .indices = box.indices}));
+        setAllFields(list, ObjectId{id},
+                     Object::of(Geometry{.positions = box.positions,
+                                         .normals = box.normals,
+                                         .texcoords = box.texcoords,
+                                         .indices = box.indices}));
     };
     shape(2, {6, 4, 0.2});
     shape(3, {0.2, 0.3, 0.2});
@@ -316,7 +349,8 @@ TEST(Optimiser, WallsStayByThemselves) {
     EXPECT_LE(farthest(before, trianglesOf(scene, false), 1e-3), 20 * 0x1p-24);
 }
 
-/// Nor does what collides with itself become one mesh, nor what has normals under an uneven scale: both would be something else.
+/// Nor does what collides with itself become one mesh, nor what has normals under an uneven scale: both would be
+/// something else.
 TEST(Optimiser, MeshesThatWouldNotBeTheSameStayApart) {
     for (const bool uneven : {false, true})
         for (const bool self : {false, true}) {
@@ -324,15 +358,21 @@ TEST(Optimiser, MeshesThatWouldNotBeTheSameStayApart) {
             ChangeListBuilder list;
             const MeshArrays box = makeBox({0.1, 0.1, 0.1}).toArrays();
             list.create(ObjectId{2}, typeOf<Geometry>());
-            setAllFields(list, ObjectId{2}, Object::of(Geometry{.positions = box.positions, .normals = box.normals, .texcoords = box.texcoords, .indices = box.indices}));
+            setAllFields(list, ObjectId{2},
+                         Object::of(Geometry{.positions = box.positions,
+                                             .normals = box.normals,
+                                             .texcoords = box.texcoords,
+                                             .indices = box.indices}));
             const ObjectId group{3};
             list.create(group, typeOf<Node>());
             list.place(group, kRootNode);
             for (std::uint64_t i = 0; i < 20; ++i) {
                 const ObjectId core{10 + i}, node{40 + i}, below{70 + i};
                 list.create(core, typeOf<Transform>());
-                list.set(core, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(static_cast<double>(i), 0, 0)));
-                list.set(core, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(uneven ? Vec3d(1, 2, 1) : Vec3d(2, 2, 2)));
+                list.set(core, typeOf<Transform>(), fieldId<&Transform::translation>,
+                         toValue(Vec3d(static_cast<double>(i), 0, 0)));
+                list.set(core, typeOf<Transform>(), fieldId<&Transform::scale>,
+                         toValue(uneven ? Vec3d(1, 2, 1) : Vec3d(2, 2, 2)));
                 list.create(node, typeOf<Node>());
                 list.set(node, typeOf<Node>(), fieldId<&Node::core>, core);
                 list.place(node, group);
@@ -395,7 +435,9 @@ TEST(Optimiser, EqualObjectsBecomeOneButForWhatSomebodyMeans) {
     Aspect scene;
     ChangeListBuilder list;
     for (std::uint64_t i = 0; i < 3; ++i) {
-        Image image{.pixels = Blob::of(std::span<const std::uint8_t>(std::vector<std::uint8_t>{1, 2, 3, 4})), .widthPx = 1, .heightPx = 1};
+        Image image{.pixels = Blob::of(std::span<const std::uint8_t>(std::vector<std::uint8_t>{1, 2, 3, 4})),
+                    .widthPx = 1,
+                    .heightPx = 1};
         Material material;
         material.baseColorImage = ObjectId{10 + i};
         list.create(ObjectId{10 + i}, typeOf<Image>());
@@ -438,15 +480,20 @@ std::vector<std::array<std::vector<float>, 3>> cornersWithAll(const Geometry& me
 
 Geometry meshOf(const MeshData& data) {
     const MeshArrays arrays = data.toArrays();
-    return {.positions = arrays.positions, .normals = arrays.normals, .texcoords = arrays.texcoords, .indices = arrays.indices};
+    return {.positions = arrays.positions,
+            .normals = arrays.normals,
+            .texcoords = arrays.texcoords,
+            .indices = arrays.indices};
 }
 
 TEST(MeshOrder, TheSameTrianglesCornerByCorner) {
     std::mt19937 random(5);
     MeshData sphere = makeSphere(1, 64);
     for (int i = 0; i < 300; ++i) {  // shuffled, so that there is something to win
-        const std::size_t a = 3 * (random() % (sphere.indices.size() / 3)), b = 3 * (random() % (sphere.indices.size() / 3));
-        std::swap_ranges(sphere.indices.begin() + static_cast<std::ptrdiff_t>(a), sphere.indices.begin() + static_cast<std::ptrdiff_t>(a) + 3,
+        const std::size_t a = 3 * (random() % (sphere.indices.size() / 3)),
+                          b = 3 * (random() % (sphere.indices.size() / 3));
+        std::swap_ranges(sphere.indices.begin() + static_cast<std::ptrdiff_t>(a),
+                         sphere.indices.begin() + static_cast<std::ptrdiff_t>(a) + 3,
                          sphere.indices.begin() + static_cast<std::ptrdiff_t>(b));
     }
     // Each triangle with vertices of its own: they are joined again.
@@ -466,7 +513,8 @@ TEST(MeshOrder, TheSameTrianglesCornerByCorner) {
 }
 
 double distanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    // C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5, by clamping over a fine grid would be slow: the exact cases.
+    // C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5, by clamping over a fine grid would be slow: the exact
+    // cases.
     const Vec3d ab = b - a, ac = c - a, n = ab.cross(ac);
     const auto segment = [&p](const Vec3d& u, const Vec3d& v) {
         const double t = std::clamp((p - u).dot(v - u) / std::max((v - u).squaredNorm(), 1e-300), 0.0, 1.0);
@@ -494,18 +542,22 @@ TEST(MeshOrder, CoarserMeshesAreAboutAsFarOffAsTheySay) {
         error = level.error;
         const std::span<const float> at = level.mesh.positions.as<float>(), from = fine.positions.as<float>();
         const std::span<const std::uint32_t> corners = level.mesh.indices.as<std::uint32_t>();
-        const auto vertex = [](std::span<const float> all, std::size_t i) { return Vec3d(all[3 * i], all[3 * i + 1], all[3 * i + 2]); };
+        const auto vertex = [](std::span<const float> all, std::size_t i) {
+            return Vec3d(all[3 * i], all[3 * i + 1], all[3 * i + 2]);
+        };
         double farthestVertex = 0;
         for (std::size_t v = 0; v < from.size() / 3; v += 3) {
             double nearest = INFINITY;
             for (std::size_t i = 0; i < corners.size(); i += 3)
-                nearest = std::min(nearest, distanceToTriangle(vertex(from, v), vertex(at, corners[i]), vertex(at, corners[i + 1]), vertex(at, corners[i + 2])));
+                nearest = std::min(nearest, distanceToTriangle(vertex(from, v), vertex(at, corners[i]),
+                                                               vertex(at, corners[i + 1]), vertex(at, corners[i + 2])));
             farthestVertex = std::max(farthestVertex, nearest);
         }
         // The simplification's own is a quadratic mean over planes: what is measured is some times as much.
         EXPECT_LE(farthestVertex, 4 * level.error) << corners.size() / 3;
         EXPECT_GE(farthestVertex, 0.1 * level.error) << corners.size() / 3;
-        RecordProperty("apart_of_said_" + std::to_string(corners.size() / 3), std::to_string(farthestVertex / level.error));
+        RecordProperty("apart_of_said_" + std::to_string(corners.size() / 3),
+                       std::to_string(farthestVertex / level.error));
     }
 }
 
@@ -521,7 +573,8 @@ TEST(Optimiser, LevelsShowTheFinestFirstAndCollideAsIt) {
     }
     ASSERT_TRUE(scene.apply(list.take()));
     const auto before = trianglesOf(scene, false);
-    const Expected<OptimiseCounts> counts = optimiseScene(scene, {.merge = false, .flatten = false, .order = false, .levels = true});
+    const Expected<OptimiseCounts> counts =
+        optimiseScene(scene, {.merge = false, .flatten = false, .order = false, .levels = true});
     ASSERT_TRUE(counts) << counts.error().message;
     EXPECT_EQ(counts->levelled, 1u);
     EXPECT_GE(counts->levels, 2u);

@@ -64,9 +64,12 @@ TEST(Options, KeepWhatTargetsHadWhereNothingIsGiven) {
 
 TEST(Options, ReadEachType) {
     Program program;
-    ASSERT_EQ(program.fault({"--text", "a b", "--whole", "-3", "--natural", "4000000000", "--large", "18446744073709551615", "--number", "2.5e-3",
-                             "--texts", "a", "b", "--wholes", "1", "-2", "--numbers", "1", ".5", "--yes"}),
-              "");
+    ASSERT_EQ(
+        program.fault(
+            {"--text",    "a b",    "--whole", "-3",   "--natural", "4000000000", "--large", "18446744073709551615",
+             "--number",  "2.5e-3", "--texts", "a",    "b",         "--wholes",   "1",       "-2",
+             "--numbers", "1",      ".5",      "--yes"}),
+        "");
     EXPECT_EQ(program.text, "a b");
     EXPECT_EQ(program.whole, -3);
     EXPECT_EQ(program.natural, 4'000'000'000u);
@@ -135,11 +138,15 @@ TEST(Options, HoldValuesToWhatIsAllowed) {
         program.wholeOption.oneOf({1, 4});
         program.naturalOption.range(1, 256);
         program.largeOption.range(std::uint64_t{1}, std::numeric_limits<std::uint64_t>::max());
-        program.numberOption.range(0.0, 1000.0).check([](const std::string& text) { return text == "13" ? "unlucky" : ""; });
+        program.numberOption.range(0.0, 1000.0).check([](const std::string& text) {
+            return text == "13" ? "unlucky" : "";
+        });
         program.textsOption.number();
         return program.fault(words);
     };
-    EXPECT_EQ(fault({"--text", "z", "--whole", "4", "--natural", "256", "--large", "1", "--number", "0.5", "--texts", "1e3"}), "");
+    EXPECT_EQ(
+        fault({"--text", "z", "--whole", "4", "--natural", "256", "--large", "1", "--number", "0.5", "--texts", "1e3"}),
+        "");
     EXPECT_EQ(fault({"--text", "x"}), "--text: x not in {y,z}");
     EXPECT_EQ(fault({"--text", ""}), "--text:  not in {y,z}");
     EXPECT_EQ(fault({"--whole", "2"}), "--whole: 2 not in {1,4}");
@@ -193,7 +200,10 @@ TEST(Options, SayWhatThereIs) {
     int threads = 1;
     Options options("tessera-x", "Does a thing,\nand another.", "tessera-x 1");
     options.option("file", file, "To read").typeName("FILE").required();
-    options.option("--up", up, "Which axis is up").typeName("y|z").oneOf({"y", "z"}, ShowValues::kInErrorsAlone).showDefault();
+    options.option("--up", up, "Which axis is up")
+        .typeName("y|z")
+        .oneOf({"y", "z"}, ShowValues::kInErrorsAlone)
+        .showDefault();
     options.option("--threads", threads, "How many").typeName("N").range(1, 256);
     options.option("--kind", kind, "Of the thing").check([](const std::string&) { return std::string(); }, "good");
     options.option("--secret", secret).hidden();
@@ -223,11 +233,14 @@ TEST(Options, SayTheVersionWhereThereIsOne) {
     const Expected<std::optional<std::string>> read = Program().options.read({"--version"});
     ASSERT_TRUE(read);
     EXPECT_EQ(*read, "tessera-x 1\n");
-    EXPECT_EQ(Options("tessera-x", "").read({"--version"}).error().message, "The following argument was not expected: --version");
+    EXPECT_EQ(Options("tessera-x", "").read({"--version"}).error().message,
+              "The following argument was not expected: --version");
 }
 
 TEST(Options, EndAProgramWithTextOrFault) {
-    const auto parse = [](std::vector<const char*> argv) { return Program().options.parse(static_cast<int>(argv.size()), argv.data()); };
+    const auto parse = [](std::vector<const char*> argv) {
+        return Program().options.parse(static_cast<int>(argv.size()), argv.data());
+    };
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     EXPECT_EQ(parse({"x", "--yes"}), std::nullopt);

@@ -37,7 +37,8 @@ BlendedWall randomWall(std::mt19937& random) {
     return made;
 }
 
-/// All projectors' light at each pixel of the screen, when every tile shows `value`; and by how much rounding to bytes may change it.
+/// All projectors' light at each pixel of the screen, when every tile shows `value`; and by how much rounding to bytes
+/// may change it.
 struct ScreenLight {
     std::vector<double> light, slack;
 };
@@ -53,7 +54,9 @@ ScreenLight lightOf(const BlendedWall& made, std::uint8_t value) {
         const std::uint8_t* const out = maker.draw({&start, 1});
         for (int y = 0; y < tile.rect.height; ++y) {
             for (int x = 0; x < tile.rect.width; ++x) {
-                const std::size_t at = static_cast<std::size_t>(size.height - tile.rect.y - tile.rect.height + y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(tile.rect.x + x);
+                const std::size_t at = static_cast<std::size_t>(size.height - tile.rect.y - tile.rect.height + y) *
+                                           static_cast<std::size_t>(size.width) +
+                                       static_cast<std::size_t>(tile.rect.x + x);
                 const double signal = channelAt(out, tile.rect.width, x, y, 1) / 255.0;
                 sum.light[at] += made.black + (1 - made.black) * std::pow(signal, made.gamma);
                 sum.slack[at] += std::pow(signal + 0.52 / 255, made.gamma) - std::pow(signal, made.gamma);
@@ -80,7 +83,8 @@ TEST(Blend, LightOfAllTilesIsThatOfOnePicture) {
             const ScreenLight sum = lightOf(made, static_cast<std::uint8_t>(value));
             const double wanted = columns * rows * made.black + scale * std::pow(value / 255.0, 2.2);
             for (std::size_t i = 0; i < sum.light.size(); ++i)
-                ASSERT_NEAR(sum.light[i], wanted, sum.slack[i] + 1e-4) << again("Blend.Light*", seed) << " value " << value << " pixel " << i;
+                ASSERT_NEAR(sum.light[i], wanted, sum.slack[i] + 1e-4)
+                    << again("Blend.Light*", seed) << " value " << value << " pixel " << i;
         }
     }
 }
@@ -92,7 +96,8 @@ TEST(Blend, SharesAddUpToOne) {
         const BlendedWall made = randomWall(random);
         const ScreenPixels size = screenPixels(made.wall.screens[0]);
         for (int i = 0; i < 200; ++i) {
-            const double x = std::uniform_real_distribution<double>(0, size.width)(random), y = std::uniform_real_distribution<double>(0, size.height)(random);
+            const double x = std::uniform_real_distribution<double>(0, size.width)(random),
+                         y = std::uniform_real_distribution<double>(0, size.height)(random);
             double sum = 0;
             for (const Tile& tile : layoutTiles(made.wall)) {
                 const double tx = x - tile.rect.x, ty = size.height - y - tile.rect.y;
@@ -105,7 +110,10 @@ TEST(Blend, SharesAddUpToOne) {
 }
 
 BlendPicture greyPicture(int width, int height, double value) {
-    return {.widthPx = width, .heightPx = height, .values = std::vector<std::uint16_t>(static_cast<std::size_t>(width * height), static_cast<std::uint16_t>(std::lround(65535 * value)))};
+    return {.widthPx = width,
+            .heightPx = height,
+            .values = std::vector<std::uint16_t>(static_cast<std::size_t>(width * height),
+                                                 static_cast<std::uint16_t>(std::lround(65535 * value)))};
 }
 
 TEST(BlendPictures, ComeBackFromTheirFilesAndRefuseEverythingElse) {
@@ -121,7 +129,8 @@ TEST(BlendPictures, ComeBackFromTheirFilesAndRefuseEverythingElse) {
     ASSERT_TRUE(rgb);
     EXPECT_EQ(rgb->values, std::vector<std::uint16_t>(6, 128 * 257));
     // All but the empty chunk at its end is wanted.
-    for (std::size_t length = 0; length < file.size() - 12; ++length) EXPECT_FALSE(decodeBlendPicture(ByteSpan(file).first(length)));
+    for (std::size_t length = 0; length < file.size() - 12; ++length)
+        EXPECT_FALSE(decodeBlendPicture(ByteSpan(file).first(length)));
     for (int i = 0; i < 3000; ++i) {
         Bytes damaged = file;
         for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = static_cast<std::byte>(random());
@@ -135,18 +144,24 @@ TEST(BlendPictures, ThatAddUpToMoreThanOneProjectorsLightAreFound) {
             Wall wall = flatWall(2, 1, 64, 32, 16, 0);
             BlendPicture left = greyPicture(64, 32, 1);
             for (int y = 0; y < 32; ++y)
-                for (int x = 0; x < 16; ++x) left.values[static_cast<std::size_t>(y * 64 + 48 + x)] = static_cast<std::uint16_t>(65535 * (15.5 - x) / 16);
+                for (int x = 0; x < 16; ++x)
+                    left.values[static_cast<std::size_t>(y * 64 + 48 + x)] =
+                        static_cast<std::uint16_t>(65535 * (15.5 - x) / 16);
             BlendPicture right = greyPicture(64, 32, 1);
             for (int y = 0; y < 32; ++y)
-                for (int x = 0; x < 16; ++x) right.values[static_cast<std::size_t>(y * 64 + x)] = static_cast<std::uint16_t>(std::min(65535.0, 65535 * ((x + 0.5) / 16 + (x == 11 && y > 8 && y < 24 ? 16 : 0) * excess / 16)));
+                for (int x = 0; x < 16; ++x)
+                    right.values[static_cast<std::size_t>(y * 64 + x)] = static_cast<std::uint16_t>(std::min(
+                        65535.0, 65535 * ((x + 0.5) / 16 + (x == 11 && y > 8 && y < 24 ? 16 : 0) * excess / 16)));
             wall.hosts[0].tiles[0].output.blendPicture = share(encodeBlendPicture(left));
             wall.hosts[1].tiles[0].output.blendPicture = share(encodeBlendPicture(right));
             if (bent) {
-                for (WallHost& host : wall.hosts) host.tiles[0].output.warp = std::make_shared<const WarpMesh>(straightMesh(3, 3));
+                for (WallHost& host : wall.hosts)
+                    host.tiles[0].output.warp = std::make_shared<const WarpMesh>(straightMesh(3, 3));
             }
             const auto found = findBlendExcess(wall);
             // Squares of 16 pixels see a line of one pixel as a sixteenth of it.
-            EXPECT_EQ(found.has_value(), excess > (bent ? 0.9 : 0.02)) << excess << ' ' << bent << (found ? found->message : "");
+            EXPECT_EQ(found.has_value(), excess > (bent ? 0.9 : 0.02))
+                << excess << ' ' << bent << (found ? found->message : "");
             if (!found || bent) continue;
             EXPECT_EQ(found->host, 1u);
             EXPECT_NE(found->message.find("column 11 row 9 of tile s-1-0"), std::string::npos) << found->message;

@@ -15,7 +15,8 @@ std::string errorIn(const std::string& text) {
     return mesh ? "accepted" : mesh.error().message;
 }
 
-const std::string kGood = "2\n2 3\n# x y u v i\n-2 -1 0 0 1\n2 -1 1 0 1\n-2 0 0 0.5 1\n2 0 1 .5 0.25\n-2 1 0 1 1\n\n2 1 1 1 1\n";
+const std::string kGood =
+    "2\n2 3\n# x y u v i\n-2 -1 0 0 1\n2 -1 1 0 1\n-2 0 0 0.5 1\n2 0 1 .5 0.25\n-2 1 0 1 1\n\n2 1 1 1 1\n";
 
 TEST(MeshFile, ReadsTypeSizeAndNodes) {
     const auto mesh = readMesh(kGood, "left.warp", 2);
@@ -48,13 +49,18 @@ TEST(MeshFile, SaysWhatIsWrongAndAtWhichNode) {
     EXPECT_EQ(errorIn("").substr(0, 30), "left.warp:1: not a warp mesh: ");
     EXPECT_NE(after("2\n2 3", "1\n2 3").find("type 1"), std::string::npos);
     EXPECT_NE(after("2 3", "2").find("left.warp:2: the second line"), std::string::npos);
-    EXPECT_NE(after("2 3", "1 3").find("left.warp:2: a mesh that has 1 x 3 nodes"), std::string::npos) << after("2 3", "1 3");
+    EXPECT_NE(after("2 3", "1 3").find("left.warp:2: a mesh that has 1 x 3 nodes"), std::string::npos)
+        << after("2 3", "1 3");
     EXPECT_NE(after("2 3", "99999 99999").find("at most 262144"), std::string::npos) << after("2 3", "99999 99999");
-    EXPECT_NE(after("2 3", "2 4").find("ends after 6 of 2 x 4 nodes: node column 0 row 3 is missing"), std::string::npos) << after("2 3", "2 4");
+    EXPECT_NE(after("2 3", "2 4").find("ends after 6 of 2 x 4 nodes: node column 0 row 3 is missing"),
+              std::string::npos)
+        << after("2 3", "2 4");
     EXPECT_NE(after("2 3", "2 2").find("left.warp:8: more than 2 x 2 nodes"), std::string::npos) << after("2 3", "2 2");
-    EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5 -1").find("left.warp:7: a hole: node column 1 row 1"), std::string::npos) << after("2 0 1 .5 0.25", "2 0 1 .5 -1");
+    EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5 -1").find("left.warp:7: a hole: node column 1 row 1"), std::string::npos)
+        << after("2 0 1 .5 0.25", "2 0 1 .5 -1");
     EXPECT_NE(after("2 0 1 .5 0.25", "2 nan 1 .5 1").find("a hole: node column 1 row 1"), std::string::npos);
-    EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5").find("left.warp:7: node column 1 row 1 has 4 numbers"), std::string::npos);
+    EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5").find("left.warp:7: node column 1 row 1 has 4 numbers"),
+              std::string::npos);
     EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5 x").find("\"x\" is no number"), std::string::npos);
     EXPECT_NE(after("2 0 1 .5 0.25", "2 0 1 .5 2").find("2 times the light at node column 1 row 1"), std::string::npos);
     EXPECT_NE(after("2 0 1 .5 0.25", "2 40 1 .5 1").find("far outside"), std::string::npos);
@@ -64,8 +70,12 @@ TEST(MeshFile, SaysWhatIsWrongAndAtWhichNode) {
     for (const char* shown : {"0.5 0.5", "0.5 y"}) {
         std::string text = "2\n2 2\n";
         for (const char* place : {"-2 -1", "2 -1", "-2 1", "2 1"})
-            text += std::string(place) + ' ' + (shown[4] == 'y' ? std::string("0.5 ") + (place[std::strlen(place) - 2] == '-' ? "0" : "1") : shown) + " 1\n";
-        EXPECT_NE(errorIn(text).find("shows no more of the picture than a point or a line"), std::string::npos) << text << errorIn(text);
+            text +=
+                std::string(place) + ' ' +
+                (shown[4] == 'y' ? std::string("0.5 ") + (place[std::strlen(place) - 2] == '-' ? "0" : "1") : shown) +
+                " 1\n";
+        EXPECT_NE(errorIn(text).find("shows no more of the picture than a point or a line"), std::string::npos)
+            << text << errorIn(text);
     }
     EXPECT_EQ(errorIn("\xEF\xBB\xBF" + kGood), "accepted");
 }
@@ -80,7 +90,8 @@ TEST(MeshFile, AnswersDamageWithAMessage) {
     }
 }
 
-/// The oracle walks along each face's edges: one whose corners do not all turn the same way, or that turns another way than the rest.
+/// The oracle walks along each face's edges: one whose corners do not all turn the same way, or that turns another way
+/// than the rest.
 TEST(Meshes, FoldsAreFoundWhereverTheyAre) {
     int folded = 0, good = 0;
     for (unsigned seed = 0; seed < 600; ++seed) {
@@ -97,16 +108,19 @@ TEST(Meshes, FoldsAreFoundWhereverTheyAre) {
         int side = 0;
         for (int r = 0; r + 1 < rows; ++r) {
             for (int c = 0; c + 1 < columns; ++c) {
-                const WarpNode* way[6] = {&mesh.at(c, r), &mesh.at(c + 1, r), &mesh.at(c + 1, r + 1), &mesh.at(c, r + 1), &mesh.at(c, r), &mesh.at(c + 1, r)};
+                const WarpNode* way[6] = {&mesh.at(c, r),     &mesh.at(c + 1, r), &mesh.at(c + 1, r + 1),
+                                          &mesh.at(c, r + 1), &mesh.at(c, r),     &mesh.at(c + 1, r)};
                 for (int i = 0; i < 4; ++i) {
-                    const double before = std::atan2(way[i + 1]->y - way[i]->y, way[i + 1]->x - way[i]->x), behind = std::atan2(way[i + 2]->y - way[i + 1]->y, way[i + 2]->x - way[i + 1]->x);
+                    const double before = std::atan2(way[i + 1]->y - way[i]->y, way[i + 1]->x - way[i]->x),
+                                 behind = std::atan2(way[i + 2]->y - way[i + 1]->y, way[i + 2]->x - way[i + 1]->x);
                     const int turn = std::sin(behind - before) > 0 ? 1 : -1;
                     convex = convex && (side == 0 || turn == side);
                     side = side == 0 ? turn : side;
                 }
             }
         }
-        EXPECT_EQ(!findWarpFault(mesh), convex) << again("Meshes.Folds*", seed) << ' ' << findWarpFault(mesh).value_or("good");
+        EXPECT_EQ(!findWarpFault(mesh), convex)
+            << again("Meshes.Folds*", seed) << ' ' << findWarpFault(mesh).value_or("good");
         ++(convex ? good : folded);
     }
     EXPECT_GT(good, 50);

@@ -10,7 +10,8 @@
 namespace tessera::test {
 namespace {
 
-std::vector<std::uint8_t> drawn(const OutputTable& table, const std::vector<std::uint8_t>& from, int widthPx, int heightPx) {
+std::vector<std::uint8_t> drawn(const OutputTable& table, const std::vector<std::uint8_t>& from, int widthPx,
+                                int heightPx) {
     std::vector<std::uint8_t> to = even(widthPx, heightPx, 77);
     table.draw(from.data(), {to.data(), 4 * static_cast<std::size_t>(widthPx)});
     return to;
@@ -26,7 +27,8 @@ TEST(OutputTable, AMeshThatChangesNothingLeavesEveryByte) {
         const int width = sideBelow(random, 300), height = sideBelow(random, 200);
         const WarpMesh mesh = straightMesh(1 + sideBelow(random, 40), 1 + sideBelow(random, 40));
         const auto picture = noise(random, width, height);
-        const OutputTable table({.fromWidthPx = width, .fromHeightPx = height, .widthPx = width, .heightPx = height, .warp = &mesh});
+        const OutputTable table(
+            {.fromWidthPx = width, .fromHeightPx = height, .widthPx = width, .heightPx = height, .warp = &mesh});
         auto out = drawn(table, picture, width, height);
         for (std::size_t i = 0; i < out.size(); ++i)
             if (i % 4 != 3) {
@@ -42,7 +44,8 @@ WarpMesh bentMesh(std::mt19937& random) {
     for (int row = 0; row < mesh.rows; ++row) {
         for (int column = 0; column < mesh.columns; ++column) {
             WarpNode& n = mesh.nodes[static_cast<std::size_t>(row * mesh.columns + column)];
-            const float across = 1.0f / static_cast<float>(mesh.columns - 1), down = 1.0f / static_cast<float>(mesh.rows - 1);
+            const float across = 1.0f / static_cast<float>(mesh.columns - 1),
+                        down = 1.0f / static_cast<float>(mesh.rows - 1);
             n.x += 2 * across * shift(random) * 0.7f;
             n.y += 2 * down * shift(random) * 0.7f;
             n.u += across * shift(random) * 0.7f;
@@ -69,7 +72,8 @@ double pictureAt(const std::vector<std::uint8_t>& picture, int width, int height
 TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
     for (unsigned seed = 0; seed < 40; ++seed) {
         std::mt19937 random(seed);
-        const int width = 20 + sideBelow(random, 60), height = 20 + sideBelow(random, 60), outW = 20 + sideBelow(random, 80), outH = 20 + sideBelow(random, 80);
+        const int width = 20 + sideBelow(random, 60), height = 20 + sideBelow(random, 60),
+                  outW = 20 + sideBelow(random, 80), outH = 20 + sideBelow(random, 80);
         WarpMesh mesh = bentMesh(random);
         if (findWarpFault(mesh)) continue;
         for (WarpNode& n : mesh.nodes) n.intensity = 1;
@@ -78,20 +82,24 @@ TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 for (std::size_t c = 0; c < 3; ++c)
-                    picture[4 * static_cast<std::size_t>(y * width + x) + c] = static_cast<std::uint8_t>(127 + 120 * std::sin(0.05 * x * static_cast<double>(c + 1) + 0.04 * y));
-        const OutputTable table({.fromWidthPx = width, .fromHeightPx = height, .widthPx = outW, .heightPx = outH, .warp = &mesh});
+                    picture[4 * static_cast<std::size_t>(y * width + x) + c] = static_cast<std::uint8_t>(
+                        127 + 120 * std::sin(0.05 * x * static_cast<double>(c + 1) + 0.04 * y));
+        const OutputTable table(
+            {.fromWidthPx = width, .fromHeightPx = height, .widthPx = outW, .heightPx = outH, .warp = &mesh});
         const auto out = drawn(table, picture, outW, outH);
         int compared = 0;
         for (int i = 0; i < 20'000; ++i) {
             std::uniform_real_distribution<double> unit(0, 1);
-            const int column = std::uniform_int_distribution<int>(0, mesh.columns - 2)(random), row = std::uniform_int_distribution<int>(0, mesh.rows - 2)(random);
+            const int column = std::uniform_int_distribution<int>(0, mesh.columns - 2)(random),
+                      row = std::uniform_int_distribution<int>(0, mesh.rows - 2)(random);
             double s = unit(random), t = unit(random);
             // A centre beside the mesh's own edge may lie beyond it.
-            const bool edge = (column == 0 && s < 0.1) || (row == 0 && t < 0.1) || (column == mesh.columns - 2 && s > 0.9) || (row == mesh.rows - 2 && t > 0.9);
+            const bool edge = (column == 0 && s < 0.1) || (row == 0 && t < 0.1) ||
+                              (column == mesh.columns - 2 && s > 0.9) || (row == mesh.rows - 2 && t > 0.9);
             if (edge) continue;
             const auto mix = [&](float WarpNode::*part) {
-                return (1 - s) * (1 - t) * mesh.at(column, row).*part + s * (1 - t) * mesh.at(column + 1, row).*part + s * t * mesh.at(column + 1, row + 1).*part +
-                       (1 - s) * t * mesh.at(column, row + 1).*part;
+                return (1 - s) * (1 - t) * mesh.at(column, row).*part + s * (1 - t) * mesh.at(column + 1, row).*part +
+                       s * t * mesh.at(column + 1, row + 1).*part + (1 - s) * t * mesh.at(column, row + 1).*part;
             };
             const auto place = [&] {
                 return Vec2d(0.5 * (mix(&WarpNode::x) + 1) * outW - 0.5, 0.5 * (1 - mix(&WarpNode::y)) * outH - 0.5);
@@ -127,13 +135,15 @@ TEST(OutputTable, ABentMeshShowsWhatItsFacesSay) {
 
 TEST(OutputTable, WhatLiesOutsideOfThePictureOrOfTheMeshIsBlack) {
     WarpMesh mesh = straightMesh(2, 2);
-    for (WarpNode& n : mesh.nodes) n.x *= 0.5f;  // the middle half of the output
+    for (WarpNode& n : mesh.nodes) n.x *= 0.5f;           // the middle half of the output
     for (WarpNode& n : mesh.nodes) n.v = 2 * n.v - 0.5f;  // a quarter of its height beyond the picture on either side
     const auto picture = even(40, 40, 200);
     const OutputTable table({.fromWidthPx = 40, .fromHeightPx = 40, .widthPx = 40, .heightPx = 40, .warp = &mesh});
     const auto out = drawn(table, picture, 40, 40);
     for (int y = 0; y < 40; ++y)
-        for (int x = 0; x < 40; ++x) EXPECT_EQ(channelAt(out.data(), 40, x, y, 1), x >= 10 && x < 30 && y >= 10 && y < 30 ? 200 : 0) << x << ' ' << y;
+        for (int x = 0; x < 40; ++x)
+            EXPECT_EQ(channelAt(out.data(), 40, x, y, 1), x >= 10 && x < 30 && y >= 10 && y < 30 ? 200 : 0)
+                << x << ' ' << y;
 }
 
 TEST(OutputTable, FlipsTurnTheFinishedPictureRound) {
@@ -141,10 +151,13 @@ TEST(OutputTable, FlipsTurnTheFinishedPictureRound) {
     const auto picture = noise(random, 7, 5);
     for (const bool flipX : {false, true}) {
         for (const bool flipY : {false, true}) {
-            const OutputTable table({.fromWidthPx = 7, .fromHeightPx = 5, .widthPx = 7, .heightPx = 5, .flipX = flipX, .flipY = flipY});
+            const OutputTable table(
+                {.fromWidthPx = 7, .fromHeightPx = 5, .widthPx = 7, .heightPx = 5, .flipX = flipX, .flipY = flipY});
             const auto out = drawn(table, picture, 7, 5);
             for (int y = 0; y < 5; ++y)
-                for (int x = 0; x < 7; ++x) EXPECT_EQ(channelAt(out.data(), 7, x, y, 0), channelAt(picture.data(), 7, flipX ? 6 - x : x, flipY ? 4 - y : y, 0));
+                for (int x = 0; x < 7; ++x)
+                    EXPECT_EQ(channelAt(out.data(), 7, x, y, 0),
+                              channelAt(picture.data(), 7, flipX ? 6 - x : x, flipY ? 4 - y : y, 0));
         }
     }
 }
@@ -158,8 +171,15 @@ TEST(OutputTable, ColoursAndSharesFollowTheirFormula) {
         const ChannelValues gain{unit(random), 1.5 * unit(random), 1}, gamma{0.8 + 2 * unit(random), 2.2, 2.4};
         std::vector<std::uint8_t> picture = even(256, 1, 0);
         for (int x = 0; x < 256; ++x)
-            for (std::size_t c = 0; c < 3; ++c) picture[4 * static_cast<std::size_t>(x) + c] = static_cast<std::uint8_t>(x);
-        const OutputTable table({.fromWidthPx = 256, .fromHeightPx = 1, .widthPx = 256, .heightPx = 1, .share = [&](double, double, double, double) { return share; }, .gain = gain, .gamma = gamma});
+            for (std::size_t c = 0; c < 3; ++c)
+                picture[4 * static_cast<std::size_t>(x) + c] = static_cast<std::uint8_t>(x);
+        const OutputTable table({.fromWidthPx = 256,
+                                 .fromHeightPx = 1,
+                                 .widthPx = 256,
+                                 .heightPx = 1,
+                                 .share = [&](double, double, double, double) { return share; },
+                                 .gain = gain,
+                                 .gamma = gamma});
         const auto out = drawn(table, picture, 256, 1);
         for (int x = 0; x < 256; ++x)
             for (std::size_t c = 0; c < 3; ++c) {
@@ -171,7 +191,11 @@ TEST(OutputTable, ColoursAndSharesFollowTheirFormula) {
 }
 
 TEST(OutputTable, OfAnOutputThatIsBlendedAtItsEdgesIsATableOfItsEdges) {
-    const OutputTable table({.fromWidthPx = 1000, .fromHeightPx = 500, .widthPx = 1000, .heightPx = 500, .share = [](double x, double, double, double) { return x < 100 ? x / 100 : 1; }});
+    const OutputTable table({.fromWidthPx = 1000,
+                             .fromHeightPx = 500,
+                             .widthPx = 1000,
+                             .heightPx = 500,
+                             .share = [](double x, double, double, double) { return x < 100 ? x / 100 : 1; }});
     EXPECT_LT(table.size(), std::size_t{16} * 110 * 500);
 }
 

@@ -35,7 +35,8 @@ protected:
 /// The left eye shows at once, the right one after a while of its own; both wait for each other as a wall's tiles do.
 TEST_F(ShownPairs, NeverMixFrames) {
     constexpr std::uint64_t kFrames = 400;
-    auto left = SharedFrameWriter::create(path("left"), 64, 48).value(), right = SharedFrameWriter::create(path("right"), 64, 48).value();
+    auto left = SharedFrameWriter::create(path("left"), 64, 48).value(),
+         right = SharedFrameWriter::create(path("right"), 64, 48).value();
     show(left, 1);
     show(right, 1);
     std::atomic<bool> over = false;
@@ -62,7 +63,8 @@ TEST_F(ShownPairs, NeverMixFrames) {
         ASSERT_EQ(frames->at(1).number, number);
         ASSERT_GT(number, last);
         for (const auto& frame : *frames)
-            for (std::size_t i = 0; i < 64 * 48; ++i) ASSERT_EQ(frame.rgbx[4 * i + 1], static_cast<std::uint8_t>(number)) << "frame " << number;
+            for (std::size_t i = 0; i < 64 * 48; ++i)
+                ASSERT_EQ(frame.rgbx[4 * i + 1], static_cast<std::uint8_t>(number)) << "frame " << number;
         last = number;
         ++pairs;
     }
@@ -72,7 +74,8 @@ TEST_F(ShownPairs, NeverMixFrames) {
 }
 
 TEST_F(ShownPairs, WaitWhileOneEyeIsMissing) {
-    auto left = SharedFrameWriter::create(path("left"), 64, 48).value(), right = SharedFrameWriter::create(path("right"), 64, 48).value();
+    auto left = SharedFrameWriter::create(path("left"), 64, 48).value(),
+         right = SharedFrameWriter::create(path("right"), 64, 48).value();
     show(left, 1);
     EXPECT_FALSE(ShownFrames::open({path("left"), path("right")}));
     show(right, 1);

@@ -11,8 +11,10 @@
 namespace tessera::test {
 namespace {
 
-constexpr StereoPacking kPackings[] = {StereoPacking::kSideBySide, StereoPacking::kSideBySideFull, StereoPacking::kTopBottom,    StereoPacking::kTopBottomFull,
-                                       StereoPacking::kAnaglyph,   StereoPacking::kAnaglyphPlain,  StereoPacking::kRows,         StereoPacking::kColumns,
+constexpr StereoPacking kPackings[] = {StereoPacking::kSideBySide,   StereoPacking::kSideBySideFull,
+                                       StereoPacking::kTopBottom,    StereoPacking::kTopBottomFull,
+                                       StereoPacking::kAnaglyph,     StereoPacking::kAnaglyphPlain,
+                                       StereoPacking::kRows,         StereoPacking::kColumns,
                                        StereoPacking::kCheckerboard, StereoPacking::kQuadBuffered};
 
 double lightOfMean(int a, int b) {
@@ -37,9 +39,11 @@ double expectedAt(StereoPacking packing, const EyePictures& eyes, int x, int y, 
     const auto right = [&](int px, int py, std::size_t channel) { return channelAt(eyes.right, w, px, py, channel); };
     switch (packing) {
         case StereoPacking::kSideBySide:
-            return x < w / 2 ? lightOfMean(left(2 * x, y, c), left(2 * x + 1, y, c)) : lightOfMean(right(2 * x - w, y, c), right(2 * x - w + 1, y, c));
+            return x < w / 2 ? lightOfMean(left(2 * x, y, c), left(2 * x + 1, y, c))
+                             : lightOfMean(right(2 * x - w, y, c), right(2 * x - w + 1, y, c));
         case StereoPacking::kTopBottom:
-            return y < h / 2 ? lightOfMean(left(x, 2 * y, c), left(x, 2 * y + 1, c)) : lightOfMean(right(x, 2 * y - h, c), right(x, 2 * y - h + 1, c));
+            return y < h / 2 ? lightOfMean(left(x, 2 * y, c), left(x, 2 * y + 1, c))
+                             : lightOfMean(right(x, 2 * y - h, c), right(x, 2 * y - h + 1, c));
         case StereoPacking::kSideBySideFull:
         case StereoPacking::kQuadBuffered:
             return x < w ? left(x, y, c) : right(x - w, y, c);
@@ -54,9 +58,11 @@ double expectedAt(StereoPacking packing, const EyePictures& eyes, int x, int y, 
         case StereoPacking::kCheckerboard:
             return (x + y) % 2 == 0 ? left(x, y, c) : right(x, y, c);
         case StereoPacking::kAnaglyph: {
-            constexpr double kLeft[3][3] = {{437, 449, 164}, {-62, -62, -24}, {-48, -50, -17}}, kRight[3][3] = {{-11, -32, -7}, {377, 761, 9}, {-26, -93, 1234}};
+            constexpr double kLeft[3][3] = {{437, 449, 164}, {-62, -62, -24}, {-48, -50, -17}},
+                             kRight[3][3] = {{-11, -32, -7}, {377, 761, 9}, {-26, -93, 1234}};
             double light = 0;
-            for (std::size_t i = 0; i < 3; ++i) light += kLeft[c][i] * fromSrgb(left(x, y, i)) / 1000 + kRight[c][i] * fromSrgb(right(x, y, i)) / 1000;
+            for (std::size_t i = 0; i < 3; ++i)
+                light += kLeft[c][i] * fromSrgb(left(x, y, i)) / 1000 + kRight[c][i] * fromSrgb(right(x, y, i)) / 1000;
             return toSrgb(light);
         }
         case StereoPacking::kNone:
@@ -68,7 +74,8 @@ double expectedAt(StereoPacking packing, const EyePictures& eyes, int x, int y, 
 TEST(StereoPack, PutsEachPixelWhereItBelongs) {
     for (unsigned seed = 0; seed < 30; ++seed) {
         std::mt19937 random(seed);
-        const int width = 2 * std::uniform_int_distribution<int>(1, 40)(random), height = 2 * std::uniform_int_distribution<int>(1, 30)(random);
+        const int width = 2 * std::uniform_int_distribution<int>(1, 40)(random),
+                  height = 2 * std::uniform_int_distribution<int>(1, 30)(random);
         const auto left = noise(random, width, height), right = noise(random, width, height);
         const EyePictures eyes{left.data(), right.data(), width, height};
         for (const StereoPacking packing : kPackings) {
@@ -78,8 +85,10 @@ TEST(StereoPack, PutsEachPixelWhereItBelongs) {
             for (int y = 0; y < size.heightPx; ++y)
                 for (int x = 0; x < size.widthPx; ++x)
                     for (std::size_t c = 0; c < 3; ++c)
-                        ASSERT_NEAR(channelAt(out.data(), size.widthPx, x, y, c), expectedAt(packing, eyes, x, y, c), packing == StereoPacking::kAnaglyph ? 0.6 : 0.51)
-                            << again("StereoPack.Puts*", seed) << " packing " << static_cast<int>(packing) << " at " << x << ' ' << y;
+                        ASSERT_NEAR(channelAt(out.data(), size.widthPx, x, y, c), expectedAt(packing, eyes, x, y, c),
+                                    packing == StereoPacking::kAnaglyph ? 0.6 : 0.51)
+                            << again("StereoPack.Puts*", seed) << " packing " << static_cast<int>(packing) << " at "
+                            << x << ' ' << y;
         }
     }
 }
@@ -89,7 +98,8 @@ TEST(StereoPack, GreysStayGreyThroughRedCyanGlasses) {
         const auto grey = even(1, 1, static_cast<std::uint8_t>(value));
         std::uint8_t out[4] = {};
         packEyes(StereoPacking::kAnaglyph, {grey.data(), grey.data(), 1, 1}, {out, 4});
-        for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(out[c], value, 2) << "the matrices' rows add up to 1, to three digits";
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(out[c], value, 2) << "the matrices' rows add up to 1, to three digits";
     }
 }
 
@@ -114,14 +124,18 @@ TEST(StereoPack, OutputsTakeBothTilesOfTheirHost) {
             const auto turned = [](const std::vector<std::uint8_t>& picture) {
                 auto to = picture;
                 for (std::size_t y = 0; y < 12; ++y)
-                    for (std::size_t x = 0; x < 16; ++x) std::copy_n(picture.begin() + static_cast<std::ptrdiff_t>(4 * (16 * y + x)), 4, to.begin() + static_cast<std::ptrdiff_t>(4 * (16 * y + 15 - x)));
+                    for (std::size_t x = 0; x < 16; ++x)
+                        std::copy_n(picture.begin() + static_cast<std::ptrdiff_t>(4 * (16 * y + x)), 4,
+                                    to.begin() + static_cast<std::ptrdiff_t>(4 * (16 * y + 15 - x)));
                 return to;
             };
             const auto a = turned(swap ? right : left), b = turned(swap ? left : right);
             const EyePictures eyes{a.data(), b.data(), 16, 12};
             for (int y = 0; y < maker.heightPx(); ++y)
                 for (int x = 0; x < maker.widthPx(); ++x)
-                    ASSERT_NEAR(channelAt(got, maker.widthPx(), x, y, 1), expectedAt(packing, eyes, x, y, 1), packing == StereoPacking::kAnaglyph ? 0.6 : 0.51) << static_cast<int>(packing) << swap << ' ' << x << ' ' << y;
+                    ASSERT_NEAR(channelAt(got, maker.widthPx(), x, y, 1), expectedAt(packing, eyes, x, y, 1),
+                                packing == StereoPacking::kAnaglyph ? 0.6 : 0.51)
+                        << static_cast<int>(packing) << swap << ' ' << x << ' ' << y;
         }
     }
 }

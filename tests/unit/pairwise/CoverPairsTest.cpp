@@ -43,7 +43,8 @@ struct Seen {
     int touching = 0, almost = 0, apart = 0;
 };
 
-void compare(const PlacedShape& a, const PlacedShape& b, const PlacedShape& exactA, const PlacedShape& exactB, Seen& seen) {
+void compare(const PlacedShape& a, const PlacedShape& b, const PlacedShape& exactA, const PlacedShape& exactB,
+             Seen& seen) {
     QueryWork work;
     const double error = coverError(a, b);
     ASSERT_GT(error, 0);
@@ -76,13 +77,14 @@ TEST(CoverPairs, NeverMissWhatTouchesAndAreWrongByTheirErrorAtMost) {
             const unsigned level = 1 + static_cast<unsigned>(random() % 7);
             const TriangleMesh mesh = round % 2 == 0 ? strewn(random, 50, 0.5) : bumpy(random, 8, 11);
             const auto exact = CollisionShape::ofTriangles(mesh), cover = coverOfMesh(mesh, level);
-            SCOPED_TRACE(std::string(other.name) + ", level " + std::to_string(level) + ", round " + std::to_string(round));
+            SCOPED_TRACE(std::string(other.name) + ", level " + std::to_string(level) + ", round " +
+                         std::to_string(round));
             const double scale = between(random, 0.3, 2);
             for (const double away : {0.7, 1.5, 2.5}) {
                 const Affine3d here = composeTransform(inCube(random, 5), anyRotation(random), Vec3d::Constant(scale));
                 const Affine3d there =
-                    composeTransform(here.translation() + inCube(random, 1).normalized() * away * scale, anyRotation(random),
-                                     Vec3d::Constant(between(random, 0.3, 2)));
+                    composeTransform(here.translation() + inCube(random, 1).normalized() * away * scale,
+                                     anyRotation(random), Vec3d::Constant(between(random, 0.3, 2)));
                 compare({*cover, here}, {*other.seen, there}, {*exact, here}, {*other.exact, there}, seen);
                 if (HasFatalFailure()) return;
                 // Points of their own are solid as they are stretched in the cover's frame; all else has one truth.
@@ -108,7 +110,8 @@ TEST(CoverPairs, AreAsFarApartAsTheirBallsWhoeverMeasures) {
         const TriangleMesh mesh = bumpy(random, 8, 11), loose = strewn(random, 40, 0.4);
         const auto a = coverOfMesh(mesh, 1 + round % 6), b = coverOfMesh(loose, 2 + round % 5),
                    surface = CollisionShape::ofTriangles(loose);
-        Affine3d map = composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Constant(between(random, 0.3, 2)));
+        Affine3d map =
+            composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Constant(between(random, 0.3, 2)));
         if (round % 3 == 2) map.linear() *= Vec3d(0.5, -1, 1.3).asDiagonal();
         const DistanceOptions options{.upperBound = round % 4 == 0 ? 0.7 : std::numeric_limits<double>::infinity()};
         const auto expectSame = [&](const Distance& found, const Distance& plain) {
@@ -142,7 +145,8 @@ TEST(CoverPairs, MeetNoLaterThanTheirSurfaces) {
             const unsigned level = 2 + static_cast<unsigned>(random() % 5);
             const TriangleMesh mesh = round % 2 == 0 ? strewn(random, 40, 0.5) : bumpy(random, 8, 11);
             const auto exact = CollisionShape::ofTriangles(mesh), cover = coverOfMesh(mesh, level);
-            SCOPED_TRACE(std::string(other.name) + ", level " + std::to_string(level) + ", round " + std::to_string(round));
+            SCOPED_TRACE(std::string(other.name) + ", level " + std::to_string(level) + ", round " +
+                         std::to_string(round));
             const BodyMotion still{.start = Pose{}, .end = Pose{}, .body_T_mesh = Affine3d::Identity()};
             BodyMotion goes = still;
             goes.start = {.translation = inCube(random, 1).normalized() * 4, .rotation = anyRotation(random)};
@@ -176,8 +180,9 @@ TEST(CoverPairs, KeepTheirSurfaceForThoseWhoTakeThatAndNameItsFaces) {
     int seen = 0;
     for (int round = 0; round < 20; ++round) {
         const TriangleMesh mesh = bumpy(random, 9, 12);
-        const auto cover = coverOfMesh(mesh, 5), other = round % 2 == 0 ? coverOfMesh(strewn(random, 40, 0.5), 4)
-                                                                        : CollisionShape::ofTriangles(strewn(random, 40, 0.5));
+        const auto cover = coverOfMesh(mesh, 5), other = round % 2 == 0
+                                                             ? coverOfMesh(strewn(random, 40, 0.5), 4)
+                                                             : CollisionShape::ofTriangles(strewn(random, 40, 0.5));
         EXPECT_EQ(cover->representation(), Representation::kPoints);
         ASSERT_EQ(cover->mesh().faceCount(), mesh.faceCount());
         for (std::uint32_t face = 0; face < mesh.faceCount(); ++face)
@@ -196,7 +201,8 @@ TEST(CoverPairs, KeepTheirSurfaceForThoseWhoTakeThatAndNameItsFaces) {
             ASSERT_EQ(contact.faces.a, cover->coveredFace(faces.a));
             ASSERT_LT(contact.faces.a, mesh.faceCount());
             ASSERT_EQ(drawnFace(a, faces.a, Vec3d::UnitX()), contact.faces.a);
-            for (const auto& [shape, face, uv] : {std::tuple(a, contact.faces.a, contact.uvA), std::tuple(b, contact.faces.b, contact.uvB)}) {
+            for (const auto& [shape, face, uv] :
+                 {std::tuple(a, contact.faces.a, contact.uvA), std::tuple(b, contact.faces.b, contact.uvB)}) {
                 if (!shape.shape.isCover()) continue;
                 const Triangle t = transformed(shape.world, shape.shape.mesh().triangle(face));
                 const Vec3d at = t[0] + uv.x() * (t[1] - t[0]) + uv.y() * (t[2] - t[0]);
@@ -233,7 +239,8 @@ TEST(CoverPairs, AMeshThatCannotBeCoveredStaysWithWhoeverAsked) {
     Random random(35);
     TriangleMesh mesh = bumpy(random, 9, 12);
     EXPECT_FALSE(CollisionShape::ofCover(std::move(mesh), 12));
-    EXPECT_EQ(mesh.faceCount(), bumpy(random, 9, 12).faceCount());  // NOLINT(bugprone-use-after-move): that is the point
+    EXPECT_EQ(mesh.faceCount(),
+              bumpy(random, 9, 12).faceCount());  // NOLINT(bugprone-use-after-move): that is the point
 }
 
 }  // namespace

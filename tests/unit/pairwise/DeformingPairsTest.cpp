@@ -17,7 +17,8 @@ struct Moving {
     std::shared_ptr<CollisionShape> shape;
     std::vector<Vec3d> rest, now;
 
-    explicit Moving(const TriangleMesh& mesh) : shape(CollisionShape::ofTriangles(mesh, {.volume = kAutomaticDeformingVolume})) {
+    explicit Moving(const TriangleMesh& mesh)
+        : shape(CollisionShape::ofTriangles(mesh, {.volume = kAutomaticDeformingVolume})) {
         shape->setDeforms();
         for (const Vec3d p : mesh.positions()) rest.push_back(p);
         now = rest;
@@ -42,11 +43,14 @@ struct Moving {
 TEST(DeformingPairs, AnswerAsShapesMadeAnew) {
     int met = 0, byGroups = 0;
     const auto check = [&](std::uint64_t seed) {
-        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_pairwise --gtest_filter=DeformingPairs.Answer*");
+        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                     " build/bin/unit_pairwise --gtest_filter=DeformingPairs.Answer*");
         Random random(seed);
         // Of three groups, or of more than a block of them.
-        Moving a(seed % 4 == 3 ? bumpy(random, 26, 36) : bumpy(random, 8, 12)), b(seed % 2 == 0 ? bumpy(random, 6, 9) : strewn(random, 150, 0.3));
-        const auto still = CollisionShape::ofTriangles(strewn(random, 90, 0.5)), hull = CollisionShape::ofHull(bumpy(random, 4, 6));
+        Moving a(seed % 4 == 3 ? bumpy(random, 26, 36) : bumpy(random, 8, 12)),
+            b(seed % 2 == 0 ? bumpy(random, 6, 9) : strewn(random, 150, 0.3));
+        const auto still = CollisionShape::ofTriangles(strewn(random, 90, 0.5)),
+                   hull = CollisionShape::ofHull(bumpy(random, 4, 6));
         PairHints hints;
         for (int step = 0; step < 40; ++step) {
             a.deform(random, step < 10 || random() % 2 == 0);
@@ -54,8 +58,10 @@ TEST(DeformingPairs, AnswerAsShapesMadeAnew) {
             if (testing::Test::HasFatalFailure()) return;
             const auto newA = a.anew(), newB = b.anew();
             const Affine3d here = composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones()),
-                           there = composeTransform(inCube(random, 1.3), anyRotation(random), Vec3d(1, random() % 2 ? 1 : -1, 1.2));
-            const auto compare = [&](const CollisionShape& x, const CollisionShape& y, const CollisionShape& newX, const CollisionShape& newY) {
+                           there = composeTransform(inCube(random, 1.3), anyRotation(random),
+                                                    Vec3d(1, random() % 2 ? 1 : -1, 1.2));
+            const auto compare = [&](const CollisionShape& x, const CollisionShape& y, const CollisionShape& newX,
+                                     const CollisionShape& newY) {
                 QueryWork work;
                 const PairTouch found = contactsOf({x, here}, {y, there}, 100000, {work}),
                                 truth = contactsOf({newX, here}, {newY, there}, 100000, {work});

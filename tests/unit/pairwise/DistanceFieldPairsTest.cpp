@@ -25,10 +25,15 @@ Shape distanceFieldOf(TriangleMesh mesh, double error) {
 /// What these seeds are made of: closed bumps, boxes, loose triangles, a rough sheet.
 TriangleMesh anyMesh(Random& random, unsigned kind) {
     switch (kind % 4) {
-        case 0: return bumpy(random, 6, 9);
-        case 1: return meshOf(shapes::box(Vec3d(between(random, 0.1, 2), between(random, 0.1, 2), between(random, 0.1, 2))));
-        case 2: return strewn(random, 60, 0.4);
-        default: return roughGround(random, 9, 0.5, 0.3);
+        case 0:
+            return bumpy(random, 6, 9);
+        case 1:
+            return meshOf(
+                shapes::box(Vec3d(between(random, 0.1, 2), between(random, 0.1, 2), between(random, 0.1, 2))));
+        case 2:
+            return strewn(random, 60, 0.4);
+        default:
+            return roughGround(random, 9, 0.5, 0.3);
     }
 }
 
@@ -74,19 +79,23 @@ TEST(DistanceFieldPairs, TouchContactsAndFirstContactsAreThoseOfTheTriangles) {
                     const PlacedShape placedA{*a.shape, here}, placedB{*b.shape, map.map}, trueA{*a.same, here},
                         trueB{*b.same, map.map};
                     QueryWork work;
-                    const PairTouch found = contactsOf(placedA, placedB, 1000, {work}), truth = contactsOf(trueA, trueB, 1000, {work});
+                    const PairTouch found = contactsOf(placedA, placedB, 1000, {work}),
+                                    truth = contactsOf(trueA, trueB, 1000, {work});
                     ASSERT_EQ(found.touch, truth.touch);
                     ASSERT_EQ(found.count, truth.count);
                     ASSERT_EQ(found.faces, truth.faces);
                     ASSERT_EQ(touchOf(placedB, placedA, {work}).touch, truth.touch);
-                    ASSERT_EQ(surfaceFacesTouching(placedA, placedB, work).pairs, surfaceFacesTouching(trueA, trueB, work).pairs);
+                    ASSERT_EQ(surfaceFacesTouching(placedA, placedB, work).pairs,
+                              surfaceFacesTouching(trueA, trueB, work).pairs);
                     (truth.touch == Touch::kYes ? met : apart) += 1;
                     if (a.shape == a.same && b.shape == b.same) continue;
                     const BodyMotion still{.start = Pose{}, .end = Pose{}, .body_T_mesh = here};
                     BodyMotion flies{.start = Pose{}, .end = Pose{}, .body_T_mesh = map.map};
                     flies.end.translation = Vec3d(2, -1, 0.5);
-                    const Impact hit = pairMethods(*a.shape, *b.shape).firstContact(*a.shape, still, *b.shape, flies, work, {});
-                    const Impact sure = pairMethods(*a.same, *b.same).firstContact(*a.same, still, *b.same, flies, work, {});
+                    const Impact hit =
+                        pairMethods(*a.shape, *b.shape).firstContact(*a.shape, still, *b.shape, flies, work, {});
+                    const Impact sure =
+                        pairMethods(*a.same, *b.same).firstContact(*a.same, still, *b.same, flies, work, {});
                     ASSERT_EQ(hit.hit, sure.hit);
                     ASSERT_EQ(hit.t, sure.t);
                     hits += sure.hit && sure.t > 0;
@@ -128,8 +137,9 @@ TEST(DistanceFieldPairs, DistancesAreWithinWhatTheySay) {
                     ASSERT_EQ(found.distance == 0, truth == 0);
                     ASSERT_LE(std::abs(found.distance - truth), found.error + 1e-9 * size);
                     // Both are asked for it; a quarter more where rounding or places cannot tell (DistanceLattice.h).
-                    const double asked = size * std::max(errorA * meshA.bounds().size().norm(),
-                                                         errorB * meshB.bounds().size().norm() * scale.cwiseAbs().maxCoeff());
+                    const double asked =
+                        size * std::max(errorA * meshA.bounds().size().norm(),
+                                        errorB * meshB.bounds().size().norm() * scale.cwiseAbs().maxCoeff());
                     ASSERT_LE(found.error, 1.25 * asked);
                     if (found.error > 1e-9 * size) {
                         ASSERT_EQ(found.faces.a, kWhole);
@@ -166,16 +176,18 @@ TEST(DistanceFieldPairs, DistancesAreWithinWhatTheySay) {
 
 TEST(DistanceFieldPairs, DepthIsThatOfTheDeepestPoint) {
     const TriangleMesh large = meshOf(shapes::box(Vec3d::Constant(4))), small = meshOf(shapes::box(Vec3d::Ones()));
-    const Shape shell = distanceFieldOf(large, 0.01), grain = distanceFieldOf(small, 0.01), plain = CollisionShape::ofTriangles(small),
-                hull = CollisionShape::ofHull(small);
+    const Shape shell = distanceFieldOf(large, 0.01), grain = distanceFieldOf(small, 0.01),
+                plain = CollisionShape::ofTriangles(small), hull = CollisionShape::ofHull(small);
     struct Case {
         Vec3d at;
         double depth;
         Vec3d out;
     };
     // In the box of 4 a place is 2 less its largest coordinate deep; from outside the small box's own faces count.
-    const Case cases[] = {{Vec3d(1.2, 0, 0.1), 1.3, Vec3d::Zero()}, {Vec3d(2.2, 0, 0), 0.3, Vec3d::UnitX()},
-                          {Vec3d(0.1, -0.3, 2.45), 0.05, Vec3d::UnitZ()}, {Vec3d(0, 2.9, 0), 0, Vec3d::Zero()},
+    const Case cases[] = {{Vec3d(1.2, 0, 0.1), 1.3, Vec3d::Zero()},
+                          {Vec3d(2.2, 0, 0), 0.3, Vec3d::UnitX()},
+                          {Vec3d(0.1, -0.3, 2.45), 0.05, Vec3d::UnitZ()},
+                          {Vec3d(0, 2.9, 0), 0, Vec3d::Zero()},
                           {Vec3d(40, 0, 0), 0, Vec3d::Zero()}};
     Random random(5);
     for (const Case& it : cases)
@@ -188,7 +200,8 @@ TEST(DistanceFieldPairs, DepthIsThatOfTheDeepestPoint) {
                     QueryWork work;
                     const PairDepth found = turned ? depthOf(b, a, work) : depthOf(a, b, work);
                     ASSERT_TRUE(found.depth);
-                    ASSERT_LE(std::abs(*found.depth - it.depth * size), found.error + 1e-6 * size) << it.at.transpose() << nameOf(other->representation());
+                    ASSERT_LE(std::abs(*found.depth - it.depth * size), found.error + 1e-6 * size)
+                        << it.at.transpose() << nameOf(other->representation());
                     ASSERT_LE(found.error, 1.25 * 0.01 * std::sqrt(48.0) * size);
                     if (it.out.norm() > 0) {
                         ASSERT_GT((turned ? -1 : 1) * found.normal.dot(stage.linear() * it.out) / size, 0.6);
@@ -206,8 +219,10 @@ TEST(DistanceFieldPairs, DepthIsThatOfTheDeepestPoint) {
 
 TEST(DistanceFieldPairs, DepthWithOneFieldIsNoLessThanThatOfTheRegions) {
     // A small box half out of a large one. Of the large one's corners none is in the small one.
-    const TriangleMesh large = meshOf(shapes::box(Vec3d::Constant(2))), small = meshOf(shapes::box(Vec3d::Constant(0.6)));
-    const Shape plain = CollisionShape::ofTriangles(large), hull = CollisionShape::ofHull(large), grain = distanceFieldOf(small, 0.02);
+    const TriangleMesh large = meshOf(shapes::box(Vec3d::Constant(2))),
+                       small = meshOf(shapes::box(Vec3d::Constant(0.6)));
+    const Shape plain = CollisionShape::ofTriangles(large), hull = CollisionShape::ofHull(large),
+                grain = distanceFieldOf(small, 0.02);
     const Affine3d here = Affine3d::Identity(), out = here * Eigen::Translation3d(0.9, 0, 0);
     for (const Shape& other : {plain, hull})
         for (const bool turned : {false, true}) {
@@ -243,7 +258,8 @@ TEST(DistanceFieldPairs, EveryPairOfTheTableSaysWhoAnswers) {
     using enum Representation;
     for (std::size_t a = 0; a < kRepresentations; ++a)
         for (std::size_t b = 0; b < kRepresentations; ++b) {
-            const PairMethods &there = pairMethods(Representation(a), Representation(b)), &back = pairMethods(Representation(b), Representation(a));
+            const PairMethods &there = pairMethods(Representation(a), Representation(b)),
+                              &back = pairMethods(Representation(b), Representation(a));
             EXPECT_EQ(there.name, back.name);
             EXPECT_FALSE(nameOf(Representation(a)).empty());
             if (Representation(a) == kFreeform || Representation(b) == kFreeform) {

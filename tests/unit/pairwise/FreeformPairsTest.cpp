@@ -50,7 +50,9 @@ TriangleMesh drawnOf(const ControlMesh& control, int level) {
     // Creases have vertices at one place: one of them will do.
     std::map<std::array<float, 3>, std::uint32_t> first;
     std::vector<std::uint32_t> indices;
-    for (const std::uint32_t v : tessellation->indices()) indices.push_back(first.try_emplace({positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]}, v).first->second);
+    for (const std::uint32_t v : tessellation->indices())
+        indices.push_back(
+            first.try_emplace({positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]}, v).first->second);
     return TriangleMesh::make(std::span<const float>(positions), indices).value();
 }
 
@@ -69,7 +71,8 @@ PlacedBall placedBall(Random& random, const Vec3d& at, double radius) {
     return {composeTransform(at, anyRotation(random), Vec3d::Constant(scale)), at, radius * scale};
 }
 
-/// From the middle of a box that is not in the ball, and whose middle is not: how far the two are apart, below 0 where they overlap.
+/// From the middle of a box that is not in the ball, and whose middle is not: how far the two are apart, below 0 where
+/// they overlap.
 double ballFromBox(const Vec3d& centre, double radius, const Vec3d& half) {
     return (centre.cwiseAbs() - half).cwiseMax(0).norm() - radius;
 }
@@ -87,7 +90,8 @@ TEST(FreeformPairs, OfBallsIsTheirClosedForm) {
         const double reach = ballA.radius + ballB.radius, least = std::abs(ballA.radius - ballB.radius);
         const bool touches = seed % 2 == 0;
         const Vec3d along = inCube(random, 1).normalized();
-        const double between_ = touches ? between(random, least, reach) : reach * (1 + std::pow(10, between(random, -4, 0)));
+        const double between_ =
+            touches ? between(random, least, reach) : reach * (1 + std::pow(10, between(random, -4, 0)));
         ballB.centre = ballA.centre + between_ * along;
         ballB.world.translation() = ballB.centre;
         const PlacedShape placedA{*a, ballA.world}, placedB{*b, ballB.world};
@@ -128,7 +132,11 @@ TEST(FreeformPairs, OfBallsIsTheirClosedForm) {
             ASSERT_NEAR(nearest->distance, gap, 1e-5 * gap + 1e-9 * reach);
             ASSERT_GT(nearest->place.normal.dot(along), 0.99);
             ASSERT_EQ(nearest->place.onA.face, 0U);
-            ASSERT_LE((ballA.world * evaluate(a->smoothSurface()->nurbs()->surfaces[0], nearest->place.onA.uv.x(), nearest->place.onA.uv.y()).at.point - nearest->place.point).norm(),
+            ASSERT_LE((ballA.world * evaluate(a->smoothSurface()->nurbs()->surfaces[0], nearest->place.onA.uv.x(),
+                                              nearest->place.onA.uv.y())
+                                         .at.point -
+                       nearest->place.point)
+                          .norm(),
                       0.51 * gap + 1e-6 * reach);
         }
         for (const PairTouch* told : {&touch, &all}) {
@@ -141,7 +149,8 @@ TEST(FreeformPairs, OfBallsIsTheirClosedForm) {
                 ASSERT_NEAR(place.normal.norm(), 1, 1e-9);
                 ASSERT_GT(place.normal.dot(along), -1e-6);
                 // The triangle that is drawn there: no farther than its ball is from its chords.
-                for (const auto& [placed, face, radius] : {std::tuple(placedA, told->faces[i].a, ballA.radius), std::tuple(placedB, told->faces[i].b, ballB.radius)}) {
+                for (const auto& [placed, face, radius] : {std::tuple(placedA, told->faces[i].a, ballA.radius),
+                                                           std::tuple(placedB, told->faces[i].b, ballB.radius)}) {
                     ASSERT_LT(face, placed.shape.faceCount());
                     const Triangle t = transformed(placed.world, placed.shape.triangle(face));
                     ASSERT_LE((t[0] - place.point).norm(), 1.2 * radius);
@@ -157,7 +166,7 @@ TEST(FreeformPairs, OfBallsIsTheirClosedForm) {
 
         const PairDepth depth = depthOf(placedA, placedB, work);
         ASSERT_TRUE(depth.depth);
-        if (touches && gap < -0.05 * reach && *depth.depth > 0) {
+        if (touches && gap<-0.05 * reach&& * depth.depth> 0) {
             ++deep;
             // Along that normal it is apart for good where the centres are as far apart as the radii say.
             const Vec3d c = ballB.centre - ballA.centre, &n = depth.normal;
@@ -201,11 +210,13 @@ TEST(FreeformPairs, BesideBoxesOfEveryRepresentationAreAsFarAsTheirFacesAre) {
         Vec3d half(between(random, 0.3, 1), between(random, 0.3, 1), between(random, 0.3, 1));
         half = half.cast<float>().cast<double>();  // as meshes have it
         const TriangleMesh box = bodies::meshOf(shapes::box(2 * half));
-        const std::pair<const char*, SmoothShape> others[] = {{"triangles", CollisionShape::ofTriangles(box)},
-                                                              {"hull", CollisionShape::ofHull(box)},
-                                                              {"spherical", CollisionShape::ofSphericalField(box)},
-                                                              {"distance field", CollisionShape::ofDistanceField(TriangleMesh(box), 0.05).value()}};
-        const Affine3d boxWorld = composeTransform(inCube(random, 5), anyRotation(random), Vec3d::Constant(between(random, 0.1, 10)));
+        const std::pair<const char*, SmoothShape> others[] = {
+            {"triangles", CollisionShape::ofTriangles(box)},
+            {"hull", CollisionShape::ofHull(box)},
+            {"spherical", CollisionShape::ofSphericalField(box)},
+            {"distance field", CollisionShape::ofDistanceField(TriangleMesh(box), 0.05).value()}};
+        const Affine3d boxWorld =
+            composeTransform(inCube(random, 5), anyRotation(random), Vec3d::Constant(between(random, 0.1, 10)));
         // Outside, or (of a solid) inside.
         const bool inside = seed % 6 == 5;
         const Vec3d centre = inside ? Vec3d::Zero() : Vec3d(inCube(random, 2.2));
@@ -272,20 +283,27 @@ TEST(FreeformPairs, OfSubdivisionSurfacesAreWithinTheirErrorOfFineTessellations)
         SCOPED_TRACE(repeatFreeform(seed));
         test::Chance chance(seed);
         Random random(seed);
-        ControlMesh controlA = test::lumpyCube(chance, 2, 0.3), controlB = test::lumpyCube(chance, 1 + static_cast<int>(seed % 2), 0.3);
+        ControlMesh controlA = test::lumpyCube(chance, 2, 0.3),
+                    controlB = test::lumpyCube(chance, 1 + static_cast<int>(seed % 2), 0.3);
         if (seed % 3 == 1) controlA = test::asTriangles(controlA);
         const SmoothShape a = smoothBody(controlA, 1e-4), b = smoothBody(controlB, 1e-4);
-        const SmoothShape treeA = CollisionShape::ofTriangles(drawnOf(controlA, 4)), treeB = CollisionShape::ofTriangles(drawnOf(controlB, 4));
-        const double offA = test::tessellate(controlA, 16).error + 1e-6, offB = test::tessellate(controlB, 16).error + 1e-6;  // and floats
+        const SmoothShape treeA = CollisionShape::ofTriangles(drawnOf(controlA, 4)),
+                          treeB = CollisionShape::ofTriangles(drawnOf(controlB, 4));
+        const double offA = test::tessellate(controlA, 16).error + 1e-6,
+                     offB = test::tessellate(controlB, 16).error + 1e-6;  // and floats
         for (int pose = 0; pose < 4; ++pose) {
             const bool stretched = pose == 3;
-            const Affine3d here = composeTransform(inCube(random, 2), anyRotation(random), stretched ? Vec3d(0.8, 1.3, 1) : Vec3d(Vec3d::Ones()));
-            const Affine3d there = here * composeTransform(between(random, 0.9, 2.4) * inCube(random, 1).normalized(), anyRotation(random),
-                                                           stretched ? Vec3d(1.2, 1, 0.7) : Vec3d(Vec3d::Constant(between(random, 0.5, 1.2))));
+            const Affine3d here = composeTransform(inCube(random, 2), anyRotation(random),
+                                                   stretched ? Vec3d(0.8, 1.3, 1) : Vec3d(Vec3d::Ones()));
+            const Affine3d there =
+                here *
+                composeTransform(between(random, 0.9, 2.4) * inCube(random, 1).normalized(), anyRotation(random),
+                                 stretched ? Vec3d(1.2, 1, 0.7) : Vec3d(Vec3d::Constant(between(random, 0.5, 1.2))));
             const PlacedShape placedA{*a, here}, placedB{*b, there}, trueA{*treeA, here}, trueB{*treeB, there};
             const double off = 1.3 * (1.3 * offA + 1.3 * 1.2 * offB), tolerance = touchError(placedA, placedB);
             QueryWork work;
-            const WorldDistance found = distanceInWorld(placedA, placedB, {}, work), truth = distanceInWorld(trueA, trueB, {}, work);
+            const WorldDistance found = distanceInWorld(placedA, placedB, {}, work),
+                                truth = distanceInWorld(trueA, trueB, {}, work);
             const Touch touch = touchOf(placedA, placedB, {work}).touch;
             ASSERT_TRUE(found.complete);
             ASSERT_GE(truth.distance + off, found.distance - found.error);
@@ -309,7 +327,8 @@ TEST(FreeformPairs, OfSubdivisionSurfacesAreWithinTheirErrorOfFineTessellations)
                 for (const PlacedShape* of : {&trueA, &trueB}) {
                     const std::array<Vec3d, 1> here_{place.point};
                     const SmoothShape point = CollisionShape::ofPoints(here_, 1e-9).value();
-                    ASSERT_LE(distanceInWorld({*point, Affine3d::Identity()}, *of, {}, work).distance, off + tolerance + 1e-8);
+                    ASSERT_LE(distanceInWorld({*point, Affine3d::Identity()}, *of, {}, work).distance,
+                              off + tolerance + 1e-8);
                 }
             // And the depth is what they have to go, as far as these tell.
             const PairDepth smooth = depthOf(placedA, placedB, work);
@@ -319,7 +338,8 @@ TEST(FreeformPairs, OfSubdivisionSurfacesAreWithinTheirErrorOfFineTessellations)
                 out.translation() += way * smooth.normal;
                 return out;
             };
-            const Affine3d free = gone(*smooth.depth + 2 * off), still = gone(std::max(0.0, *smooth.depth - smooth.error - 2 * off));
+            const Affine3d free = gone(*smooth.depth + 2 * off),
+                           still = gone(std::max(0.0, *smooth.depth - smooth.error - 2 * off));
             ASSERT_EQ(touchOf(trueA, {*treeB, free}, {work}).touch, Touch::kNo);
             ASSERT_LE(distanceInWorld(trueA, {*treeB, still}, {}, work).distance, off);
         }
@@ -341,7 +361,8 @@ TEST(FreeformPairs, WhatMovesIsAsIfMadeAnew) {
         moving->setDeforms();
         const Affine3d here = Affine3d::Identity();
         for (int step = 0; step < 4; ++step) {
-            const std::size_t from = chance.engine() % control.positions.size(), count = 1 + chance.engine() % (control.positions.size() - from);
+            const std::size_t from = chance.engine() % control.positions.size(),
+                              count = 1 + chance.engine() % (control.positions.size() - from);
             for (std::size_t i = from; i < from + count; ++i) control.positions[i] += 0.2 * chance.direction();
             const TriangleMesh drawn = drawnOf(control, 2);
             const std::vector<Vec3d> corners(drawn.positions().begin(), drawn.positions().end());
@@ -383,14 +404,17 @@ TEST(FreeformPairs, BesidePointsAndGridsTheirTrianglesAnswer) {
     const SmoothShape points = CollisionShape::ofPoints(cloud, 0.1).value();
     const SmoothShape field = CollisionShape::ofHeightField(bodies::roughGround(random, 9, 0.5, 0.3)).value();
     for (int pose = 0; pose < 20; ++pose) {
-        const Affine3d here = composeTransform(inCube(random, 2), anyRotation(random), Vec3d::Ones()), there = Affine3d::Identity();
+        const Affine3d here = composeTransform(inCube(random, 2), anyRotation(random), Vec3d::Ones()),
+                       there = Affine3d::Identity();
         for (const SmoothShape& other : {points, field}) {
             QueryWork work;
             ASSERT_EQ(pairMethods(*ball, *other).byTrees, kEveryQuestion);
             ASSERT_EQ(touchError({*ball, here}, {*other, there}), 0);
-            const PairTouch found = contactsOf({*ball, here}, {*other, there}, 100, {work}), truth = contactsOf({*triangles, here}, {*other, there}, 100, {work});
+            const PairTouch found = contactsOf({*ball, here}, {*other, there}, 100, {work}),
+                            truth = contactsOf({*triangles, here}, {*other, there}, 100, {work});
             ASSERT_EQ(found.faces, truth.faces);
-            ASSERT_EQ(distanceInWorld({*ball, here}, {*other, there}, {}, work).distance, distanceInWorld({*triangles, here}, {*other, there}, {}, work).distance);
+            ASSERT_EQ(distanceInWorld({*ball, here}, {*other, there}, {}, work).distance,
+                      distanceInWorld({*triangles, here}, {*other, there}, {}, work).distance);
         }
         // Motions are stopped by the triangles of both.
         const PlacedShape a{*ball, here}, b{*ball, there}, trueA{*triangles, here}, trueB{*triangles, there};
@@ -402,7 +426,8 @@ TEST(FreeformPairs, BesidePointsAndGridsTheirTrianglesAnswer) {
 
 TEST(FreeformPairs, WorkThatEndsIsSaid) {
     const SmoothShape a = smoothBall(1, 1e-6), b = smoothBall(1, 1e-6);
-    const Affine3d here = Affine3d::Identity(), apart(Eigen::Translation3d(2.1, 0.3, 0)), near(Eigen::Translation3d(1.9, 0.1, 0));
+    const Affine3d here = Affine3d::Identity(), apart(Eigen::Translation3d(2.1, 0.3, 0)),
+                   near(Eigen::Translation3d(1.9, 0.1, 0));
     QueryWork all;
     const double truth = distanceInWorld({*a, here}, {*b, apart}, {}, all).distance;
     int cut = 0;
@@ -423,8 +448,8 @@ TEST(FreeformPairs, WorkThatEndsIsSaid) {
 }
 
 TEST(FreeformPairs, QuestionsAboutSurfacesThatRunAlongEachOtherEnd) {
-    // One ball within another, about one centre: everything is as near. Within a ten-millionth of the size that cannot be told in
-    // any time; what is told says how far off it may be.
+    // One ball within another, about one centre: everything is as near. Within a ten-millionth of the size that cannot
+    // be told in any time; what is told says how far off it may be.
     const Affine3d here = Affine3d::Identity();
     const SmoothShape outer = smoothBall(1, 1e-9), inner = smoothBall(0.7, 1e-9);
     QueryWork work;

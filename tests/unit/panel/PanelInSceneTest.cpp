@@ -15,8 +15,7 @@
 namespace tessera {
 namespace {
 
-constexpr ObjectId kLamp{10}, kLight{11}, kCart{12}, kPlace{13}, kOther{14}, kOtherLight{15}, kWatch{16},
-    kWatched{17};
+constexpr ObjectId kLamp{10}, kLight{11}, kCart{12}, kPlace{13}, kOther{14}, kOtherLight{15}, kWatch{16}, kWatched{17};
 
 class PanelReaches : public testing::Test {
 protected:
@@ -54,14 +53,16 @@ controls { label: "bright" node: "/lamp" field: "intensity" slider { least: 0.1 
 controls { label: "on" node: "/lamp" field: "on" toggle {} }
 controls { label: "colour" node: "/lamp" field: "color" colour {} }
 controls { label: "name" node: "/cart" field: "name" text { bytes: 3 } }
-controls { label: "place" node: "/cart" field: "translation" choice { options { value: "0 0 0" } options { value: "0.1 -2 3e0" } } }
+controls { label: "place" node: "/cart" field: "translation"
+  choice { options { value: "0 0 0" } options { value: "0.1 -2 3e0" } } }
 controls { label: "dark" press { sets { node: "/lamp" field: "intensity" value: "0" } } }
 )");
 };
 
 TEST_F(PanelReaches, WhatItsControlsGive) {
     ASSERT_TRUE(PanelInScene(panel, scene).faults().empty()) << PanelInScene(panel, scene).faults().front();
-    for (const float good : {0.1f, 0.3f, 0.7f, 0.0f, -0.0f}) EXPECT_TRUE(may<&PointLight::intensity>(kLight, good)) << good;
+    for (const float good : {0.1f, 0.3f, 0.7f, 0.0f, -0.0f})
+        EXPECT_TRUE(may<&PointLight::intensity>(kLight, good)) << good;
     for (const float bad : {0.05f, 0.70001f, -1.0f, 1e9f, std::numeric_limits<float>::infinity(),
                             std::numeric_limits<float>::quiet_NaN()})
         EXPECT_FALSE(may<&PointLight::intensity>(kLight, bad)) << bad;
@@ -144,12 +145,14 @@ TEST_F(PanelReaches, ControlsThatAreNothingHereAreNamed) {
     };
     EXPECT_NE(faults(R"(node: "/lamb" field: "on" toggle {})").find("there is no \"lamb\""), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "of" toggle {})").find("no field \"of\""), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "color" slider { greatest: 1 })").find("a slider moves one"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "color" slider { greatest: 1 })").find("a slider moves one"),
+              std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "color" toggle {})").find("neither on nor off"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "intensity" colour {})").find("is no colour"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "on" text {})").find("is no text"), std::string::npos);
     EXPECT_NE(faults(R"(node: "/lamp" field: "ofServer" toggle {})").find("the server's alone"), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })").find("no value"), std::string::npos);
+    EXPECT_NE(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })").find("no value"),
+              std::string::npos);
     EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })").find("no value"),
               std::string::npos);
     EXPECT_NE(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "-1" } })").find("at least 0"),

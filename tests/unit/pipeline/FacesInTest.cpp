@@ -32,7 +32,8 @@ bool meets(const Triangle& t, const Box& box) {
                 const Vec3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
                 const double outA = side * a[axis] - limit, outB = side * b[axis] - limit;
                 if (outA <= 0) kept.push_back(a);
-                if ((outA < 0 && outB > 0) || (outA > 0 && outB < 0)) kept.push_back(a + outA / (outA - outB) * (b - a));
+                if ((outA < 0 && outB > 0) || (outA > 0 && outB < 0))
+                    kept.push_back(a + outA / (outA - outB) * (b - a));
             }
             polygon = std::move(kept);
         }
@@ -40,13 +41,15 @@ bool meets(const Triangle& t, const Box& box) {
 }
 
 std::size_t countIn(const std::vector<Triangle>& faces, const Box& box) {
-    return static_cast<std::size_t>(std::ranges::count_if(faces, [&](const Triangle& t) { return cornersOf(t).overlaps(box); }));
+    return static_cast<std::size_t>(
+        std::ranges::count_if(faces, [&](const Triangle& t) { return cornersOf(t).overlaps(box); }));
 }
 
 TEST(FacesIn, AreThoseThatALookAtAllFinds) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=FacesIn.AreThoseThatALookAtAllFinds");
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                    << " build/bin/unit_pipeline --gtest_filter=FacesIn.AreThoseThatALookAtAllFinds");
     std::mt19937 random(seed);
     const auto number = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
     std::size_t found = 0, met = 0;
@@ -64,7 +67,9 @@ TEST(FacesIn, AreThoseThatALookAtAllFinds) {
         for (int i = 0; i < 30; ++i) {
             const double size = std::pow(10.0, number(-2, 1));
             // Some stretched, some flat: they are drawn, too.
-            const Vec3d scale = i % 5 == 0 ? Vec3d(size, 3 * size, 0.2 * size) : i % 7 == 0 ? Vec3d(size, 0, size) : Vec3d(Vec3d::Constant(size));
+            const Vec3d scale = i % 5 == 0   ? Vec3d(size, 3 * size, 0.2 * size)
+                                : i % 7 == 0 ? Vec3d(size, 0, size)
+                                             : Vec3d(Vec3d::Constant(size));
             const Quatd turn = Quatd(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1)).normalized();
             const ObjectId transform = scene.transform(Vec3d(number(-9, 9), number(-9, 9), number(-9, 9)), turn, scale);
             const bool isBall = random() % 2 == 0;
@@ -75,7 +80,8 @@ TEST(FacesIn, AreThoseThatALookAtAllFinds) {
         for (int change = 0; change < 20; ++change) {
             const Body& moved = bodies[random() % bodies.size()];
             if (change % 3 == 0) scene.setChoice(switchCore, (shown = !shown) ? 0 : -1);
-            scene.set<Transform>(moved.transform, fieldId<&Transform::translation>, Vec3d(number(-9, 9), number(-9, 9), number(-9, 9)));
+            scene.set<Transform>(moved.transform, fieldId<&Transform::translation>,
+                                 Vec3d(number(-9, 9), number(-9, 9), number(-9, 9)));
             std::vector<Triangle> all;
             Action look;
             look.onNode([&](const Visit& visit) {
@@ -88,7 +94,8 @@ TEST(FacesIn, AreThoseThatALookAtAllFinds) {
             });
             look.run(scene.aspect);
             Box box;
-            const Vec3d middle(number(-9, 9), number(-9, 9), number(-9, 9)), half = std::pow(10.0, number(-2, 1)) * Vec3d(number(0, 1), number(0, 1), number(0, 1));
+            const Vec3d middle(number(-9, 9), number(-9, 9), number(-9, 9)),
+                half = std::pow(10.0, number(-2, 1)) * Vec3d(number(0, 1), number(0, 1), number(0, 1));
             box.lower = middle - half;
             box.upper = middle + half;
             QueryWork work;

@@ -82,7 +82,8 @@ TEST(Follow, NewArraysAreANewShape) {
     const auto wall = scene.body(kRootNode, Runner::wallShape(), Vec3d(5, 0, 0));
     const ObjectId core = scene.aspect.get<Node>(wall.shape)->core;
     const shapes::Soup thick = shapes::box(Vec3d(2.2, 10, 10));
-    scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(thick.positions)));
+    scene.set(core, typeOf<Geometry>(), fieldId<&Geometry::positions>,
+              Blob::of(std::span<const float>(thick.positions)));
     EXPECT_NEAR(scene.run(), kAtWall - 1, kNear);
 }
 

@@ -1,5 +1,5 @@
-// Smooth surfaces in a scene, looked at as themselves: contacts and distances beside the pair table's own, motions beside triangles, edits of
-// control points beside pipelines that see them for the first time.
+// Smooth surfaces in a scene, looked at as themselves: contacts and distances beside the pair table's own, motions
+// beside triangles, edits of control points beside pipelines that see them for the first time.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,8 @@ TEST(FreeformShapes, OfANurbsBallAreItsClosedFormNotThatOfItsTriangles) {
         for (const double percent : {0.0, 0.001, 1.0}) {
             SmoothScene scene(ball, smoothObject(kind, percent));
             const double tolerance = (percent > 0 ? 0.01 * percent : 1e-4) * std::sqrt(12.0);
-            for (const Vec3d& at : {Vec3d(0.3, 1.7, 0.1), Vec3d(1.6, 1.1, 0.9), Vec3d(0.1, -1.52, 0.2), Vec3d(1.3, 0.2, 0.4), Vec3d(0.2, 0.1, 1.4999)}) {
+            for (const Vec3d& at : {Vec3d(0.3, 1.7, 0.1), Vec3d(1.6, 1.1, 0.9), Vec3d(0.1, -1.52, 0.2),
+                                    Vec3d(1.3, 0.2, 0.4), Vec3d(0.2, 0.1, 1.4999)}) {
                 const StepResult found = scene.boxAt(at);
                 EXPECT_TRUE(found.standIns.empty());
                 const double gap = boxFromBall(at, 1);
@@ -47,34 +48,41 @@ TEST(FreeformShapes, OfANurbsBallAreItsClosedFormNotThatOfItsTriangles) {
                         EXPECT_LT(c.normal.dot(at), 0.1) << "from the box to the ball";
                         EXPECT_EQ(c.patchA, Contact::kNoFace) << "the box is looked at by its triangles";
                         ASSERT_EQ(c.patchB, 0U) << "the surface";
-                        EXPECT_LE((evaluate(sphereSurface(1).value(), c.patchUvB.x(), c.patchUvB.y()).at.point - c.point).norm(), tolerance);
+                        EXPECT_LE(
+                            (evaluate(sphereSurface(1).value(), c.patchUvB.x(), c.patchUvB.y()).at.point - c.point)
+                                .norm(),
+                            tolerance);
                     }
                 }
             }
         }
 }
 
-/// What is asked of the surface after its points have moved, in ranges, is what a pipeline says that sees it so for the first time. Within the
-/// errors: boxes that follow are not the boxes that are made anew.
+/// What is asked of the surface after its points have moved, in ranges, is what a pipeline says that sees it so for the
+/// first time. Within the errors: boxes that follow are not the boxes that are made anew.
 TEST(FreeformShapes, FollowTheirControlPoints) {
     const char* one = std::getenv("TESSERA_SEED");
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 0, last = one ? first : 9;
     std::size_t touching = 0, apart = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=FreeformShapes.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=FreeformShapes.*");
         std::mt19937_64 random(seed);
         SubdivisionSurface fields = test::controlGrid(1 + static_cast<std::uint32_t>(random() % 3));
         fields.level = 1 + static_cast<std::int64_t>(random() % 3);
         SmoothScene scene(fields, smoothObject(seed % 3 ? CollisionObject::kDeforming : CollisionObject::kRigid));
         scene.frame();
         for (int step = 0; step < 8; ++step) {
-            const std::size_t floats = scene.aspect.get<SubdivisionSurface>(scene.surface)->points.sizeBytes() / 4, at = random() % floats;
+            const std::size_t floats = scene.aspect.get<SubdivisionSurface>(scene.surface)->points.sizeBytes() / 4,
+                              at = random() % floats;
             std::vector<float> moved(1 + random() % std::min<std::size_t>(9, floats - at));
             for (float& x : moved) x = static_cast<float>(static_cast<double>(random() % 3000) / 1000 - 1.5);
             // Now and then two edits in one frame, and a pose besides.
             scene.move(at, moved);
             if (random() % 3 == 0) scene.move(random() % (floats - 3), std::vector<float>{0.4F, -0.3F});
-            if (random() % 2 == 0) scene.commit({.transform = scene.box.transform, .translation = Vec3d(0.2, 0.9 + 0.1 * static_cast<double>(random() % 10), 0)});
+            if (random() % 2 == 0)
+                scene.commit({.transform = scene.box.transform,
+                              .translation = Vec3d(0.2, 0.9 + 0.1 * static_cast<double>(random() % 10), 0)});
             (void)scene.frame();
             const StepResult result = scene.frame();
             CollisionPipeline anew;
@@ -135,9 +143,11 @@ TEST(FreeformShapes, WhatIsNoSmoothSurfaceIsNamed) {
         std::map<ObjectId, std::pair<std::string, std::string>> named;
         for (const StandIn& s : scene.frame().standIns) named[s.node] = {std::string(s.asked), std::string(s.taken)};
         const std::pair<std::string, std::string> taken{"freeform", "triangles"};
-        EXPECT_EQ(named, (std::map<ObjectId, std::pair<std::string, std::string>>{{scene.node_, taken}, {scene.box.shape, taken}}));
+        EXPECT_EQ(named, (std::map<ObjectId, std::pair<std::string, std::string>>{{scene.node_, taken},
+                                                                                  {scene.box.shape, taken}}));
         // With another scheme it is one.
-        scene.set<SubdivisionSurface>(scene.surface, fieldId<&SubdivisionSurface::scheme>, SubdivisionSurface::kCatmullClark);
+        scene.set<SubdivisionSurface>(scene.surface, fieldId<&SubdivisionSurface::scheme>,
+                                      SubdivisionSurface::kCatmullClark);
         (void)scene.frame();
         const StepResult smooth = scene.frame();
         ASSERT_EQ(smooth.standIns.size(), 1U);

@@ -108,7 +108,8 @@ TEST(Level, OneThatCannotBeHadIsNamed) {
                cloth = scene.body(kRootNode, shapes::sheet(1, 1), Vec3d(10, 0, 0)),
                good = scene.body(kRootNode, ball, Vec3d(15, 0, 0)), any = scene.body(kRootNode, ball, Vec3d(20, 0, 0)),
                land = scene.body(kRootNode, shapes::sheet(1, 1), Vec3d(25, 0, 0)),
-               points = scene.body(kRootNode, ball, Vec3d(30, 0, 0)), scan = scene.body(kRootNode, ball, Vec3d(35, 0, 0));
+               points = scene.body(kRootNode, ball, Vec3d(30, 0, 0)),
+               scan = scene.body(kRootNode, ball, Vec3d(35, 0, 0));
     const ObjectId scanned = scene.aspect.get<Node>(scan.shape)->core;
     scene.set<Geometry>(scanned, fieldId<&Geometry::indices>, Blob());
     scene.set<Geometry>(scanned, fieldId<&Geometry::primitive>, std::int64_t{Geometry::kPoints});

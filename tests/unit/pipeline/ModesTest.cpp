@@ -220,7 +220,8 @@ TEST(Modes, EachInterestIsToldOfItsOwnPairs) {
 TEST(Modes, ContactsTellHowDeepAndWhereOnTheFaces) {
     TwoBoxes scene;
     scene.watch(Interest::kStatic);
-    const StepResult result = scene.frame({{.transform = scene.a.transform, .translation = Vec3d(3.35, 0.03, 0.04), .scale = Vec3d::Constant(0.5)}});
+    const StepResult result = scene.frame(
+        {{.transform = scene.a.transform, .translation = Vec3d(3.35, 0.03, 0.04), .scale = Vec3d::Constant(0.5)}});
     ASSERT_FALSE(result.contacts.empty());
     for (const Contact& c : result.contacts) {
         EXPECT_NEAR(c.depth, 0.1, 1e-6);

@@ -29,14 +29,16 @@ TEST(BoxesNear, FindsWhatAllPairsFindButForTheOwnCompany) {
         for (const BoxesNear::Item& one : items) {
             std::vector<std::uint32_t> expected;
             for (const BoxesNear::Item& other : items)
-                if (other.box.overlaps(one.box) && (one.company == BoxesNear::kAlone || one.company != other.company)) expected.push_back(other.item);
+                if (other.box.overlaps(one.box) && (one.company == BoxesNear::kAlone || one.company != other.company))
+                    expected.push_back(other.item);
             near.find(one.box, one.company, found);
             ASSERT_EQ(found, expected);
         }
     });
 }
 
-/// Boxes looked at where so many parts below one Transform are put elsewhere, among a tenth as many that stand by themselves.
+/// Boxes looked at where so many parts below one Transform are put elsewhere, among a tenth as many that stand by
+/// themselves.
 std::uint64_t looksFor(int parts) {
     SceneMaker scene;
     const ObjectId carrier = scene.transform(Vec3d::Zero()), top = scene.node(kRootNode, carrier);
@@ -49,8 +51,9 @@ std::uint64_t looksFor(int parts) {
     (void)scene.frame();
     const std::uint64_t before = scene.pipeline.boxesLookedAt();
     const Pose up{.translation = Vec3d(0, 0.7, 0)};
-    const auto after = scene.pipeline.overlapsAfter(scene.aspect, std::vector<CollisionPipeline::PosedTransforms>{{{carrier, up}}},
-                                                    CollisionPipeline::Against::kEverything);
+    const auto after =
+        scene.pipeline.overlapsAfter(scene.aspect, std::vector<CollisionPipeline::PosedTransforms>{{{carrier, up}}},
+                                     CollisionPipeline::Against::kEverything);
     EXPECT_EQ(after.at(0).size(), static_cast<std::size_t>(parts / 10));
     return scene.pipeline.boxesLookedAt() - before;
 }
@@ -71,8 +74,9 @@ TEST(Overlaps, WhatIsCarriedTogetherIsNotComparedHoweverItLies) {
     (void)scene.frame();
     const std::uint64_t before = scene.pipeline.boxesLookedAt();
     const Pose up{.translation = Vec3d(0, 1, 0)};
-    const auto after = scene.pipeline.overlapsAfter(scene.aspect, std::vector<CollisionPipeline::PosedTransforms>{{{carrier, up}}},
-                                                    CollisionPipeline::Against::kEverything);
+    const auto after =
+        scene.pipeline.overlapsAfter(scene.aspect, std::vector<CollisionPipeline::PosedTransforms>{{{carrier, up}}},
+                                     CollisionPipeline::Against::kEverything);
     EXPECT_TRUE(after.at(0).empty());
     EXPECT_LE(scene.pipeline.boxesLookedAt() - before, 10 * kParts);
 }

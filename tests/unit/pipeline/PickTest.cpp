@@ -94,7 +94,8 @@ TEST(Pick, OfManySmallOnesNoMoreAreMadeAtOnceThanOfOneLargeOne) {
 TEST(Pick, AsideIsWhatItIsAtOnce) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=Pick.Aside*");
+    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed
+                                    << " build/bin/unit_pipeline --gtest_filter=Pick.Aside*");
     std::mt19937 random(seed);
     const auto number = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
     const auto somewhere = [&](double reach) {

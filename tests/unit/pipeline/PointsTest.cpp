@@ -11,7 +11,8 @@ namespace tessera {
 namespace {
 
 struct ScanScene : SceneMaker {
-    Body points(const std::vector<Vec3f>& places, double radius, const Vec3d& where, const Vec3d& scale = Vec3d::Ones()) {
+    Body points(const std::vector<Vec3f>& places, double radius, const Vec3d& where,
+                const Vec3d& scale = Vec3d::Ones()) {
         ChangeListBuilder b;
         const auto core = ObjectId(aspect.nextFreeId());
         b.create(core, typeOf<Geometry>());
@@ -45,14 +46,15 @@ struct ScanScene : SceneMaker {
 TEST(Points, ABoxStopsAtTheBallAndNotAtItsOctahedron) {
     for (const std::int64_t shape : {CollisionObject::kPoints, CollisionObject::kAutoShape}) {
         ScanScene scene;
-        const auto scan = scene.points({Vec3f(0, 0, 0)}, 0.5, Vec3d(5, 0, 0), Vec3d::Constant(2));  // a ball of radius 1
+        const auto scan =
+            scene.points({Vec3f(0, 0, 0)}, 0.5, Vec3d(5, 0, 0), Vec3d::Constant(2));  // a ball of radius 1
         const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d(0, 0.9, 0));
         scene.as(scan, shape);
         scene.interest(box.node);
         const StepResult result = scene.frame({scene.to(box, Vec3d(9, 0.9, 0))});
         ASSERT_EQ(result.stopped.size(), 1u);
-        // The box's right side, from y = 0.4 on, meets the ball where it is sqrt(1 - 0.16) from its middle; an octahedron
-        // would be met 0.6 from it.
+        // The box's right side, from y = 0.4 on, meets the ball where it is sqrt(1 - 0.16) from its middle; an
+        // octahedron would be met 0.6 from it.
         const double right = scene.at(box.transform).translation.x() + 0.5;
         EXPECT_LT(right, 5 - std::sqrt(1 - 0.16));
         EXPECT_NEAR(right, 5 - std::sqrt(1 - 0.16), 3e-4);
@@ -96,7 +98,9 @@ TEST(Points, TouchAndAreSoFarAwayAsBallsAre) {
 /// What moves among balls: whether any is entered is told from their centres alone.
 TEST(Points, NobodyIsEverLedIntoABall) {
     std::mt19937_64 random(41);
-    const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto number = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     int stopped = 0, far = 0;
     for (int round = 0; round < 24; ++round) {
         SCOPED_TRACE("round " + std::to_string(round));
@@ -141,7 +145,8 @@ TEST(Points, NobodyIsEverLedIntoABall) {
             TentativeTransform wish{.transform = mover.transform};
             const Transform& now = scene.at(mover.transform);
             wish.translation = now.translation + Vec3d(number(-1, 1), number(-1, 1), number(-1, 1));
-            wish.rotation = frame % 3 == 0 ? Quatd(number(-1, 1), number(-1, 1), number(-1, 1), 1).normalized() : now.rotation;
+            wish.rotation =
+                frame % 3 == 0 ? Quatd(number(-1, 1), number(-1, 1), number(-1, 1), 1).normalized() : now.rotation;
             const StepResult result = scene.frame({wish});
             stopped += !result.stopped.empty();
             ASSERT_GT(least(), -1e-9) << "frame " << frame;
@@ -194,7 +199,8 @@ TEST(Points, WhatIsNotWhatItsObjectAsksForIsNamed) {
 }
 
 TEST(Tolerance, OfTheTwoTheSmallerSaysHowNearAMotionStops) {
-    for (const auto& [own, others, gap] : std::vector<std::array<double, 3>>{{0.1, 0, 0.1}, {0, 0.02, 0.02}, {0.1, 0.02, 0.02}}) {
+    for (const auto& [own, others, gap] :
+         std::vector<std::array<double, 3>>{{0.1, 0, 0.1}, {0, 0.02, 0.02}, {0.1, 0.02, 0.02}}) {
         ScanScene scene;
         const auto box = scene.body(kRootNode, shapes::box(Vec3d::Ones()), Vec3d::Zero());
         const auto wall = scene.body(kRootNode, shapes::box(Vec3d(0.2, 10, 10)), Vec3d(5.1, 0, 0));

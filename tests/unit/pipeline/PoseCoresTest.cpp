@@ -51,7 +51,8 @@ TEST(PoseCores, WhatStandsBelowAComponentTransformIsHitWhereItIs) {
 
 TEST(PoseCores, BelowAnInverseTransformNothingMovesWithWhatIsAbove) {
     SceneMaker scene;
-    const ObjectId above = scene.transform(Vec3d(5, 0, 0), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitZ())), Vec3d(2, 2, 2));
+    const ObjectId above =
+        scene.transform(Vec3d(5, 0, 0), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitZ())), Vec3d(2, 2, 2));
     const ObjectId node = scene.node(kRootNode, above);
     const ObjectId inverse = scene.node(node, coreOf(scene, InverseTransform()));
     const auto box = scene.body(inverse, shapes::box(Vec3d::Ones()), Vec3d(1, 0, 0));

@@ -165,11 +165,13 @@ struct Ground : SceneMaker {
         constexpr std::uint32_t kLines = 25;
         for (std::uint32_t row = 0; row < kLines; ++row)
             for (std::uint32_t column = 0; column < kLines; ++column)
-                soup.vertex(Vec3d(0.5 * column - 6, std::uniform_real_distribution<double>(-0.4, 0.4)(random), 0.5 * row - 6));
+                soup.vertex(
+                    Vec3d(0.5 * column - 6, std::uniform_real_distribution<double>(-0.4, 0.4)(random), 0.5 * row - 6));
         for (std::uint32_t row = 0; row + 1 < kLines; ++row)
             for (std::uint32_t column = 0; column + 1 < kLines; ++column) {
                 const std::uint32_t at = row * kLines + column;
-                soup.indices.insert(soup.indices.end(), {at, at + kLines, at + 1, at + 1, at + kLines, at + kLines + 1});
+                soup.indices.insert(soup.indices.end(),
+                                    {at, at + kLines, at + 1, at + 1, at + kLines, at + kLines + 1});
             }
         const Body ground = body(kRootNode, soup, Vec3d::Zero());
         CollisionObject object;
@@ -199,7 +201,9 @@ struct Ground : SceneMaker {
 TEST(RandomScenes, AHeightFieldIsTheSameGroundAsItsTriangles) {
     Ground fields(CollisionObject::kHeightField), triangles(CollisionObject::kTriangles);
     std::mt19937_64 random(6);
-    const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    const auto number = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
     std::size_t contacts = 0, distances = 0;
     for (int frame = 0; frame < 60; ++frame) {
         std::vector<TentativeTransform> wishes;
@@ -211,7 +215,8 @@ TEST(RandomScenes, AHeightFieldIsTheSameGroundAsItsTriangles) {
         ASSERT_EQ(found.contacts.size(), truth.contacts.size()) << frame;
         for (std::size_t i = 0; i < truth.contacts.size(); ++i) {
             const Contact &x = found.contacts[i], &y = truth.contacts[i];
-            ASSERT_EQ(std::tie(x.objectA, x.objectB, x.faceA, x.faceB), std::tie(y.objectA, y.objectB, y.faceA, y.faceB));
+            ASSERT_EQ(std::tie(x.objectA, x.objectB, x.faceA, x.faceB),
+                      std::tie(y.objectA, y.objectB, y.faceA, y.faceB));
             ASSERT_EQ(x.point, y.point);
             ASSERT_EQ(x.normal, y.normal);
         }

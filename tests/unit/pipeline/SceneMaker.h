@@ -55,7 +55,8 @@ public:
         const ObjectId id = fresh();
         b.create(id, typeOf<Geometry>());
         b.set(id, typeOf<Geometry>(), fieldId<&Geometry::positions>, Blob::of(std::span<const float>(soup.positions)));
-        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>, Blob::of(std::span<const std::uint32_t>(soup.indices)));
+        b.set(id, typeOf<Geometry>(), fieldId<&Geometry::indices>,
+              Blob::of(std::span<const std::uint32_t>(soup.indices)));
         apply(b);
         return id;
     }

@@ -13,10 +13,12 @@ struct SmoothScene : SceneMaker {
     ObjectId surface, node_, object_, law;
 
     template <typename Core>
-    SmoothScene(const Core& fields, CollisionObject object, std::int64_t response = Interest::kReport) : surface(ObjectId(aspect.nextFreeId())) {
+    SmoothScene(const Core& fields, CollisionObject object, std::int64_t response = Interest::kReport)
+        : surface(ObjectId(aspect.nextFreeId())) {
         ChangeListBuilder b;
         b.create(surface, typeOf<Core>());
-        for (const FieldEntry& field : findType(typeOf<Core>())->fields) b.set(surface, typeOf<Core>(), field.id, field.read(&fields));
+        for (const FieldEntry& field : findType(typeOf<Core>())->fields)
+            b.set(surface, typeOf<Core>(), field.id, field.read(&fields));
         apply(b);
         node_ = node(kRootNode, surface);
         object.node = node_;
@@ -33,7 +35,8 @@ struct SmoothScene : SceneMaker {
     }
     void move(std::uint64_t first, std::span<const float> floats) {
         ChangeListBuilder b;
-        b.setRange(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, first * sizeof(float), Blob::of(floats));
+        b.setRange(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, first * sizeof(float),
+                   Blob::of(floats));
         ChangeList list = b.take();
         ASSERT_TRUE(resolveRanges(aspect, list));
         ASSERT_TRUE(aspect.apply(list));
@@ -43,7 +46,9 @@ struct SmoothScene : SceneMaker {
         commit({.transform = box.transform, .translation = where});
         return frame();
     }
-    [[nodiscard]] TentativeTransform boxTo(const Vec3d& where) const { return {.transform = box.transform, .translation = where}; }
+    [[nodiscard]] TentativeTransform boxTo(const Vec3d& where) const {
+        return {.transform = box.transform, .translation = where};
+    }
 };
 
 inline CollisionObject smoothObject(std::int64_t kind, double error = 0) {
@@ -54,9 +59,13 @@ inline CollisionObject smoothObject(std::int64_t kind, double error = 0) {
     return object;
 }
 
-inline NurbsSurfaceCore ballCore(double radius) { return coreOfSurface(sphereSurface(radius).value()); }
+inline NurbsSurfaceCore ballCore(double radius) {
+    return coreOfSurface(sphereSurface(radius).value());
+}
 
 /// How far a box of size 1 that stands along the axes is from a ball around the origin.
-inline double boxFromBall(const Vec3d& at, double radius) { return (at.cwiseAbs().array() - 0.5).max(0.0).matrix().norm() - radius; }
+inline double boxFromBall(const Vec3d& at, double radius) {
+    return (at.cwiseAbs().array() - 0.5).max(0.0).matrix().norm() - radius;
+}
 
 }  // namespace tessera

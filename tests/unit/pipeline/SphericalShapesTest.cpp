@@ -1,5 +1,5 @@
-// Spherical and distance fields in a scene: what is exact stays so, what is approximate says by how much; and surfaces that
-// deform from frame to frame, beside pipelines that see each frame for the first time.
+// Spherical and distance fields in a scene: what is exact stays so, what is approximate says by how much; and surfaces
+// that deform from frame to frame, beside pipelines that see each frame for the first time.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,8 +45,9 @@ struct FieldScene : SceneMaker {
 };
 
 TEST(SphericalShapes, MotionsStopAndTouchAsOfTriangles) {
-    for (const auto& [shape, error] : {std::pair(CollisionObject::kSpherical, 0.0), std::pair(CollisionObject::kDistanceField, 5.0),
-                                       std::pair(CollisionObject::kAutoShape, 2.0)}) {
+    for (const auto& [shape, error] :
+         {std::pair(CollisionObject::kSpherical, 0.0), std::pair(CollisionObject::kDistanceField, 5.0),
+          std::pair(CollisionObject::kAutoShape, 2.0)}) {
         FieldScene exact(CollisionObject::kTriangles), scene(shape, error);
         for (const Vec3d& where : {Vec3d(2.5, 0.2, 0), Vec3d(-3, 0.1, 0), Vec3d(0.3, 4, 0.1), Vec3d(0.2, -4, 0)}) {
             const StepResult truth = exact.frame({exact.boxTo(where)}), found = scene.frame({scene.boxTo(where)});
@@ -104,7 +105,8 @@ TEST(SphericalShapes, WhatCannotBeHadIsNamed) {
         if (*asked != 0) expected[body.shape] = {asked, "triangles"};
         return body;
     };
-    const auto first = place(CollisionObject::kDistanceField, 0.1, CollisionObject::kRigid, 0, "distance-field");  // too many places
+    const auto first =
+        place(CollisionObject::kDistanceField, 0.1, CollisionObject::kRigid, 0, "distance-field");  // too many places
     place(CollisionObject::kDistanceField, 0.01, CollisionObject::kRigid, 0, "distance-field");
     place(CollisionObject::kDistanceField, 0, CollisionObject::kDeforming, 0, "distance-field");
     place(CollisionObject::kSpherical, 0, CollisionObject::kDeforming, 0, "spherical");
@@ -145,7 +147,8 @@ struct Waving : SceneMaker {
                 soup.positions[k] += static_cast<float>(0.25 * std::sin(4 * soup.positions[k + 1] + phase));
             const ObjectId geometry = aspect.get<Node>(bodies[i].shape)->core;
             if (number(0, 1) < 0.7) {
-                set<Geometry>(geometry, fieldId<&Geometry::positions>, Blob::of(std::span<const float>(soup.positions)));
+                set<Geometry>(geometry, fieldId<&Geometry::positions>,
+                              Blob::of(std::span<const float>(soup.positions)));
                 continue;
             }
             // A range of it.
@@ -156,7 +159,8 @@ struct Waving : SceneMaker {
             apply(b);
         }
         const Transform now = at(bodies[4].transform);
-        TentativeTransform wish{.transform = bodies[4].transform, .translation = now.translation + Vec3d(number(-0.4, 0.3), 0, number(-0.1, 0.1))};
+        TentativeTransform wish{.transform = bodies[4].transform,
+                                .translation = now.translation + Vec3d(number(-0.4, 0.3), 0, number(-0.1, 0.1))};
         wish.rotation = now.rotation;
         wish.scale = now.scale;
         return frame({wish});
@@ -181,7 +185,9 @@ TEST(SphericalShapes, WhatDeformsAgainAndAgainIsAsAtFirstSight) {
             ASSERT_EQ(resting.contacts.size(), expected.contacts.size()) << step;
             for (std::size_t i = 0; i < expected.contacts.size(); ++i) {
                 const Contact &x = resting.contacts[i], &y = expected.contacts[i];
-                ASSERT_TRUE(x.objectA == y.objectA && x.objectB == y.objectB && x.faceA == y.faceA && x.faceB == y.faceB) << step;
+                ASSERT_TRUE(x.objectA == y.objectA && x.objectB == y.objectB && x.faceA == y.faceA &&
+                            x.faceB == y.faceB)
+                    << step;
                 ASSERT_EQ(x.point, y.point) << step;
                 ASSERT_EQ(x.normal, y.normal) << step;
             }

@@ -19,7 +19,8 @@ struct SurfaceAndBox : SceneMaker {
     SurfaceAndBox(const SubdivisionSurface& fields, std::int64_t kind, std::int64_t response) {
         ChangeListBuilder b;
         b.create(surface, typeOf<SubdivisionSurface>());
-        for (const FieldEntry& field : findType(SubdivisionSurface::kType)->fields) b.set(surface, typeOf<SubdivisionSurface>(), field.id, field.read(&fields));
+        for (const FieldEntry& field : findType(SubdivisionSurface::kType)->fields)
+            b.set(surface, typeOf<SubdivisionSurface>(), field.id, field.read(&fields));
         apply(b);
         node_ = node(kRootNode, surface);
         CollisionObject object;
@@ -37,7 +38,8 @@ struct SurfaceAndBox : SceneMaker {
     }
     void move(std::uint64_t first, std::span<const float> floats) {
         ChangeListBuilder b;
-        b.setRange(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, first * sizeof(float), Blob::of(floats));
+        b.setRange(surface, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, first * sizeof(float),
+                   Blob::of(floats));
         ChangeList list = b.take();
         ASSERT_TRUE(resolveRanges(aspect, list));
         ASSERT_TRUE(aspect.apply(list));
@@ -50,13 +52,16 @@ TEST(Surfaces, ThatDeformAreMetAsByAPipelineThatSeesThemForTheFirstTime) {
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? first : 12;
     std::size_t touching = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=Surfaces.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_pipeline --gtest_filter=Surfaces.*");
         std::mt19937_64 random(seed);
         SubdivisionSurface fields = test::controlGrid(2 + static_cast<std::uint32_t>(random() % 3));
         fields.level = 1 + static_cast<std::int64_t>(random() % 2);
-        SurfaceAndBox scene(fields, seed % 2 ? CollisionObject::kDeforming : CollisionObject::kRigid, Interest::kReport);
+        SurfaceAndBox scene(fields, seed % 2 ? CollisionObject::kDeforming : CollisionObject::kRigid,
+                            Interest::kReport);
         for (int step = 0; step < 10; ++step) {
-            const std::size_t floats = scene.aspect.get<SubdivisionSurface>(scene.surface)->points.sizeBytes() / 4, at = random() % floats;
+            const std::size_t floats = scene.aspect.get<SubdivisionSurface>(scene.surface)->points.sizeBytes() / 4,
+                              at = random() % floats;
             std::vector<float> moved(1 + random() % std::min<std::size_t>(6, floats - at));
             for (float& x : moved) x = static_cast<float>(static_cast<double>(random() % 3000) / 1000 - 1.5);
             scene.move(at, moved);
@@ -72,8 +77,10 @@ TEST(Surfaces, ThatDeformAreMetAsByAPipelineThatSeesThemForTheFirstTime) {
                 ASSERT_EQ(result.contacts[i].point, expected.contacts[i].point);
             }
             for (int ray = 0; ray < 20; ++ray) {
-                const Ray along{Vec3d(double(random() % 200) / 100 - 1, 5, double(random() % 200) / 100 - 1), -Vec3d::UnitY()};
-                const auto hit = scene.pipeline.pickNode(scene.aspect, along), known = fresh.pickNode(scene.aspect, along);
+                const Ray along{Vec3d(double(random() % 200) / 100 - 1, 5, double(random() % 200) / 100 - 1),
+                                -Vec3d::UnitY()};
+                const auto hit = scene.pipeline.pickNode(scene.aspect, along),
+                           known = fresh.pickNode(scene.aspect, along);
                 ASSERT_EQ(hit.has_value(), known.has_value());
                 if (hit) {
                     ASSERT_EQ(hit->t, known->t);

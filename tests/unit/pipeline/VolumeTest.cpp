@@ -19,7 +19,9 @@ Volume ballField() {
     std::vector<float> values;
     for (std::int64_t z = 0; z < kSide; ++z)
         for (std::int64_t y = 0; y < kSide; ++y)
-            for (std::int64_t x = 0; x < kSide; ++x) values.push_back(static_cast<float>(2 - 0.2 * Vec3d(double(x - 8), double(y - 8), double(z - 8)).norm()));
+            for (std::int64_t x = 0; x < kSide; ++x)
+                values.push_back(
+                    static_cast<float>(2 - 0.2 * Vec3d(double(x - 8), double(y - 8), double(z - 8)).norm()));
     Volume v;
     v.format = Volume::kFloat;
     v.sizeX = v.sizeY = v.sizeZ = kSide;
@@ -29,7 +31,9 @@ Volume ballField() {
     v.surfaceValue = 1;
     return v;
 }
-Blob planesOf(const std::vector<double>& numbers) { return numbers.empty() ? Blob() : Blob::of(std::span<const double>(numbers)); }
+Blob planesOf(const std::vector<double>& numbers) {
+    return numbers.empty() ? Blob() : Blob::of(std::span<const double>(numbers));
+}
 
 struct BallOfVoxels : SceneMaker {
     ObjectId core = ObjectId(aspect.nextFreeId());
@@ -47,14 +51,17 @@ struct BallOfVoxels : SceneMaker {
     void clip(const std::vector<double>& planes) { set<Volume>(core, fieldId<&Volume::clipPlanes>, planesOf(planes)); }
 };
 
-// All that a ray meets of the whole surface and that lies within the planes, and nothing else, on scenes that were edited as on those seen anew.
+// All that a ray meets of the whole surface and that lies within the planes, and nothing else, on scenes that were
+// edited as on those seen anew.
 TEST(Volumes, ClipPlanesCutWhatRaysMeet) {
     const char* one = std::getenv("TESSERA_SEED");
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? first : 40;
     std::size_t met = 0, cutAway = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
         std::mt19937_64 random(seed);
-        const auto any = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto any = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         const BallOfVoxels whole(static_cast<std::int64_t>(seed % 4));
         BallOfVoxels cut(static_cast<std::int64_t>(seed % 4));
         IntersectAction wholeRays, cutRays;
@@ -69,7 +76,8 @@ TEST(Volumes, ClipPlanesCutWhatRaysMeet) {
             cutRays.lookAnew(cut.aspect);
             for (int i = 0; i < 60; ++i) {
                 const Ray ray{Vec3d(any(-1, 1), any(-1, 1), 0), Vec3d(any(-0.1, 0.1), any(-0.1, 0.1), -1)};
-                const std::string again = "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_pipeline --gtest_filter=Volumes.*";
+                const std::string again =
+                    "TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_pipeline --gtest_filter=Volumes.*";
                 std::vector<Intersection> wanted = wholeRays.all(whole.aspect, ray).value();
                 bool atRim = false;
                 std::erase_if(wanted, [&](const Intersection& hit) {
@@ -101,7 +109,8 @@ TEST(Volumes, ClipPlanesCutWhatRaysMeet) {
     }
 }
 
-// A plate that comes down onto the ball stops at its top; where a plane has cut the top away, at the rim; where nothing is left, nowhere.
+// A plate that comes down onto the ball stops at its top; where a plane has cut the top away, at the rim; where nothing
+// is left, nowhere.
 TEST(Volumes, AMotionStopsAtWhatClipPlanesLeave) {
     for (const std::int64_t mode : {Volume::kCloud, Volume::kMaximum, Volume::kSurface, Volume::kSlices}) {
         BallOfVoxels scene(mode);

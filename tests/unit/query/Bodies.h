@@ -15,7 +15,9 @@ namespace tessera::bodies {
 
 using Random = std::mt19937_64;
 
-inline double between(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline double between(Random& random, double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+}
 inline Vec3d inCube(Random& random, double half) {
     return {between(random, -half, half), between(random, -half, half), between(random, -half, half)};
 }
@@ -24,7 +26,9 @@ inline Quatd anyRotation(Random& random) {
     return Quatd(normal(random), normal(random), normal(random), normal(random)).normalized();
 }
 
-inline TriangleMesh meshOf(const shapes::Soup& soup) { return *TriangleMesh::make(std::span<const float>(soup.positions), soup.indices); }
+inline TriangleMesh meshOf(const shapes::Soup& soup) {
+    return *TriangleMesh::make(std::span<const float>(soup.positions), soup.indices);
+}
 
 /// A sphere with bumps, closed.
 inline TriangleMesh bumpy(Random& random, std::uint32_t rings, std::uint32_t segments) {
@@ -59,7 +63,9 @@ struct NamedMap {
 };
 /// One of every kind that a_T_b may be.
 inline std::vector<NamedMap> everyKindOfMap(Random& random) {
-    const auto posed = [&](const Vec3d& scale) { return composeTransform(inCube(random, 0.8), anyRotation(random), scale); };
+    const auto posed = [&](const Vec3d& scale) {
+        return composeTransform(inCube(random, 0.8), anyRotation(random), scale);
+    };
     std::vector<NamedMap> maps{{"identity", Affine3d::Identity()},
                                {"rigid", posed({1, 1, 1})},
                                {"far away", composeTransform(Vec3d(40, 3, -7), anyRotation(random), Vec3d::Ones())},
@@ -80,8 +86,8 @@ inline std::vector<NamedMap> everyKindOfMap(Random& random) {
 
 inline constexpr VolumeKind kVolumes[] = {VolumeKind::kSphere, VolumeKind::kAabb,  VolumeKind::kObb,  VolumeKind::kDop6,
                                           VolumeKind::kDop14,  VolumeKind::kDop18, VolumeKind::kDop26};
-inline constexpr SplitRule kSplits[] = {SplitRule::kSurfaceArea, SplitRule::kLongestSideMedian, SplitRule::kLongestSideMean,
-                                        SplitRule::kMinimumVolume};
+inline constexpr SplitRule kSplits[] = {SplitRule::kSurfaceArea, SplitRule::kLongestSideMedian,
+                                        SplitRule::kLongestSideMean, SplitRule::kMinimumVolume};
 inline const char* const kVolumeNames[] = {"sphere", "aabb", "obb", "6-dop", "14-dop", "18-dop", "26-dop"};
 
 inline std::vector<InstructionSet> instructionSets() {

@@ -1,5 +1,5 @@
-// A capsule on a straight way among triangles: beside exact predicates and distances in long double that nobody here has
-// worked out.
+// A capsule on a straight way among triangles: beside exact predicates and distances in long double that nobody here
+// has worked out.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -24,8 +24,7 @@ LongPoint nearestOnFace(const std::array<LongPoint, 3>& t, const LongPoint& p) {
     if (n.squaredNorm() > 0) {
         const LongPoint foot = p - n.dot(p - t[0]) / n.squaredNorm() * n;
         bool inside = true;
-        for (std::size_t i = 0; i < 3; ++i)
-            inside = inside && n.dot((t[(i + 1) % 3] - t[i]).cross(foot - t[i])) >= 0;
+        for (std::size_t i = 0; i < 3; ++i) inside = inside && n.dot((t[(i + 1) % 3] - t[i]).cross(foot - t[i])) >= 0;
         if (inside) return foot;
     }
     LongPoint best = nearestOnEdge(t[0], t[1], p);
@@ -34,10 +33,11 @@ LongPoint nearestOnFace(const std::array<LongPoint, 3>& t, const LongPoint& p) {
     return best;
 }
 
-/// How far a point of the segment is from a convex set is a convex function of where it is on the segment: golden sections
-/// close in on the least, as slowly for sets that nearly lie along each other as for others.
+/// How far a point of the segment is from a convex set is a convex function of where it is on the segment: golden
+/// sections close in on the least, as slowly for sets that nearly lie along each other as for others.
 LongReal distanceBetween(const Vec3d& a, const Vec3d& b, const Triangle& triangle) {
-    const std::array<LongPoint, 3> t = {triangle[0].cast<LongReal>(), triangle[1].cast<LongReal>(), triangle[2].cast<LongReal>()};
+    const std::array<LongPoint, 3> t = {triangle[0].cast<LongReal>(), triangle[1].cast<LongReal>(),
+                                        triangle[2].cast<LongReal>()};
     const LongPoint from = a.cast<LongReal>(), along = b.cast<LongReal>() - from;
     const auto distance = [&](LongReal s) {
         const LongPoint p = from + s * along;
@@ -90,7 +90,9 @@ bool axisMeets(const Capsule& body, const Vec3d& way, const Triangle& t) {
 TEST(CapsuleSweep, IsNeverLateAndStopsWhereItTouches) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
-    SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_query --gtest_filter=CapsuleSweep.IsNeverLateAndStopsWhereItTouches");
+    SCOPED_TRACE(
+        testing::Message() << "TESSERA_SEED=" << seed
+                           << " build/bin/unit_query --gtest_filter=CapsuleSweep.IsNeverLateAndStopsWhereItTouches");
     CapsuleHunt hunt(seed);
     int hits = 0, frees = 0;
     for (int round = 0; round < 2'000; ++round) {
@@ -100,7 +102,8 @@ TEST(CapsuleSweep, IsNeverLateAndStopsWhereItTouches) {
         body.b = hunt.chance(0.2) ? body.a : Vec3d(body.a + Vec3d(0, hunt.number(0, 2), 0));
         Vec3d way = std::pow(10.0, hunt.number(-2, 2)) * hunt.point(1);
         if (hunt.chance(0.2)) way = hunt.number(0.5, 2) * (obstacles.front()[0] - body.a);
-        std::erase_if(obstacles, [&](const Triangle& t) { return distanceBetween(body.a, body.b, t) < body.radius * (1 + 1e-5); });
+        std::erase_if(obstacles,
+                      [&](const Triangle& t) { return distanceBetween(body.a, body.b, t) < body.radius * (1 + 1e-5); });
         const std::optional<CapsuleHit> hit = sweepCapsule(body, way, obstacles);
         const Vec3d done = (hit ? hit->t : 1) * way;
         (hit ? hits : frees)++;
@@ -108,12 +111,14 @@ TEST(CapsuleSweep, IsNeverLateAndStopsWhereItTouches) {
             ASSERT_FALSE(axisMeets(body, done, t)) << "round " << round;
             for (int i = 1; i <= 16; ++i) {
                 const Vec3d at = i / 16.0 * done;
-                ASSERT_GE(distanceBetween(body.a + at, body.b + at, t), body.radius * (1 - 1e-9)) << "round " << round << ", at " << i;
+                ASSERT_GE(distanceBetween(body.a + at, body.b + at, t), body.radius * (1 - 1e-9))
+                    << "round " << round << ", at " << i;
             }
         }
         if (hit) {
             const Triangle& met = obstacles[hit->obstacle];
-            ASSERT_LE(distanceBetween(body.a + done, body.b + done, met), body.radius * (1 + 1e-4)) << "round " << round;
+            ASSERT_LE(distanceBetween(body.a + done, body.b + done, met), body.radius * (1 + 1e-4))
+                << "round " << round;
             ASSERT_LT(hit->normal.dot(way), 0) << "round " << round;
             ASSERT_NEAR(hit->normal.norm(), 1, 1e-12);
         }
@@ -158,7 +163,8 @@ TEST(CapsuleSweep, ABallMeetsAFaceWithoutAreaWhereverOnIt) {
 TEST(CapsuleSweep, TheFirstOfAll) {
     std::vector<Triangle> plates;
     for (const double z : {-5.0, -3.0, -4.0}) plates.push_back({Vec3d(-9, -9, z), Vec3d(9, -9, z), Vec3d(0, 9, z)});
-    const std::optional<CapsuleHit> hit = sweepCapsule({Vec3d::Zero(), Vec3d::UnitY(), 0.5}, Vec3d(0, 0, -1000), plates);
+    const std::optional<CapsuleHit> hit =
+        sweepCapsule({Vec3d::Zero(), Vec3d::UnitY(), 0.5}, Vec3d(0, 0, -1000), plates);
     ASSERT_TRUE(hit);
     EXPECT_EQ(hit->obstacle, 1u);
     EXPECT_NEAR(hit->t, 2.5 / 1000, 1e-8);

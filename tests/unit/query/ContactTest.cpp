@@ -33,7 +33,8 @@ TEST(Contacts, OnePerPairThatMeetsOnBothTriangles) {
                 ASSERT_EQ(c.faces, pairs.pairs[i]);
                 const Triangle ta = a.mesh().triangle(c.faces.a), tb = transformed(m.map, b.mesh().triangle(c.faces.b));
                 double size = 1e-3;
-                for (const Vec3d& p : {ta[0], ta[1], ta[2], tb[0], tb[1], tb[2]}) size = std::max(size, p.cwiseAbs().maxCoeff());
+                for (const Vec3d& p : {ta[0], ta[1], ta[2], tb[0], tb[1], tb[2]})
+                    size = std::max(size, p.cwiseAbs().maxCoeff());
                 for (const Vec3d& p : {c.contact.from, c.contact.to, c.contact.point}) {
                     ASSERT_LT(apart(ta, p), 1e-7 * size) << "seed " << seed << ", " << m.name << ", contact " << i;
                     ASSERT_LT(apart(tb, p), 1e-7 * size) << "seed " << seed << ", " << m.name << ", contact " << i;
@@ -51,7 +52,8 @@ TEST(Contacts, TheFirstFewAreTheFirstFew) {
     QueryWork work;
     const BodyContacts all = contactsBetween(a, b, pose, work);
     ASSERT_GT(all.contacts.size(), 20U);
-    for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{17}, all.contacts.size(), all.contacts.size() + 1}) {
+    for (const std::size_t most :
+         {std::size_t{0}, std::size_t{1}, std::size_t{17}, all.contacts.size(), all.contacts.size() + 1}) {
         const BodyContacts some = contactsBetween(a, b, pose, work, most);
         ASSERT_EQ(some.contacts.size(), std::min(most, all.contacts.size()));
         EXPECT_EQ(some.complete, most >= all.contacts.size());

@@ -22,9 +22,9 @@ TriangleMesh strewnThin(Random& random, int faces, double size) {
     for (int i = 0; i < faces; ++i) {
         const Vec3d at = inCube(random, 1).normalized();
         const double kind = between(random, 0, 1);
-        const Vec3d u = inCube(random, size), v = kind < 0.1 ? Vec3d(u * 0.5 + inCube(random, size * 1e-4))
-                                              : kind < 0.15  ? Vec3d(Vec3d::Zero())
-                                                             : inCube(random, size);
+        const Vec3d u = inCube(random, size), v = kind < 0.1    ? Vec3d(u * 0.5 + inCube(random, size * 1e-4))
+                                                  : kind < 0.15 ? Vec3d(Vec3d::Zero())
+                                                                : inCube(random, size);
         for (const Vec3d& p : {at, Vec3d(at + u), Vec3d(at + v)}) soup.vertex(p);
         for (std::uint32_t k = 0; k < 3; ++k) soup.indices.push_back(static_cast<std::uint32_t>(3 * i) + k);
     }
@@ -51,7 +51,8 @@ TEST_P(DistanceOfKind, IsThatOfAllPairs) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const double size = seed % 3 == 0 ? 0.9 : seed % 3 == 1 ? 0.2 : 0.02;
-        const TriangleTree a(strewnThin(random, 150, size), {GetParam()}), b(strewnThin(random, 90, size), {GetParam()});
+        const TriangleTree a(strewnThin(random, 150, size), {GetParam()}),
+            b(strewnThin(random, 90, size), {GetParam()});
         const double scale = seed % 5 == 4 ? 1e-3 : 1;
         Vec3d stretch = Vec3d::Constant(scale);
         if (seed % 4 == 1) stretch = scale * Vec3d(1, 0.3, 2);
@@ -106,7 +107,8 @@ TEST(Distance, OfTreesOfDifferentVolumesIsThatOfAllPairs) {
             const Affine3d a_T_b = composeTransform(inCube(random, 3), anyRotation(random), Vec3d::Ones());
             QueryWork work;
             const Distance found = distanceBetween(a, b, a_T_b, work);
-            const Distance again = distanceBetween(b, a, a_T_b.inverse(), work, {.start = FacePair{found.faces.b, found.faces.a}});
+            const Distance again =
+                distanceBetween(b, a, a_T_b.inverse(), work, {.start = FacePair{found.faces.b, found.faces.a}});
             EXPECT_EQ(found.distance, measured(a.mesh(), b.mesh(), a_T_b));
             EXPECT_NEAR(again.distance, found.distance, 1e-13);
         }
@@ -115,7 +117,8 @@ TEST(Distance, OfTreesOfDifferentVolumesIsThatOfAllPairs) {
 TEST(Distance, OfBoxesIsTheGapBetweenTheirFaces) {
     const TriangleTree a(meshOf(shapes::box({2, 2, 2}))), b(meshOf(shapes::box({1, 1, 1})));
     QueryWork work;
-    const Distance found = distanceBetween(a, b, composeTransform({2.25, 0, 0}, Quatd::Identity(), Vec3d::Ones()), work);
+    const Distance found =
+        distanceBetween(a, b, composeTransform({2.25, 0, 0}, Quatd::Identity(), Vec3d::Ones()), work);
     EXPECT_EQ(found.distance, 0.75);
     EXPECT_EQ(found.onA.x(), 1);
     EXPECT_EQ(found.onB.x(), 1.75);
@@ -130,7 +133,8 @@ TEST(Distance, OfASmallBoxInsideABigOneIsThatOfTheirSurfaces) {
 TEST(Distance, IsNothingWhereAPointPiercesTheMiddleOfAFace) {
     const TriangleTree sheet(meshOf(shapes::sheet(10, 10))), needle(meshOf(shapes::box({1e-3, 1e-3, 1})));
     QueryWork work;
-    const Distance found = distanceBetween(sheet, needle, composeTransform({2, 1, 0.2}, Quatd::Identity(), Vec3d::Ones()), work);
+    const Distance found =
+        distanceBetween(sheet, needle, composeTransform({2, 1, 0.2}, Quatd::Identity(), Vec3d::Ones()), work);
     EXPECT_EQ(found.distance, 0);
     EXPECT_NEAR((found.onA - Vec3d(2, 1, 0)).norm(), 0, 2e-3);
 }
@@ -234,7 +238,8 @@ TEST(Distance, IsSymmetric) {
     for (int pose = 0; pose < 30; ++pose) {
         const Affine3d a_T_b = composeTransform(Vec3d(2.5, 0, 0), anyRotation(random), Vec3d::Ones());
         QueryWork work;
-        EXPECT_NEAR(distanceBetween(a, b, a_T_b, work).distance, distanceBetween(b, a, a_T_b.inverse(), work).distance, 1e-13);
+        EXPECT_NEAR(distanceBetween(a, b, a_T_b, work).distance, distanceBetween(b, a, a_T_b.inverse(), work).distance,
+                    1e-13);
     }
 }
 

@@ -14,7 +14,6 @@ namespace {
 
 using bodies::anyRotation, bodies::between, bodies::inCube, bodies::instructionSets, bodies::Random;
 
-
 /// Meshes of loose triangles; face i of one is compared with face i of the other.
 struct Batch {
     std::vector<double> a, b;
@@ -47,13 +46,14 @@ Tally compare(const Batch& batch, const std::string& story) {
     const TriangleTree ta(ma), tb(mb);
     for (const InstructionSet set : instructionSets()) {
         std::vector<std::uint8_t> meeting(count / 8 + 1), open(count / 8 + 1);
-        kernel::treeKernels(set).decide(meshView(ma), meshView(mb), pairMap(ta, tb, batch.a_T_b), faces.data(), faces.data(), count,
-                                        meeting.data(), open.data());
+        kernel::treeKernels(set).decide(meshView(ma), meshView(mb), pairMap(ta, tb, batch.a_T_b), faces.data(),
+                                        faces.data(), count, meeting.data(), open.data());
         for (std::uint32_t i = 0; i < count; ++i) {
             const bool meets = (meeting[i / 8] >> i % 8 & 1) != 0, unsure = (open[i / 8] >> i % 8 & 1) != 0;
             const bool exact = trianglesIntersect(ma.triangle(i), transformed(batch.a_T_b, mb.triangle(i)));
             if (unsure ? meets : meets != exact) {
-                ADD_FAILURE() << story << ", " << name(set) << ", pair " << i << " of " << count << ": " << meets << " for " << exact;
+                ADD_FAILURE() << story << ", " << name(set) << ", pair " << i << " of " << count << ": " << meets
+                              << " for " << exact;
                 return tally;
             }
             ++tally.pairs;
@@ -66,11 +66,16 @@ Tally compare(const Batch& batch, const std::string& story) {
 
 Affine3d anyMap(Random& random, int kind) {
     switch (kind) {
-        case 0: return Affine3d::Identity();
-        case 1: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones());
-        case 2: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(-1.2, 0.7, 1.1));
-        case 3: return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(1, 1, 0));
-        case 4: return composeTransform(1e6 * Vec3d(1, -2, 3), anyRotation(random), Vec3d::Ones());
+        case 0:
+            return Affine3d::Identity();
+        case 1:
+            return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones());
+        case 2:
+            return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(-1.2, 0.7, 1.1));
+        case 3:
+            return composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d(1, 1, 0));
+        case 4:
+            return composeTransform(1e6 * Vec3d(1, -2, 3), anyRotation(random), Vec3d::Ones());
         default: {
             Affine3d m = Affine3d::Identity();
             for (int i = 0; i < 3; ++i) m.linear().col(i) = inCube(random, 1.5);
@@ -89,7 +94,8 @@ TEST(PairsOfTriangles, RandomOnesAreNearlyAlwaysDecided) {
         Batch batch;
         batch.a_T_b = anyMap(random, static_cast<int>(seed % 3));
         for (int i = 0; i < 10'000; ++i)
-            batch.add({inCube(random, 1), inCube(random, 1), inCube(random, 1)}, {inCube(random, 1), inCube(random, 1), inCube(random, 1)});
+            batch.add({inCube(random, 1), inCube(random, 1), inCube(random, 1)},
+                      {inCube(random, 1), inCube(random, 1), inCube(random, 1)});
         const Tally tally = compare(batch, "seed " + std::to_string(seed));
         all.pairs += tally.pairs;
         all.meeting += tally.meeting;
@@ -130,7 +136,8 @@ TEST(PairsOfTriangles, NearlyTouchingOnesAreNeverDecidedWrongly) {
             const Vec3d onA = a[0] + u * (a[1] - a[0]) + v * (a[2] - a[0]), onEdge = a[0] + u * (a[1] - a[0]);
             const double off = std::pow(10.0, between(random, -18, -10));
             const auto nearby = [&](const Vec3d& p) { return Vec3d(b_T_a * (p + inCube(random, off))); };
-            Triangle b{nearby(i % 3 == 0 ? onA : onEdge), b_T_a * (about + inCube(random, 1)), b_T_a * (about + inCube(random, 1))};
+            Triangle b{nearby(i % 3 == 0 ? onA : onEdge), b_T_a * (about + inCube(random, 1)),
+                       b_T_a * (about + inCube(random, 1))};
             if (i % 5 == 0) b[1] = nearby(a[1]);
             if (i % 7 == 0) b[2] = nearby(a[2]);
             batch.add(a, b);
@@ -156,7 +163,9 @@ TEST(PairsOfTriangles, AMapTooLargeForDoubleLeavesAllOpen) {
     Batch batch;
     Random random(1);
     batch.a_T_b.linear() *= 1e300;
-    for (int i = 0; i < 100; ++i) batch.add({inCube(random, 1), inCube(random, 1), inCube(random, 1)}, {inCube(random, 1e20), inCube(random, 1e20), inCube(random, 1e20)});
+    for (int i = 0; i < 100; ++i)
+        batch.add({inCube(random, 1), inCube(random, 1), inCube(random, 1)},
+                  {inCube(random, 1e20), inCube(random, 1e20), inCube(random, 1e20)});
     const Tally tally = compare(batch, "1e300");
     EXPECT_EQ(tally.meeting, 0U);
 }

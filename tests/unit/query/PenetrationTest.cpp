@@ -13,7 +13,8 @@ using namespace bodies;
 std::vector<Penetration> between(const TriangleMesh& a, const TriangleMesh& b, const Affine3d& a_T_b) {
     const TriangleTree ta(a), tb(b);
     QueryWork work;
-    return penetrations(a, SurfaceTopology(a), b, SurfaceTopology(b), a_T_b, contactsBetween(ta, tb, a_T_b, work).contacts);
+    return penetrations(a, SurfaceTopology(a), b, SurfaceTopology(b), a_T_b,
+                        contactsBetween(ta, tb, a_T_b, work).contacts);
 }
 
 /// Every face has three vertices of its own.
@@ -88,9 +89,11 @@ TEST(SurfaceTopology, KnowsWhatIsClosed) {
 TEST(Penetration, ABoxInTheFaceOfABoxIsAsDeepAsItSank) {
     const TriangleMesh table = meshOf(shapes::box(Vec3d(4, 4, 1))), box = meshOf(shapes::box(Vec3d::Ones()));
     for (const double depth : {0.3, 0.01, 1e-5}) {
-        Affine3d pose = composeTransform(Vec3d(0.13, -0.21, 1 - depth), Quatd(Eigen::AngleAxisd(0.3, Vec3d::UnitZ())), Vec3d::Ones());
+        Affine3d pose = composeTransform(Vec3d(0.13, -0.21, 1 - depth), Quatd(Eigen::AngleAxisd(0.3, Vec3d::UnitZ())),
+                                         Vec3d::Ones());
         for (const bool swapped : {false, true}) {
-            const std::vector<Penetration> found = swapped ? between(box, table, pose.inverse(Eigen::Affine)) : between(table, box, pose);
+            const std::vector<Penetration> found =
+                swapped ? between(box, table, pose.inverse(Eigen::Affine)) : between(table, box, pose);
             ASSERT_EQ(found.size(), 1U) << depth;
             ASSERT_TRUE(found[0].depth);
             EXPECT_NEAR(*found[0].depth, depth, 1e-9);
@@ -139,7 +142,8 @@ TEST(Penetration, EachPlaceHasItsOwn) {
         const shapes::Soup foot = shapes::box(Vec3d(0.2, 0.2, 1));
         const auto offset = static_cast<std::uint32_t>(feet.positions.size() / 3);
         for (std::size_t k = 0; k < foot.positions.size(); k += 3)
-            feet.vertex(Vec3d(foot.positions[k] + (i & 1), foot.positions[k + 1] + (i & 2), foot.positions[k + 2] - depths[i]));
+            feet.vertex(
+                Vec3d(foot.positions[k] + (i & 1), foot.positions[k + 1] + (i & 2), foot.positions[k + 2] - depths[i]));
         for (const std::uint32_t index : foot.indices) feet.indices.push_back(offset + index);
     }
     const TriangleMesh ground = meshOf(shapes::box(Vec3d(9, 9, 2)));
@@ -155,7 +159,8 @@ TEST(Penetration, EachPlaceHasItsOwn) {
 TEST(Penetration, ARodThroughAPlateHasNone) {
     const TriangleMesh plate = meshOf(shapes::box(Vec3d(4, 4, 0.2))), rod = meshOf(shapes::box(Vec3d(0.3, 0.3, 5)));
     const std::vector<Penetration> found =
-        between(plate, rod, composeTransform(Vec3d(0.1, 0.23, 0), Quatd(Eigen::AngleAxisd(0.2, Vec3d::UnitZ())), Vec3d::Ones()));
+        between(plate, rod,
+                composeTransform(Vec3d(0.1, 0.23, 0), Quatd(Eigen::AngleAxisd(0.2, Vec3d::UnitZ())), Vec3d::Ones()));
     for (const Penetration& p : found) {
         // Its corners are all outside: each curve stands for itself, and there is nothing between.
         EXPECT_TRUE(!p.depth || *p.depth < 1e-9);
@@ -180,8 +185,10 @@ TEST(Penetration, NeverReachesFurtherThanTheBodies) {
             if (!p.depth) continue;
             double high = -1e9, low = 1e9;
             for (std::size_t i = 0; i < a.vertexCount(); ++i) high = std::max(high, p.normal.dot(a.positions()[i]));
-            for (std::size_t i = 0; i < b.vertexCount(); ++i) low = std::min(low, p.normal.dot(pose * b.positions()[i]));
-            EXPECT_LE(*p.depth, high - low + 1e-9) << "seed " << seed << ": more than a translation along it that surely parts them";
+            for (std::size_t i = 0; i < b.vertexCount(); ++i)
+                low = std::min(low, p.normal.dot(pose * b.positions()[i]));
+            EXPECT_LE(*p.depth, high - low + 1e-9)
+                << "seed " << seed << ": more than a translation along it that surely parts them";
             EXPECT_GT(*p.depth, 0);
         }
     }

@@ -20,7 +20,8 @@ TEST(RealignedPlanes, HoldEveryPointAndLittleMore) {
     for (std::uint64_t seed = 1; seed <= 400; ++seed) {
         Random random(seed);
         std::vector<Vec3d> points;
-        const Vec3d shape(between(random, 0, 1), between(random, 0, 1), between(random, 0, 1)), centre = inCube(random, 0.5);
+        const Vec3d shape(between(random, 0, 1), between(random, 0, 1), between(random, 0, 1)),
+            centre = inCube(random, 0.5);
         double radius = 0;
         for (int i = 0; i < 20; ++i) {
             points.push_back(centre + 0.4 * inCube(random, 1).cwiseProduct(shape));
@@ -41,11 +42,13 @@ TEST(RealignedPlanes, HoldEveryPointAndLittleMore) {
                         float bound = realigned.offset[i];
                         for (std::size_t j = 0; j < 3; ++j) {
                             ASSERT_GE(realigned.weight[i][j], 0);
-                            bound += realigned.weight[i][j] * roundedUp(own.halfPlane(realigned.row[i][j] / kernel::kWidth));
+                            bound +=
+                                realigned.weight[i][j] * roundedUp(own.halfPlane(realigned.row[i][j] / kernel::kWidth));
                         }
                         const Vec3d d = i < n ? directions(set)[i] : Vec3d(-directions(set)[i - n]);
                         for (const Vec3d& p : points)
-                            ASSERT_GE(static_cast<double>(bound), (m.map * p).dot(d)) << "seed " << seed << ", " << m.name << ", plane " << i;
+                            ASSERT_GE(static_cast<double>(bound), (m.map * p).dot(d))
+                                << "seed " << seed << ", " << m.name << ", plane " << i;
                         ASSERT_LE(static_cast<double>(bound), inDouble.halfPlane(i) + 1e-5 * size + 1e-30)
                             << "seed " << seed << ", " << m.name << ", plane " << i;
                     }

@@ -26,12 +26,13 @@ private:
     Vec3d at_;
 };
 
-void expectEqual(TouchFront& front, const TriangleTree& a, const TriangleTree& b, const Affine3d& pose, const std::string& story) {
+void expectEqual(TouchFront& front, const TriangleTree& a, const TriangleTree& b, const Affine3d& pose,
+                 const std::string& story) {
     QueryWork work, plain;
     const TouchedPair found = front.firstTouching(a, b, pose, work);
     ASSERT_EQ(found.touch, firstTouching(a, b, pose, plain).touch) << story;
-    ASSERT_TRUE(found.touch == Touch::kNo ||
-                trianglesIntersect(a.mesh().triangle(found.faces.a), transformed(pose, b.mesh().triangle(found.faces.b))))
+    ASSERT_TRUE(found.touch == Touch::kNo || trianglesIntersect(a.mesh().triangle(found.faces.a),
+                                                                transformed(pose, b.mesh().triangle(found.faces.b))))
         << story;
 }
 
@@ -43,7 +44,8 @@ TEST(TouchFronts, AnswerAsFreshQueriesDoAllAlongAWalk) {
             Walk walk(random);
             TouchFront front;
             for (int frame = 0; frame < 300; ++frame)
-                expectEqual(front, a, b, walk.step(), "seed " + std::to_string(seed) + ", frame " + std::to_string(frame));
+                expectEqual(front, a, b, walk.step(),
+                            "seed " + std::to_string(seed) + ", frame " + std::to_string(frame));
         }
     }
 }
@@ -59,7 +61,8 @@ TEST(TouchFronts, SurviveRefitRebuildAndOtherTrees) {
             const std::string story = "seed " + std::to_string(seed) + ", frame " + std::to_string(frame);
             expectEqual(front, a, b, walk.step(), story);
             std::vector<Vec3d> positions;
-            for (std::size_t i = 0; i < a.mesh().vertexCount(); ++i) positions.push_back(a.mesh().positions()[i] + inCube(random, 0.003));
+            for (std::size_t i = 0; i < a.mesh().vertexCount(); ++i)
+                positions.push_back(a.mesh().positions()[i] + inCube(random, 0.003));
             const bool moved = frame % 3 != 0 || a.refit(positions);
             ASSERT_TRUE(moved);
             if (frame % 7 == 0) a.rebuild();

@@ -13,11 +13,14 @@ namespace {
 
 using namespace bodies;
 
-std::string seedOf(std::uint64_t seed) { return "seed " + std::to_string(seed); }
+std::string seedOf(std::uint64_t seed) {
+    return "seed " + std::to_string(seed);
+}
 
 /// Both queries, both ways round, on every instruction set.
-void expectTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b, const std::vector<FacePair>& truth,
-                    const std::string& story, Realignment realignment = Realignment::kThreePlanes) {
+void expectTouching(const TriangleTree& a, const TriangleTree& b, const Affine3d& a_T_b,
+                    const std::vector<FacePair>& truth, const std::string& story,
+                    Realignment realignment = Realignment::kThreePlanes) {
     for (const InstructionSet set : instructionSets()) {
         TouchOptions options;
         options.realignment = realignment;
@@ -42,8 +45,10 @@ TEST(Touching, EveryVolumeAndSplitFindsWhatBruteForceFindsUnderEveryMap) {
             for (const VolumeKind volume : kVolumes) {
                 const SplitRule split = kSplits[(seed + static_cast<std::uint64_t>(volume)) % 4];
                 const TriangleTree ta(ma, {volume, split}), tb(mb, {volume, split});
-                expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volume)] + ", " + m.name);
-                expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", box enclosure, " + m.name, Realignment::kBoxEnclosure);
+                expectTouching(ta, tb, m.map, truth,
+                               seedOf(seed) + ", " + kVolumeNames[static_cast<int>(volume)] + ", " + m.name);
+                expectTouching(ta, tb, m.map, truth, seedOf(seed) + ", box enclosure, " + m.name,
+                               Realignment::kBoxEnclosure);
             }
         }
     }
@@ -58,7 +63,8 @@ TriangleMesh moved(const TriangleMesh& mesh, const Affine3d& map) {
     return *TriangleMesh::make(std::span<const double>(positions), mesh.indices());
 }
 
-/// Sheets that lie on each other, nearly or quite: of their leaves, which are flat, none is taken for apart that is not.
+/// Sheets that lie on each other, nearly or quite: of their leaves, which are flat, none is taken for apart that is
+/// not.
 TEST(Touching, FlatLeavesThatLieOnEachOtherAreToldApartRightly) {
     std::size_t touching = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -68,7 +74,8 @@ TEST(Touching, FlatLeavesThatLieOnEachOtherAreToldApartRightly) {
         const Affine3d turn = composeTransform(inCube(random, 2), anyRotation(random), Vec3d::Ones());
         for (const double lift : {0.0, 1e-7, 1e-5, 1e-3})
             for (const double tilt : {0.0, 1e-6}) {
-                const Affine3d above = composeTransform({0.05, lift, -0.1}, Quatd(Eigen::AngleAxisd(tilt, Vec3d::UnitX())), Vec3d::Ones());
+                const Affine3d above =
+                    composeTransform({0.05, lift, -0.1}, Quatd(Eigen::AngleAxisd(tilt, Vec3d::UnitX())), Vec3d::Ones());
                 // Flat against the axes, and not.
                 for (const bool turned : {false, true}) {
                     const TriangleMesh inA = turned ? moved(ma, turn) : ma, inB = turned ? moved(mb, turn) : mb;
@@ -76,8 +83,9 @@ TEST(Touching, FlatLeavesThatLieOnEachOtherAreToldApartRightly) {
                     const std::vector<FacePair> truth = bruteForce(inA, inB, map);
                     touching += truth.size();
                     for (const VolumeKind volume : {VolumeKind::kObb, VolumeKind::kDop18})
-                        expectTouching(TriangleTree(inA, {volume}), TriangleTree(inB, {volume}), map, truth,
-                                       seedOf(seed) + ", lift " + std::to_string(lift) + ", tilt " + std::to_string(tilt));
+                        expectTouching(
+                            TriangleTree(inA, {volume}), TriangleTree(inB, {volume}), map, truth,
+                            seedOf(seed) + ", lift " + std::to_string(lift) + ", tilt " + std::to_string(tilt));
                 }
             }
     }
@@ -117,12 +125,14 @@ TEST(Touching, SupportProfilesFindTheSameUnderEveryMap) {
         for (const VolumeKind volume : {VolumeKind::kDop14, VolumeKind::kDop18, VolumeKind::kDop26}) {
             TriangleTree ta(ma, {.volume = volume, .profiles = true}), tb(mb, {.volume = volume, .profiles = true});
             for (const NamedMap& m : everyKindOfMap(random))
-                expectTouching(ta, tb, m.map, bruteForce(ma, mb, m.map), seedOf(seed) + ", " + m.name, Realignment::kTable);
+                expectTouching(ta, tb, m.map, bruteForce(ma, mb, m.map), seedOf(seed) + ", " + m.name,
+                               Realignment::kTable);
             std::vector<Vec3d> positions;
             for (const Vec3d& p : mb.positions()) positions.push_back(Vec3d(1.3 * p.x(), 0.6 * p.y(), p.z()));
             ASSERT_TRUE(tb.refit(positions));
             for (const NamedMap& m : everyKindOfMap(random))
-                expectTouching(ta, tb, m.map, bruteForce(ma, tb.mesh(), m.map), seedOf(seed) + ", refitted, " + m.name, Realignment::kTable);
+                expectTouching(ta, tb, m.map, bruteForce(ma, tb.mesh(), m.map), seedOf(seed) + ", refitted, " + m.name,
+                               Realignment::kTable);
         }
     }
 }
@@ -132,7 +142,8 @@ TEST(Touching, LargerBodiesAgreeWithBruteForceInTheirThousandsOfPairs) {
         Random random(seed);
         const TriangleMesh ma = bumpy(random, 40, 60), mb = bumpy(random, 40, 60);
         for (const double apart : {0.1, 1.4, 1.9, 2.6}) {
-            const Affine3d pose = composeTransform(apart * inCube(random, 1).normalized(), anyRotation(random), Vec3d::Ones());
+            const Affine3d pose =
+                composeTransform(apart * inCube(random, 1).normalized(), anyRotation(random), Vec3d::Ones());
             const std::vector<FacePair> truth = bruteForce(ma, mb, pose);
             for (const VolumeKind volume : kVolumes) {
                 const TriangleTree ta(ma, {volume}), tb(mb, {volume});
@@ -165,8 +176,10 @@ TEST(Touching, SmallAndDegenerateMeshesHaveDefinedAnswers) {
     const TriangleMesh empty;
     const std::vector<double> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const TriangleMesh one = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 1, 2});
-    const TriangleMesh point = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 0, 0});
-    const TriangleMesh line = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 1, 1});
+    const TriangleMesh point =
+        *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 0, 0});
+    const TriangleMesh line =
+        *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>{0, 1, 1});
     const TriangleMesh heap = *TriangleMesh::make(std::span<const double>(corners), std::vector<std::uint32_t>(300, 0));
     std::vector<std::uint32_t> twins;
     for (int i = 0; i < 100; ++i) twins.insert(twins.end(), {0, 1, 2});
@@ -176,7 +189,8 @@ TEST(Touching, SmallAndDegenerateMeshesHaveDefinedAnswers) {
         for (const TriangleMesh* ma : all)
             for (const TriangleMesh* mb : all) {
                 const TriangleTree ta(*ma, {volume}), tb(*mb, {volume});
-                for (const Affine3d& pose : {Affine3d(Affine3d::Identity()), composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones())})
+                for (const Affine3d& pose : {Affine3d(Affine3d::Identity()),
+                                             composeTransform(inCube(random, 0.3), anyRotation(random), Vec3d::Ones())})
                     expectTouching(ta, tb, pose, bruteForce(*ma, *mb, pose), kVolumeNames[static_cast<int>(volume)]);
             }
 }
@@ -192,7 +206,8 @@ TEST(Touching, SwappingTheBodiesSwapsThePairs) {
         const TriangleTree ta(ma), tb(mb);
         QueryWork work;
         std::vector<FacePair> swapped;
-        for (const FacePair& p : allTouching(tb, ta, pose.inverse(Eigen::Affine), work).pairs) swapped.push_back({p.b, p.a});
+        for (const FacePair& p : allTouching(tb, ta, pose.inverse(Eigen::Affine), work).pairs)
+            swapped.push_back({p.b, p.a});
         std::sort(swapped.begin(), swapped.end());
         // Adding whole numbers to coordinates of floats is exact in double: no rounding on either side.
         EXPECT_EQ(allTouching(ta, tb, pose, work).pairs, swapped) << seedOf(seed);
@@ -232,13 +247,14 @@ TEST(Touching, ThreadsChangeNothing) {
         const TriangleMesh ma = bumpy(random, 90, 120), mb = bumpy(random, 90, 120);
         for (const VolumeKind volume : {VolumeKind::kObb, VolumeKind::kDop18}) {
             const TriangleTree a(ma, {volume}), b(mb, {volume});
-            const Affine3d pose = composeTransform(Vec3d(0.3 * static_cast<double>(seed), 0.1, 0), anyRotation(random), Vec3d::Ones());
+            const Affine3d pose =
+                composeTransform(Vec3d(0.3 * static_cast<double>(seed), 0.1, 0), anyRotation(random), Vec3d::Ones());
             QueryWork whole;
             const FacePairs all = allTouching(a, b, pose, whole);
             const std::uint64_t needed = whole.boxTests + whole.triangleTests;
             ASSERT_GT(needed, 10'000U) << "large enough to be shared";
-            for (const std::uint64_t limit :
-                 {~std::uint64_t{0}, needed + 1, needed, needed - 1, needed / 2, needed / 3, std::uint64_t{2000}, std::uint64_t{20}}) {
+            for (const std::uint64_t limit : {~std::uint64_t{0}, needed + 1, needed, needed - 1, needed / 2, needed / 3,
+                                              std::uint64_t{2000}, std::uint64_t{20}}) {
                 QueryWork alone;
                 alone.limit = limit;
                 const FacePairs expected = allTouching(a, b, pose, alone);
@@ -249,7 +265,8 @@ TEST(Touching, ThreadsChangeNothing) {
                     QueryWork work;
                     work.limit = limit;
                     const FacePairs found = allTouching(a, b, pose, work, options);
-                    EXPECT_EQ(found.pairs, expected.pairs) << seedOf(seed) << ", " << threads << " threads, limit " << limit;
+                    EXPECT_EQ(found.pairs, expected.pairs)
+                        << seedOf(seed) << ", " << threads << " threads, limit " << limit;
                     EXPECT_EQ(found.complete, expected.complete) << threads << " threads, limit " << limit;
                     EXPECT_EQ(work.boxTests, alone.boxTests) << threads << " threads, limit " << limit;
                     EXPECT_EQ(work.triangleTests, alone.triangleTests) << threads << " threads, limit " << limit;
@@ -285,16 +302,19 @@ TEST(Touching, KDopsOfPlatesAreNotFooledByTurning) {
         for (int i = 0; i < 16; ++i) {
             const Vec3d at(i % 4, static_cast<double>(i / 4), 0.06 * layer);
             const auto n = static_cast<std::uint32_t>(soup.positions.size() / 3);
-            for (const Vec3d& corner : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(1, 1, 0), Vec3d(0, 1, 0)}) soup.vertex(at + corner);
+            for (const Vec3d& corner : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(1, 1, 0), Vec3d(0, 1, 0)})
+                soup.vertex(at + corner);
             soup.indices.insert(soup.indices.end(), {n, n + 1, n + 2, n, n + 2, n + 3});
         }
     const TriangleMesh stack = meshOf(soup), ball = meshOf(shapes::sphere(0.02, 12, 16));
-    const TriangleTree boxes(stack), ballInBoxes(ball), dops(stack, {VolumeKind::kDop18}), ballInDops(ball, {VolumeKind::kDop18});
+    const TriangleTree boxes(stack), ballInBoxes(ball), dops(stack, {VolumeKind::kDop18}),
+        ballInDops(ball, {VolumeKind::kDop18});
     QueryWork byBoxes, byDops;
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         Random random(seed);
         // Between two sheets, touching none.
-        const Affine3d stack_T_ball = composeTransform(Vec3d(between(random, 1, 3), between(random, 1, 3), 0.06 * 30 + 0.03), anyRotation(random), Vec3d::Ones());
+        const Affine3d stack_T_ball = composeTransform(
+            Vec3d(between(random, 1, 3), between(random, 1, 3), 0.06 * 30 + 0.03), anyRotation(random), Vec3d::Ones());
         const Affine3d ball_T_stack = stack_T_ball.inverse(Eigen::Affine);
         EXPECT_EQ(firstTouching(ballInBoxes, boxes, ball_T_stack, byBoxes).touch, Touch::kNo);
         EXPECT_EQ(firstTouching(ballInDops, dops, ball_T_stack, byDops).touch, Touch::kNo);

@@ -60,13 +60,15 @@ struct BoundedScene {
 };
 
 /// Every vertex that is drawn below a node, in coordinates of `from`: matrices multiplied in long double.
-void everyVertex(const Aspect& aspect, ObjectId id, const Affine3l& from_T_node, const Affine3l& from_T_world, std::vector<Vec3l>& all) {
+void everyVertex(const Aspect& aspect, ObjectId id, const Affine3l& from_T_node, const Affine3l& from_T_world,
+                 std::vector<Vec3l>& all) {
     const Node& node = *aspect.get<Node>(id);
     if (const Drawable drawable = drawableOf(aspect, node)) {
         for (unsigned step = 0; step <= (drawable.byScreen() ? drawable.finest() : 0); ++step) {
             const MeshArrays arrays = drawable.at(Fineness(step)).arrays();
             const std::span<const float> p = arrays.positions.as<float>();
-            for (std::size_t i = 0; i + 2 < p.size(); i += 3) all.push_back(from_T_node * Vec3l(p[i], p[i + 1], p[i + 2]));
+            for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+                all.push_back(from_T_node * Vec3l(p[i], p[i + 1], p[i + 2]));
             if (step > 1) break;
         }
     }
@@ -75,7 +77,8 @@ void everyVertex(const Aspect& aspect, ObjectId id, const Affine3l& from_T_node,
         if (aspect.coreOf<InverseTransform>(below))
             everyVertex(aspect, child, from_T_world, from_T_world, all);
         else
-            everyVertex(aspect, child, from_T_node * placeNode(aspect, below, Affine3d::Identity()).cast<long double>(), from_T_world, all);
+            everyVertex(aspect, child, from_T_node * placeNode(aspect, below, Affine3d::Identity()).cast<long double>(),
+                        from_T_world, all);
     }
 }
 
@@ -85,8 +88,9 @@ void expectAround(const BoundedScene& scene, ObjectId id) {
     for (ObjectId at = id; at; at = scene.aspect.get<Node>(at)->parent) path.insert(path.begin(), at);
     for (const ObjectId at : path) {
         const Node& node = *scene.aspect.get<Node>(at);
-        world_T_node = scene.aspect.coreOf<InverseTransform>(node) ? Affine3l::Identity()
-                                                                   : world_T_node * placeNode(scene.aspect, node, Affine3d::Identity()).cast<long double>();
+        world_T_node = scene.aspect.coreOf<InverseTransform>(node)
+                           ? Affine3l::Identity()
+                           : world_T_node * placeNode(scene.aspect, node, Affine3d::Identity()).cast<long double>();
     }
     std::vector<Vec3l> all;
     everyVertex(scene.aspect, id, Affine3l::Identity(), world_T_node.inverse(), all);
@@ -95,11 +99,14 @@ void expectAround(const BoundedScene& scene, ObjectId id) {
     EXPECT_EQ(box.empty(), all.empty()) << "#" << id.value;
     EXPECT_EQ(sphere.empty(), all.empty());
     for (const Vec3l& p : all) {
-        ASSERT_TRUE((p.array() >= box.lower.cast<long double>().array()).all() && (p.array() <= box.upper.cast<long double>().array()).all())
-            << "#" << id.value << ": " << p.transpose() << " is not in " << box.lower.transpose() << " … " << box.upper.transpose();
+        ASSERT_TRUE((p.array() >= box.lower.cast<long double>().array()).all() &&
+                    (p.array() <= box.upper.cast<long double>().array()).all())
+            << "#" << id.value << ": " << p.transpose() << " is not in " << box.lower.transpose() << " … "
+            << box.upper.transpose();
         ASSERT_LE((p - sphere.center.cast<long double>()).norm(), static_cast<long double>(sphere.radius));
         const Vec3l there = world_T_node * p;
-        ASSERT_TRUE((there.array() >= world.lower.cast<long double>().array()).all() && (there.array() <= world.upper.cast<long double>().array()).all());
+        ASSERT_TRUE((there.array() >= world.lower.cast<long double>().array()).all() &&
+                    (there.array() <= world.upper.cast<long double>().array()).all());
     }
 }
 
@@ -109,14 +116,16 @@ void expectAsAFreshLook(const BoundedScene& scene) {
     for (const ObjectId id : scene.aspect.ids()) {
         if (!scene.aspect.get<Node>(id)) continue;
         const Box now = scene.action.box(id), anew = fresh.box(id);
-        EXPECT_TRUE((now.empty() && anew.empty()) || (now.lower == anew.lower && now.upper == anew.upper)) << "#" << id.value;
+        EXPECT_TRUE((now.empty() && anew.empty()) || (now.lower == anew.lower && now.upper == anew.upper))
+            << "#" << id.value;
     }
 }
 
 TEST(BoundsAction, IsAroundWhatIsBelowInTheCoordinatesOfWhatIsBelow) {
     BoundedScene scene;
     const ObjectId place = scene.transform(Vec3d(10, 0, 0), Vec3d(2, 2, 2));
-    const ObjectId top = scene.node(kRootNode, place), leaf = scene.node(top, scene.triangle({0, 0, 0, 1, 0, 0, 0, 1, 0})), none = scene.node(top);
+    const ObjectId top = scene.node(kRootNode, place),
+                   leaf = scene.node(top, scene.triangle({0, 0, 0, 1, 0, 0, 0, 1, 0})), none = scene.node(top);
     scene.apply();
     EXPECT_TRUE(scene.action.box(none).empty());
     EXPECT_TRUE(scene.action.box(ObjectId(99)).empty());
@@ -169,7 +178,9 @@ TEST(BoundsAction, OverRandomHistoriesContainsEveryVertexAndIsAsAFreshLook) {
     forSeeds(40, [](Random& random) {
         BoundedScene scene;
         std::vector<ObjectId> nodes{kRootNode}, transforms, meshes;
-        const auto number = [&] { return (static_cast<double>(below(random, 2001)) - 1000) * (oneIn(random, 9) ? 1e6 : 0.01); };
+        const auto number = [&] {
+            return (static_cast<double>(below(random, 2001)) - 1000) * (oneIn(random, 9) ? 1e6 : 0.01);
+        };
         const auto corners = [&] {
             std::vector<float> p;
             for (int i = 0; i < 9; ++i) p.push_back(static_cast<float>(number()));
@@ -179,8 +190,10 @@ TEST(BoundsAction, OverRandomHistoriesContainsEveryVertexAndIsAsAFreshLook) {
         for (int turn = 0; turn < 80 && !testing::Test::HasFailure(); ++turn) {
             switch (below(random, 10)) {
                 case 0:
-                    transforms.push_back(scene.transform(Vec3d(number(), number(), number()), Vec3d(number() + 0.013, number() + 0.017, number() + 0.019),
-                                                         Quatd(number() + 0.003, number(), number(), number()).normalized()));
+                    transforms.push_back(
+                        scene.transform(Vec3d(number(), number(), number()),
+                                        Vec3d(number() + 0.013, number() + 0.017, number() + 0.019),
+                                        Quatd(number() + 0.003, number(), number(), number()).normalized()));
                     nodes.push_back(scene.node(any(nodes), transforms.back()));
                     break;
                 case 1:
@@ -189,11 +202,14 @@ TEST(BoundsAction, OverRandomHistoriesContainsEveryVertexAndIsAsAFreshLook) {
                     nodes.push_back(scene.node(any(nodes), any(meshes)));
                     break;
                 case 3:
-                    nodes.push_back(scene.node(any(nodes), oneIn(random, 3) ? scene.make(typeOf<InverseTransform>()) : ObjectId()));
+                    nodes.push_back(
+                        scene.node(any(nodes), oneIn(random, 3) ? scene.make(typeOf<InverseTransform>()) : ObjectId()));
                     break;
                 case 4:
                 case 5:
-                    if (!transforms.empty()) setField<&Transform::translation>(scene.list, any(transforms), Vec3d(number(), number(), number()));
+                    if (!transforms.empty())
+                        setField<&Transform::translation>(scene.list, any(transforms),
+                                                          Vec3d(number(), number(), number()));
                     break;
                 case 6:
                     if (!meshes.empty()) {
@@ -204,13 +220,15 @@ TEST(BoundsAction, OverRandomHistoriesContainsEveryVertexAndIsAsAFreshLook) {
                 case 7: {  // hangs elsewhere, or nowhere
                     const ObjectId node = any(nodes), parent = any(nodes);
                     bool inside = node == kRootNode;
-                    for (ObjectId at = parent; at; at = scene.aspect.get<Node>(at)->parent) inside = inside || at == node;
+                    for (ObjectId at = parent; at; at = scene.aspect.get<Node>(at)->parent)
+                        inside = inside || at == node;
                     if (!inside) oneIn(random, 4) ? scene.list.detach(node) : scene.list.place(node, parent);
                     break;
                 }
                 case 8: {  // bears another core
                     const ObjectId node = any(nodes);
-                    if (node != kRootNode && !meshes.empty()) setField<&Node::core>(scene.list, node, oneIn(random, 3) ? ObjectId() : any(meshes));
+                    if (node != kRootNode && !meshes.empty())
+                        setField<&Node::core>(scene.list, node, oneIn(random, 3) ? ObjectId() : any(meshes));
                     break;
                 }
                 default: {
@@ -232,14 +250,16 @@ TEST(BoundsAction, CostsWhatAListChanges) {
     std::map<std::size_t, BoundsAction::Work> moves, rests;
     for (const std::size_t count : {1'000u, 100'000u}) {
         BoundedScene scene;
-        const ObjectId mesh = scene.triangle({0, 0, 0, 1, 0, 0, 0, 1, 0}), place = scene.transform(Vec3d::Zero()), group = scene.node(kRootNode);
+        const ObjectId mesh = scene.triangle({0, 0, 0, 1, 0, 0, 0, 1, 0}), place = scene.transform(Vec3d::Zero()),
+                       group = scene.node(kRootNode);
         const ObjectId holder = scene.node(group, place);
         scene.node(holder, mesh);
         for (std::size_t i = 1; i < count; ++i) scene.node(group, mesh);
         scene.apply();
         EXPECT_EQ(scene.action.work().meshes, 1u) << "one mesh, however many show it";
         const auto since = [&](const BoundsAction::Work& before) {
-            return BoundsAction::Work{.boxes = scene.action.work().boxes - before.boxes, .meshes = scene.action.work().meshes - before.meshes};
+            return BoundsAction::Work{.boxes = scene.action.work().boxes - before.boxes,
+                                      .meshes = scene.action.work().meshes - before.meshes};
         };
         BoundsAction::Work before = scene.action.work();
         setField<&Node::name>(scene.list, holder, std::string("renamed"));

@@ -119,7 +119,8 @@ TEST(IntersectAction, PointsAreMetAndLinesAreNot) {
 TEST(IntersectAction, RefusesRaysThatAreNone) {
     Followed scene;
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const Ray& ray : {Ray{Vec3d(nan, 0, 0), Vec3d::UnitX()}, Ray{Vec3d::Zero(), Vec3d(0, HUGE_VAL, 0)}, Ray{Vec3d::Zero(), Vec3d::Zero()}}) {
+    for (const Ray& ray : {Ray{Vec3d(nan, 0, 0), Vec3d::UnitX()}, Ray{Vec3d::Zero(), Vec3d(0, HUGE_VAL, 0)},
+                           Ray{Vec3d::Zero(), Vec3d::Zero()}}) {
         EXPECT_EQ(scene.action.nearest(scene.aspect, ray).error().code, ErrorCode::kUsage);
         EXPECT_FALSE(scene.action.any(scene.aspect, ray));
         EXPECT_FALSE(scene.action.all(scene.aspect, ray));
@@ -158,15 +159,17 @@ struct RandomEdits {
         ChangeListBuilder list;
         std::vector<ObjectId> fresh;
         for (std::size_t i = 1 + below(random, 3); i > 0; --i) {
-            const ObjectId core = oneIn(random, 3) ? scene.make(list, typeOf<Geometry>()) : oneIn(random, 2) ? scene.make(list, typeOf<Transform>())
-                                                                                                         : scene.make(list, typeOf<Switch>());
+            const ObjectId core = oneIn(random, 3)   ? scene.make(list, typeOf<Geometry>())
+                                  : oneIn(random, 2) ? scene.make(list, typeOf<Transform>())
+                                                     : scene.make(list, typeOf<Switch>());
             fresh.push_back(core);
         }
         for (const ObjectId core : fresh) {
             const ObjectId node = scene.node(list, any(nodes), core);
             fresh_.push_back({node, core});
         }
-        if (!meshes.empty() && oneIn(random, 2)) fresh_.push_back({scene.node(list, any(nodes), any(meshes)), {}});  // shared
+        if (!meshes.empty() && oneIn(random, 2))
+            fresh_.push_back({scene.node(list, any(nodes), any(meshes)), {}});  // shared
         scene.apply(list);
         for (const auto& [node, core] : fresh_) {
             nodes.push_back(node);
@@ -178,20 +181,24 @@ struct RandomEdits {
         fresh_.clear();
         if (!transforms.empty()) {
             setField<&Transform::translation>(list, any(transforms), place());
-            if (oneIn(random, 4)) setField<&Transform::scale>(list, any(transforms), Vec3d(1, oneIn(random, 3) ? 1e-30 : 2, -1));
+            if (oneIn(random, 4))
+                setField<&Transform::scale>(list, any(transforms), Vec3d(1, oneIn(random, 3) ? 1e-30 : 2, -1));
         }
-        if (!switches.empty() && oneIn(random, 2)) setField<&Switch::choice>(list, any(switches), static_cast<std::int64_t>(below(random, 4)) - 2);
+        if (!switches.empty() && oneIn(random, 2))
+            setField<&Switch::choice>(list, any(switches), static_cast<std::int64_t>(below(random, 4)) - 2);
         if (!meshes.empty() && oneIn(random, 2)) setGeometry(list, any(meshes), shape());
         if (oneIn(random, 3)) {
             const ObjectId node = any(nodes);
             std::vector<ObjectId> cores{ObjectId()};
-            for (const auto* some : {&meshes, &transforms, &switches}) cores.insert(cores.end(), some->begin(), some->end());
+            for (const auto* some : {&meshes, &transforms, &switches})
+                cores.insert(cores.end(), some->begin(), some->end());
             if (node != kRootNode) setField<&Node::core>(list, node, any(cores));
         }
         const ObjectId node = any(nodes), parent = any(nodes);
-        if (node != kRootNode && !isBelow(parent, node)) list.place(node, oneIn(random, 6) ? ObjectId() : parent, oneIn(random, 2) ? 0 : Placement::kLast);
-        if (const ObjectId gone = any(nodes); gone != kRootNode && gone != node && gone != parent && scene.aspect.get<Node>(gone)->children.empty() &&
-                                              oneIn(random, 3)) {
+        if (node != kRootNode && !isBelow(parent, node))
+            list.place(node, oneIn(random, 6) ? ObjectId() : parent, oneIn(random, 2) ? 0 : Placement::kLast);
+        if (const ObjectId gone = any(nodes); gone != kRootNode && gone != node && gone != parent &&
+                                              scene.aspect.get<Node>(gone)->children.empty() && oneIn(random, 3)) {
             list.detach(gone);
             list.destroy(gone);
             std::erase(nodes, gone);

@@ -43,11 +43,13 @@ Soup randomSoup(Random& random, std::size_t faces, double scale, const Vec3d& ce
     const std::size_t vertices = 3 + below(random, 2 * faces + 1);
     for (std::size_t i = 0; i < vertices; ++i) {
         Vec3d p = anywhere(random);
-        if (oneIn(random, 3) && i > 0) p = (soup.at(static_cast<std::uint32_t>(below(random, i))) - centre) / scale + anywhere(random, size);
+        if (oneIn(random, 3) && i > 0)
+            p = (soup.at(static_cast<std::uint32_t>(below(random, i))) - centre) / scale + anywhere(random, size);
         if (oneIn(random, 8)) p = (4 * p).array().round() / 4;  // many in one plane
         soup.add(centre + scale * p);
     }
-    for (std::size_t i = 0; i < 3 * faces; ++i) soup.indices.push_back(static_cast<std::uint32_t>(below(random, vertices)));
+    for (std::size_t i = 0; i < 3 * faces; ++i)
+        soup.indices.push_back(static_cast<std::uint32_t>(below(random, vertices)));
     return soup;
 }
 
@@ -57,8 +59,9 @@ Ray randomRay(Random& random, const Soup& soup, double scale, const Vec3d& centr
     if (oneIn(random, 2)) ray.direction = target + scale * anywhere(random, 0.1) - ray.origin;
     if (oneIn(random, 6)) ray.direction = Vec3d::Unit(static_cast<int>(below(random, 3))) * (oneIn(random, 2) ? 1 : -1);
     if (oneIn(random, 6)) ray.direction[static_cast<Eigen::Index>(below(random, 3))] = oneIn(random, 2) ? 0.0 : -0.0;
-    if (oneIn(random, 8)) ray.origin = target;                                                // on the surface
-    if (oneIn(random, 8)) ray.origin = centre + 1e5 * (ray.origin - centre), ray.direction = target - ray.origin;  // from afar
+    if (oneIn(random, 8)) ray.origin = target;  // on the surface
+    if (oneIn(random, 8))
+        ray.origin = centre + 1e5 * (ray.origin - centre), ray.direction = target - ray.origin;  // from afar
     ray.direction *= std::pow(10, uniform(random, -5, 5));
     if (ray.direction.isZero(0)) ray.direction = Vec3d::UnitX();
     return ray;
@@ -72,9 +75,9 @@ struct Meeting {
     bool edgeOn = true;
 };
 
-/// The same shear as the tree's, in long double. Products of coordinates up to R differ from the exact ones by a few roundings of R²; divided
-/// by twice the face's area as the ray sees it that is what weights are wrong by, and t, which they mix from the corners' depths up to R, by R
-/// times that.
+/// The same shear as the tree's, in long double. Products of coordinates up to R differ from the exact ones by a few
+/// roundings of R²; divided by twice the face's area as the ray sees it that is what weights are wrong by, and t, which
+/// they mix from the corners' depths up to R, by R times that.
 Meeting meetingOf(const Soup& soup, std::uint32_t face, const Ray& ray, double reach) {
     int z = 0;
     const double length = ray.direction.cwiseAbs().maxCoeff(&z);
@@ -88,7 +91,8 @@ Meeting meetingOf(const Soup& soup, std::uint32_t face, const Ray& ray, double r
         p[i][2] = dz;
         for (int k = 0; k < 3; ++k) farthest = std::max(farthest, std::abs(Real(corner[k]) - ray.origin[k]));
     }
-    const Real u = p[2][0] * p[1][1] - p[2][1] * p[1][0], v = p[0][0] * p[2][1] - p[0][1] * p[2][0], w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    const Real u = p[2][0] * p[1][1] - p[2][1] * p[1][0], v = p[0][0] * p[2][1] - p[0][1] * p[2][0],
+               w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
     const Real area = u + v + w;
     Meeting out;
     // The origin of a ray from afar is rounded once it has come near: that moves corners by so much of the way.
@@ -119,9 +123,11 @@ TEST(RayTree, FindsWhatBruteForceFinds) {
         for (const float p : soup.positions) reach = std::max(reach, std::abs(double{p}));
         for (int i = 0; i < 60; ++i) {
             const Ray ray = randomRay(random, soup, scale, centre);
-            const double maxT = oneIn(random, 3) ? uniform(random, 0, 2) * scale / ray.direction.norm() : RayTree::kForever;
+            const double maxT =
+                oneIn(random, 3) ? uniform(random, 0, 2) * scale / ray.direction.norm() : RayTree::kForever;
             const std::optional<TriangleHit> hit = tree->nearest(ray, maxT);
-            // Nothing that is certain to be met lies before the hit, and where one is certain to be there, there is one.
+            // Nothing that is certain to be met lies before the hit, and where one is certain to be there, there is
+            // one.
             bool certain = false;
             for (std::uint32_t face = 0; face < soup.faces(); ++face) {
                 const Meeting m = meetingOf(soup, face, ray, reach);
@@ -139,7 +145,8 @@ TEST(RayTree, FindsWhatBruteForceFinds) {
             EXPECT_GE(hit->t, 0);
             EXPECT_LE(hit->t, maxT * (1 + 1e-15));
             EXPECT_EQ(all.front().t, hit->t);
-            EXPECT_TRUE(std::ranges::any_of(all, [&](const TriangleHit& one) { return one.face == hit->face && one.t == hit->t; }));
+            EXPECT_TRUE(std::ranges::any_of(
+                all, [&](const TriangleHit& one) { return one.face == hit->face && one.t == hit->t; }));
             EXPECT_NEAR(hit->weights[0] + hit->weights[1] + hit->weights[2], 1, 1e-14);
             const Meeting m = meetingOf(soup, hit->face, ray, reach);
             if (m.edgeOn) continue;
@@ -193,11 +200,14 @@ Soup dentedBall(Random& random, std::uint32_t rings, double scale, const Vec3d& 
     soup.add(centre - scale * Vec3d(0, 1, 0));
     for (std::uint32_t j = 0; j < rings; ++j)
         for (std::uint32_t i = 0; i < around; ++i) {
-            const double u = 2 * std::numbers::pi * i / around, v = std::numbers::pi * (j + 1) / (rings + 1), r = uniform(random, 0.7, 1.3);
+            const double u = 2 * std::numbers::pi * i / around, v = std::numbers::pi * (j + 1) / (rings + 1),
+                         r = uniform(random, 0.7, 1.3);
             soup.add(centre + scale * r * Vec3d(std::sin(v) * std::cos(u), std::cos(v), std::sin(v) * std::sin(u)));
         }
     const auto vertex = [&](std::uint32_t j, std::uint32_t i) { return 2 + j * around + i % around; };
-    const auto face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) { soup.indices.insert(soup.indices.end(), {a, b, c}); };
+    const auto face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        soup.indices.insert(soup.indices.end(), {a, b, c});
+    };
     for (std::uint32_t i = 0; i < around; ++i) {
         face(0, vertex(0, i), vertex(0, i + 1));
         face(1, vertex(rings - 1, i + 1), vertex(rings - 1, i));
@@ -218,7 +228,8 @@ TEST(RayTree, NoRayPassesBetweenTrianglesThatShareAnEdgeOrACorner) {
         for (int i = 0; i < 200; ++i) {
             const Vec3d from = centre + scale * anywhere(random, 0.3);
             const std::size_t face = below(random, soup.faces()), corner = below(random, 3);
-            const Vec3d a = soup.at(soup.indices[3 * face + corner]), b = soup.at(soup.indices[3 * face + (corner + 1) % 3]);
+            const Vec3d a = soup.at(soup.indices[3 * face + corner]),
+                        b = soup.at(soup.indices[3 * face + (corner + 1) % 3]);
             const double along = oneIn(random, 3) ? 0 : oneIn(random, 3) ? 0.5 : uniform(random, 0, 1);
             Ray ray{from, (a + along * (b - a) - from) * std::pow(10, uniform(random, -3, 3))};
             if (oneIn(random, 10)) {
@@ -245,13 +256,16 @@ TEST(RayTree, AnswersAreTheSameOnBothKindsOfProcessor) {
         const rays::Divided divided = rays::divide(soup.positions, soup.indices);
         const rays::Tree tree{divided.nodes.data(), divided.leaves.data(), divided.root};
         for (int i = 0; i < 60; ++i) {
-            const std::optional<rays::AimedRay> aimed = rays::aim(randomRay(random, soup, 1, Vec3d::Zero()), RayTree::kForever, divided.reach);
+            const std::optional<rays::AimedRay> aimed =
+                rays::aim(randomRay(random, soup, 1, Vec3d::Zero()), RayTree::kForever, divided.reach);
             if (!aimed) continue;
             rays::Hit one{aimed->limit, {}, 0}, other{aimed->limit, {}, 0};
-            ASSERT_EQ(rays::sse2::kKernels.nearest(tree, aimed->ray, &one), rays::avx2::kKernels.nearest(tree, aimed->ray, &other));
+            ASSERT_EQ(rays::sse2::kKernels.nearest(tree, aimed->ray, &one),
+                      rays::avx2::kKernels.nearest(tree, aimed->ray, &other));
             EXPECT_EQ(std::bit_cast<std::uint64_t>(one.t), std::bit_cast<std::uint64_t>(other.t));
             EXPECT_EQ(one.face, other.face);
-            EXPECT_EQ(rays::sse2::kKernels.any(tree, aimed->ray, aimed->limit), rays::avx2::kKernels.any(tree, aimed->ray, aimed->limit));
+            EXPECT_EQ(rays::sse2::kKernels.any(tree, aimed->ray, aimed->limit),
+                      rays::avx2::kKernels.any(tree, aimed->ray, aimed->limit));
         }
     });
 }
@@ -277,14 +291,16 @@ TEST(RayTree, FromEitherSideFromTheSurfaceAndNotBehind) {
 TEST(RayTree, BadInputMeetsNothingOrIsRefused) {
     constexpr double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
     Soup wall;
-    for (const Vec3d& p : {Vec3d(-1, -1, 0), Vec3d(1, -1, 0), Vec3d(0, 1, 0), Vec3d(nan, 0, 0), Vec3d(0, infinity, 0)}) wall.add(p);
+    for (const Vec3d& p : {Vec3d(-1, -1, 0), Vec3d(1, -1, 0), Vec3d(0, 1, 0), Vec3d(nan, 0, 0), Vec3d(0, infinity, 0)})
+        wall.add(p);
     wall.indices = {0, 1, 2, 0, 1, 3, 1, 2, 4, 0, 0, 1, 2, 2, 2};
     const Expected<RayTree> tree = RayTree::build(wall.positions, wall.indices);
     EXPECT_EQ(tree->faceCount(), 3u) << "corners that are not finite";
     const Ray good{Vec3d(0, 0, 2), Vec3d(0, 0, -1)};
     EXPECT_EQ(tree->all(good).size(), 1u);
-    for (const Ray& ray : {Ray{good.origin, Vec3d::Zero()}, Ray{good.origin, Vec3d(0, 0, -infinity)}, Ray{good.origin, Vec3d(nan, 0, -1)},
-                           Ray{Vec3d(nan, 0, 2), good.direction}, Ray{Vec3d(0, infinity, 2), good.direction}}) {
+    for (const Ray& ray : {Ray{good.origin, Vec3d::Zero()}, Ray{good.origin, Vec3d(0, 0, -infinity)},
+                           Ray{good.origin, Vec3d(nan, 0, -1)}, Ray{Vec3d(nan, 0, 2), good.direction},
+                           Ray{Vec3d(0, infinity, 2), good.direction}}) {
         EXPECT_FALSE(tree->nearest(ray));
         EXPECT_FALSE(tree->any(ray));
         EXPECT_TRUE(tree->all(ray).empty());
@@ -304,7 +320,8 @@ TEST(RayTree, NoMeshIsTooDeepForAWalk) {
     // Each twice as large as the one before, and as far away: a cut by surfaces takes off one at a time.
     for (int i = -120; i < 120; ++i)
         for (const Vec3d& p : {Vec3d(1, -1, 0), Vec3d(1, 1, -1), Vec3d(1, 1, 1)}) growing.add(std::ldexp(1, i) * p);
-    const Expected<RayTree> one = RayTree::build(coincident.positions, {}), other = RayTree::build(growing.positions, {});
+    const Expected<RayTree> one = RayTree::build(coincident.positions, {}),
+                            other = RayTree::build(growing.positions, {});
     EXPECT_EQ(one->nearest({Vec3d(0, 0, 1), Vec3d(0, 0, -1)})->face, 0u) << "of equal ones the lowest";
     EXPECT_EQ(one->all({Vec3d(0, 0, 1), Vec3d(0, 0, -1)}).size(), 20'000u);
     EXPECT_EQ(other->all({Vec3d::Zero(), Vec3d::UnitX()}).size(), 240u);

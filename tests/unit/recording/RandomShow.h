@@ -46,7 +46,8 @@ public:
     [[nodiscard]] ChangeList startScene() {
         ListMaker make;
         const ObjectId environment = make.create<Environment>();
-        make.builder.set(environment, typeOf<Environment>(), fieldId<&Environment::gravity>, toValue(Vec3d(0, -9.81, 0)));
+        make.builder.set(environment, typeOf<Environment>(), fieldId<&Environment::gravity>,
+                         toValue(Vec3d(0, -9.81, 0)));
         make.node("environment", kRootNode, environment);
         const ObjectId floor = make.node("floor", kRootNode, make.transform(Vec3d(0, -1, 0)));
         make.node("slab", floor, make.box(Vec3d(20, 1, 20)));
@@ -63,7 +64,8 @@ public:
             }
             const ObjectId object = make.create<CollisionObject>();
             make.builder.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::node>, node);
-            if (i % 2 == 0) make.builder.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(1.0 + i));
+            if (i % 2 == 0)
+                make.builder.set(object, typeOf<CollisionObject>(), fieldId<&CollisionObject::mass>, toValue(1.0 + i));
             make.node("rule" + std::to_string(i), kRootNode, object);
         }
         make.node("motion", kRootNode, make.motion(first, {{0, -5, 0.5, 0}, {0.4, 5, 0.5, 0}, {0.8, -5, 0.5, 0}}));
@@ -162,7 +164,8 @@ private:
     }
     /// A file that is loaded while all that goes on, as a desk hands its parts on.
     [[nodiscard]] std::optional<Edit> somePart(const std::vector<Edit>& edits) {
-        if (simulation_.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind) || below(random_, 3) == 0) return std::nullopt;
+        if (simulation_.stepUnderWay() || std::ranges::any_of(edits, isStep, &Edit::kind) || below(random_, 3) == 0)
+            return std::nullopt;
         if (parts_.empty()) {
             ListMaker make;
             const std::size_t seen = 1 + below(random_, 20);

@@ -119,7 +119,8 @@ TEST(Replay, SeesAnotherStartScene) {
     Random random(5), otherRandom(6);
     std::vector<RawRecord> records = test::takeApart(recordShow(random, 2).file);
     for (RawRecord& raw : records)
-        if (nameOfKind(raw.kind) == "started") raw = test::rawOf(encodeStarted({.sequence = Sequence(1), .stateHash = StateHash(4711)}));
+        if (nameOfKind(raw.kind) == "started")
+            raw = test::rawOf(encodeStarted({.sequence = Sequence(1), .stateHash = StateHash(4711)}));
     const ReplayResult result = replayed(test::putTogether(records));
     ASSERT_TRUE(result.firstDifference);
     EXPECT_FALSE(result.firstDifference->frame);

@@ -113,7 +113,8 @@ TEST(RecordingWriter, WritesEachArrayOnce) {
         auto writer = RecordingWriter::create(folder / "boxes.rec", test::openingForTests(), words.log);
         ASSERT_TRUE(writer);
         std::vector<Edit> edits{{.ticket = 1, .list = list}, {.ticket = 2, .list = list}};
-        for (std::uint64_t frame = 0; frame < 3; ++frame) (*writer)->frameBegins(FrameNumber(frame), frame == 0, edits, {});
+        for (std::uint64_t frame = 0; frame < 3; ++frame)
+            (*writer)->frameBegins(FrameNumber(frame), frame == 0, edits, {});
     }
     std::size_t arrays = 0, bytes = 0;
     for (const test::RawRecord& record : test::takeApart(test::readBytes(folder / "boxes.rec")))

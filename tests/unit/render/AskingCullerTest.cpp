@@ -23,10 +23,14 @@ class AskingCuller : public testing::TestWithParam<CullerKind> {};
 TEST_P(AskingCuller, NeverHidesWhatTheOracleSees) {
     std::uint64_t hidden = 0, invisible = 0;
     const char* one = std::getenv("TESSERA_SEED");
-    for (unsigned seed = one ? static_cast<unsigned>(std::atoi(one)) : 0, end = one ? seed + 1 : 8; seed < end; ++seed) {
-        SCOPED_TRACE(fmt::format("{}: TESSERA_SEED={} build/bin/unit_render --gtest_filter='*OracleSees*'", nameOf(GetParam()), seed));
+    for (unsigned seed = one ? static_cast<unsigned>(std::atoi(one)) : 0, end = one ? seed + 1 : 8; seed < end;
+         ++seed) {
+        SCOPED_TRACE(fmt::format("{}: TESSERA_SEED={} build/bin/unit_render --gtest_filter='*OracleSees*'",
+                                 nameOf(GetParam()), seed));
         std::mt19937 random(seed);
-        const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto uniform = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         TestScene scene;
         const ObjectId glass = scene.material(0.5f), sheets = scene.material(1.0f);
         scene.edit.set(sheets, typeOf<Material>(), fieldId<&Material::doubleSided>, true);
@@ -38,7 +42,9 @@ TEST_P(AskingCuller, NeverHidesWhatTheOracleSees) {
             cores.push_back(scene.geometry(makeTorus(0.8, 0.3, 12, 8), material));
         }
         const auto place = [&](ObjectId transform) {
-            const Quatd rotation = random() % 3 ? Quatd::Identity() : Quatd(uniform(0.1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+            const Quatd rotation = random() % 3
+                                       ? Quatd::Identity()
+                                       : Quatd(uniform(0.1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
             scene.place(transform, {uniform(-5, 5), uniform(-2, 2), uniform(-14, 0.5)}, rotation.normalized(),
                         {uniform(0.2, 2.2), uniform(0.2, 2.2), (random() % 5 == 0 ? -1 : 1) * uniform(0.2, 2.2)});
         };
@@ -67,7 +73,8 @@ TEST_P(AskingCuller, NeverHidesWhatTheOracleSees) {
         for (int step = 0; step < 6; ++step) {
             camera.user.position += Vec3d(uniform(-0.1, 0.1), uniform(-0.1, 0.1), uniform(-0.1, 0.1));
             if (step == 4) camera.user.position.z() -= 1;  // among the boxes
-            if (step == 1 + static_cast<int>(seed % 3)) scene.place(curtain, {0, 0, 50}, Quatd::Identity(), Vec3d::Ones());
+            if (step == 1 + static_cast<int>(seed % 3))
+                scene.place(curtain, {0, 0, 50}, Quatd::Identity(), Vec3d::Ones());
             for (int moved = 0; moved < 6; ++moved) place(transforms[random() % transforms.size()]);
             const ChangeList list = scene.apply();
             all.update(scene.aspect, &list);
@@ -82,7 +89,8 @@ TEST_P(AskingCuller, NeverHidesWhatTheOracleSees) {
                 const std::set<ObjectId> visible = visibleNodes(scene.aspect, whole, view, tile);
                 const std::vector<ObjectId> drawn = nodesOf(*culled);
                 const std::set<ObjectId> kept(drawn.begin(), drawn.end());
-                for (const ObjectId id : visible) ASSERT_TRUE(kept.contains(id)) << "step " << step << " node " << id.value;
+                for (const ObjectId id : visible)
+                    ASSERT_TRUE(kept.contains(id)) << "step " << step << " node " << id.value;
                 ASSERT_TRUE(isSubsequence(drawn, nodesOf(whole)));
                 EXPECT_EQ(counts.inFrustum, nodesOf(whole).size());
                 EXPECT_EQ(counts.drawn, drawn.size());

@@ -161,7 +161,8 @@ TEST(BoxTree, AFewThatComeOrGoCostNoFrameWhatAllWouldCost) {
     constexpr std::uint32_t kAll = 100'000, kAtOnce = 200;
     for (const int order : {0, 1, 2}) {
         for (const bool sameOrder : {true, false}) {
-            SCOPED_TRACE(testing::Message() << "order " << order << (sameOrder ? ", the first goes first" : ", the last goes first"));
+            SCOPED_TRACE(testing::Message()
+                         << "order " << order << (sameOrder ? ", the first goes first" : ", the last goes first"));
             std::mt19937 random(7);
             std::uniform_real_distribution<double> place(0, 50);
             const auto next = [&](std::uint32_t i) {

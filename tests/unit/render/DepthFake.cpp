@@ -5,7 +5,6 @@
 
 #include "common/cores/Geometry.h"
 
-
 namespace tessera {
 
 namespace {
@@ -33,7 +32,8 @@ Expected<void> DepthFake::call() {
 Expected<void> DepthFake::begin(const Part& part) {
     part_ = part;
     answers_.clear();
-    depths_.assign(static_cast<std::size_t>(part.pixels.width) * static_cast<std::size_t>(part.pixels.height) * kSamples, 0);
+    depths_.assign(
+        static_cast<std::size_t>(part.pixels.width) * static_cast<std::size_t>(part.pixels.height) * kSamples, 0);
     return call();
 }
 
@@ -55,7 +55,8 @@ void DepthFake::draw(const DrawItem& item) {
             };
             const Vec4d a = at(i), b = at(i + 1);
             if (a.w() >= nearW) corners.push_back(a);
-            if ((a.w() >= nearW) != (b.w() >= nearW)) corners.push_back(a + (b - a) * ((nearW - a.w()) / (b.w() - a.w())));
+            if ((a.w() >= nearW) != (b.w() >= nearW))
+                corners.push_back(a + (b - a) * ((nearW - a.w()) / (b.w() - a.w())));
         }
         // Each triangle of the fan by itself: x, y in pixels of the part, and depth from 1 to 0.
         const auto onScreen = [&](const Vec4d& c) {
@@ -69,17 +70,23 @@ void DepthFake::draw(const DrawItem& item) {
             };
             const double whole = area(o, p, q.x(), q.y());
             if (whole == 0 || ((item.mirrored ? -whole : whole) < 0 && !doubleSided)) continue;
-            const auto pixel = [](double value, int size) { return static_cast<int>(std::clamp(value, 0.0, size - 1.0)); };
+            const auto pixel = [](double value, int size) {
+                return static_cast<int>(std::clamp(value, 0.0, size - 1.0));
+            };
             const int width = part_.pixels.width, height = part_.pixels.height;
-            for (int y = pixel(std::min({o.y(), p.y(), q.y()}), height); y <= pixel(std::max({o.y(), p.y(), q.y()}), height); ++y) {
-                for (int x = pixel(std::min({o.x(), p.x(), q.x()}), width); x <= pixel(std::max({o.x(), p.x(), q.x()}), width); ++x) {
+            for (int y = pixel(std::min({o.y(), p.y(), q.y()}), height);
+                 y <= pixel(std::max({o.y(), p.y(), q.y()}), height); ++y) {
+                for (int x = pixel(std::min({o.x(), p.x(), q.x()}), width);
+                     x <= pixel(std::max({o.x(), p.x(), q.x()}), width); ++x) {
                     for (int s = 0; s < kSamples; ++s) {
                         const Vec2d at = Vec2d(x, y) + placeOfSample(s);
                         const double a = area(p, q, at.x(), at.y()) / whole, b = area(q, o, at.x(), at.y()) / whole;
                         const double c = 1 - a - b;
                         if (a < 0 || b < 0 || c < 0) continue;
                         float& depth = depths_[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                                static_cast<std::size_t>(x)) * kSamples + static_cast<std::size_t>(s)];
+                                                static_cast<std::size_t>(x)) *
+                                                   kSamples +
+                                               static_cast<std::size_t>(s)];
                         depth = std::max(depth, static_cast<float>(a * o.z() + b * p.z() + c * q.z()));
                     }
                 }
@@ -103,7 +110,9 @@ Expected<VisibilityDevice::Ticket> DepthFake::ask(std::span<const Plate> plates,
                 for (int x = plate.left; x < plate.right && !shows; ++x)
                     for (std::size_t s = 0; s < kSamples && !shows; ++s)
                         shows = depths_[(static_cast<std::size_t>(y) * static_cast<std::size_t>(part_.pixels.width) +
-                                         static_cast<std::size_t>(x)) * kSamples + s] <= plate.depth;
+                                         static_cast<std::size_t>(x)) *
+                                            kSamples +
+                                        s] <= plate.depth;
         }
         next += size;
         answers_.push_back(shows);

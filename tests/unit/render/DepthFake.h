@@ -1,4 +1,5 @@
-/// Depths as the cullers ask for them, without GL: every triangle against every sample, in double, plates against those.
+/// Depths as the cullers ask for them, without GL: every triangle against every sample, in double, plates against
+/// those.
 #pragma once
 
 #include <optional>

@@ -7,7 +7,6 @@
 namespace tessera {
 namespace {
 
-
 /// Boxes all around the eye, some of them several times in the very same place, some transparent.
 void fill(TestScene& scene, int count, unsigned seed) {
     std::mt19937 random(seed);
@@ -69,7 +68,9 @@ TEST(DrawOrder, TrianglesOfGlassAreSortedTogetherUnlessTheyAreTooMany) {
                 const std::size_t vertex =
                     mesh->indices.as<std::uint32_t>()[3 * few.sortedTriangles[item.sortedFrom + i] + corner];
                 for (int axis = 0; axis < 3; ++axis)
-                    middle[axis] += static_cast<double>(mesh->positions.as<float>()[3 * vertex + static_cast<std::size_t>(axis)]) / 3;
+                    middle[axis] +=
+                        static_cast<double>(mesh->positions.as<float>()[3 * vertex + static_cast<std::size_t>(axis)]) /
+                        3;
             }
             const double z = (eye_T_world * item.world_T_item * middle).z();
             ASSERT_GE(z, before - 1e-9) << "nearer ones come later";
@@ -116,16 +117,21 @@ TEST(DrawOrder, EachSortingIsWhatItsNameSays) {
     std::mt19937 random(8);
     std::uniform_real_distribution<double> place(-8, 8);
     std::vector<ObjectId> cores;
-    for (int i = 0; i < 6; ++i) cores.push_back(scene.geometry(makeBox({1, 1, 1}), i < 4 ? scene.material(1) : ObjectId{}));
-    for (int i = 0; i < 300; ++i) scene.put(cores[random() % cores.size()], {place(random), place(random), -12 + place(random)});
+    for (int i = 0; i < 6; ++i)
+        cores.push_back(scene.geometry(makeBox({1, 1, 1}), i < 4 ? scene.material(1) : ObjectId{}));
+    for (int i = 0; i < 300; ++i)
+        scene.put(cores[random() % cores.size()], {place(random), place(random), -12 + place(random)});
     scene.apply();
     const TestCamera camera;
-    const auto depthOf = [&](const DrawItem& item) { return -(camera.camera().eye_T_world * item.world_T_item.translation()).z(); };
+    const auto depthOf = [&](const DrawItem& item) {
+        return -(camera.camera().eye_T_world * item.world_T_item.translation()).z();
+    };
     const auto stateOf = [](const DrawItem& item) { return std::tuple(item.material, item.geometry); };
     RenderScene all;
     all.update(scene.aspect, nullptr);
     for (const DrawSorting sorting : kAllDrawSortings) {
-        const DrawList list = RenderAction(CullerKind::kNone, sorting).run(all, camera.camera(), camera.tile(), nullptr);
+        const DrawList list =
+            RenderAction(CullerKind::kNone, sorting).run(all, camera.camera(), camera.tile(), nullptr);
         ASSERT_EQ(list.opaque.size(), 300u);
         std::size_t states = 1, bands = 1;
         for (std::size_t i = 1; i < list.opaque.size(); ++i) {

@@ -83,7 +83,8 @@ struct EditKind {
 
 inline const std::vector<EditKind>& editKinds() {
     static const std::vector<EditKind> all{
-        {"move", [](EditStage& s, int turn) { s.set<Transform>(s.pose, fieldId<&Transform::translation>, Vec3d(turn, 0, 0)); }},
+        {"move",
+         [](EditStage& s, int turn) { s.set<Transform>(s.pose, fieldId<&Transform::translation>, Vec3d(turn, 0, 0)); }},
         {"create and place",
          [](EditStage& s, int turn) {
              s.scene.put(s.otherCore, {0, 1.0 * turn, 0}, Quatd::Identity(), Vec3d::Ones(), s.group);
@@ -107,8 +108,10 @@ inline const std::vector<EditKind>& editKinds() {
          [](EditStage& s, int turn) { s.scene.edit.place(turn % 2 ? s.lampNode : s.leaf, s.group, 0); }},
         {"another core",
          [](EditStage& s, int turn) { s.set<Node>(s.leaf, fieldId<&Node::core>, turn % 2 ? s.core : s.otherCore); }},
-        {"switch", [](EditStage& s,
-                      int turn) { s.set<Switch>(s.choice, fieldId<&Switch::choice>, static_cast<std::int64_t>(turn % 4) - 2); }},
+        {"switch",
+         [](EditStage& s, int turn) {
+             s.set<Switch>(s.choice, fieldId<&Switch::choice>, static_cast<std::int64_t>(turn % 4) - 2);
+         }},
         {"deform",
          [](EditStage& s, int turn) {
              const MeshArrays arrays = makeBox({1, 1.0 + turn, 1}).toArrays();
@@ -123,12 +126,15 @@ inline const std::vector<EditKind>& editKinds() {
              s.set<Material>(s.material, fieldId<&Material::baseColor>, Vec4f(1, 1, 1, turn % 2 ? 1.0f : 0.5f));
          }},
         {"image", [](EditStage& s, int turn) { s.setPixels(turn % 2 ? 255 : 128); }},
-        {"light", [](EditStage& s,
-                     int turn) { s.set<PointLight>(s.lamp, fieldId<&PointLight::intensity>, 1.0f + static_cast<float>(turn)); }},
+        {"light",
+         [](EditStage& s, int turn) {
+             s.set<PointLight>(s.lamp, fieldId<&PointLight::intensity>, 1.0f + static_cast<float>(turn));
+         }},
         {"create a light", [](EditStage& s, int) { s.scene.node(s.lamp, s.group); }},
         {"environment",
          [](EditStage& s, int turn) {
-             s.set<Environment>(s.environment, fieldId<&Environment::sky>, Vec3f(Vec3f::Constant(static_cast<float>(turn % 7))));
+             s.set<Environment>(s.environment, fieldId<&Environment::sky>,
+                                Vec3f(Vec3f::Constant(static_cast<float>(turn % 7))));
          }},
     };
     return all;

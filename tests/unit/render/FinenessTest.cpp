@@ -1,4 +1,5 @@
-/// How fine surfaces of control points are drawn, by screen: never off by more pixels than they ask for, the same whoever looked where before.
+/// How fine surfaces of control points are drawn, by screen: never off by more pixels than they ask for, the same
+/// whoever looked where before.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +24,8 @@ public:
     ObjectId core(const Core& value) {
         const ObjectId id{nextId++};
         edit.create(id, typeOf<Core>());
-        for (const FieldEntry& field : findType(typeOf<Core>())->fields) edit.set(id, typeOf<Core>(), field.id, field.read(&value));
+        for (const FieldEntry& field : findType(typeOf<Core>())->fields)
+            edit.set(id, typeOf<Core>(), field.id, field.read(&value));
         return id;
     }
 };
@@ -76,7 +78,8 @@ Vec3d nearestOn(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) 
         return Vec3d(from + (length2 > 0 ? std::clamp((p - from).dot(along) / length2, 0.0, 1.0) : 0.0) * along);
     };
     const Vec3d normal = (b - a).cross(c - a);
-    const bool inside = normal.norm() > 0 && (b - a).cross(p - a).dot(normal) >= 0 && (c - b).cross(p - b).dot(normal) >= 0 && (a - c).cross(p - c).dot(normal) >= 0;
+    const bool inside = normal.norm() > 0 && (b - a).cross(p - a).dot(normal) >= 0 &&
+                        (c - b).cross(p - b).dot(normal) >= 0 && (a - c).cross(p - c).dot(normal) >= 0;
     if (inside) return p - (p - a).dot(normal) / normal.squaredNorm() * normal;
     Vec3d best = onEdge(a, b);
     for (const Vec3d& q : {onEdge(b, c), onEdge(c, a)})
@@ -99,19 +102,26 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? first : 6;
     std::size_t finer = 0, wouldBeOff = 0, judged = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_render --gtest_filter=ScreenFineness.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_render --gtest_filter=ScreenFineness.*");
         std::mt19937_64 random(seed);
-        const auto uniform = [&random](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
-        const auto anyTurn = [&] { return Quatd(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(0.1, 1)).normalized(); };
+        const auto uniform = [&random](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
+        const auto anyTurn = [&] {
+            return Quatd(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(0.1, 1)).normalized();
+        };
         FinenessScene scene;
         std::map<ObjectId, ObjectId> cores;
         for (int i = 0; i < 5; ++i) {
             const double wanted = std::exp2(uniform(-2, 2));
-            SubdivisionSurface skin = cube(1 + static_cast<std::uint32_t>(random() % 2), static_cast<std::int64_t>(random() % 3), wanted);
+            SubdivisionSurface skin =
+                cube(1 + static_cast<std::uint32_t>(random() % 2), static_cast<std::int64_t>(random() % 3), wanted);
             std::vector<float> points(skin.points.as<float>().begin(), skin.points.as<float>().end());
             for (float& x : points) x += static_cast<float>(uniform(-0.5, 0.5));
             skin.points = Blob::of(std::span<const float>(points));
-            const ObjectId core = random() % 3 == 0 ? scene.core(ball(std::exp2(uniform(-6, -3)), wanted)) : scene.core(skin);
+            const ObjectId core =
+                random() % 3 == 0 ? scene.core(ball(std::exp2(uniform(-6, -3)), wanted)) : scene.core(skin);
             const Vec3d scale = Vec3d(uniform(0.3, 1), uniform(-1, 1), uniform(0.3, 1) * (random() % 3 == 0 ? 20 : 1));
             cores[scene.put(core, 3 * Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)), anyTurn(), scale)] = core;
         }
@@ -119,7 +129,8 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
         RenderScene render;
         render.update(scene.aspect, nullptr);
         const Vec3d from = anyTurn() * Vec3d(0, 0, std::exp2(uniform(0.5, 5)));
-        const ScreenCamera camera = cameraAt(from, Quatd::FromTwoVectors(Vec3d::UnitZ(), from), 160 << random() % 4).camera();
+        const ScreenCamera camera =
+            cameraAt(from, Quatd::FromTwoVectors(Vec3d::UnitZ(), from), 160 << random() % 4).camera();
         const RenderScene::Impl& all = render.seenFrom(camera);
         std::uint64_t triangles = 0;
         for (const SceneItem& item : all.items) triangles += item.node ? item.mesh->triangles : 0;
@@ -129,22 +140,28 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
             finer += mostSteps(item.fineness) > 0;
             // What is as fine as may be is off by what it is off; what has many triangles takes long to look through.
             if (item.mesh->triangles > 15'000) continue;
-            if (mostSteps(item.fineness) == drawable.finest() || 4 * item.mesh->triangles > kMostTrianglesByScreen || triangles + 3 * item.mesh->triangles > kMostTrianglesOfScreen) continue;
-            const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(), truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
+            if (mostSteps(item.fineness) == drawable.finest() || 4 * item.mesh->triangles > kMostTrianglesByScreen ||
+                triangles + 3 * item.mesh->triangles > kMostTrianglesOfScreen)
+                continue;
+            const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(),
+                             truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
             EXPECT_EQ(drawn.positions.id(), item.mesh->positions.id());
             const Affine3d world_T_item = all.world_T(item);
             const auto points = truth.positions.as<float>();
             if (points.empty()) continue;  // more triangles than may be
             const auto offOf = [&](const MeshArrays& mesh, const Vec3d& p) {
                 const auto corners = mesh.positions.as<float>();
-                const auto at = [&](std::uint32_t v) { return Vec3d(corners[3 * v], corners[3 * v + 1], corners[3 * v + 2]); };
+                const auto at = [&](std::uint32_t v) {
+                    return Vec3d(corners[3 * v], corners[3 * v + 1], corners[3 * v + 2]);
+                };
                 Vec3d best = Vec3d::Constant(1e9);
                 const auto indices = mesh.indices.as<std::uint32_t>();
                 for (std::size_t t = 0; t < indices.size(); t += 3) {
                     const Vec3d q = nearestOn(p, at(indices[t]), at(indices[t + 1]), at(indices[t + 2]));
                     if ((q - p).norm() < (best - p).norm()) best = q;
                 }
-                const auto truthPx = pixelOf(camera, world_T_item * p, true), drawnPx = pixelOf(camera, world_T_item * best, false);
+                const auto truthPx = pixelOf(camera, world_T_item * p, true),
+                           drawnPx = pixelOf(camera, world_T_item * best, false);
                 return truthPx && drawnPx ? (*truthPx - *drawnPx).norm() : 0.0;
             };
             bool off = false;
@@ -170,9 +187,12 @@ TEST(ScreenFineness, IsTheSameWhateverWasSeenAndDoneBefore) {
     const std::uint64_t first = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? first : 4;
     std::size_t finer = 0;
     for (std::uint64_t seed = first; seed <= last; ++seed) {
-        SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << seed << " build/bin/unit_render --gtest_filter=ScreenFineness.*");
+        SCOPED_TRACE(::testing::Message()
+                     << "TESSERA_SEED=" << seed << " build/bin/unit_render --gtest_filter=ScreenFineness.*");
         std::mt19937_64 random(seed);
-        const auto uniform = [&random](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto uniform = [&random](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         FinenessScene scene;
         const ObjectId soft = scene.core(cube(2, 1)), round = scene.core(ball(0.1)), glass = scene.core([&] {
             SubdivisionSurface surface = cube(1, 2);
@@ -190,19 +210,37 @@ TEST(ScreenFineness, IsTheSameWhateverWasSeenAndDoneBefore) {
         followed.update(scene.aspect, nullptr);
         for (int step = 0; step < 12; ++step) {
             switch (random() % 6) {
-                case 0: scene.place(transforms[random() % transforms.size()], {uniform(-6, 6), uniform(-3, 3), uniform(-9, 0)}, Quatd::Identity(), Vec3d::Constant(uniform(0.2, 2))); break;
-                case 1: put(random() % 2 ? soft : glass); break;
-                case 2: scene.edit.set(soft, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::level>, toValue(static_cast<std::int64_t>(random() % 4))); break;
-                case 3: scene.edit.set(glass, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::screenError>, toValue(random() % 3 == 0 ? 0.0 : uniform(0.1, 2))); break;
-                case 4: scene.edit.set(round, typeOf<NurbsSurfaceCore>(), fieldId<&NurbsSurfaceCore::tolerance>, toValue(uniform(0.05, 0.3))); break;
+                case 0:
+                    scene.place(transforms[random() % transforms.size()],
+                                {uniform(-6, 6), uniform(-3, 3), uniform(-9, 0)}, Quatd::Identity(),
+                                Vec3d::Constant(uniform(0.2, 2)));
+                    break;
+                case 1:
+                    put(random() % 2 ? soft : glass);
+                    break;
+                case 2:
+                    scene.edit.set(soft, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::level>,
+                                   toValue(static_cast<std::int64_t>(random() % 4)));
+                    break;
+                case 3:
+                    scene.edit.set(glass, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::screenError>,
+                                   toValue(random() % 3 == 0 ? 0.0 : uniform(0.1, 2)));
+                    break;
+                case 4:
+                    scene.edit.set(round, typeOf<NurbsSurfaceCore>(), fieldId<&NurbsSurfaceCore::tolerance>,
+                                   toValue(uniform(0.05, 0.3)));
+                    break;
                 default: {
                     const std::array<float, 3> moved{static_cast<float>(uniform(-2, 2)), 0, 1};
-                    scene.edit.setRange(soft, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>, 12 * (random() % 26), Blob::of(std::span<const float>(moved)));
+                    scene.edit.setRange(soft, typeOf<SubdivisionSurface>(), fieldId<&SubdivisionSurface::points>,
+                                        12 * (random() % 26), Blob::of(std::span<const float>(moved)));
                 }
             }
             const ChangeList list = scene.apply();
             followed.update(scene.aspect, &list);
-            const ScreenCamera camera = cameraAt({uniform(-2, 2), uniform(-1, 1), uniform(-3, 4)}, Quatd::Identity(), 160 << random() % 4).camera();
+            const ScreenCamera camera =
+                cameraAt({uniform(-2, 2), uniform(-1, 1), uniform(-3, 4)}, Quatd::Identity(), 160 << random() % 4)
+                    .camera();
             const auto now = chosenBy(followed, camera);
             RenderScene fresh;
             fresh.update(scene.aspect, nullptr);
@@ -212,7 +250,8 @@ TEST(ScreenFineness, IsTheSameWhateverWasSeenAndDoneBefore) {
                 ASSERT_EQ(chosen.positions, drawable.at(chosen.fineness).arrays().positions.id());
                 finer += mostSteps(chosen.fineness) > 0;
             }
-            EXPECT_EQ(followed.impl().transparentTriangles + followed.impl().finerTransparentTriangles, fresh.impl().transparentTriangles + fresh.impl().finerTransparentTriangles);
+            EXPECT_EQ(followed.impl().transparentTriangles + followed.impl().finerTransparentTriangles,
+                      fresh.impl().transparentTriangles + fresh.impl().finerTransparentTriangles);
         }
     }
     if (!one) {
@@ -224,7 +263,8 @@ TEST(ScreenFineness, ThereIsAnEndToTriangles) {
     FinenessScene scene;
     const ObjectId skin = scene.core(cube(2, 0, 1e-5)), coarse = scene.core(cube(2, 0, 0));
     for (int i = 0; i < 30; ++i) scene.put(skin, {0.4 * (i % 6) - 1, 0.4 * static_cast<double>(i / 6) - 1, -4});
-    const ObjectId around = scene.put(skin, Vec3d::Zero(), Quatd::Identity(), Vec3d::Constant(3)), still = scene.put(coarse, {0, 0, -3}), behind = scene.put(skin, {0, 0, 9});
+    const ObjectId around = scene.put(skin, Vec3d::Zero(), Quatd::Identity(), Vec3d::Constant(3)),
+                   still = scene.put(coarse, {0, 0, -3}), behind = scene.put(skin, {0, 0, 9});
     scene.apply();
     RenderScene render;
     render.update(scene.aspect, nullptr);
@@ -247,9 +287,12 @@ SubdivisionSurface longSheet(std::uint32_t length, double screenError) {
     std::vector<float> points;
     std::vector<std::uint32_t> sizes(4 * length, 4), vertices;
     for (std::uint32_t j = 0; j <= length; ++j)
-        for (std::uint32_t i = 0; i < 5; ++i) points.insert(points.end(), {static_cast<float>(i) - 2, (i + j) % 2 ? 0.2F : -0.2F, -static_cast<float>(j)});
+        for (std::uint32_t i = 0; i < 5; ++i)
+            points.insert(points.end(),
+                          {static_cast<float>(i) - 2, (i + j) % 2 ? 0.2F : -0.2F, -static_cast<float>(j)});
     for (std::uint32_t j = 0; j < length; ++j)
-        for (std::uint32_t i = 0; i < 4; ++i) vertices.insert(vertices.end(), {5 * j + i, 5 * j + i + 1, 5 * j + i + 6, 5 * j + i + 5});
+        for (std::uint32_t i = 0; i < 4; ++i)
+            vertices.insert(vertices.end(), {5 * j + i, 5 * j + i + 1, 5 * j + i + 6, 5 * j + i + 5});
     surface.points = Blob::of(std::span<const float>(points));
     surface.faceSizes = Blob::of(std::span<const std::uint32_t>(sizes));
     surface.faceVertices = Blob::of(std::span<const std::uint32_t>(vertices));
@@ -267,7 +310,10 @@ TEST(ScreenFineness, ASurfaceIsFineWhereItIsNearAlone) {
     const auto chosen = chosenBy(render, TestCamera(960, 600).camera()).at(sheet);
     const auto levels = chosen.fineness.levels.as<std::uint8_t>();
     ASSERT_EQ(levels.size(), 400u);
-    const auto mostIn = [&](std::size_t first, std::size_t count) { return *std::max_element(levels.begin() + static_cast<std::ptrdiff_t>(first), levels.begin() + static_cast<std::ptrdiff_t>(first + count)); };
+    const auto mostIn = [&](std::size_t first, std::size_t count) {
+        return *std::max_element(levels.begin() + static_cast<std::ptrdiff_t>(first),
+                                 levels.begin() + static_cast<std::ptrdiff_t>(first + count));
+    };
     EXPECT_GE(mostIn(0, 40), mostIn(340, 60) + 2);
     // As often as the distance doubles a level every second time, at least.
     for (std::size_t row = 10; row < 80; row += 10) EXPECT_GE(mostIn(4 * row, 40), mostIn(4 * row + 40, 40)) << row;
@@ -285,7 +331,10 @@ TEST(ScreenFineness, AnEyeThatMovesALittleMostlySeesTheSame) {
     Fineness before;
     for (int frame = 0; frame < kFrames; ++frame) {
         // Somebody who leans forward, by two millimetres from one frame to the next.
-        const auto chosen = chosenBy(render, cameraAt({0.1 * std::sin(0.02 * frame), 0.1, 1 - 0.002 * frame}, Quatd::Identity(), 960).camera()).at(sheet);
+        const auto chosen =
+            chosenBy(render,
+                     cameraAt({0.1 * std::sin(0.02 * frame), 0.1, 1 - 0.002 * frame}, Quatd::Identity(), 960).camera())
+                .at(sheet);
         changes += chosen.fineness != before;
         before = chosen.fineness;
     }
@@ -312,7 +361,8 @@ TEST(ScreenFineness, SurfacesThatShareEdgesStepTogether) {
     render.update(scene.aspect, nullptr);
     const auto chosen = chosenBy(render, TestCamera(1600, 1000).camera());
     EXPECT_GT(chosen.at(a).fineness, Fineness());
-    EXPECT_EQ(chosen.at(b).fineness, chosen.at(a).fineness) << "one frame and one tolerance: a crack between them would show";
+    EXPECT_EQ(chosen.at(b).fineness, chosen.at(a).fineness)
+        << "one frame and one tolerance: a crack between them would show";
     EXPECT_EQ(chosen.at(alone).fineness, Fineness());
 }
 
@@ -326,7 +376,8 @@ TEST(ScreenFineness, IsOfTheScreenAndNotOfTheTile) {
         for (const auto& [column, row] : {std::pair{1, 1}, {0, 1}, {1, 0}, {0, 0}}) {
             RenderScene own;
             own.update(scene.aspect, nullptr);
-            for (const DrawItem& item : RenderAction(kind).run(own, camera.camera(), camera.tile(column, row), nullptr).opaque)
+            for (const DrawItem& item :
+                 RenderAction(kind).run(own, camera.camera(), camera.tile(column, row), nullptr).opaque)
                 EXPECT_EQ(known.try_emplace(item.node, item.fineness).first->second, item.fineness);
         }
     EXPECT_EQ(known.size(), 6u);
@@ -337,7 +388,8 @@ TEST(ScreenFineness, LengthsAreStretchedByNoMoreThanIsSaid) {
     std::mt19937_64 random(7);
     for (int i = 0; i < 500; ++i) {
         const Mat3d m = Mat3d::NullaryExpr([&] { return std::uniform_real_distribution<double>(-2, 2)(random); });
-        const Vec3d v = Vec3d::NullaryExpr([&] { return std::uniform_real_distribution<double>(-1, 1)(random); }).normalized();
+        const Vec3d v =
+            Vec3d::NullaryExpr([&] { return std::uniform_real_distribution<double>(-1, 1)(random); }).normalized();
         EXPECT_LE((m * v).norm(), rowStretchOf(m) * (1 + 1e-12));
     }
     EXPECT_NEAR(rowStretchOf(3 * Quatd(1, 2, 3, 4).normalized().toRotationMatrix()), 3, 1e-12);

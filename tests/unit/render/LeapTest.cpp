@@ -1,5 +1,5 @@
-// A camera that leaps: what was hidden a moment ago stands before everything now. Culling must not be taken in by what it
-// remembers. TESSERA_LEAPS=SEED repeats one way.
+// A camera that leaps: what was hidden a moment ago stands before everything now. Culling must not be taken in by what
+// it remembers. TESSERA_LEAPS=SEED repeats one way.
 #include <cstdlib>
 #include <memory>
 #include <random>
@@ -11,7 +11,9 @@ namespace {
 
 /// Houses in rows along streets, small things on the pavements: of 1,000 and more, next to nothing is seen.
 void fillCity(TestScene& scene, std::mt19937& random) {
-    const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    const auto uniform = [&](double from, double to) {
+        return std::uniform_real_distribution<double>(from, to)(random);
+    };
     const ObjectId box = scene.geometry(makeBox({1, 1, 1}));
     for (int x = -6; x < 6; ++x) {
         for (int z = -6; z < 6; ++z) {
@@ -30,9 +32,12 @@ void fillCity(TestScene& scene, std::mt19937& random) {
 TEST(Masked, ACameraThatLeapsIsShownFewThingsThatItDoesNotSeeAndAllThatItSees) {
     const char* only = std::getenv("TESSERA_LEAPS");
     for (unsigned seed = only ? static_cast<unsigned>(std::atoi(only)) : 0; seed < 6; ++seed) {
-        SCOPED_TRACE("TESSERA_LEAPS=" + std::to_string(seed) + " build/bin/unit_render --gtest_filter='Masked.ACameraThatLeaps*'");
+        SCOPED_TRACE("TESSERA_LEAPS=" + std::to_string(seed) +
+                     " build/bin/unit_render --gtest_filter='Masked.ACameraThatLeaps*'");
         std::mt19937 random(seed);
-        const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto uniform = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         TestScene scene;
         fillCity(scene, random);
         scene.apply();
@@ -52,9 +57,10 @@ TEST(Masked, ACameraThatLeapsIsShownFewThingsThatItDoesNotSeeAndAllThatItSees) {
             const ScreenCamera view = camera.camera();
             for (int tile = 0; tile < 2; ++tile) {
                 CullCounts counts;
-                const DrawList culled = masked[static_cast<std::size_t>(tile)]->run(all, view, camera.tile(tile), &counts);
-                const std::set<ObjectId> seen =
-                    visibleNodes(scene.aspect, frustum.run(all, view, camera.tile(tile), nullptr), view, camera.tile(tile));
+                const DrawList culled =
+                    masked[static_cast<std::size_t>(tile)]->run(all, view, camera.tile(tile), &counts);
+                const std::set<ObjectId> seen = visibleNodes(
+                    scene.aspect, frustum.run(all, view, camera.tile(tile), nullptr), view, camera.tile(tile));
                 const std::vector<ObjectId> nodes = nodesOf(culled);
                 const std::set<ObjectId> kept(nodes.begin(), nodes.end());
                 for (const ObjectId id : seen) EXPECT_TRUE(kept.contains(id)) << "leap " << leap << " tile " << tile;

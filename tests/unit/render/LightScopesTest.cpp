@@ -48,7 +48,8 @@ struct Rows {
         const LightItem& of = list.lights.at(light);
         for (std::size_t i = 0; i < rows.size(); ++i)
             for (const DrawItem& item : list.opaque)
-                if (item.node == firsts[i]) found[i] = of.scope == 0 || ((item.scopes >> (of.scope - 1u) & 1u) != 0) != of.outside;
+                if (item.node == firsts[i])
+                    found[i] = of.scope == 0 || ((item.scopes >> (of.scope - 1u) & 1u) != 0) != of.outside;
         return found;
     }
 };

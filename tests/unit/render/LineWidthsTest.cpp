@@ -1,4 +1,5 @@
-/// How wide lines are drawn where they would cover too much: the same on all tiles, whoever looked before, and nobody else's narrower.
+/// How wide lines are drawn where they would cover too much: the same on all tiles, whoever looked before, and nobody
+/// else's narrower.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +19,8 @@ MeshData grid(std::uint32_t n) {
     MeshData mesh;
     for (std::uint32_t y = 0; y <= n; ++y)
         for (std::uint32_t x = 0; x <= n; ++x)
-            mesh.positions.insert(mesh.positions.end(), {2 * static_cast<float>(x) / static_cast<float>(n) - 1, 2 * static_cast<float>(y) / static_cast<float>(n) - 1, 0});
+            mesh.positions.insert(mesh.positions.end(), {2 * static_cast<float>(x) / static_cast<float>(n) - 1,
+                                                         2 * static_cast<float>(y) / static_cast<float>(n) - 1, 0});
     for (std::uint32_t y = 0; y < n; ++y)
         for (std::uint32_t x = 0; x < n; ++x) {
             const std::uint32_t a = y * (n + 1) + x, above = a + n + 1;
@@ -54,8 +56,10 @@ std::map<ObjectId, float> widthsOf(const DrawList& list) {
     return widths;
 }
 
-/// What all edges of a mesh cover, each by itself, of a screen and half a width around it: from where its two ends are on the screen.
-double coveredBy(const MeshData& mesh, const Affine3d& world_T_item, const ScreenCamera& camera, double widthPx, bool corners) {
+/// What all edges of a mesh cover, each by itself, of a screen and half a width around it: from where its two ends are
+/// on the screen.
+double coveredBy(const MeshData& mesh, const Affine3d& world_T_item, const ScreenCamera& camera, double widthPx,
+                 bool corners) {
     std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
     for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
         const std::uint32_t a = mesh.indices[i], b = corners ? a : mesh.indices[i % 3 == 2 ? i - 2 : i + 1];
@@ -64,9 +68,13 @@ double coveredBy(const MeshData& mesh, const Affine3d& world_T_item, const Scree
     const auto at = [&](std::uint32_t v) {
         const Vec3d p(mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]);
         const Vec4d clip = camera.clip_T_eye * (camera.eye_T_world * world_T_item * p).homogeneous();
-        return Vec2d(0.5 * camera.pixels.width * (clip.x() / clip.w() + 1), 0.5 * camera.pixels.height * (clip.y() / clip.w() + 1));
+        return Vec2d(0.5 * camera.pixels.width * (clip.x() / clip.w() + 1),
+                     0.5 * camera.pixels.height * (clip.y() / clip.w() + 1));
     };
-    const auto inside = [&](const Vec2d& p) { return p.minCoeff() >= -widthPx / 2 && p.x() <= camera.pixels.width + widthPx / 2 && p.y() <= camera.pixels.height + widthPx / 2; };
+    const auto inside = [&](const Vec2d& p) {
+        return p.minCoeff() >= -widthPx / 2 && p.x() <= camera.pixels.width + widthPx / 2 &&
+               p.y() <= camera.pixels.height + widthPx / 2;
+    };
     double pixels = 0;
     for (const auto& [from, to] : edges) {
         const Vec2d a = at(from), b = at(to);
@@ -98,8 +106,10 @@ TEST(LineWidths, WhatWouldCoverTooMuchIsNarrowedUntilItDoesNot) {
             LineScene scene;
             const MeshData dense = grid(corners ? 1000 : 578);
             const ObjectId wide = scene.outlined(corners ? Material::kCorners : Material::kEdges, 64);
-            const ObjectId node = scene.put(scene.geometry(dense, asPass ? scene.surfaceWith({wide}) : wide), {0, 0, -3});
-            const ObjectId sparse = scene.put(scene.geometry(grid(4), scene.outlined(Material::kEdges, 40)), {0, 0, -2.5});
+            const ObjectId node =
+                scene.put(scene.geometry(dense, asPass ? scene.surfaceWith({wide}) : wide), {0, 0, -3});
+            const ObjectId sparse =
+                scene.put(scene.geometry(grid(4), scene.outlined(Material::kEdges, 40)), {0, 0, -2.5});
             scene.apply();
             RenderScene shown;
             shown.update(scene.aspect, nullptr);
@@ -113,7 +123,8 @@ TEST(LineWidths, WhatWouldCoverTooMuchIsNarrowedUntilItDoesNot) {
             EXPECT_EQ(list.narrowed.drawnPx, widths[node]);
             const Affine3d world_T_item(Eigen::Translation3d(0, 0, -3));
             EXPECT_GT(coveredBy(dense, world_T_item, camera.camera(), 64, corners), 20 * kMostLinePixels);
-            const double covered = coveredBy(dense, world_T_item, camera.camera(), static_cast<double>(widths[node]), corners);
+            const double covered =
+                coveredBy(dense, world_T_item, camera.camera(), static_cast<double>(widths[node]), corners);
             EXPECT_LT(covered, 1.1 * kMostLinePixels) << widths[node];
             EXPECT_GT(covered, 0.6 * kMostLinePixels) << widths[node];
         }
@@ -123,12 +134,14 @@ TEST(LineWidths, WhatIsBlendedIsDearer) {
     std::map<bool, float> widths;
     for (const bool blended : {false, true}) {
         LineScene scene;
-        const ObjectId node = scene.put(scene.geometry(grid(578), scene.outlined(Material::kEdges, 64, blended ? 0.5f : 1.0f)), {0, 0, -3});
+        const ObjectId node = scene.put(
+            scene.geometry(grid(578), scene.outlined(Material::kEdges, 64, blended ? 0.5f : 1.0f)), {0, 0, -3});
         scene.apply();
         RenderScene shown;
         shown.update(scene.aspect, nullptr);
         const TestCamera camera(640, 360);
-        widths[blended] = widthsOf(RenderAction(CullerKind::kNone).run(shown, camera.camera(), camera.tile(), nullptr))[node];
+        widths[blended] =
+            widthsOf(RenderAction(CullerKind::kNone).run(shown, camera.camera(), camera.tile(), nullptr))[node];
     }
     EXPECT_LT(widths[true], 0.6 * static_cast<double>(widths[false]));
     EXPECT_GT(widths[true], 0.4 * static_cast<double>(widths[false]));
@@ -156,8 +169,11 @@ TEST(LineWidths, AreTheSameOnAllTilesAndWhoeverLookedBefore) {
     const auto number = [&](double least, double most) { return std::uniform_real_distribution(least, most)(random); };
     LineScene scene;
     std::vector<ObjectId> transforms;
-    const ObjectId geometries[] = {scene.geometry(grid(150), scene.outlined(Material::kEdges, 64)), scene.geometry(grid(400), scene.outlined(Material::kCorners, 30)),
-                                   scene.geometry(grid(90), scene.surfaceWith({scene.outlined(Material::kEdges, 12), scene.outlined(Material::kCorners, 50)}))};
+    const ObjectId geometries[] = {
+        scene.geometry(grid(150), scene.outlined(Material::kEdges, 64)),
+        scene.geometry(grid(400), scene.outlined(Material::kCorners, 30)),
+        scene.geometry(grid(90), scene.surfaceWith(
+                                     {scene.outlined(Material::kEdges, 12), scene.outlined(Material::kCorners, 50)}))};
     for (int i = 0; i < 30; ++i) {
         transforms.push_back(scene.transform({number(-3, 3), number(-2, 2), number(-8, -1)}));
         scene.node(geometries[i % 3], scene.node(transforms.back()));
@@ -170,7 +186,8 @@ TEST(LineWidths, AreTheSameOnAllTilesAndWhoeverLookedBefore) {
         TestCamera camera(320, 200, 3, 2);
         camera.view.position = Vec3d(number(-1, 1), number(-1, 1), number(-4, 0));
         if (view % 3 == 0) {
-            scene.place(transforms[static_cast<std::size_t>(view) % transforms.size()], {number(-3, 3), 0, number(-8, -1)}, Quatd::Identity(), Vec3d::Ones());
+            scene.place(transforms[static_cast<std::size_t>(view) % transforms.size()],
+                        {number(-3, 3), 0, number(-8, -1)}, Quatd::Identity(), Vec3d::Ones());
             const ChangeList list = scene.apply();
             often.update(scene.aspect, &list);
         }
@@ -181,7 +198,8 @@ TEST(LineWidths, AreTheSameOnAllTilesAndWhoeverLookedBefore) {
         narrowedViews += all.narrowed.items > 0;
         for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 2; ++row) {
-                const DrawList tile = RenderAction(CullerKind::kFrustum).run(often, camera.camera(), camera.tile(column, row), nullptr);
+                const DrawList tile =
+                    RenderAction(CullerKind::kFrustum).run(often, camera.camera(), camera.tile(column, row), nullptr);
                 EXPECT_EQ(tile.narrowed.items, all.narrowed.items);
                 for (const auto& [node, width] : widthsOf(tile)) EXPECT_EQ(width, widths.at(node)) << node.value;
             }
@@ -204,7 +222,8 @@ TEST(LineWidths, AFewOfTheLinesTellWhatAllCover) {
         const RenderMesh& known = *shown.seenFrom(camera).items.front().mesh;
         const Affine3d world_T_item(Eigen::Translation3d{at});
         const double truth = coveredBy(mesh, world_T_item, camera, 20, false);
-        const LinesOnScreen seen = linesOnScreen(known, LineSource::kEdges, world_T_item, camera, 20, kMostSampledOfMesh);
+        const LinesOnScreen seen =
+            linesOnScreen(known, LineSource::kEdges, world_T_item, camera, 20, kMostSampledOfMesh);
         EXPECT_NEAR(seen.covered(20), truth, 0.15 * truth + 0.02 * 20 * 20 * 120000) << trial;
         if (seen.count > 0) EXPECT_NEAR(seen.covered(seen.widthThatCovers(1e6)), 1e6, 1);
     }

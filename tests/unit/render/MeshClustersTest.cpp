@@ -73,8 +73,10 @@ TEST(MeshClusters, LeaveAwayNothingThatTheFrustumShows) {
     std::uint64_t kept = 0, all = 0;
     for (int trial = 0; trial < 300; ++trial) {
         const ScreenCamera camera = test::cameraOf(4000, 2000, {0.4 * u(random), 0.3 * u(random), 2});
-        const PixelRect rect{.x = static_cast<int>(1500 * (1 + u(random))), .y = static_cast<int>(800 * (1 + u(random))),
-                             .width = 60 + trial, .height = 40 + trial};
+        const PixelRect rect{.x = static_cast<int>(1500 * (1 + u(random))),
+                             .y = static_cast<int>(800 * (1 + u(random))),
+                             .width = 60 + trial,
+                             .height = 40 + trial};
         Affine3d world = Affine3d::Identity();
         world.linear() = Mat3d::NullaryExpr([&] { return u(random); });
         if (trial % 7 == 0) world.linear().col(trial % 3).setZero();

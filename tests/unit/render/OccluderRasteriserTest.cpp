@@ -112,8 +112,8 @@ TEST(OccluderRasteriser, WhereItMarksAPixelTheWholePixelIsCoveredAtLeastThatNear
     EXPECT_GT(depthKept / marked, 0.85);
 }
 
-// The same for parts of a large mesh, beside those triangles alone: one rasteriser for all, so that what is left of a call
-// before would show.
+// The same for parts of a large mesh, beside those triangles alone: one rasteriser for all, so that what is left of a
+// call before would show.
 TEST(OccluderRasteriser, PartsOfAMeshMarkWhatTheyCoverByThemselves) {
     std::mt19937 random(11);
     const auto uniform = [&](double from, double to) {
@@ -141,7 +141,8 @@ TEST(OccluderRasteriser, PartsOfAMeshMarkWhatTheyCoverByThemselves) {
                                 mesh.indices.begin() + static_cast<std::ptrdiff_t>(end));
         }
         Affine3d place = Affine3d::Identity();
-        place.translate(Vec3d(uniform(-0.5, 0.5), uniform(-0.4, 0.4), round % 3 == 0 ? uniform(-1, 0.5) : uniform(-3, -1)));
+        place.translate(
+            Vec3d(uniform(-0.5, 0.5), uniform(-0.4, 0.4), round % 3 == 0 ? uniform(-1, 0.5) : uniform(-3, -1)));
         place.rotate(Quatd(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized());
         const Mat4d clip_T_mesh = tile.clip_T_world() * place.matrix();
         const OccluderRasteriser::Placed placed{.clip_T_mesh = clip_T_mesh, .mirrored = false, .noise = 1e-6};

@@ -266,7 +266,8 @@ TEST(Masked, WhatItsCutoffLeavesNothingOfHidesNothing) {
     for (const float cutoff : {0.5f, 1.0f, 1.5f}) {
         TestScene scene;
         const ObjectId material = scene.material(1.0f);
-        scene.edit.set(material, typeOf<Material>(), fieldId<&Material::alphaMode>, toValue(std::int64_t{Material::kMask}));
+        scene.edit.set(material, typeOf<Material>(), fieldId<&Material::alphaMode>,
+                       toValue(std::int64_t{Material::kMask}));
         scene.edit.set(material, typeOf<Material>(), fieldId<&Material::alphaCutoff>, toValue(cutoff));
         scene.put(scene.geometry(makeBox({4, 4, 1}), material), {0, 0, -5});
         const ObjectId behind = distantBox(scene);

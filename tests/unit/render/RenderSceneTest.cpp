@@ -210,7 +210,8 @@ TEST(RenderScene, MeshesThatCannotBeDrawnAreLeftOut) {
     const Blob positions = makeBox({1, 1, 1}).toArrays().positions;
     scene.edit.set(absent, typeOf<Geometry>(), fieldId<&Geometry::positions>,
                    toValue(Blob::absent(positions.id(), positions.sizeBytes())));
-    scene.edit.set(absent, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(makeBox({1, 1, 1}).toArrays().indices));
+    scene.edit.set(absent, typeOf<Geometry>(), fieldId<&Geometry::indices>,
+                   toValue(makeBox({1, 1, 1}).toArrays().indices));
     scene.node(absent);
     // Beyond anything a float can hold once it is scaled.
     scene.put(scene.geometry(makeBox({1, 1, 1})), {0, 0, -5}, Quatd::Identity(), Vec3d::Constant(1e200));
@@ -234,7 +235,8 @@ TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
         const bool drawn = scale < 1e18;
         EXPECT_EQ(followed.undrawn(), drawn ? std::set<ObjectId>() : std::set<ObjectId>{thing}) << scale;
         if (!drawn) {
-            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 9 comes to lie "), std::string::npos) << whyNotDrawn(scene.aspect, thing);
+            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 9 comes to lie "), std::string::npos)
+                << whyNotDrawn(scene.aspect, thing);
         }
         scene.edit.set(pose, typeOf<Transform>(), fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1)));
         ChangeList list = scene.edit.take();
@@ -242,7 +244,8 @@ TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
         followed.update(scene.aspect, &list);
         EXPECT_TRUE(followed.undrawn().empty());
     }
-    for (const float coordinate : {1e9f, 0.99e18f, 1.1e18f, 1e30f, std::numeric_limits<float>::max(), std::numeric_limits<float>::infinity()}) {
+    for (const float coordinate :
+         {1e9f, 0.99e18f, 1.1e18f, 1e30f, std::numeric_limits<float>::max(), std::numeric_limits<float>::infinity()}) {
         TestScene scene;
         MeshData mesh = makeBox({1, 1, 1});
         mesh.positions[5 * 3 + 1] = -coordinate;
@@ -252,7 +255,8 @@ TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
         drawn.update(scene.aspect, nullptr);
         EXPECT_EQ(drawn.undrawn().contains(thing), coordinate > 1e18f) << coordinate;
         if (coordinate > 1e18f) {
-            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 5"), std::string::npos) << whyNotDrawn(scene.aspect, thing);
+            EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("vertex 5"), std::string::npos)
+                << whyNotDrawn(scene.aspect, thing);
         }
     }
 }

@@ -55,7 +55,9 @@ public:
         ObjectId scope;
         bool outside;
         /// Whether it lights something.
-        [[nodiscard]] bool reaches(const Drawn& drawn) const { return !scope || drawn.within.contains(scope) != outside; }
+        [[nodiscard]] bool reaches(const Drawn& drawn) const {
+            return !scope || drawn.within.contains(scope) != outside;
+        }
     };
     std::map<std::uint64_t, Drawn> drawn;
     std::vector<Shining> lights;
@@ -65,7 +67,11 @@ public:
     NaiveView(const Aspect& aspect, std::size_t user, const Vec3d& head) : aspect_(aspect), user_(user), head_(head) {
         walk(kRootNode, Affine3d::Identity(), 0xff);
         // The first 32 of scopes that lights name, whoever sees them, count.
-        const auto beyond = [&](const Shining& light) { return light.scope && std::find(scopes_.begin(), scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_)), light.scope) == scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_)); };
+        const auto beyond = [&](const Shining& light) {
+            return light.scope &&
+                   std::find(scopes_.begin(), scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_)),
+                             light.scope) == scopes_.begin() + std::min<std::ptrdiff_t>(32, std::ssize(scopes_));
+        };
         std::erase_if(lights, beyond);
     }
 
@@ -76,32 +82,40 @@ private:
         const Node& node = *aspect_.get<Node>(id);
         const Object core = node.core ? aspect_.find(node.core) : Object();
         Affine3d world_T_node = placeNode(aspect_, node, world_T_parent);
-        if (const auto* billboard = core.as<Billboard>()) world_T_node.linear() = world_T_parent.linear() * turnTowards(head_, billboard->axis, world_T_parent);
+        if (const auto* billboard = core.as<Billboard>())
+            world_T_node.linear() = world_T_parent.linear() * turnTowards(head_, billboard->axis, world_T_parent);
         above_.push_back(core);
         within_.push_back(id);
         const bool shownToAny = shownTo != 0;
         const auto light = [&](const auto* it) {
             if (!it) return;
             anyLight = true;
-            if (shownToAny && it->on && it->scope && std::find(scopes_.begin(), scopes_.end(), it->scope) == scopes_.end()) scopes_.push_back(it->scope);
+            if (shownToAny && it->on && it->scope &&
+                std::find(scopes_.begin(), scopes_.end(), it->scope) == scopes_.end())
+                scopes_.push_back(it->scope);
             if (!seen || !it->on) return;
-            lights.push_back({it->intensity, worldTransform(aspect_, attached(it->beacon) ? it->beacon : id).translation(), it->scope, it->outside});
+            lights.push_back({it->intensity,
+                              worldTransform(aspect_, attached(it->beacon) ? it->beacon : id).translation(), it->scope,
+                              it->outside});
         };
         light(core.as<PointLight>());
         light(core.as<SpotLight>());
         light(core.as<DirectionalLight>());
         if (seen) {
-            if (const auto* geometry = core.as<Geometry>()) drawn[id.value] = {geometry, world_T_node, materialOf(*geometry), {within_.begin(), within_.end()}};
+            if (const auto* geometry = core.as<Geometry>())
+                drawn[id.value] = {geometry, world_T_node, materialOf(*geometry), {within_.begin(), within_.end()}};
             if (const auto* environment = core.as<Environment>()) skies.push_back(environment->sky);
         }
         std::size_t index = 0;
         for (const ObjectId child : node.children) {
             unsigned shown = shownTo;
-            if (const auto* choice = core.as<Switch>(); choice && choice->choice != Switch::kAll && choice->choice != static_cast<std::int64_t>(index) &&
-                                                        !(choice->choice == Switch::kMask && index < 63 && (choice->mask >> index) % 2 == 1))
+            if (const auto* choice = core.as<Switch>();
+                choice && choice->choice != Switch::kAll && choice->choice != static_cast<std::int64_t>(index) &&
+                !(choice->choice == Switch::kMask && index < 63 && (choice->mask >> index) % 2 == 1))
                 shown = 0;
             for (std::size_t user = 0; core.is<DistanceLOD>() && user < 8; ++user) {
-                const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) / (std::uint64_t{1} << (8 * user)) % 256);
+                const auto level = static_cast<std::size_t>(static_cast<std::uint64_t>(node.levels) /
+                                                            (std::uint64_t{1} << (8 * user)) % 256);
                 if (!(index == level || (index + 1 == node.children.size() && level > index))) shown &= ~(1u << user);
             }
             walk(child, world_T_node, shown);
@@ -138,7 +152,7 @@ private:
 
 int crowdedWithLights = 0;  ///< scenes seen with more than sixteen lights
 int differently = 0;        ///< scenes of which this user does not see all that others see, or sees something turned
-int scopedLights = 0;      ///< pairs of a light with a scope and an item
+int scopedLights = 0;       ///< pairs of a light with a scope and an item
 int lentMaterials = 0;      ///< items with the material of a group
 
 void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::size_t user, const Vec3d& head) {
@@ -168,13 +182,15 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
                                 .pointRadius = geometry.pointRadius};
         const auto found = items.find(id);
         // Without indices the vertices as they stand: three make a triangle.
-        const bool enough = points ? !geometry.positions.empty() : !geometry.indices.empty() || geometry.positions.sizeBytes() >= 3 * 12;
+        const bool enough = points ? !geometry.positions.empty()
+                                   : !geometry.indices.empty() || geometry.positions.sizeBytes() >= 3 * 12;
         const bool drawable = checkMesh(arrays) && enough;
         EXPECT_EQ(found != items.end(), drawable) << "node " << id;
         if (found == items.end()) continue;
         ++drawn;
         const SceneItem& item = all.items[found->second];
-        EXPECT_EQ(std::memcmp(all.world_T(item).data(), seen.world_T_node.data(), 16 * sizeof(double)), 0) << "node " << id;
+        EXPECT_EQ(std::memcmp(all.world_T(item).data(), seen.world_T_node.data(), 16 * sizeof(double)), 0)
+            << "node " << id;
         EXPECT_EQ(item.material, seen.material) << "node " << id;
         lentMaterials += item.lent ? 1 : 0;
         EXPECT_EQ(item.kind, points ? DrawKind::kPoints : DrawKind::kTriangles);
@@ -257,8 +273,7 @@ private:
 
     void survey() {
         for (auto& ids : ids_) ids.clear();
-        for (const ObjectId id : scene.aspect.ids())
-            of(typeOf(scene.aspect.find(id))).push_back(id);
+        for (const ObjectId id : scene.aspect.ids()) of(typeOf(scene.aspect.find(id))).push_back(id);
     }
 
     ObjectId create(ObjectType type) {
@@ -267,11 +282,11 @@ private:
         return id;
     }
     ObjectId anyCore() {
-        constexpr ObjectType kTypes[] = {typeOf<Transform>(),  typeOf<Transform>(), typeOf<Geometry>(),
-                                         typeOf<Geometry>(),   typeOf<Geometry>(),  typeOf<Switch>(),
-                                         typeOf<PointLight>(), typeOf<Group>(),     typeOf<DirectionalLight>(),
-                                         typeOf<Environment>(), typeOf<SpotLight>(), typeOf<ComponentTransform>(),
-                                         typeOf<InverseTransform>(), typeOf<MaterialGroup>(), typeOf<DistanceLOD>(), typeOf<Billboard>()};
+        constexpr ObjectType kTypes[] = {
+            typeOf<Transform>(),        typeOf<Transform>(),     typeOf<Geometry>(),    typeOf<Geometry>(),
+            typeOf<Geometry>(),         typeOf<Switch>(),        typeOf<PointLight>(),  typeOf<Group>(),
+            typeOf<DirectionalLight>(), typeOf<Environment>(),   typeOf<SpotLight>(),   typeOf<ComponentTransform>(),
+            typeOf<InverseTransform>(), typeOf<MaterialGroup>(), typeOf<DistanceLOD>(), typeOf<Billboard>()};
         const bool light = lightsOften_ && pick(3) > 0;
         const ObjectType type = light ? typeOf<PointLight>() : kTypes[pick(std::size(kTypes))];
         if (!light && pick(3) > 0 && !of(type).empty()) return any(of(type));
@@ -283,7 +298,8 @@ private:
             setMaterial(core);
         }
         if (type == typeOf<Switch>()) setChoice(core);
-        if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>() || type == typeOf<SpotLight>()) setIntensity(core, type);
+        if (type == typeOf<PointLight>() || type == typeOf<DirectionalLight>() || type == typeOf<SpotLight>())
+            setIntensity(core, type);
         if (type == typeOf<Environment>()) setSky(core);
         if (type == typeOf<MaterialGroup>()) setGroup(core);
         if (type == typeOf<Billboard>()) setAxis(core);
@@ -328,8 +344,10 @@ private:
     void setColor(ObjectId id) {
         if (!id) return;
         const ObjectType type = typeOf<Material>();
-        if (pick(2)) scene.edit.set(id, type, fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1, pick(3) ? 1.0f : 0.5f)));
-        if (pick(2)) scene.edit.set(id, type, fieldId<&Material::roughness>, toValue(static_cast<float>(uniform(0, 1))));
+        if (pick(2))
+            scene.edit.set(id, type, fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1, pick(3) ? 1.0f : 0.5f)));
+        if (pick(2))
+            scene.edit.set(id, type, fieldId<&Material::roughness>, toValue(static_cast<float>(uniform(0, 1))));
         if (pick(2)) {
             ObjectId image = pick(3) == 0 ? ObjectId() : any(of(typeOf<Image>()));
             if (pick(3) == 0) setPixels(image = create(typeOf<Image>()));
@@ -337,26 +355,30 @@ private:
                                      fieldId<&Material::normalImage>};
             scene.edit.set(id, type, slots[pick(3)], toValue(image));
         }
-        if (pick(3) == 0) scene.edit.set(id, type, fieldId<&Material::alphaMode>, toValue(static_cast<std::int64_t>(pick(4))));
+        if (pick(3) == 0)
+            scene.edit.set(id, type, fieldId<&Material::alphaMode>, toValue(static_cast<std::int64_t>(pick(4))));
         if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::clearcoat>, toValue(static_cast<float>(pick(2))));
         if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::ior>, toValue(pick(2) ? 1.5f : 2.0f));
-        if (pick(6) == 0) scene.edit.set(id, type, fieldId<&Material::transmission>, toValue(static_cast<float>(pick(2))));
+        if (pick(6) == 0)
+            scene.edit.set(id, type, fieldId<&Material::transmission>, toValue(static_cast<float>(pick(2))));
     }
     void setPixels(ObjectId id) {
         if (!id) return;
         const Blob& pixels = images_[pick(images_.size())];
         scene.edit.set(id, typeOf<Image>(), fieldId<&Image::pixels>, toValue(pixels));
-        scene.edit.set(id, typeOf<Image>(), fieldId<&Image::widthPx>, toValue(static_cast<std::int64_t>(pixels.sizeBytes() / 4)));
+        scene.edit.set(id, typeOf<Image>(), fieldId<&Image::widthPx>,
+                       toValue(static_cast<std::int64_t>(pixels.sizeBytes() / 4)));
         scene.edit.set(id, typeOf<Image>(), fieldId<&Image::heightPx>, toValue(std::int64_t{1}));
     }
     void setChoice(ObjectId id) {
         if (!id) return;
-        if (pick(2) == 0) scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(static_cast<std::int64_t>(pick(128))));
-        scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, toValue(pick(2) == 0 ? Switch::kMask : static_cast<std::int64_t>(pick(6)) - 2));
+        if (pick(2) == 0)
+            scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::mask>, toValue(static_cast<std::int64_t>(pick(128))));
+        scene.edit.set(id, typeOf<Switch>(), fieldId<&Switch::choice>,
+                       toValue(pick(2) == 0 ? Switch::kMask : static_cast<std::int64_t>(pick(6)) - 2));
     }
     void setIntensity(ObjectId id, ObjectType type) {
-        if (id)
-            scene.edit.set(id, type, fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
+        if (id) scene.edit.set(id, type, fieldId<&PointLight::intensity>, toValue(static_cast<float>(uniform(0, 9))));
     }
     void setLamp(ObjectId id) {
         const bool point = scene.aspect.get<PointLight>(id);
@@ -454,7 +476,9 @@ private:
             case 17: {
                 std::vector<ObjectId> bearers;
                 for (const ObjectId id : nodes)
-                    if (const Node* bearer = scene.aspect.get<Node>(id); bearer && scene.aspect.coreOf<DistanceLOD>(*bearer)) bearers.push_back(id);
+                    if (const Node* bearer = scene.aspect.get<Node>(id);
+                        bearer && scene.aspect.coreOf<DistanceLOD>(*bearer))
+                        bearers.push_back(id);
                 return bearers.empty() ? void() : setLevels(any(bearers));
             }
             case 18:
@@ -505,11 +529,13 @@ int runHistory(unsigned seed, int steps) {
         RenderScene anew;
         anew.update(editor.scene.aspect, nullptr);
         if (looking() % 2 == 0) camera.user = static_cast<unsigned>(looking() % 10);
-        if (looking() % 2 == 0) camera.headWorld = Vec3d(static_cast<double>(looking() % 5), 1, static_cast<double>(looking() % 5) - 2);
+        if (looking() % 2 == 0)
+            camera.headWorld = Vec3d(static_cast<double>(looking() % 5), 1, static_cast<double>(looking() % 5) - 2);
         const RenderScene::Impl& seen = followed.seenFrom(camera);
         (void)anew.seenFrom(camera);
         expectSame(followed, anew);
-        if (!testing::Test::HasFailure()) expectAsTraversed(seen, editor.scene.aspect, camera.user % 8, camera.headWorld);
+        if (!testing::Test::HasFailure())
+            expectAsTraversed(seen, editor.scene.aspect, camera.user % 8, camera.headWorld);
         if (testing::Test::HasFailure()) {
             ADD_FAILURE() << "step " << step << " of history " << seed << "; repeat it with TESSERA_HISTORY=" << seed
                           << " unit_render --gtest_filter=SceneHistory.*";

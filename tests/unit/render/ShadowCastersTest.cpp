@@ -18,8 +18,12 @@ Vec4d seenAt(const ScreenCamera& camera, const Vec3d& point) {
 
 TEST(ShadowCasters, TheSunSeesAllOfTheSceneAndASpotAllOfItsCone) {
     std::mt19937 random(1);
-    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
-    const auto vector = [&](double side) { return Vec3d(between(-side, side), between(-side, side), between(-side, side)); };
+    const auto between = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const auto vector = [&](double side) {
+        return Vec3d(between(-side, side), between(-side, side), between(-side, side));
+    };
     for (int round = 0; round < 500; ++round) {
         const double size = std::exp(between(-5, 8));
         const Vec3d middle = vector(3 * size), half = vector(size).cwiseAbs();
@@ -67,7 +71,9 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     all.update(scene.aspect, nullptr);
     RenderAction action(CullerKind::kMasked), other(CullerKind::kFrustum);
     TestCamera camera(320, 200, 2, 2);
-    const auto castersOf = [&](RenderAction& by, int column) { return by.run(all, camera.camera(), camera.tile(column, 0), nullptr).casters; };
+    const auto castersOf = [&](RenderAction& by, int column) {
+        return by.run(all, camera.camera(), camera.tile(column, 0), nullptr).casters;
+    };
     const auto first = castersOf(action, 0);
     ASSERT_TRUE(first && first->views.size() == 1 && first->near && first->middle);
     EXPECT_TRUE(draws({.opaque = first->views[0]->items}, node));
@@ -111,7 +117,8 @@ TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
                 TestScene scene;
                 const ObjectId sun = scene.create(typeOf<DirectionalLight>());
                 setField<&DirectionalLight::shadows>(scene.edit, sun, true);
-                scene.node(sun, scene.node(scene.transform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), travels))));
+                scene.node(sun,
+                           scene.node(scene.transform(Vec3d::Zero(), Quatd::FromTwoVectors(-Vec3d::UnitZ(), travels))));
                 const ObjectId box = scene.geometry(makeBox({1, 1, 1}));
                 scene.put(box, {2, 0, -5});
                 scene.put(box, {-9, 3, -20});
@@ -121,7 +128,9 @@ TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
                 RenderScene all;
                 all.update(scene.aspect, nullptr);
                 const PixelRect whole{.x = 0, .y = 0, .width = 320, .height = 200};
-                return RenderAction(CullerKind::kFrustum).run(all, TestCamera(320, 200, 2, 2).camera(), whole, nullptr).casters;
+                return RenderAction(CullerKind::kFrustum)
+                    .run(all, TestCamera(320, 200, 2, 2).camera(), whole, nullptr)
+                    .casters;
             };
             const auto alone = castersOf(false), with = castersOf(true);
             ASSERT_TRUE(alone && with && !alone->middle);
@@ -151,7 +160,8 @@ TEST(ShadowCasters, WhatIsOfTheServerCastsNone) {
     all.update(scene.aspect, nullptr);
     const auto casts = [&](ObjectId node, const RenderScene& by) {
         const PixelRect whole{.x = 0, .y = 0, .width = 320, .height = 200};
-        const auto list = RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), whole, nullptr);
+        const auto list =
+            RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), whole, nullptr);
         return draws({.opaque = list.casters->views[0]->items}, node);
     };
     EXPECT_TRUE(casts(bearer, all));
@@ -172,13 +182,16 @@ TEST(ShadowCasters, WhatIsOfTheServerCastsNone) {
 TEST(ShadowCasters, AreThoseOfAFreshLookAfterAnyHistory) {
     for (unsigned seed = 0; seed < 20; ++seed) {
         std::mt19937 random(seed);
-        const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto between = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
+        };
         const auto place = [&] { return Vec3d(between(-9, 9), between(-2, 2), between(-20, 2)); };
         TestScene scene;
         const ObjectId sun = scene.create(typeOf<DirectionalLight>());
         setField<&DirectionalLight::shadows>(scene.edit, sun, true);
         scene.node(sun);
-        std::vector<ObjectId> shapes = {scene.geometry(makeBox({1, 1, 1})), scene.geometry(makeBox({2, 1, 1}), scene.material(1)),
+        std::vector<ObjectId> shapes = {scene.geometry(makeBox({1, 1, 1})),
+                                        scene.geometry(makeBox({2, 1, 1}), scene.material(1)),
                                         scene.geometry(makeBox({1, 3, 1}), scene.material(0.5f))};
         std::vector<ObjectId> transforms, nodes;
         const auto add = [&] {
@@ -195,11 +208,21 @@ TEST(ShadowCasters, AreThoseOfAFreshLookAfterAnyHistory) {
         for (int step = 0; step < 40; ++step) {
             const std::size_t one = random() % transforms.size();
             switch (random() % 5) {
-                case 0: scene.place(transforms[one], place(), Quatd::Identity(), Vec3d::Constant(between(0.5, 2))); break;
-                case 1: add(); break;
-                case 2: setField<&Node::core>(scene.edit, nodes[one], shapes[random() % 3]); break;
-                case 3: setField<&Geometry::material>(scene.edit, shapes[random() % 3], scene.material(random() % 2 ? 1.0f : 0.4f)); break;
-                default: break;  // nothing at all
+                case 0:
+                    scene.place(transforms[one], place(), Quatd::Identity(), Vec3d::Constant(between(0.5, 2)));
+                    break;
+                case 1:
+                    add();
+                    break;
+                case 2:
+                    setField<&Node::core>(scene.edit, nodes[one], shapes[random() % 3]);
+                    break;
+                case 3:
+                    setField<&Geometry::material>(scene.edit, shapes[random() % 3],
+                                                  scene.material(random() % 2 ? 1.0f : 0.4f));
+                    break;
+                default:
+                    break;  // nothing at all
             }
             const ChangeList list = scene.apply();
             all.update(scene.aspect, &list);
@@ -210,11 +233,14 @@ TEST(ShadowCasters, AreThoseOfAFreshLookAfterAnyHistory) {
                 const auto casters = action.run(from, camera.camera(), camera.tile(0, 0), nullptr).casters;
                 for (const DrawItem& item : casters->views[0]->items)
                     items.emplace_back(item.node, item.geometry, item.material, item.world_T_item.translation());
-                std::sort(items.begin(), items.end(), [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });
+                std::sort(items.begin(), items.end(),
+                          [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });
                 return items;
             };
-            ASSERT_EQ(known(all), known(fresh)) << "step " << step
-                << "; again: unit_render --gtest_filter=ShadowCasters.AreThoseOfAFreshLookAfterAnyHistory, seed " << seed;
+            ASSERT_EQ(known(all), known(fresh))
+                << "step " << step
+                << "; again: unit_render --gtest_filter=ShadowCasters.AreThoseOfAFreshLookAfterAnyHistory, seed "
+                << seed;
         }
     }
 }

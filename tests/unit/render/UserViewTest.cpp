@@ -1,4 +1,5 @@
-// What depends on who looks: levels of detail, what turns towards a head, and lights among them. Histories of all that: SceneHistoryTest.
+// What depends on who looks: levels of detail, what turns towards a head, and lights among them. Histories of all that:
+// SceneHistoryTest.
 #include <cmath>
 #include <limits>
 #include <random>
@@ -44,7 +45,11 @@ TEST(TurnTowards, BringsZTowardsTheHeadInAnyFrame) {
             ASSERT_GT(turn.col(1).y(), -1e-12) << "+Y stays up";
             ASSERT_LT(std::abs(turn.col(0).y()), 1e-12) << "and as far as that allows";
             // In the world too.
-            ASSERT_LT((world_T_node.linear() * turn.col(2)).normalized().cross((head - world_T_node.translation()).normalized()).norm(), 1e-9);
+            ASSERT_LT((world_T_node.linear() * turn.col(2))
+                          .normalized()
+                          .cross((head - world_T_node.translation()).normalized())
+                          .norm(),
+                      1e-9);
         }
         ++faced;
     }
@@ -100,7 +105,8 @@ TEST(UserView, EachUserSeesTheirLevelWithEveryCuller) {
         if (asksRenderer(culler)) continue;
         for (unsigned user = 0; user < 10; ++user) {
             const std::size_t level = std::array{0, 1, 2, 0, 1, 2, 1, 2}[user % 8];
-            EXPECT_EQ(stage.seenBy(user, culler), std::vector{stage.leaves[level]}) << nameOf(culler) << ", user " << user;
+            EXPECT_EQ(stage.seenBy(user, culler), std::vector{stage.leaves[level]})
+                << nameOf(culler) << ", user " << user;
         }
     }
 }
@@ -139,7 +145,8 @@ TEST(UserView, BillboardsFaceTheHeadAndNotTheEye) {
     TestScene scene;
     const ObjectId core = scene.create(typeOf<Billboard>());
     const ObjectId sign = scene.node(core, scene.node(scene.transform({1, 0, -6})));
-    const ObjectId plate = scene.node(scene.geometry(makeBox({1, 1, 0.1})), scene.node(scene.transform({0, 0, 0.5}), sign));
+    const ObjectId plate =
+        scene.node(scene.geometry(makeBox({1, 1, 0.1})), scene.node(scene.transform({0, 0, 0.5}), sign));
     scene.apply();
     RenderScene all;
     all.update(scene.aspect, nullptr);
@@ -157,7 +164,8 @@ TEST(UserView, BillboardsFaceTheHeadAndNotTheEye) {
     const Vec3d head = wall.camera().headWorld, origin(1, 0, -6);
     const Vec3d towards = Vec3d(head.x() - origin.x(), 0, head.z() - origin.z()).normalized();
     EXPECT_LT((left.linear().col(2) - towards).norm(), 1e-12);
-    EXPECT_LT((left.translation() - (origin + 0.5 * towards)).norm(), 1e-12) << "all that is below turns about the node's origin";
+    EXPECT_LT((left.translation() - (origin + 0.5 * towards)).norm(), 1e-12)
+        << "all that is below turns about the node's origin";
     wall.user.position.x() += 1;
     EXPECT_GT((poseFrom(Eye::kCenter).linear() - left.linear()).norm(), 0.01);
     wall.user.position.x() -= 1;

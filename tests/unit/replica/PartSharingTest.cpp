@@ -72,14 +72,17 @@ struct DrawingSide {
 
     [[nodiscard]] Picture whole(const Tile& tile, FrameNumber frame) {
         const ScreenCamera camera = tileCamera(wall, tile, viewOf(frame));
-        return renderer->draw(aspect, RenderAction(CullerKind::kNone).run(scene, camera, tile.rect, nullptr), camera, tile.rect)
+        return renderer
+            ->draw(aspect, RenderAction(CullerKind::kNone).run(scene, camera, tile.rect, nullptr), camera, tile.rect)
             .value();
     }
     [[nodiscard]] Picture shared(PartSharing& sharing, const Tile& tile, FrameNumber frame, PartCounts& counts) {
         const ScreenCamera camera = tileCamera(wall, tile, viewOf(frame));
         const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, tile.rect, nullptr);
         sharing.begin(frame, digestOf(frame), viewOf(frame));
-        auto picture = sharing.draw(*renderer, aspect, list, camera, tile, [&] { return renderer->draw(aspect, list, camera, tile.rect); }, counts);
+        auto picture = sharing.draw(
+            *renderer, aspect, list, camera, tile, [&] { return renderer->draw(aspect, list, camera, tile.rect); },
+            counts);
         sharing.end();
         return picture.value();
     }
@@ -97,7 +100,8 @@ struct Owner : DrawingSide {
 TEST(PartSharing, PartsCoverTheTileAndMeetOnTheGrid) {
     const char* given = std::getenv("TESSERA_SEED");
     const unsigned seed = given ? static_cast<unsigned>(std::stoul(given)) : 1;
-    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_replica --gtest_filter=PartSharing.PartsCover*");
+    SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                 " build/bin/unit_replica --gtest_filter=PartSharing.PartsCover*");
     std::mt19937 random(seed);
     const auto below = [&](int n) { return std::uniform_int_distribution<>(0, n - 1)(random); };
     for (int i = 0; i < 2'000; ++i) {
@@ -115,7 +119,9 @@ TEST(PartSharing, PartsCoverTheTileAndMeetOnTheGrid) {
             ASSERT_GT(part.width, 0);
             ASSERT_GT(part.height, 0);
             pixels += std::int64_t{part.width} * part.height;
-            const auto onGrid = [](int edge, int from, int length) { return edge == from || edge == from + length || edge % 64 == 0; };
+            const auto onGrid = [](int edge, int from, int length) {
+                return edge == from || edge == from + length || edge % 64 == 0;
+            };
             for (const int x : {part.x, part.x + part.width}) ASSERT_TRUE(onGrid(x, tile.x, tile.width)) << x;
             for (const int y : {part.y, part.y + part.height}) ASSERT_TRUE(onGrid(y, tile.y, tile.height)) << y;
             ASSERT_GE(part.x, tile.x);
@@ -151,7 +157,8 @@ TEST(PartSharing, ADividedPictureIsTheWholeOneWhoeverDrawsItsParts) {
             sharing.begin(FrameNumber(frame), digestOf(FrameNumber(frame)), viewOf(FrameNumber(frame)));
             sharing.end();
             while (!over && at == frame)
-                if (!sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; })) std::this_thread::yield();
+                if (!sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; }))
+                    std::this_thread::yield();
         }
     });
     owner.sharing.meet("right " + found.get() + "\nnobody 1/2\nright\n\nright x y\n");
@@ -186,21 +193,25 @@ TEST(PartSharing, ANeighbourThatHangsLiesOrGivesBackCostsNoPicture) {
     Owner owner({.mode = ShareMode::kAlways, .cores = 2});
     Board board = Board::create().value();
     owner.sharing.meet("right " + board.place() + "\n");
-    const std::vector<std::pair<std::string, std::function<void(NeighbourBoard&, const Posting&, std::size_t)>>> plays = {
-        {"never comes back", [](NeighbourBoard&, const Posting&, std::size_t) {}},
-        {"claims what it has not drawn",
-         [](NeighbourBoard& owners, const Posting& posting, std::size_t part) { (void)owners.done(posting, part, 1, 3); }},
-        {"claims it for somebody who is not there",
-         [](NeighbourBoard& owners, const Posting& posting, std::size_t part) { (void)owners.done(posting, part, 1234, 3); }},
-        {"gives it back",
-         [](NeighbourBoard& owners, const Posting& posting, std::size_t part) { owners.giveUp(posting, part, 1); }}};
+    const std::vector<std::pair<std::string, std::function<void(NeighbourBoard&, const Posting&, std::size_t)>>> plays =
+        {{"never comes back", [](NeighbourBoard&, const Posting&, std::size_t) {}},
+         {"claims what it has not drawn", [](NeighbourBoard& owners, const Posting& posting,
+                                             std::size_t part) { (void)owners.done(posting, part, 1, 3); }},
+         {"claims it for somebody who is not there",
+          [](NeighbourBoard& owners, const Posting& posting, std::size_t part) {
+              (void)owners.done(posting, part, 1234, 3);
+          }},
+         {"gives it back",
+          [](NeighbourBoard& owners, const Posting& posting, std::size_t part) { owners.giveUp(posting, part, 1); }}};
     for (const auto& [name, how] : plays) {
         std::atomic<bool> over = false;
         const auto& play = how;
-        std::thread neighbour([&board, &over, &play, place = owner.board.place()] { playNeighbour(place, board, over, play); });
+        std::thread neighbour(
+            [&board, &over, &play, place = owner.board.place()] { playNeighbour(place, board, over, play); });
         for (const FrameNumber frame : {0_frame, 1_frame, 2_frame}) {
             PartCounts counts;
-            EXPECT_TRUE(owner.shared(owner.sharing, owner.tile, frame, counts) == owner.whole(owner.tile, frame)) << name;
+            EXPECT_TRUE(owner.shared(owner.sharing, owner.tile, frame, counts) == owner.whole(owner.tile, frame))
+                << name;
             EXPECT_EQ(counts.helped, 0u) << name;
         }
         over = true;
@@ -257,7 +268,8 @@ TEST(PartSharing, APartIsLeftAtAnyPointAndGivenBackWhenItsHelperIsWantedElsewher
     const NeighbourBoard seen = NeighbourBoard::open(helper.board.place()).value();
     const auto done = board.doneElsewhere(0);
     ASSERT_TRUE(done);
-    ASSERT_TRUE(seen.copy(done->slot, Board::stamp(static_cast<std::uint32_t>(leftAt) + 1, 1, 0), parts[0], other.rect, drawn));
+    ASSERT_TRUE(
+        seen.copy(done->slot, Board::stamp(static_cast<std::uint32_t>(leftAt) + 1, 1, 0), parts[0], other.rect, drawn));
     EXPECT_TRUE(drawn == helper.whole(other, 5_frame)) << "what was left before shows";
 }
 
@@ -267,7 +279,9 @@ TEST(PartSharing, HelpsOnlyWithTheSameFrameAndAProcessorToSpare) {
     const Tile other = tilesOf(helper.wall, "right").front();
     const auto parts = cutIntoParts(other.rect, 4);
     helper.sharing.meet("right " + board.place() + "\n");
-    const auto helps = [&] { return helper.sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; }); };
+    const auto helps = [&] {
+        return helper.sharing.help(*helper.renderer, helper.aspect, helper.scene, [] { return false; });
+    };
     board.is(Activity::kDrawing);
     board.post(digestOf(5_frame), 1, parts);
     EXPECT_FALSE(helps()) << "it has not drawn yet itself";
@@ -290,7 +304,8 @@ TEST(PartSharing, HelpsOnlyWithTheSameFrameAndAProcessorToSpare) {
     busy.sharing.meet("right " + board.place() + "\n");
     busy.sharing.begin(5_frame, digestOf(5_frame), viewOf(5_frame));
     busy.sharing.end();
-    EXPECT_FALSE(busy.sharing.help(*busy.renderer, busy.aspect, busy.scene, [] { return false; })) << "the owner has the only processor";
+    EXPECT_FALSE(busy.sharing.help(*busy.renderer, busy.aspect, busy.scene, [] { return false; }))
+        << "the owner has the only processor";
     board.post(digestOf(5_frame), 1, std::vector{PixelRect{.x = 0, .y = 0, .width = 64, .height = 64}});
     helper.sharing.begin(5_frame, digestOf(5_frame), viewOf(5_frame));
     helper.sharing.end();

@@ -31,11 +31,15 @@ TEST(PictureWriter, EncodesOnceForAllWhoAskMeanwhile) {
     test::ReadableLog words;
     PictureWriter writer(words.log);
     // Something large before them, so that they meet.
-    const auto large = std::make_shared<const Picture>(Picture::filled(2000, 2000, 9, 9, 9)), asked = std::make_shared<const Picture>(Picture::filled(64, 64, 1, 2, 3));
+    const auto large = std::make_shared<const Picture>(Picture::filled(2000, 2000, 9, 9, 9)),
+               asked = std::make_shared<const Picture>(Picture::filled(64, 64, 1, 2, 3));
     ASSERT_TRUE(writer.encodePng(large, 0, [](const SharedBytes&) {}));
     std::vector<std::promise<SharedBytes>> told(3);
-    for (std::size_t i = 0; i < told.size(); ++i) ASSERT_TRUE(writer.encodePng(asked, i == 2 ? 8 : 7, [&told, i](const SharedBytes& png) { told[i].set_value(png); }));
-    const SharedBytes first = told[0].get_future().get(), second = told[1].get_future().get(), other = told[2].get_future().get();
+    for (std::size_t i = 0; i < told.size(); ++i)
+        ASSERT_TRUE(
+            writer.encodePng(asked, i == 2 ? 8 : 7, [&told, i](const SharedBytes& png) { told[i].set_value(png); }));
+    const SharedBytes first = told[0].get_future().get(), second = told[1].get_future().get(),
+                      other = told[2].get_future().get();
     EXPECT_EQ(first, second) << "the same bytes";
     EXPECT_NE(*first, *other) << "of another frame";
 }

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 #include <future>
-#include <set>
 #include <optional>
+#include <set>
 
 #include "client/draw/Surface.h"
 #include "client/replica/RenderHost.h"
@@ -44,11 +44,10 @@ protected:
         options.name = "left";
         host_.reset();
         surface_ = makeSurface("osmesa").value();
-        host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_,
-                                             [this](Outcome outcome) {
-                                                 if (onOutcome_) onOutcome_(outcome);
-                                                 outcomes_.push(std::move(outcome));
-                                             });
+        host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_, [this](Outcome outcome) {
+            if (onOutcome_) onOutcome_(outcome);
+            outcomes_.push(std::move(outcome));
+        });
         ASSERT_TRUE(host_->probe());
         configure(oneTileEach());
     }
@@ -84,7 +83,8 @@ protected:
     /// Some of it before the wall and some behind it.
     static Aspect makeMuchToUpload(int balls = 30) {
         test::TestScene made;
-        for (int i = 0; i < balls; ++i) made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3.0 : 6.0});
+        for (int i = 0; i < balls; ++i)
+            made.place(made.add(makeSphere(0.5 + 0.01 * i, 90)), {-0.6, 1.5, i % 2 ? -3.0 : 6.0});
         return made.take();
     }
     /// Whether what can be done ahead of need comes to an end, at that time.
@@ -103,7 +103,8 @@ protected:
     /// Draws and shows a frame in which `list` changes the scene: what the tile took.
     TileStats frame(FrameNumber number, const ChangeList& list = {}, const View& view = {}) {
         for (const Blob& blob : blobsOf(list)) kept_.push_back(store_.add(blob));
-        EXPECT_TRUE(performOrAgain(work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
+        EXPECT_TRUE(performOrAgain(
+            work::Draw{beginOf(number, list.empty() ? ByteSlice() : ByteSlice(share(encodeChangeList(list))), view)}));
         const auto drawn = next<outcome::Drawn>();
         if (drawn) show(*drawn);
         EXPECT_TRUE(performOrAgain(work::Shown{number}));

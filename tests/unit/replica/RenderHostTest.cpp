@@ -66,20 +66,23 @@ TEST_F(RenderHostTest, ShowsItsImageAgainWithoutDrawingWhileNothingItShowsChange
         EXPECT_EQ(shown().frame, number);
         EXPECT_EQ(shown().picture, picture);
     }
-    const TileStats renamed = frame(FrameNumber(5), set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
+    const TileStats renamed =
+        frame(FrameNumber(5), set(ball, typeOf<Node>(), fieldId<&Node::name>, toValue(std::string("ball"))));
     EXPECT_EQ(renamed.cullMs + renamed.drawMs, 0) << "a name is not seen";
     ChangeList compacted;  // of objects that came and went
     compacted.nextFreeId = 5'000;
     ASSERT_TRUE(scene.apply(compacted));
     EXPECT_EQ(frame(FrameNumber(5), compacted).cullMs, 0) << "no snapshot: nothing is to be known anew";
-    const TileStats unseen =
-        frame(FrameNumber(6), set(poseOf(behind), typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
+    const TileStats unseen = frame(FrameNumber(6), set(poseOf(behind), typeOf<Transform>(),
+                                                       fieldId<&Transform::translation>, toValue(Vec3d(1, 1.5, 50))));
     EXPECT_GT(unseen.cullMs, 0);
     EXPECT_EQ(unseen.drawMs, 0) << "what this tile does not show";
     EXPECT_EQ(shown().picture, picture);
     EXPECT_EQ(shown().frame, 6u);
     // What only the renderer knows of.
-    EXPECT_GT(frame(FrameNumber(7), set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.1f))).drawMs, 0);
+    EXPECT_GT(
+        frame(FrameNumber(7), set(material, typeOf<Material>(), fieldId<&Material::roughness>, toValue(0.1f))).drawMs,
+        0);
     EXPECT_FALSE(shown().picture == picture);
     EXPECT_EQ(frame(FrameNumber(8)).drawMs, 0);
     View view;
@@ -175,8 +178,8 @@ TEST_F(RenderHostTest, DoesAtOnceOnlyWhatIsTheFrameBeforeOnceMore) {
 }
 
 TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
-    host_ = std::make_unique<RenderHost>(RenderHostOptions{.name = "left", .output = folder_.path()}, nullptr, store_, log_,
-                                         [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
+    host_ = std::make_unique<RenderHost>(RenderHostOptions{.name = "left", .output = folder_.path()}, nullptr, store_,
+                                         log_, [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
     EXPECT_EQ(host_->probe().value(), 0u);
     configure(oneTileEach());
     Aspect scene = makeBall();
@@ -202,7 +205,8 @@ TEST_F(RenderHostTest, WithoutASurfaceTakesPartInEveryFrameAndHasNoPictures) {
 }
 
 TEST_F(RenderHostTest, LeavesToItsOwnThreadWhatMayWait) {
-    start({.output = folder_.path(), .keepFrames = true, .injection = {.kind = Injection::Kind::kDrawSlow, .frame = 4}});
+    start(
+        {.output = folder_.path(), .keepFrames = true, .injection = {.kind = Injection::Kind::kDrawSlow, .frame = 4}});
     Aspect scene = makeBall();
     ASSERT_TRUE(applied(scene));
     for (std::uint64_t number = 0; number < 2; ++number) frame(FrameNumber(number));
@@ -250,9 +254,15 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
                 edit.set(scene.get<Node>(group)->core, typeOf<Transform>(), fieldId<&Transform::translation>,
                          toValue(Vec3d(static_cast<double>(pick(5)) - 2, 1.5, -1)));
                 break;
-            case 1: edit.place(group, scene.get<Node>(group)->parent ? ObjectId() : kRootNode); break;
-            case 2: edit.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(cores[pick(cores.size())])); break;
-            case 3: edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(materials[pick(2)])); break;
+            case 1:
+                edit.place(group, scene.get<Node>(group)->parent ? ObjectId() : kRootNode);
+                break;
+            case 2:
+                edit.set(node, typeOf<Node>(), fieldId<&Node::core>, toValue(cores[pick(cores.size())]));
+                break;
+            case 3:
+                edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::material>, toValue(materials[pick(2)]));
+                break;
             case 4: {
                 const MeshArrays& mesh = meshes[pick(2)];
                 edit.set(core, typeOf<Geometry>(), fieldId<&Geometry::positions>, toValue(mesh.positions));
@@ -265,10 +275,18 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
                 edit.set(materials[pick(2)], typeOf<Material>(), fieldId<&Material::baseColor>,
                          toValue(Vec4f(1, static_cast<float>(pick(2)), 1, pick(2) ? 1.0f : 0.5f)));
                 break;
-            case 6: edit.set(materials[pick(2)], typeOf<Material>(), fieldId<&Material::doubleSided>, true); break;
-            case 7: edit.set(image, typeOf<Image>(), fieldId<&Image::pixels>, toValue(Blob::of(std::span(pick(2) ? red : blue)))); break;
-            case 8: edit.set(lamp, typeOf<PointLight>(), fieldId<&PointLight::intensity>, toValue(pick(2) ? 3.0f : 2.0f)); break;
-            default: break;
+            case 6:
+                edit.set(materials[pick(2)], typeOf<Material>(), fieldId<&Material::doubleSided>, true);
+                break;
+            case 7:
+                edit.set(image, typeOf<Image>(), fieldId<&Image::pixels>,
+                         toValue(Blob::of(std::span(pick(2) ? red : blue))));
+                break;
+            case 8:
+                edit.set(lamp, typeOf<PointLight>(), fieldId<&PointLight::intensity>, toValue(pick(2) ? 3.0f : 2.0f));
+                break;
+            default:
+                break;
         }
         const ChangeList list = edit.take();
         ASSERT_TRUE(scene.apply(list));
@@ -441,7 +459,8 @@ TEST_F(RenderHostTest, LeavesWhenTheWallMakesNoSense) {
     EXPECT_TRUE(next<outcome::Broken>());
 }
 
-/// Whoever is told of the first one holds the writer up: the draw thread is asked for more all the same, and never waits.
+/// Whoever is told of the first one holds the writer up: the draw thread is asked for more all the same, and never
+/// waits.
 TEST_F(RenderHostTest, ManyWhoWantPicturesKeepNobodyWaiting) {
     start({.output = folder_.path()});
     Aspect ball = makeBall();
@@ -452,7 +471,8 @@ TEST_F(RenderHostTest, ManyWhoWantPicturesKeepNobodyWaiting) {
         const auto* image = std::get_if<outcome::Image>(&outcome.what);
         if (image && !image->image.picture.empty()) opened.wait();
     };
-    for (std::uint64_t i = 0; i < 64; ++i) ASSERT_TRUE(perform(work::SendImages{{.request = 100 + i, .frame = 5_frame}}));
+    for (std::uint64_t i = 0; i < 64; ++i)
+        ASSERT_TRUE(perform(work::SendImages{{.request = 100 + i, .frame = 5_frame}}));
     // Other pictures: as many as there is room for, the others are none at once.
     for (std::uint64_t i = 0; i < 20; ++i) {
         ASSERT_TRUE(perform(work::Draw{beginOf(FrameNumber(6 + i))}));

@@ -121,8 +121,8 @@ TEST_F(ServerLinkTest, SaysWhoItIsAndEndsWhenTheServerIsOver) {
 
 TEST_F(ServerLinkTest, SaysWhereItsBoardLiesAndHandsNeighboursAndTheirCallsOn) {
     link_ = std::make_unique<ServerLink>(
-        ServerLinkOptions{.server = server_.address(), .name = "left", .machine = "here", .board = "1/3"}, shelf_, nullptr, nullptr,
-        events_, work_, log_);
+        ServerLinkOptions{.server = server_.address(), .name = "left", .machine = "here", .board = "1/3"}, shelf_,
+        nullptr, nullptr, events_, work_, log_);
     thread_ = std::thread([this] { end_ = link_->run(); });
     const auto hello = server_.hear<message::Hello>();
     ASSERT_TRUE(hello);
@@ -236,11 +236,12 @@ TEST_F(ServerLinkTest, DoesAtOnceWhatTakesNoTimeWhileTheDrawThreadHasNothingToDo
     EXPECT_TRUE(waitForEnd().over);
 }
 
-/// What the draw thread is at after it has drawn, a part for a neighbour or a program that may be needed, is no business of the
-/// others: they show the frame now.
+/// What the draw thread is at after it has drawn, a part for a neighbour or a program that may be needed, is no
+/// business of the others: they show the frame now.
 TEST_F(ServerLinkTest, ShowsInTheInstantOfTheSwapWhateverTheDrawThreadIsAt) {
     const test::TestFolder folder;
-    auto left = SharedFrameWriter::create(folder / "left/shown.frame", 8, 4).value(), right = SharedFrameWriter::create(folder / "right/shown.frame", 8, 4).value();
+    auto left = SharedFrameWriter::create(folder / "left/shown.frame", 8, 4).value(),
+         right = SharedFrameWriter::create(folder / "right/shown.frame", 8, 4).value();
     const auto shown = [&](const std::string& tile) {
         const auto image = readSharedFrame(folder / (tile + "/shown.frame"));
         return image ? static_cast<int>(image->frame) : -1;

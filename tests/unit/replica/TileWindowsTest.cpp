@@ -24,7 +24,8 @@ using namespace std::chrono_literals;
 class Played {
 public:
     explicit Played(const std::string& script) {
-        folder_ = std::filesystem::temp_directory_path() / ("tile-windows-" + std::to_string(::getpid()) + "-" + std::to_string(++count_));
+        folder_ = std::filesystem::temp_directory_path() /
+                  ("tile-windows-" + std::to_string(::getpid()) + "-" + std::to_string(++count_));
         std::filesystem::create_directories(folder_ / "tiles/front-0-0");
         std::ofstream(folder_ / "tiles/front-0-0/shown.frame") << script;
         Screen screen;
@@ -93,8 +94,9 @@ TEST(TileWindows, WhereNobodyListensThereIsNoSocket) {
     Log log("test");
     const auto folder = std::filesystem::temp_directory_path() / ("tile-windows-deaf-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder / "tiles/front-0-0");
-    std::ofstream(folder / "tiles/front-0-0/shown.frame") << "printf x >&3 2>/dev/null && touch " << (folder / "heard").string() << "\ntouch "
-                                                          << (folder / "done").string() << "\n";
+    std::ofstream(folder / "tiles/front-0-0/shown.frame")
+        << "printf x >&3 2>/dev/null && touch " << (folder / "heard").string() << "\ntouch "
+        << (folder / "done").string() << "\n";
     Wall wall;
     wall.screens = {{.name = "front"}};
     wall.users = {{.name = "viewer"}};
@@ -115,7 +117,8 @@ struct TwoScreens {
         wall.hosts = {{"host", {{"front", 0, 0, Eye::kCenter, "viewer"}, {"floor", 0, 0, Eye::kCenter, "viewer"}}}};
         for (const char* tile : {"front-0-0", "floor-0-0"}) {
             std::filesystem::create_directories(folder / "tiles" / tile);
-            std::ofstream(folder / "tiles" / tile / "shown.frame") << "echo \"$@\" > $0.part && mv $0.part $0.said; exec sleep 20\n";
+            std::ofstream(folder / "tiles" / tile / "shown.frame")
+                << "echo \"$@\" > $0.part && mv $0.part $0.said; exec sleep 20\n";
         }
     }
     ~TwoScreens() {
@@ -154,7 +157,8 @@ struct TwoScreens {
         std::fclose(file);
         return text;
     }
-    std::filesystem::path folder = std::filesystem::temp_directory_path() / ("tile-windows-two-" + std::to_string(::getpid()));
+    std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("tile-windows-two-" + std::to_string(::getpid()));
     Wall wall;
 };
 
@@ -171,10 +175,12 @@ TEST(TileWindows, ThatCoverOneMonitorAndMonitorsTooManyAreSaidOnce) {
     EXPECT_NE(many.find("3 monitors are named, and there are 2 outputs to show"), std::string::npos) << many;
     EXPECT_EQ(std::count(many.begin(), many.end(), '\n'), 1) << many;
     const std::string first = two.warningsWith({.fullScreen = true});
-    EXPECT_NE(first.find("tiles front-0-0 and floor-0-0 both take all of the first monitor"), std::string::npos) << first;
+    EXPECT_NE(first.find("tiles front-0-0 and floor-0-0 both take all of the first monitor"), std::string::npos)
+        << first;
     EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 1) << first;
     two.wall.hosts[0].tiles[1].output.monitor = "DP-1";
-    EXPECT_NE(two.warningsWith({.fullScreen = true, .monitors = {"DP-1"}}).find("all of monitor \"DP-1\""), std::string::npos);
+    EXPECT_NE(two.warningsWith({.fullScreen = true, .monitors = {"DP-1"}}).find("all of monitor \"DP-1\""),
+              std::string::npos);
     EXPECT_EQ(two.warningsWith({.fullScreen = true, .monitors = {"DP-1", "DP-2"}}), "");
 }
 

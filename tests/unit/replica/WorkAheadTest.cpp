@@ -21,7 +21,8 @@ TEST_F(RenderHostTest, WorksAheadUntilNothingIsLeftAndShowsTheSame) {
     EXPECT_FALSE(host_->workAhead(afterFlips()));
 }
 
-/// What computes between Ready and Swap keeps those who flip here waiting (of four hosts without privileges on two processors: 6 to 12 ms).
+/// What computes between Ready and Swap keeps those who flip here waiting (of four hosts without privileges on two
+/// processors: 6 to 12 ms).
 TEST_F(RenderHostTest, DoesNothingAheadUntilAllHaveFlipped) {
     start();
     Aspect scene = makeMuchToUpload();

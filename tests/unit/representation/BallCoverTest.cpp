@@ -39,7 +39,8 @@ std::vector<Triangle> trianglesOf(const TriangleMesh& mesh) {
     return out;
 }
 
-/// Thin, long, flat, without area, large and small ones; near the origin and far from it; of every size that numbers have.
+/// Thin, long, flat, without area, large and small ones; near the origin and far from it; of every size that numbers
+/// have.
 std::vector<Covered> everyKindOfSurface(Random& random) {
     std::vector<Triangle> needles, large, flat, line, crumbs;
     for (int i = 0; i < 12; ++i) {
@@ -101,7 +102,8 @@ void expectCovered(const TriangleMesh& mesh, const BallCover& cover, Random& ran
     ASSERT_EQ(cover.faces.size(), cover.centres.size());
     for (std::size_t ball = 0; ball < centres.size(); ++ball) {
         ASSERT_LT(cover.faces[ball], mesh.faceCount());
-        ASSERT_LE(oracle::fromTriangle(cover.centres[ball], mesh.triangle(cover.faces[ball])), cover.radius * (1 + 1e-15L))
+        ASSERT_LE(oracle::fromTriangle(cover.centres[ball], mesh.triangle(cover.faces[ball])),
+                  cover.radius * (1 + 1e-15L))
             << "ball " << ball;
     }
 }
@@ -138,7 +140,8 @@ TEST(BallCover, HoldsEveryPointAndNoBallForNothing) {
 TEST(BallCover, AllLevelsOfOneLargeTriangle) {
     Random random(6);
     for (unsigned level = 1; level <= 9; ++level) {
-        const TriangleMesh mesh = meshOfCorners({{inCube(random, 1), inCube(random, 1), inCube(random, 1)}}, Vec3d::Zero(), 1);
+        const TriangleMesh mesh =
+            meshOfCorners({{inCube(random, 1), inCube(random, 1), inCube(random, 1)}}, Vec3d::Zero(), 1);
         const double radius = coverRadius(mesh.bounds(), level);
         const Expected<BallCover> cover = coverOf(mesh, radius);
         ASSERT_TRUE(cover);
@@ -220,7 +223,8 @@ TEST(BallCover, SaysWhyThereIsNone) {
     // Large faces that lie upon each other: each is cut by every plane.
     const std::vector<Triangle> pile(3000, Triangle{Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(0, 0, 1)});
     const TriangleMesh piled = meshOfCorners(pile, Vec3d::Zero(), 1);
-    EXPECT_EQ(coverOf(piled, coverRadius(piled.bounds(), 8), {.maxCorners = 10'000'000}).error().code, ErrorCode::kLimit);
+    EXPECT_EQ(coverOf(piled, coverRadius(piled.bounds(), 8), {.maxCorners = 10'000'000}).error().code,
+              ErrorCode::kLimit);
 }
 
 }  // namespace

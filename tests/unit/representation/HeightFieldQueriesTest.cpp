@@ -6,8 +6,8 @@
 
 #include <limits>
 
-#include "tests/unit/representation/Terrains.h"
 #include "tests/unit/query/Bodies.h"
+#include "tests/unit/representation/Terrains.h"
 
 namespace tessera {
 namespace {

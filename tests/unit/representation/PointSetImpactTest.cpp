@@ -239,7 +239,8 @@ TEST(BallImpact, CarriedByWhatGrowsTheyAreAsLargeAsTheyAreAtTheStart) {
     const PointSet ball = *PointSet::make(std::vector<Vec3d>{Vec3d::Zero()}, 0.1);
     const TriangleTree sheet(bodies::sheet(20, 20).mesh());
     for (const double up : {0.0, 1.0}) {
-        BodyMotion motion{.start = {.translation = Vec3d(0, 0, 0.06)}, .end = {Vec3d(0, 0, 0.06 + up), Quatd::Identity(), Vec3d::Constant(2)}};
+        BodyMotion motion{.start = {.translation = Vec3d(0, 0, 0.06)},
+                          .end = {Vec3d(0, 0, 0.06 + up), Quatd::Identity(), Vec3d::Constant(2)}};
         motion.carriers.push_back(motion);
         QueryWork work;
         const Impact found = timeOfImpact(sheet, {}, ball, motion, work, {.tolerance = 1e-5});

@@ -43,9 +43,9 @@ struct CarriedScene : TrialScene {
         // A hall is put below by two transforms, so that any linear map can be said.
         lift[0] = transform();
         lift[1] = transform();
-        others.push_back(body(under(under(below, lift[0]), lift[1]),
-                              chance.oneIn(3) ? terrain(chance) : hall(chance), Vec3d::Zero())
-                             .shape);
+        others.push_back(
+            body(under(under(below, lift[0]), lift[1]), chance.oneIn(3) ? terrain(chance) : hall(chance), Vec3d::Zero())
+                .shape);
         Vec3d extent(chance.of(0.1, 1.5), chance.of(0.1, 1.5), chance.of(0.1, 1.5));
         if (chance.oneIn(2)) extent[static_cast<int>(chance.below(3))] = chance.of(1e-3, 2e-2);
         const bool ball = chance.oneIn(5);
@@ -59,8 +59,8 @@ struct CarriedScene : TrialScene {
     }
     /// hall_T_mover as told.
     void putHall(const Affine3d& hall_T_mover) {
-        const Affine3d map = worldTransform(aspect, below).inverse() * worldTransform(aspect, carrier) *
-                             hall_T_mover.inverse();
+        const Affine3d map =
+            worldTransform(aspect, below).inverse() * worldTransform(aspect, carrier) * hall_T_mover.inverse();
         Eigen::JacobiSVD<Mat3d> svd(map.linear(), Eigen::ComputeFullU | Eigen::ComputeFullV);
         Mat3d u = svd.matrixU(), v = svd.matrixV();
         Vec3d scale = svd.singularValues();
@@ -77,8 +77,8 @@ struct CarriedScene : TrialScene {
     }
     [[nodiscard]] bool setDown() {
         for (int tries = 0; tries < 20; ++tries) {
-            const Affine3d at = Pose{Vec3d(chance.in(-3, 3), 0, chance.in(-3, 3)), chance.upright(4), Vec3d::Ones()}
-                                    .matrix();
+            const Affine3d at =
+                Pose{Vec3d(chance.in(-3, 3), 0, chance.in(-3, 3)), chance.upright(4), Vec3d::Ones()}.matrix();
             const auto lifted = [&](double by) {
                 Affine3d out = at;
                 out.translation().y() += by;

@@ -85,8 +85,8 @@ public:
         const auto touchingAtStart = [&](std::uint32_t a, std::uint32_t b) -> std::uint64_t {
             QueryWork free;
             const auto parts = handler.parts();
-            return allTouching(parts[a].shape->tree(), parts[b].shape->tree(), parts[a].world.inverse() * parts[b].world,
-                               free)
+            return allTouching(parts[a].shape->tree(), parts[b].shape->tree(),
+                               parts[a].world.inverse() * parts[b].world, free)
                 .pairs.size();
         };
         const MotionTrial trial(handler, transform, way, pairsOf(transform, way), touchingAtStart, stopTolerance, work,

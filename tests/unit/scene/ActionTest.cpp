@@ -63,16 +63,20 @@ TEST(Action, ComponentTransformsTurnAndStretchAboutTheirCentre) {
     setAllFields(edits, ObjectId(20), Object::of(about));
     mustApply(aspect, edits.take());
     // One factor after the other, as VRML97 and OpenSG write it.
-    const Affine3d wanted = Eigen::Translation3d(about.translation) * Eigen::Translation3d(about.center) * about.rotation *
-                            about.scaleOrientation * Eigen::Scaling(about.scale) * about.scaleOrientation.inverse() *
-                            Eigen::Translation3d(-about.center);
+    const Affine3d wanted = Eigen::Translation3d(about.translation) * Eigen::Translation3d(about.center) *
+                            about.rotation * about.scaleOrientation * Eigen::Scaling(about.scale) *
+                            about.scaleOrientation.inverse() * Eigen::Translation3d(-about.center);
     EXPECT_TRUE(worldTransform(aspect, ObjectId(4)).isApprox(wanted, 1e-14));
     EXPECT_TRUE((wanted * about.center).isApprox(about.center + about.translation, 1e-14)) << "the centre only moves";
 }
 
 TEST(Action, BelowAnInverseTransformIsTheWorld) {
     Aspect aspect = hall();  // 3 carries the translation (1, 2, 3)
-    mustApply(aspect, Edits().node(10, "out", 3).node(11, "there", 10).node(12, "far", 11).core<InverseTransform>(20, 10)
+    mustApply(aspect, Edits()
+                          .node(10, "out", 3)
+                          .node(11, "there", 10)
+                          .node(12, "far", 11)
+                          .core<InverseTransform>(20, 10)
                           .core<Transform>(21, 11)
                           .value<Transform>(21, fieldId<&Transform::translation>, toValue(Vec3d(0, 7, 0)))
                           .take());
@@ -113,7 +117,8 @@ TEST(Action, RespectsSwitches) {
     const std::vector<std::vector<std::uint64_t>> byMask = {{1, 2}, {1, 2, 3}, {1, 2, 4}, {1, 2, 3, 4}};
     for (std::int64_t mask = 0; mask < 16; ++mask) {
         mustApply(aspect, Edits().value<Switch>(20, fieldId<&Switch::mask>, mask).take());
-        EXPECT_EQ(shown(Switch::kMask), byMask[static_cast<std::size_t>(mask % 4)]) << mask << ": bits beyond the children show nothing";
+        EXPECT_EQ(shown(Switch::kMask), byMask[static_cast<std::size_t>(mask % 4)])
+            << mask << ": bits beyond the children show nothing";
     }
 }
 
@@ -121,7 +126,8 @@ TEST(Action, OfAMaskChildrenUpToThe63rdAreShown) {
     Aspect aspect;
     Edits e;
     e.core<Switch>(200, 0);
-    e.value<Switch>(200, fieldId<&Switch::choice>, Switch::kMask).value<Switch>(200, fieldId<&Switch::mask>, std::numeric_limits<std::int64_t>::max());
+    e.value<Switch>(200, fieldId<&Switch::choice>, Switch::kMask)
+        .value<Switch>(200, fieldId<&Switch::mask>, std::numeric_limits<std::int64_t>::max());
     mustApply(aspect, e.take());
     std::size_t count = seenChildren(aspect.find(ObjectId{200}), 100)->size();
     EXPECT_EQ(count, 63u);
@@ -166,7 +172,8 @@ TEST(Action, WorldTransformsOfManyAreThoseOfEach) {
         if (i % 7 == 3) continue;
         e.core<Transform>(1000 + i, 10 + i);
         e.value<Transform>(1000 + i, fieldId<&Transform::translation>, toValue(Vec3d(0.1 * double(i), 1.0 / 3, -7)));
-        e.value<Transform>(1000 + i, fieldId<&Transform::rotation>, toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
+        e.value<Transform>(1000 + i, fieldId<&Transform::rotation>,
+                           toValue(Quatd(0.9, 0.1 * double(i % 7), 0.2, -0.3)));
         e.value<Transform>(1000 + i, fieldId<&Transform::scale>, toValue(Vec3d(1, 0.97, 1.01)));
     }
     mustApply(aspect, e.take());

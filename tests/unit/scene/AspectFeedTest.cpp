@@ -69,7 +69,8 @@ TEST(AspectFeed, ReadersComeAndGoAndAListThatWasLeftOutIsNoticed) {
     EXPECT_EQ(caught.error().code, ErrorCode::kFailed);
 }
 
-// Readers of every pace beside a writer that never waits: each state that anybody sees is one that the writer had, and in the end it is the last one.
+// Readers of every pace beside a writer that never waits: each state that anybody sees is one that the writer had, and
+// in the end it is the last one.
 TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
     forSeeds(8, [](Random& random) {
         constexpr int kReaders = 4;
@@ -112,7 +113,8 @@ TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
                 edits.gone(nodes[at]);
                 nodes.erase(nodes.begin() + static_cast<std::ptrdiff_t>(at));
             } else {
-                edits.value<Node>(nodes[below(random, nodes.size())], fieldId<&Node::name>, toValue(std::string("n") + std::to_string(turn)));
+                edits.value<Node>(nodes[below(random, nodes.size())], fieldId<&Node::name>,
+                                  toValue(std::string("n") + std::to_string(turn)));
             }
             const auto list = std::make_shared<const ChangeList>(edits.take());
             mustApply(scene, *list);
@@ -120,7 +122,9 @@ TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
             ++published;
         }
         last = published;
-        const auto allDone = [&] { return std::ranges::all_of(fine, [](const std::atomic<bool>& one) { return one.load(); }); };
+        const auto allDone = [&] {
+            return std::ranges::all_of(fine, [](const std::atomic<bool>& one) { return one.load(); });
+        };
         for (int i = 0; i < 100'000 && !allDone(); ++i) {
             feed.publish(scene, nullptr);
             std::this_thread::sleep_for(std::chrono::microseconds(100));

@@ -100,12 +100,13 @@ TEST(StateHash, SeesEveryFieldParentAndOrderOfChildren) {
         mustApply(aspect, e.take());
         return aspect.stateHash();
     };
-    EXPECT_NE(hashAfter(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1.0000001)))), before);
+    EXPECT_NE(hashAfter(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1.0000001)))),
+              before);
     EXPECT_NE(hashAfter(Edits().value<Node>(4, fieldId<&Node::name>, toValue(std::string("Hook")))), before);
     EXPECT_NE(hashAfter(Edits().value<Material>(7, fieldId<&Material::doubleSided>, true)), before);
-    EXPECT_NE(
-        hashAfter(Edits().value<Geometry>(6, fieldId<&Geometry::positions>, Blob::of(std::span<const int>(std::array{1, 2, 3})))),
-        before);
+    EXPECT_NE(hashAfter(Edits().value<Geometry>(6, fieldId<&Geometry::positions>,
+                                                Blob::of(std::span<const int>(std::array{1, 2, 3})))),
+              before);
     EXPECT_NE(hashAfter(Edits().under(4, 2, 0)), before);
     EXPECT_NE(hashAfter(Edits().coreOfNode(4, 5)), before);
 }
@@ -125,7 +126,8 @@ TEST(StateHash, ItsTreeLeadsToTheObjectThatDiffers) {
     const ChangeList list = far.take();
     mustApply(server, list);
     mustApply(replica, list);
-    mustApply(replica, Edits().value<Transform>(7001, fieldId<&Transform::translation>, toValue(Vec3d(0, 0, 1e-9))).take());
+    mustApply(replica,
+              Edits().value<Transform>(7001, fieldId<&Transform::translation>, toValue(Vec3d(0, 0, 1e-9))).take());
 
     const auto ours = server.leafHashes(), theirs = replica.leafHashes();
     ASSERT_EQ(ours.size(), theirs.size());
@@ -154,7 +156,9 @@ TEST(Inverse, LeadsBackAndItsOwnInverseForwardAgain) {
     Aspect aspect = hall();
     const StateHash before = aspect.stateHash();
     Edits e;
-    e.node(20, "new", 2).core<Transform>(21, 20).value<Transform>(21, fieldId<&Transform::scale>, toValue(Vec3d(2, 2, 2)));
+    e.node(20, "new", 2)
+        .core<Transform>(21, 20)
+        .value<Transform>(21, fieldId<&Transform::scale>, toValue(Vec3d(2, 2, 2)));
     e.under(3, 1, 0).value<Transform>(5, fieldId<&Transform::rotation>, toValue(Quatd(0, 1, 0, 0)));
     e.coreOfNode(4, 0).under(4, 0).gone(4).gone(6);
 
@@ -192,7 +196,8 @@ TEST(Inverse, RestoresTheOrderAroundANodeThatCameAndWent) {
 
 TEST(Snapshot, LeadsFromTheEmptySceneToThisOne) {
     Aspect aspect = hall();
-    mustApply(aspect, Edits().value<Node>(1, fieldId<&Node::name>, toValue(std::string("world"))).core<Group>(50).take());
+    mustApply(aspect,
+              Edits().value<Node>(1, fieldId<&Node::name>, toValue(std::string("world"))).core<Group>(50).take());
     mustApply(aspect, Edits().gone(50).node(40, "loose", 0).node(41, "child of loose", 40).take());
     Aspect copy;
     mustApply(copy, snapshot(aspect));

@@ -43,10 +43,14 @@ TEST_P(ChildLists, AreWhatAVectorWouldBe) {
         plain.erase(plain.begin() + static_cast<std::ptrdiff_t>(index));
         EXPECT_FALSE(list.contains(id));
     };
-    // Grows in bursts at one place (front, middle, end, anywhere), then stays about as large, then goes, each by its own way.
+    // Grows in bursts at one place (front, middle, end, anywhere), then stays about as large, then goes, each by its
+    // own way.
     for (int burst = 0; plain.size() < size; ++burst)
         for (std::size_t i = 0; i < 1 + size / 5; ++i)
-            insert(burst % 4 == 0 ? 0 : burst % 4 == 1 ? plain.size() / 2 : burst % 4 == 2 ? plain.size() : below(plain.size() + 1));
+            insert(burst % 4 == 0   ? 0
+                   : burst % 4 == 1 ? plain.size() / 2
+                   : burst % 4 == 2 ? plain.size()
+                                    : below(plain.size() + 1));
     expectSame(list, plain);
     EXPECT_EQ(list.orderHash(), hashOf(plain));
     for (std::size_t i = 0; i < 2 * size; ++i) {

@@ -13,7 +13,9 @@ ObjectId clonedInto(Aspect& aspect, ObjectId node, const CloneOptions& options) 
     EXPECT_TRUE(clone) << clone.error().message;
     if (!clone) return {};
     const std::uint64_t first = aspect.nextFreeId();
-    const auto given = [&](ObjectId id) { return isPlaceholder(id) ? ObjectId(id.value - kFirstPlaceholder + first) : id; };
+    const auto given = [&](ObjectId id) {
+        return isPlaceholder(id) ? ObjectId(id.value - kFirstPlaceholder + first) : id;
+    };
     replaceIds(clone->list, given);
     mustApply(aspect, clone->list);
     return given(clone->node);
@@ -33,15 +35,17 @@ TEST(Clones, NodesAreNewAndCoresAreTheSame) {
 TEST(Clones, ADeepCopyHasItsOwnCoresMaterialsAndReferences) {
     Aspect aspect = hall();
     Edits e;
-    e.node(10, "hook again", 2).coreOfNode(10, 6);                       // shared inside
-    e.node(11, "watch", 2).core<Interest>(12, 11);                        // refers inside
+    e.node(10, "hook again", 2).coreOfNode(10, 6);  // shared inside
+    e.node(11, "watch", 2).core<Interest>(12, 11);  // refers inside
     e.value<Interest>(12, fieldId<&Interest::object>, ObjectId(3));
-    e.value<Interest>(12, fieldId<&Interest::against>, ObjectId(13));     // and outside
+    e.value<Interest>(12, fieldId<&Interest::against>, ObjectId(13));  // and outside
     e.node(13, "floor");
     mustApply(aspect, e.take());
     const ObjectId copy = clonedInto(aspect, ObjectId(2), {.name = "hall of mirrors", .deep = true});
     EXPECT_EQ(pathOf(aspect, copy), "/hall of mirrors");
-    const auto child = [&](std::size_t i) -> const Node& { return *aspect.get<Node>(aspect.get<Node>(copy)->children[i]); };
+    const auto child = [&](std::size_t i) -> const Node& {
+        return *aspect.get<Node>(aspect.get<Node>(copy)->children[i]);
+    };
     EXPECT_NE(child(1).core, ObjectId(6));
     EXPECT_EQ(child(1).core, child(2).core) << "a core shared inside stays shared inside";
     EXPECT_NE(aspect.coreOf<Geometry>(child(1))->material, ObjectId(7));

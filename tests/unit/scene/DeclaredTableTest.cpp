@@ -34,8 +34,13 @@ TEST(DeclaredTable, IsWhatTheSceneSays) {
     Aspect scene = hall();
     std::uint64_t next = 100;
     std::vector<std::string> told;
-    DeclaredTable<double> scores(scoreForm(), {.changed = [&](ObjectId node, const double& score) { told.push_back(std::to_string(node.value) + " " + std::to_string(static_cast<int>(score))); },
-                                               .gone = [&](ObjectId node) { told.push_back(std::to_string(node.value) + " gone"); }});
+    DeclaredTable<double> scores(
+        scoreForm(),
+        {.changed =
+             [&](ObjectId node, const double& score) {
+                 told.push_back(std::to_string(node.value) + " " + std::to_string(static_cast<int>(score)));
+             },
+         .gone = [&](ObjectId node) { told.push_back(std::to_string(node.value) + " gone"); }});
     scores.lookAnew(scene);
     EXPECT_EQ(scores.size(), 0u);
     const auto apply = [&](const ChangeList& list) {
@@ -81,11 +86,23 @@ TEST(DeclaredTable, OverRandomHistoriesIsAsAFreshLook) {
             Edits edits;
             ChangeList list;
             switch (below(random, 8)) {
-                case 0: edits.node(next, "more", some().value); nodes.push_back(ObjectId(next++)); list = edits.take(); break;
-                case 1: edits.under(some().value, some().value); list = edits.take(); break;
-                case 2: list = scores.erase(scene, some()); break;
+                case 0:
+                    edits.node(next, "more", some().value);
+                    nodes.push_back(ObjectId(next++));
+                    list = edits.take();
+                    break;
+                case 1:
+                    edits.under(some().value, some().value);
+                    list = edits.take();
+                    break;
+                case 2:
+                    list = scores.erase(scene, some());
+                    break;
                 case 3:
-                    if (!cores.empty()) edits.value<ApplicationData>(cores[below(random, cores.size())].value, fieldId<&ApplicationData::key>, toValue(std::string(oneIn(random, 2) ? "test.score" : "test.other")));
+                    if (!cores.empty())
+                        edits.value<ApplicationData>(
+                            cores[below(random, cores.size())].value, fieldId<&ApplicationData::key>,
+                            toValue(std::string(oneIn(random, 2) ? "test.score" : "test.other")));
                     list = edits.take();
                     break;
                 case 4:
@@ -93,10 +110,14 @@ TEST(DeclaredTable, OverRandomHistoriesIsAsAFreshLook) {
                     list = edits.take();
                     break;
                 case 5:
-                    if (!cores.empty()) edits.value<ApplicationData>(cores[below(random, cores.size())].value, fieldId<&ApplicationData::data>, FieldValue(oneIn(random, 3) ? Blob() : scoreForm().encode(turn)));
+                    if (!cores.empty())
+                        edits.value<ApplicationData>(cores[below(random, cores.size())].value,
+                                                     fieldId<&ApplicationData::data>,
+                                                     FieldValue(oneIn(random, 3) ? Blob() : scoreForm().encode(turn)));
                     list = edits.take();
                     break;
-                default: list = scores.write(scene, some(), turn);
+                default:
+                    list = scores.write(scene, some(), turn);
             }
             const ChangeList given = granted(list, next);
             if (!scene.apply(given)) continue;  // a node below itself, the root below another

@@ -20,12 +20,12 @@ namespace {
 /// An object of any type, to write to.
 class Scratch {
 public:
-    explicit Scratch(const TypeInfo& type) : type_(type), memory_(::operator new(type.size, std::align_val_t{64})) {
+    explicit Scratch(const TypeInfo& type) : type_(type), memory_(::operator new (type.size, std::align_val_t{64})) {
         type_.construct(memory_);
     }
     ~Scratch() {
         type_.destroy(memory_);
-        ::operator delete(memory_, std::align_val_t{64});
+        ::operator delete (memory_, std::align_val_t{64});
     }
     Scratch(const Scratch&) = delete;
     Scratch& operator=(const Scratch&) = delete;
@@ -112,10 +112,18 @@ TEST(FieldTable, DefaultsAreValidAndWordsAreUnique) {
     EXPECT_FALSE(wordOfNumber(show, 8));
 }
 
-/// A number that means something in a part of all numbers says which; what is without bounds here is good whatever it is.
+/// A number that means something in a part of all numbers says which; what is without bounds here is good whatever it
+/// is.
 TEST(FieldTable, NumbersHaveTheirBounds) {
-    const std::set<std::string> anyNumber = {"Transform.translation", "Transform.rotation", "Transform.scale", "ComponentTransform.translation", "ComponentTransform.center",
-                                             "ComponentTransform.rotation", "ComponentTransform.scaleOrientation", "ComponentTransform.scale", "Motion.time",
+    const std::set<std::string> anyNumber = {"Transform.translation",
+                                             "Transform.rotation",
+                                             "Transform.scale",
+                                             "ComponentTransform.translation",
+                                             "ComponentTransform.center",
+                                             "ComponentTransform.rotation",
+                                             "ComponentTransform.scaleOrientation",
+                                             "ComponentTransform.scale",
+                                             "Motion.time",
                                              "Uniform.value"};
     std::set<std::string> without;
     for (const TypeInfo& type : allTypes())
@@ -136,13 +144,17 @@ TEST(FieldTable, FilesAreTakenWithTheNearestGoodNumber) {
         const std::string said = takeNearest(*findField(material, name), value);
         return std::pair(said, value);
     };
-    EXPECT_EQ(taken("roughness", toValue(9.0f)), std::pair(std::string("roughness 9 is not between 0 and 1: 1 is taken"), toValue(1.0f)));
-    EXPECT_EQ(taken("baseColor", toValue(Vec4f(-1, 0.5f, 3, 1))), std::pair(std::string("baseColor -1 is not between 0 and 1: 0 is taken"), toValue(Vec4f(0, 0.5f, 1, 1))));
-    EXPECT_EQ(taken("coarserBelow", toValue(-2.0)), std::pair(std::string("coarserBelow -2 is not between 0 and 1000000: 0 is taken"), toValue(0.0)));
+    EXPECT_EQ(taken("roughness", toValue(9.0f)),
+              std::pair(std::string("roughness 9 is not between 0 and 1: 1 is taken"), toValue(1.0f)));
+    EXPECT_EQ(taken("baseColor", toValue(Vec4f(-1, 0.5f, 3, 1))),
+              std::pair(std::string("baseColor -1 is not between 0 and 1: 0 is taken"), toValue(Vec4f(0, 0.5f, 1, 1))));
+    EXPECT_EQ(taken("coarserBelow", toValue(-2.0)),
+              std::pair(std::string("coarserBelow -2 is not between 0 and 1000000: 0 is taken"), toValue(0.0)));
     EXPECT_EQ(taken("roughness", toValue(0.5f)).first, "");
     EXPECT_EQ(taken("roughness", toValue(std::numeric_limits<float>::infinity())).first, "") << "that is refused";
     FieldValue radius = toValue(-1.0f);
-    EXPECT_EQ(takeNearest(*findField(*findType(typeOf<Geometry>()), "pointRadius"), radius), "") << "of shapes nothing is guessed";
+    EXPECT_EQ(takeNearest(*findField(*findType(typeOf<Geometry>()), "pointRadius"), radius), "")
+        << "of shapes nothing is guessed";
 }
 
 TEST(FieldTable, SaysWhatAChangeAffects) {

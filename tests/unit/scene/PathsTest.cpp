@@ -74,7 +74,8 @@ TEST(Paths, SayLongNamesInShort) {
         return letters;
     }();
     for (std::uint64_t id = 20; id < 30; ++id)
-        mustApply(aspect, Edits().node(id, std::to_string(id) + (id % 2 == 0 ? name : strange), id == 20 ? 1 : 20).take());
+        mustApply(aspect,
+                  Edits().node(id, std::to_string(id) + (id % 2 == 0 ? name : strange), id == 20 ? 1 : 20).take());
     for (const std::string& path : {"/" + name, "/" + strange, "/20" + name + "/" + strange, "/20" + name + "/a",
                                     "/hall/" + name, "#" + name, "#5" + strange}) {
         const std::string said = error(aspect, path);

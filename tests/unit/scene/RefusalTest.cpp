@@ -76,11 +76,14 @@ TEST(Refusals, OfRanges) {
         return edits.take();
     };
     const auto says = [&](const ChangeList& list, std::string_view text) {
-        const std::string why = refusalBy([&] {
-            Aspect copy;
-            mustApply(copy, snapshot(aspect));
-            return copy;
-        }(), list).message;
+        const std::string why = refusalBy(
+                                    [&] {
+                                        Aspect copy;
+                                        mustApply(copy, snapshot(aspect));
+                                        return copy;
+                                    }(),
+                                    list)
+                                    .message;
         EXPECT_NE(why.find(text), std::string::npos) << why;
     };
     says(range(99, 0, four), "set a range of #99: there is no such object");
@@ -97,7 +100,8 @@ TEST(Refusals, OfRanges) {
     ChangeList good = range(6, 32, four);
     ASSERT_TRUE(resolveRanges(aspect, good));
     EXPECT_EQ(good.ranges[0].result, *array.withRange(32, four.bytes()));
-    // A range of what is not there is the scene's to refuse; the one behind it has its result all the same, and is not blamed.
+    // A range of what is not there is the scene's to refuse; the one behind it has its result all the same, and is not
+    // blamed.
     ChangeList behind = range(99, 0, four);
     behind.ranges.push_back(range(6, 32, four).ranges[0]);
     ASSERT_TRUE(resolveRanges(aspect, behind));
@@ -107,7 +111,8 @@ TEST(Refusals, OfRanges) {
     ChangeList beyond = range(6, 36, four);
     const Expected<void> refused = resolveRanges(aspect, beyond);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("positions of #6 has 3 elements, numbered from 0"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("positions of #6 has 3 elements, numbered from 0"), std::string::npos)
+        << refused.error().message;
     mustApply(aspect, good);
     EXPECT_EQ(aspect.get<Geometry>(ObjectId(6))->positions, good.ranges[0].result);
     // Behind a column of the same list that takes the array away.
@@ -136,14 +141,18 @@ TEST(Refusals, OfWordsAndFlags) {
 TEST(Refusals, OfColumns) {
     EXPECT_SAYS(Edits().value<Transform>(99, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(),
                 "set Transform.scale: of #99");
-    EXPECT_SAYS(Edits().value<Transform>(7, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(), "#7 is a Material");
+    EXPECT_SAYS(Edits().value<Transform>(7, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(),
+                "#7 is a Material");
     EXPECT_SAYS(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take(), "Transform has no field 9");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(1.0)).take(), "it holds 3 double, not 1 double");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(1.0)).take(),
+                "it holds 3 double, not 1 double");
     EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
     EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, NAN, 1))).take(),
                 "set Transform.scale of #5: not a finite number");
-    EXPECT_SAYS(Edits().value<Material>(7, fieldId<&Material::roughness>, toValue(float(kInfinity))).take(), "not a finite number");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{0, 0, 0, 0}, 4}).take(), "a rotation of zero");
+    EXPECT_SAYS(Edits().value<Material>(7, fieldId<&Material::roughness>, toValue(float(kInfinity))).take(),
+                "not a finite number");
+    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{0, 0, 0, 0}, 4}).take(),
+                "a rotation of zero");
     EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e-60, 0, 0, 0}, 4}).take(),
                 "a rotation of zero");
     EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e200, 0, 0, 0}, 4}).take(),
@@ -155,11 +164,17 @@ TEST(Refusals, OfColumns) {
     EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, fieldId<&Camera::worldUnitsPerMetre>, toValue(0.0)).take(),
                 "not between");
 
-    const auto look = [](FieldId field, const FieldValue& value) { return Edits().value<Material>(7, field, value).take(); };
-    EXPECT_SAYS(look(fieldId<&Material::roughness>, toValue(9.0f)), "set Material.roughness of #7: 9 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::metallic>, toValue(-0.1f)), "set Material.metallic of #7: -0.1 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1.5f, 1))), "set Material.baseColor of #7: 1.5 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::emissive>, toValue(Vec3f(0, -1, 0))), "set Material.emissive of #7: -1 is not between 0 and 1000000000");
+    const auto look = [](FieldId field, const FieldValue& value) {
+        return Edits().value<Material>(7, field, value).take();
+    };
+    EXPECT_SAYS(look(fieldId<&Material::roughness>, toValue(9.0f)),
+                "set Material.roughness of #7: 9 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::metallic>, toValue(-0.1f)),
+                "set Material.metallic of #7: -0.1 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1.5f, 1))),
+                "set Material.baseColor of #7: 1.5 is not between 0 and 1");
+    EXPECT_SAYS(look(fieldId<&Material::emissive>, toValue(Vec3f(0, -1, 0))),
+                "set Material.emissive of #7: -1 is not between 0 and 1000000000");
 
     ChangeList twice = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
@@ -203,15 +218,19 @@ TEST(Refusals, OfDestructionsNameWhoRefersToIt) {
     const std::string three = pathOf(hall(), ObjectId(3)), four = pathOf(hall(), ObjectId(4));
     EXPECT_SAYS(Edits().gone(6).take(), "in use by 1 other object: " + four + " (Node)");
     EXPECT_SAYS(Edits().gone(7).take(), "in use by 1 other object: " + four + " (Geometry)");
-    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(), "in use by 1 other object: " + three + " (Node)");
+    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(),
+                "in use by 1 other object: " + three + " (Node)");
     Aspect many = hall();
     Edits more;
-    for (const std::uint64_t id : {20, 21, 22, 23, 24}) more.core<Geometry>(id).value<Geometry>(id, fieldId<&Geometry::material>, ObjectId(7));
+    for (const std::uint64_t id : {20, 21, 22, 23, 24})
+        more.core<Geometry>(id).value<Geometry>(id, fieldId<&Geometry::material>, ObjectId(7));
     ASSERT_TRUE(many.apply(more.take()));
-    EXPECT_NE(refusalBy(std::move(many), Edits().gone(7).take()).message.find(": " + four + " (Geometry), #20 (Geometry), #21 (Geometry), and 3 more"),
+    EXPECT_NE(refusalBy(std::move(many), Edits().gone(7).take())
+                  .message.find(": " + four + " (Geometry), #20 (Geometry), #21 (Geometry), and 3 more"),
               std::string::npos);
-    EXPECT_SAYS(Edits().core<Geometry>(20).value<Geometry>(20, fieldId<&Geometry::material>, ObjectId(7)).gone(7).take(),
-                "2 other objects: one that it creates, " + four + " (Geometry)");
+    EXPECT_SAYS(
+        Edits().core<Geometry>(20).value<Geometry>(20, fieldId<&Geometry::material>, ObjectId(7)).gone(7).take(),
+        "2 other objects: one that it creates, " + four + " (Geometry)");
 }
 
 TEST(Refusals, OfTooMuch) {

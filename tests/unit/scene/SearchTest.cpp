@@ -37,7 +37,12 @@ using Paths = std::vector<std::string>;
 TEST(Search, WhatTheHeaderSays) {
     Aspect aspect;
     Edits e;
-    e.node(2, "hall").node(3, "crane", 2).node(4, "wheel1", 3).node(5, "wheel2", 2).node(6, "wheel1", 5).node(7, "crane");
+    e.node(2, "hall")
+        .node(3, "crane", 2)
+        .node(4, "wheel1", 3)
+        .node(5, "wheel2", 2)
+        .node(6, "wheel1", 5)
+        .node(7, "crane");
     e.core<Geometry>(20, 4).core<Transform>(21, 3).core<Switch>(22, 5);
     e.value<Switch>(22, fieldId<&Switch::choice>, std::int64_t{Switch::kNone});
     mustApply(aspect, e.take());
@@ -86,8 +91,9 @@ TEST(Search, WhatIsNoExpressionIsRefusedInWords) {
     EXPECT_EQ(refusal("//").code, ErrorCode::kUsage);
     EXPECT_EQ(refusal("/a///b").code, ErrorCode::kUsage);
     EXPECT_EQ(refusal("/a[visible").message, "expression \"/a[visible\": a bracket that is not closed at character 3");
-    EXPECT_EQ(refusal("/a[Sphere]").message,
-              "expression \"/a[Sphere]\": \"[Sphere]\" is no condition (a type of core, visible, hidden) at character 3");
+    EXPECT_EQ(
+        refusal("/a[Sphere]").message,
+        "expression \"/a[Sphere]\": \"[Sphere]\" is no condition (a type of core, visible, hidden) at character 3");
     EXPECT_EQ(refusal("/a[Material]").code, ErrorCode::kUsage) << "no core";
     EXPECT_EQ(refusal("/a]").code, ErrorCode::kUsage);
     EXPECT_EQ(refusal("/a[visible]b").code, ErrorCode::kUsage);
@@ -106,7 +112,7 @@ TEST(Search, WhatIsNoExpressionIsRefusedInWords) {
 struct Wish {
     struct Step {
         bool anyDepth = false;
-        std::string glob;  ///< letters, * and ?
+        std::string glob;   ///< letters, * and ?
         int condition = 0;  ///< 1 visible, 2 hidden, 3 Transform
     };
     std::vector<Step> steps;
@@ -135,8 +141,8 @@ struct Wish {
         if (step == steps.size()) return levelsAtEnd ? !way.empty() : way.empty();
         if (way.empty()) return false;
         const Step& here = steps[step];
-        const bool holds = here.condition == 0 || (here.condition == 1 && way[0].visible) || (here.condition == 2 && !way[0].visible) ||
-                           (here.condition == 3 && way[0].transform);
+        const bool holds = here.condition == 0 || (here.condition == 1 && way[0].visible) ||
+                           (here.condition == 2 && !way[0].visible) || (here.condition == 3 && way[0].transform);
         if (holds && globs(here.glob, way[0].name) && means(way.subspan(1), step + 1)) return true;
         return here.anyDepth && means(way.subspan(1), step);
     }
@@ -146,7 +152,8 @@ Wish randomWish(Random& random) {
     Wish wish;
     const char* const globs[] = {"a", "b", "*", "a*", "*b", "?", "a?", "*a*b*", "ab"};
     for (std::size_t i = 1 + below(random, 4); i > 0; --i)
-        wish.steps.push_back({oneIn(random, 3), globs[below(random, std::size(globs))], oneIn(random, 3) ? static_cast<int>(1 + below(random, 3)) : 0});
+        wish.steps.push_back({oneIn(random, 3), globs[below(random, std::size(globs))],
+                              oneIn(random, 3) ? static_cast<int>(1 + below(random, 3)) : 0});
     wish.levelsAtEnd = oneIn(random, 5);
     return wish;
 }
@@ -157,7 +164,8 @@ Aspect randomTree(Random& random, std::uint64_t nodes) {
     const char* const names[] = {"a", "b", "ab", "ba", "aab", ""};
     for (std::uint64_t id = 2; id < 2 + nodes; ++id) {
         e.node(id, names[below(random, std::size(names))], 1 + below(random, id - 1));
-        if (oneIn(random, 3)) e.core<Transform>(1000 + id, id);
+        if (oneIn(random, 3))
+            e.core<Transform>(1000 + id, id);
         else if (oneIn(random, 4)) {
             e.core<Switch>(1000 + id, id);
             e.value<Switch>(1000 + id, fieldId<&Switch::choice>, static_cast<std::int64_t>(below(random, 4)) - 2);
@@ -168,7 +176,8 @@ Aspect randomTree(Random& random, std::uint64_t nodes) {
 }
 
 /// In the order of the document, each with the way to it.
-void walkAll(const Aspect& aspect, ObjectId id, std::vector<Wish::Place>& way, const std::function<void(ObjectId, std::span<const Wish::Place>)>& visit) {
+void walkAll(const Aspect& aspect, ObjectId id, std::vector<Wish::Place>& way,
+             const std::function<void(ObjectId, std::span<const Wish::Place>)>& visit) {
     visit(id, way);
     const Node& node = *aspect.get<Node>(id);
     const Switch* choice = aspect.coreOf<Switch>(node);
@@ -176,7 +185,8 @@ void walkAll(const Aspect& aspect, ObjectId id, std::vector<Wish::Place>& way, c
     for (const ObjectId child : node.children) {
         const Node& below = *aspect.get<Node>(child);
         const bool shown = !choice || choice->choice == Switch::kAll || choice->choice == index++;
-        way.push_back({below.name, shown && (way.empty() || way.back().visible), aspect.coreOf<Transform>(below) != nullptr});
+        way.push_back(
+            {below.name, shown && (way.empty() || way.back().visible), aspect.coreOf<Transform>(below) != nullptr});
         walkAll(aspect, child, way, visit);
         way.pop_back();
     }
@@ -229,7 +239,8 @@ TEST(Search, WhatStaysIsFoundWhileTheSceneChanges) {
             const auto at = std::next(stayed.begin(), static_cast<std::ptrdiff_t>(below(random, stayed.size())));
             const ObjectId moved = *at;
             if (oneIn(random, 2)) {
-                const bool toTheRoot = oneIn(random, 2) && aspect.get<Node>(moved)->parent != kRootNode;  // never among its own siblings
+                const bool toTheRoot =
+                    oneIn(random, 2) && aspect.get<Node>(moved)->parent != kRootNode;  // never among its own siblings
                 e.place(moved, toTheRoot ? kRootNode : ObjectId());
                 std::vector<ObjectId> gone{moved};
                 for (std::size_t i = 0; i < gone.size(); ++i) {

@@ -12,24 +12,29 @@ TEST(SideTable, DataComesChangesAndGoesWithItsObject) {
     Aspect scene = hall();
     std::vector<std::string> told;
     const auto name = [](const char* what, ObjectId id) { return std::string(what) + " " + std::to_string(id.value); };
-    SideTable<std::string> names({.created = [&](ObjectId, const Object& object) -> std::optional<std::string> {
-                                      const Node* node = object.as<Node>();
-                                      return node ? std::optional(node->name) : std::nullopt;
-                                  },
-                                  .changed = [&](ObjectId id, std::string& data) { told.push_back(name("changed", id)), data = scene.get<Node>(id)->name; },
-                                  .destroyed = [&](ObjectId id, std::string data) { told.push_back(name("destroyed", id) + " " + data); },
-                                  .effects = Effect::kName});
+    SideTable<std::string> names(
+        {.created = [&](ObjectId, const Object& object) -> std::optional<std::string> {
+             const Node* node = object.as<Node>();
+             return node ? std::optional(node->name) : std::nullopt;
+         },
+         .changed = [&](ObjectId id,
+                        std::string& data) { told.push_back(name("changed", id)), data = scene.get<Node>(id)->name; },
+         .destroyed = [&](ObjectId id, std::string data) { told.push_back(name("destroyed", id) + " " + data); },
+         .effects = Effect::kName});
     names.lookAnew(scene);
     EXPECT_EQ(names.size(), 4u);
     EXPECT_EQ(*names.find(ObjectId(3)), "crane");
     EXPECT_EQ(names.find(ObjectId(5)), nullptr) << "no node";
     Edits edits;
-    edits.node(9, "new").value<Node>(3, fieldId<&Node::name>, toValue(std::string("lift"))).value<Node>(4, fieldId<&Node::levels>, FieldValue(std::int64_t{1}));
+    edits.node(9, "new")
+        .value<Node>(3, fieldId<&Node::name>, toValue(std::string("lift")))
+        .value<Node>(4, fieldId<&Node::levels>, FieldValue(std::int64_t{1}));
     edits.detach(ObjectId(4));
     ChangeList list = edits.take();
     mustApply(scene, list);
     names.follow(scene, list);
-    EXPECT_EQ(told, (std::vector<std::string>{"changed 3"})) << "hook's name is as it was, and who comes is told of once";
+    EXPECT_EQ(told, (std::vector<std::string>{"changed 3"}))
+        << "hook's name is as it was, and who comes is told of once";
     EXPECT_EQ(*names.find(ObjectId(9)), "new");
     EXPECT_EQ(*names.find(ObjectId(3)), "lift");
     Edits gone;
@@ -50,9 +55,16 @@ TEST(SideTable, OverRandomHistoriesIsAsTheScene) {
         Aspect scene;
         std::map<ObjectId, std::string> alive;
         std::size_t created = 0, destroyed = 0;
-        SideTable<std::string> table({.created = [&](ObjectId, const Object& object) { return ++created, std::optional(object.as<Node>() ? object.as<Node>()->name : "core"); },
-                                      .changed = [&](ObjectId id, std::string& data) { if (const Node* node = scene.get<Node>(id)) data = node->name; },
-                                      .destroyed = [&](ObjectId, std::string) { ++destroyed; }});
+        SideTable<std::string> table(
+            {.created =
+                 [&](ObjectId, const Object& object) {
+                     return ++created, std::optional(object.as<Node>() ? object.as<Node>()->name : "core");
+                 },
+             .changed =
+                 [&](ObjectId id, std::string& data) {
+                     if (const Node* node = scene.get<Node>(id)) data = node->name;
+                 },
+             .destroyed = [&](ObjectId, std::string) { ++destroyed; }});
         table.lookAnew(scene);
         std::uint64_t next = 10;
         for (int turn = 0; turn < 200; ++turn) {

@@ -1,4 +1,5 @@
-// A link that comes and goes before the scene is there: what it has brought goes to the next connection, and what nobody wants any more goes.
+// A link that comes and goes before the scene is there: what it has brought goes to the next connection, and what
+// nobody wants any more goes.
 #include "tests/property/Seeds.h"
 #include "tests/unit/session/ClientFixture.h"
 
@@ -12,7 +13,9 @@ class BadLink {
 public:
     explicit BadLink(std::size_t maxUnwantedBytes = 0) {
         if (maxUnwantedBytes > 0) config_.maxUnwantedBytes = maxUnwantedBytes;
-        config_.openContent = [this](const Blob& blob) -> Expected<CommittedListPtr> { return listAt(5_seq, named, blob.slice()); };
+        config_.openContent = [this](const Blob& blob) -> Expected<CommittedListPtr> {
+            return listAt(5_seq, named, blob.slice());
+        };
     }
     ClientFixture& comes() {
         client_ = std::make_unique<ClientFixture>(config_);
@@ -34,7 +37,9 @@ public:
     /// So many chunks of a blob come.
     void chunks(const Blob& blob, std::uint64_t first, std::uint64_t count) {
         for (std::uint64_t at = 100 * first; count > 0; --count, at += 100)
-            client_->hear(message::BlobChunk{blob.id(), at, blob.sizeBytes(), blob.slice().slice(blob.bytes().subspan(at, std::min<std::size_t>(100, blob.sizeBytes() - at)))},
+            client_->hear(message::BlobChunk{blob.id(), at, blob.sizeBytes(),
+                                             blob.slice().slice(blob.bytes().subspan(
+                                                 at, std::min<std::size_t>(100, blob.sizeBytes() - at)))},
                           ChannelKind::kBulk);
     }
     std::vector<BlobInfo> named;  ///< by a scene that comes as a blob
@@ -132,13 +137,16 @@ TEST(BlobParts, OfAnyHistoryStayWithinTheirBound) {
             }
             if (oneIn(random, 2)) {
                 const std::size_t which = below(random, blobs.size());
-                if (wanted.insert(which).second) client.hear(oneIn(random, 2) ? message::Snapshot{listAt(5_seq), infoOf(blobs[which])} : message::Snapshot{listAt(5_seq, {infoOf(blobs[which])})});
+                if (wanted.insert(which).second)
+                    client.hear(oneIn(random, 2) ? message::Snapshot{listAt(5_seq), infoOf(blobs[which])}
+                                                 : message::Snapshot{listAt(5_seq, {infoOf(blobs[which])})});
             }
             // Of what was asked for some comes.
             const auto asked = client.sent<message::BlobRequest>(ChannelKind::kBulk);
             for (const message::BlobRequest& request : asked) {
                 const auto blob = std::ranges::find(blobs, request.id, &Blob::id);
-                if (request.offset + request.length < kBytes && !oneIn(random, 4)) link.chunks(*blob, request.offset / 100, 1);
+                if (request.offset + request.length < kBytes && !oneIn(random, 4))
+                    link.chunks(*blob, request.offset / 100, 1);
             }
             link.goes();
             ASSERT_LE(link.keptBytes(), kMost + wanted.size() * kBytes) << "connection " << i;

@@ -37,7 +37,8 @@ struct ClientFixture {
     void connect() { take(session.channelOpened(ChannelKind::kControl, now)); }
     void welcomed() {
         connect();
-        hear(message::Welcome{.epoch = 3_epoch, .token = {42, 43}, .heartbeat = 50ms, .configuration = textBytes("the wall")});
+        hear(message::Welcome{
+            .epoch = 3_epoch, .token = {42, 43}, .heartbeat = 50ms, .configuration = textBytes("the wall")});
     }
     void bulkOpen() { take(session.channelOpened(ChannelKind::kBulk, now)); }
     /// Welcomed, and its replica stands at `sequence`.

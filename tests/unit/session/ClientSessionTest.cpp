@@ -472,10 +472,10 @@ TEST(BlobFetcher, AsksForNothingThatIsFoundElsewhere) {
     const Blob early(content(45, 1)), late(content(45, 2)), never(content(45, 3));
     std::vector<Blob> there = {early};
     BlobFetcher fetcher({.chunkBytes = 100, .chunksInFlight = 1, .elsewhere = [&](const BlobInfo& wanted) {
-        for (const Blob& blob : there)
-            if (blob.id() == wanted.id) return blob;
-        return Blob();
-    }});
+                             for (const Blob& blob : there)
+                                 if (blob.id() == wanted.id) return blob;
+                             return Blob();
+                         }});
     EXPECT_EQ(*fetcher.want({infoOf(never), infoOf(early), infoOf(late)}), std::vector{early});
     const auto first = fetcher.requests();
     ASSERT_EQ(first.size(), 1u);
@@ -510,7 +510,8 @@ TEST(BlobFetcher, ThoseWhoFindEachOthersBlobsBeginAtDifferentPlaces) {
     std::vector<BlobInfo> wanted;
     for (int i = 0; i < 8; ++i) wanted.push_back(infoOf(Blob(content(45, static_cast<unsigned>(i)))));
     for (const double share : {0.0, 0.25, 0.5, 0.99, 1.0, -3.0, 7.0}) {
-        BlobFetcher fetcher({.chunksInFlight = 100, .elsewhere = [](const BlobInfo&) { return Blob(); }, .firstShare = share});
+        BlobFetcher fetcher(
+            {.chunksInFlight = 100, .elsewhere = [](const BlobInfo&) { return Blob(); }, .firstShare = share});
         ASSERT_TRUE(fetcher.want(wanted));
         const auto asked = fetcher.requests();
         ASSERT_EQ(asked.size(), wanted.size()) << share;

@@ -1,4 +1,5 @@
-// A large snapshot comes as a blob: fetched in parts, believed when it is what was announced, kept when a connection breaks.
+// A large snapshot comes as a blob: fetched in parts, believed when it is what was announced, kept when a connection
+// breaks.
 #include "tests/unit/session/ClientFixture.h"
 
 namespace tessera {

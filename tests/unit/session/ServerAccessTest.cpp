@@ -140,11 +140,10 @@ TEST(ServerAccess, TheServersOwnDoorComesInForOthers) {
     }
     s.forget();
     const std::string ada = toText({Role::kOperator, Entrant::By::kKey, "ada", "10.0.0.7"});
-    const std::vector<std::string> others{"the-dooR/" + ada, "/" + ada,    ada,
-                                          "the-door",        "the-door/",  "runs/" + ada,
-                                          "the-door/operator/9///ada", "the-door/operator/3//ada"};
-    for (const std::string& said : others)
-        EXPECT_NE(s.refusalOf(s.knock(said, kHere)), "") << said;
+    const std::vector<std::string> others{
+        "the-dooR/" + ada,         "/" + ada, ada, "the-door", "the-door/", "runs/" + ada, "the-door/operator/9///ada",
+        "the-door/operator/3//ada"};
+    for (const std::string& said : others) EXPECT_NE(s.refusalOf(s.knock(said, kHere)), "") << said;
     EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
 }
 
@@ -236,7 +235,8 @@ TEST(ServerAccess, APanelsTokenBringsItsPanelAndNothingElse) {
         }
     } s;
     const Entrant byDoor{Role::kEditor, Entrant::By::kPass, "visitor", "10.0.0.7", "hall"};
-    for (const std::string& word : {std::string("a token of the hall"), AccessTokens{{"looks", "changes", "runs"}, "the-door"}.ofDoorFor(byDoor)}) {
+    for (const std::string& word : {std::string("a token of the hall"),
+                                    AccessTokens{{"looks", "changes", "runs"}, "the-door"}.ofDoorFor(byDoor)}) {
         s.forget();
         const ConnectionId visitor = s.knock(word);
         const auto joined = s.actions<server_action::ApplicationJoined>();

@@ -49,13 +49,14 @@ struct ServerFixture {
     Sequence sequence{5};  ///< of the scene
     ServerActions done;    ///< since the last `forget()`
     std::map<ConnectionId, FrameNumber> toldToShow;
-    bool showing = true;   ///< whoever is alive in `run` says what it shows
+    bool showing = true;  ///< whoever is alive in `run` says what it shows
 
     void forget() { done.clear(); }
     void take(ServerActions actions) {
         for (const ServerAction& action : actions)
             if (const auto* send = std::get_if<server_action::Send>(&action))
-                if (const auto* swap = std::get_if<message::Swap>(send->message.get())) toldToShow[send->connection] = swap->frame;
+                if (const auto* swap = std::get_if<message::Swap>(send->message.get()))
+                    toldToShow[send->connection] = swap->frame;
         done.insert(done.end(), actions.begin(), actions.end());
     }
     void pass(Duration time) { now += time; }

@@ -21,7 +21,8 @@ using namespace std::chrono_literals;
 constexpr HostIndex kOwner = 0, kHelper = 1;
 const Hash128 kDigest{11, 12};
 const PixelRect kTile{.x = 128, .y = 64, .width = 8, .height = 4};
-const std::vector<PixelRect> kParts = {{.x = 128, .y = 64, .width = 5, .height = 4}, {.x = 133, .y = 64, .width = 3, .height = 4}};
+const std::vector<PixelRect> kParts = {{.x = 128, .y = 64, .width = 5, .height = 4},
+                                       {.x = 133, .y = 64, .width = 3, .height = 4}};
 
 Picture coloured(const PixelRect& rect, std::uint8_t shade) {
     return Picture::filled(rect.width, rect.height, shade, shade, shade);
@@ -60,7 +61,8 @@ TEST(Board, APartIsTakenDrawnElsewhereAndCopied) {
     ASSERT_TRUE(done);
     EXPECT_EQ(done->by, kHelper);
     Picture whole = coloured(kTile, 0);
-    EXPECT_FALSE(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 0), kParts[0], kTile, whole)) << "another part";
+    EXPECT_FALSE(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 0), kParts[0], kTile, whole))
+        << "another part";
     ASSERT_TRUE(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 1), kParts[1], kTile, whole));
     Picture expected = coloured(kTile, 0);
     paste(expected, drawn, 5, 0);
@@ -103,7 +105,11 @@ TEST(Board, APartThatIsGivenBackIsTheOwnersAgain) {
 TEST(Board, IsNobodysButItsUsers) {
     const Board board = Board::create().value();
     struct stat status {};
-    ASSERT_EQ(::stat(("/proc/" + board.place().substr(0, board.place().find('/')) + "/fd/" + board.place().substr(board.place().find('/') + 1)).c_str(), &status), 0);
+    ASSERT_EQ(::stat(("/proc/" + board.place().substr(0, board.place().find('/')) + "/fd/" +
+                      board.place().substr(board.place().find('/') + 1))
+                         .c_str(),
+                     &status),
+              0);
     EXPECT_EQ(status.st_mode & 0777, 0600u);
 }
 
@@ -159,9 +165,11 @@ TEST(Board, OutlivesItsProcessForWhoHasItOpenAndForNobodyElse) {
 TEST(Board, NothingElseIsTakenForOne) {
     const auto refused = [](const std::string& place) {
         const auto open = NeighbourBoard::open(place);
-        return open ? std::string("opened") : std::to_string(static_cast<int>(open.error().code)) + open.error().message;
+        return open ? std::string("opened")
+                    : std::to_string(static_cast<int>(open.error().code)) + open.error().message;
     };
-    for (const char* place : {"", "7", "/etc/passwd", "self/3", "1/../../../etc/passwd", "-1/3", "1/3 ", "99999999999/3"})
+    for (const char* place :
+         {"", "7", "/etc/passwd", "self/3", "1/../../../etc/passwd", "-1/3", "1/3 ", "99999999999/3"})
         EXPECT_NE(refused(place).find("no place"), std::string::npos) << place;
     const auto at = [](int file) { return std::to_string(::getpid()) + "/" + std::to_string(file); };
     const int plain = ::open("/proc/self/exe", O_RDONLY);
@@ -183,9 +191,11 @@ TEST(Board, NothingElseIsTakenForOne) {
         ::close(file);
         return said;
     };
-    EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes, 0).find("not the board"), std::string::npos) << "it could shrink under us";
+    EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes, 0).find("not the board"), std::string::npos)
+        << "it could shrink under us";
     EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes, F_SEAL_GROW).find("not the board"), std::string::npos);
-    EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes - 1, F_SEAL_SHRINK | F_SEAL_GROW).find("not the board"), std::string::npos);
+    EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes - 1, F_SEAL_SHRINK | F_SEAL_GROW).find("not the board"),
+              std::string::npos);
     EXPECT_NE(memory(MFD_ALLOW_SEALING, bytes, F_SEAL_SHRINK | F_SEAL_GROW).find("of this version"), std::string::npos);
 }
 
@@ -195,7 +205,8 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
     const unsigned seed = given ? static_cast<unsigned>(std::stoul(given)) : 1;
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_share --gtest_filter=Board.Survives*");
     TwoHosts hosts;
-    auto hostile = OthersMemory::open(hosts.owner.place(), board::kHeadBytes, board::kSlots * board::kSlotBytes).value();
+    auto hostile =
+        OthersMemory::open(hosts.owner.place(), board::kHeadBytes, board::kSlots * board::kSlotBytes).value();
     std::atomic<bool> over = false;
     std::thread scribbling([&] {
         std::mt19937_64 random(seed);
@@ -204,7 +215,9 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
             // Anything, what the head may hold, and small numbers.
             const std::uint64_t at = random() % (sizeof(board::Head) / 8);
             const std::uint64_t value = random();
-            words[at].store(random() % 3 == 0 ? value : random() % 2 ? value % 20 : words[random() % (sizeof(board::Head) / 8)].load());
+            words[at].store(random() % 3 == 0 ? value
+                            : random() % 2    ? value % 20
+                                              : words[random() % (sizeof(board::Head) / 8)].load());
         }
     });
     Picture whole = coloured(kTile, 0);
@@ -219,7 +232,8 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
                     ASSERT_GT(part.width, 0);
                     ASSERT_GT(part.height, 0);
                     ASSERT_GE(part.x, 0);
-                    ASSERT_LE(3ull * static_cast<unsigned>(part.width) * static_cast<unsigned>(part.height), board::kSlotBytes);
+                    ASSERT_LE(3ull * static_cast<unsigned>(part.width) * static_cast<unsigned>(part.height),
+                              board::kSlotBytes);
                 }
                 if (const auto part = hosts.seenByHelper.takeLast(*posting, kHelper)) {
                     ASSERT_LT(*part, posting->parts.size());
@@ -233,7 +247,8 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
         for (std::size_t part = 0; part < kParts.size(); ++part)
             if (const auto by = hosts.owner.doneElsewhere(part)) {
                 ++done;
-                ASSERT_FALSE(hosts.seenByOwner.copy(by->slot, hosts.owner.stampOf(kOwner, part), kParts[part], kTile, whole))
+                ASSERT_FALSE(
+                    hosts.seenByOwner.copy(by->slot, hosts.owner.stampOf(kOwner, part), kParts[part], kTile, whole))
                     << "nobody has drawn it";
             }
         (void)hosts.seenByHelper.activity();

@@ -22,8 +22,8 @@ namespace {
 
 using test::ListMaker;
 
-ObjectId channelOf(ListMaker& make, ObjectId target, const std::string& field, const std::vector<double>& times, const std::vector<double>& values,
-                   std::int64_t interpolation = KeyFrames::kLinear) {
+ObjectId channelOf(ListMaker& make, ObjectId target, const std::string& field, const std::vector<double>& times,
+                   const std::vector<double>& values, std::int64_t interpolation = KeyFrames::kLinear) {
     const ObjectId id = make.create<KeyFrames>();
     setField<&KeyFrames::target>(make.builder, id, target);
     setField<&KeyFrames::field>(make.builder, id, field);
@@ -43,7 +43,8 @@ ObjectId playerOf(ListMaker& make, const RefList& channels) {
 /// Beyond the box, in parts of its diagonal; at most 0: within.
 double beyond(const Box& inner, const Box& outer) {
     if (inner.empty()) return 0;
-    return std::max((outer.lower - inner.lower).maxCoeff(), (inner.upper - outer.upper).maxCoeff()) / std::max(outer.size().norm(), 1e-30);
+    return std::max((outer.lower - inner.lower).maxCoeff(), (inner.upper - outer.upper).maxCoeff()) /
+           std::max(outer.size().norm(), 1e-30);
 }
 
 /// Of what is drawn, vertex by vertex: sceneBounds looks at boxes that turn with their nodes.
@@ -54,7 +55,8 @@ Box verticesOf(const Aspect& scene) {
         if (const Drawable drawable = drawableOf(scene, visit.node)) {
             const MeshArrays arrays = drawable.arrays();
             const auto p = arrays.positions.as<float>();
-            for (std::size_t i = 0; i + 2 < p.size(); i += 3) box.extend(Vec3d(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2])));
+            for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+                box.extend(Vec3d(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2])));
         }
         return Descend::kInto;
     });
@@ -75,7 +77,8 @@ void expectWithinThePicture(const Aspect& scene, const Wall& wall, const View& v
                 const bool seen = std::ranges::any_of(tiles, [&](const Tile& tile) {
                     const ScreenCamera camera = tileCamera(wall, tile, view);
                     const Eigen::Vector4d clip = (camera.clip_T_eye * camera.eye_T_world.matrix()) * at.homogeneous();
-                    return clip.w() > 0 && std::abs(clip.x()) <= clip.w() * (1 + 1e-9) && std::abs(clip.y()) <= clip.w() * (1 + 1e-9);
+                    return clip.w() > 0 && std::abs(clip.x()) <= clip.w() * (1 + 1e-9) &&
+                           std::abs(clip.y()) <= clip.w() * (1 + 1e-9);
                 });
                 EXPECT_TRUE(seen) << at.transpose();
             }
@@ -94,10 +97,13 @@ Wall screenOf(double width, double height) {
     return wall;
 }
 
-double from(Random& random, double least, double most) { return std::uniform_real_distribution<double>(least, most)(random); }
+double from(Random& random, double least, double most) {
+    return std::uniform_real_distribution<double>(least, most)(random);
+}
 
 Quatd someTurn(Random& random) {
-    return Quatd(from(random, -1, 1), from(random, -1, 1), from(random, -1, 1), from(random, -1, 1) + 1e-3).normalized();
+    return Quatd(from(random, -1, 1), from(random, -1, 1), from(random, -1, 1), from(random, -1, 1) + 1e-3)
+        .normalized();
 }
 
 /// Some chains of boxes, each led by an animation of its own, at any speed, in any mode, by any keys.
@@ -120,15 +126,19 @@ ChangeList someMovingScene(Random& random) {
                 const std::size_t keys = below(random, 5) + 1, width = field[0] == 'r' ? 4 : 3;
                 std::vector<double> times, values;
                 for (std::size_t k = 0; k < keys; ++k) {
-                    times.push_back(k + 1 == keys ? length : length * (static_cast<double>(k) + from(random, 0, 0.9)) / static_cast<double>(keys));
+                    times.push_back(k + 1 == keys ? length
+                                                  : length * (static_cast<double>(k) + from(random, 0, 0.9)) /
+                                                        static_cast<double>(keys));
                     for (int part = 0; part < (interpolation == KeyFrames::kSpline ? 3 : 1); ++part) {
                         const Quatd turn = someTurn(random);
                         if (width == 4) values.insert(values.end(), {turn.w(), turn.x(), turn.y(), turn.z()});
-                        for (std::size_t i = 0; i < 3 && width == 3; ++i) values.push_back(field[0] == 's' ? from(random, 0.3, 2) : from(random, -20, 20));
+                        for (std::size_t i = 0; i < 3 && width == 3; ++i)
+                            values.push_back(field[0] == 's' ? from(random, 0.3, 2) : from(random, -20, 20));
                     }
                 }
                 // What steps at the very end is seen by who seeks there, and in no loop.
-                if (interpolation == KeyFrames::kStep && keys > 1) std::copy_n(&values[(keys - 2) * width], width, &values[(keys - 1) * width]);
+                if (interpolation == KeyFrames::kStep && keys > 1)
+                    std::copy_n(&values[(keys - 2) * width], width, &values[(keys - 1) * width]);
                 channels.push_back(channelOf(make, place, field, times, values, interpolation));
             }
         }
@@ -136,8 +146,12 @@ ChangeList someMovingScene(Random& random) {
         const ObjectId player = playerOf(make, channels);
         // Once: from its beginning, so that all of it is seen.
         const bool once = oneIn(random, 3);
-        setField<&Animation::mode>(make.builder, player, once ? Animation::kOnce : oneIn(random, 2) ? Animation::kLoop : Animation::kPingPong);
-        setField<&Animation::speed>(make.builder, player, !once && oneIn(random, 4) ? -from(random, 1, 3) : from(random, 1, 3));
+        setField<&Animation::mode>(make.builder, player,
+                                   once               ? Animation::kOnce
+                                   : oneIn(random, 2) ? Animation::kLoop
+                                                      : Animation::kPingPong);
+        setField<&Animation::speed>(make.builder, player,
+                                    !once && oneIn(random, 4) ? -from(random, 1, 3) : from(random, 1, 3));
         if (!once) setField<&Animation::time>(make.builder, player, from(random, 0, length));
     }
     return make.builder.take();
@@ -157,7 +171,8 @@ TEST(AnimatedBounds, HoldWhatRandomAnimationsShowInEveryFrame) {
             seen.extend(now);
             ++frames;
             moved += (now.lower - first.lower).norm() > 0.01;
-            // What is at its most between two looks, a sixtieth of a second apart, by splines that swing through 100 units a second.
+            // What is at its most between two looks, a sixtieth of a second apart, by splines that swing through 100
+            // units a second.
             ASSERT_LT(beyond(now, all.box), 2e-3) << "frame " << frame;
         }
         // Not just anything large, though half a turn between two looks counts as an arc.
@@ -233,11 +248,14 @@ TEST(AnimatedBounds, CostABoundedNumberOfPlacesHoweverLongAndLarge) {
         playerOf(make, {channelOf(make, place, "translation", times, values)});
         Aspect scene;
         ChangeList list = make.builder.take();
-        replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id; });
+        replaceIds(list, [](ObjectId id) {
+            return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;
+        });
         ASSERT_TRUE(scene.apply(list));
         const auto before = std::chrono::steady_clock::now();
         const AnimatedBounds all = animatedBounds(scene);
-        const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - before);
+        const auto took =
+            std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - before);
         EXPECT_LE(all.placed, std::max(kMostPlaced, kFewestLooks * (boxes + 1)));
         EXPECT_GE(all.looks, kFewestLooks);
         EXPECT_GT(all.box.upper.x(), boxes < 10'000 ? 10.499 : 9.0);
@@ -250,7 +268,8 @@ TEST(AnimatedBounds, CostABoundedNumberOfPlacesHoweverLongAndLarge) {
 /// Real characters: joints, morph targets, several takes.
 TEST(AnimatedBounds, HoldEveryVertexOfCharactersAndNotMuchMore) {
     const char* set = std::getenv("TESSERA_TEST_DATA");
-    const std::string data = set ? set : std::string(TESSERA_SOURCE_DIR) + "/../shared/data", models = "/usr/share/assimp/models/";
+    const std::string data = set ? set : std::string(TESSERA_SOURCE_DIR) + "/../shared/data",
+                      models = "/usr/share/assimp/models/";
     std::vector<std::string> files = {models + "FBX/huesitos.fbx", models + "X/Testwuson.X", models + "BVH/01_01.bvh",
                                       TESSERA_SOURCE_DIR "/tests/data/models/arm.glb"};
     for (const char* name : {"BoxAnimated.glb", "RiggedFigure.glb", "Fox.glb", "AnimatedMorphCube.glb"})
@@ -271,7 +290,8 @@ TEST(AnimatedBounds, HoldEveryVertexOfCharactersAndNotMuchMore) {
             seen.extend(now);
             ASSERT_LT(beyond(now, all), 1e-5) << "frame " << frame;
         }
-        RecordProperty(std::filesystem::path(path).stem().string() + "_times_as_large", std::to_string(all.size().norm() / seen.size().norm()));
+        RecordProperty(std::filesystem::path(path).stem().string() + "_times_as_large",
+                       std::to_string(all.size().norm() / seen.size().norm()));
     }
 }
 

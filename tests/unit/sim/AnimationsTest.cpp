@@ -1,4 +1,5 @@
-/// Animations in frames: what they drive, who wins, what stops them, what they cost; followed through histories beside a look at all of them.
+/// Animations in frames: what they drive, who wins, what stops them, what they cost; followed through histories beside
+/// a look at all of them.
 #include "common/cores/PointLight.h"
 #include "server/sim/frame/Animations.h"
 
@@ -22,9 +23,12 @@ using test::one;
 using test::placeOf;
 using test::transformAt;
 
-Blob doublesOf(const std::vector<double>& numbers) { return Blob::of(std::span<const double>(numbers)); }
+Blob doublesOf(const std::vector<double>& numbers) {
+    return Blob::of(std::span<const double>(numbers));
+}
 
-ObjectId keyFrames(ListMaker& make, ObjectId target, const std::string& field, const std::vector<double>& times, const std::vector<double>& values, std::int64_t interpolation = KeyFrames::kLinear) {
+ObjectId keyFrames(ListMaker& make, ObjectId target, const std::string& field, const std::vector<double>& times,
+                   const std::vector<double>& values, std::int64_t interpolation = KeyFrames::kLinear) {
     const ObjectId id = make.create<KeyFrames>();
     setField<&KeyFrames::target>(make.builder, id, target);
     setField<&KeyFrames::field>(make.builder, id, field);
@@ -41,7 +45,8 @@ ObjectId animation(ListMaker& make, const std::string& name, const RefList& chan
     return id;
 }
 
-/// /crane goes from x = 0 to 6 in a second and turns; /lamp's intensity from 1 to 3; /wall stands in the way. One animation plays both, in a loop.
+/// /crane goes from x = 0 to 6 in a second and turns; /lamp's intensity from 1 to 3; /wall stands in the way. One
+/// animation plays both, in a loop.
 ChangeList animatedScene(bool withInterest) {
     ListMaker make;
     const ObjectId place = make.transform(Vec3d::Zero());
@@ -50,7 +55,9 @@ ChangeList animatedScene(bool withInterest) {
     make.node("bricks", make.node("wall", kRootNode, make.transform(Vec3d(4, 0, 0))), make.box(Vec3d(1, 4, 4)));
     const ObjectId lamp = make.create<PointLight>();
     make.node("lamp", kRootNode, lamp);
-    animation(make, "take", {keyFrames(make, place, "translation", {0, 1}, {0, 0, 0, 6, 0, 0}), keyFrames(make, lamp, "intensity", {0, 1}, {1, 3})});
+    animation(make, "take",
+              {keyFrames(make, place, "translation", {0, 1}, {0, 0, 0, 6, 0, 0}),
+               keyFrames(make, lamp, "intensity", {0, 1}, {1, 3})});
     if (withInterest) {
         const ObjectId interest = make.create<Interest>();
         make.builder.set(interest, typeOf<Interest>(), fieldId<&Interest::object>, crane);
@@ -66,9 +73,15 @@ Simulation playing(ChangeList list) {
     (void)simulation.step(true, {});
     return simulation;
 }
-ObjectId coreAt(const Simulation& simulation, const std::string& path) { return simulation.scene().get<Node>(findNode(simulation.scene(), path).value())->core; }
-const Animation& take(const Simulation& simulation) { return *simulation.scene().get<Animation>(coreAt(simulation, "/take")); }
-float lamp(const Simulation& simulation) { return simulation.scene().get<PointLight>(coreAt(simulation, "/lamp"))->intensity; }
+ObjectId coreAt(const Simulation& simulation, const std::string& path) {
+    return simulation.scene().get<Node>(findNode(simulation.scene(), path).value())->core;
+}
+const Animation& take(const Simulation& simulation) {
+    return *simulation.scene().get<Animation>(coreAt(simulation, "/take"));
+}
+float lamp(const Simulation& simulation) {
+    return simulation.scene().get<PointLight>(coreAt(simulation, "/lamp"))->intensity;
+}
 void frames(Simulation& simulation, int count) {
     for (int i = 0; i < count; ++i) (void)simulation.step(false, {});
 }
@@ -91,7 +104,8 @@ TEST(Animations, DriveTransformsAndOtherFieldsASixtiethAFrame) {
     frames(simulation, 45);  // around once
     EXPECT_NEAR(placeOf(simulation.scene(), "/crane").x(), 1.5, 1e-9);
     EXPECT_NEAR(take(simulation).time, 0.25, 1e-9);
-    EXPECT_FALSE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result) << "playing is no step of undo";
+    EXPECT_FALSE(simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result)
+        << "playing is no step of undo";
 }
 
 TEST(Animations, PauseSeekSpeedAndModesAreFieldsLikeOthers) {
@@ -193,7 +207,8 @@ TEST(Animations, ArraysTravelByTheBytesThatDiffer) {
     EXPECT_EQ(frame.commit.list->ranges[0].offset, 16u);
     EXPECT_EQ(frame.commit.list->ranges[0].bytes.sizeBytes(), 4u);
     frames(simulation, 29);
-    EXPECT_NEAR(simulation.scene().get<Geometry>(coreAt(simulation, "/box"))->positions.as<float>()[4], arrays.positions.as<float>()[4] + 0.5f, 1e-5);
+    EXPECT_NEAR(simulation.scene().get<Geometry>(coreAt(simulation, "/box"))->positions.as<float>()[4],
+                arrays.positions.as<float>()[4] + 0.5f, 1e-5);
 }
 
 TEST(Animations, OfTwoOnOneFieldTheLaterOneDecidesAndSharedKeyFramesPlayAtEachOnesTime) {
@@ -208,7 +223,8 @@ TEST(Animations, OfTwoOnOneFieldTheLaterOneDecidesAndSharedKeyFramesPlayAtEachOn
     EXPECT_NEAR(lamp(simulation), 0.5, 1e-6);
     setTake<&Animation::speed>(simulation, 0.0);
     frames(simulation, 6);
-    EXPECT_NEAR(lamp(simulation), 31.0 / 60, 1e-6) << "the later one, though it stands still: a frame after the edit's own";
+    EXPECT_NEAR(lamp(simulation), 31.0 / 60, 1e-6)
+        << "the later one, though it stands still: a frame after the edit's own";
     setTake<&Animation::playing>(simulation, false);
     frames(simulation, 1);
     EXPECT_NEAR(lamp(simulation), 39.0 / 60, 1e-6) << "the first one's last channel, at its own time";
@@ -249,19 +265,26 @@ TEST(Animations, UnsoundKeyFramesAreRefusedWhenTheSceneIsEdited) {
     refused([&](auto& b) { setField<&KeyFrames::field>(b, channel, "colour"); }, "has no field 'colour'");
     refused([&](auto& b) { setField<&KeyFrames::times>(b, channel, doublesOf({1, 0})); }, "not later");
     refused([&](auto& b) { setField<&KeyFrames::times>(b, channel, Blob()); }, "no keys");
-    refused([&](auto& b) { setField<&KeyFrames::times>(b, channel, doublesOf({0, std::numeric_limits<double>::quiet_NaN()})); }, "times are numbers");
+    refused(
+        [&](auto& b) {
+            setField<&KeyFrames::times>(b, channel, doublesOf({0, std::numeric_limits<double>::quiet_NaN()}));
+        },
+        "times are numbers");
     refused([&](auto& b) { setField<&KeyFrames::values>(b, channel, doublesOf({0})); }, "1 numbers are not 2 keys");
     refused([&](auto& b) { setField<&KeyFrames::target>(b, channel, ObjectId()); }, "no target");
-    refused([&](auto& b) { b.setRange(channel, typeOf<KeyFrames>(), fieldId<&KeyFrames::values>, 0, doublesOf({-1})); }, "at least");
-    refused([&](auto& b) {
-        const ObjectId fresh(kFirstPlaceholder), light(kFirstPlaceholder + 1);
-        b.create(fresh, typeOf<KeyFrames>());
-        b.create(light, typeOf<PointLight>());
-        setField<&KeyFrames::target>(b, fresh, light);
-        setField<&KeyFrames::field>(b, fresh, "translation");
-        setField<&KeyFrames::times>(b, fresh, doublesOf({0}));
-        setField<&KeyFrames::values>(b, fresh, doublesOf({0}));
-    }, "a PointLight has no field 'translation'");
+    refused([&](auto& b) { b.setRange(channel, typeOf<KeyFrames>(), fieldId<&KeyFrames::values>, 0, doublesOf({-1})); },
+            "at least");
+    refused(
+        [&](auto& b) {
+            const ObjectId fresh(kFirstPlaceholder), light(kFirstPlaceholder + 1);
+            b.create(fresh, typeOf<KeyFrames>());
+            b.create(light, typeOf<PointLight>());
+            setField<&KeyFrames::target>(b, fresh, light);
+            setField<&KeyFrames::field>(b, fresh, "translation");
+            setField<&KeyFrames::times>(b, fresh, doublesOf({0}));
+            setField<&KeyFrames::values>(b, fresh, doublesOf({0}));
+        },
+        "a PointLight has no field 'translation'");
     frames(simulation, 30);
     EXPECT_NEAR(lamp(simulation), 2, 1e-6);
     // A target cannot go while key frames name it.
@@ -286,7 +309,8 @@ TEST(Animations, CostWhatPlaysNotWhatIsThere) {
         }
         animation(make, "take", {keyFrames(make, lampCore, "intensity", {0, 1}, {0, 1})});
         Simulation simulation = playing(make.builder.take());
-        const std::uint64_t checkedBefore = simulation.animations().keysChecked(), playedBefore = simulation.animations().framesPlayed();
+        const std::uint64_t checkedBefore = simulation.animations().keysChecked(),
+                            playedBefore = simulation.animations().framesPlayed();
         EXPECT_EQ(simulation.animations().playingCount(), 1u);
         frames(simulation, 50);
         checked.push_back(simulation.animations().keysChecked() - checkedBefore);
@@ -305,8 +329,10 @@ struct Wanted {
 };
 
 void put(Wanted& wanted, ObjectId transform, const AnimatedTransform& is) {
-    if (is.translation) wanted.poses[{transform.value, 0}] = {is.translation->x(), is.translation->y(), is.translation->z()};
-    if (is.rotation) wanted.poses[{transform.value, 1}] = {is.rotation->w(), is.rotation->x(), is.rotation->y(), is.rotation->z()};
+    if (is.translation)
+        wanted.poses[{transform.value, 0}] = {is.translation->x(), is.translation->y(), is.translation->z()};
+    if (is.rotation)
+        wanted.poses[{transform.value, 1}] = {is.rotation->w(), is.rotation->x(), is.rotation->y(), is.rotation->z()};
     if (is.scale) wanted.poses[{transform.value, 2}] = {is.scale->x(), is.scale->y(), is.scale->z()};
 }
 
@@ -321,13 +347,16 @@ Wanted byLooking(const Aspect& scene) {
         for (const ObjectId channel : a->channels) {
             const KeyFrames& f = *scene.get<KeyFrames>(channel);
             const Object target = f.target ? scene.find(f.target) : Object();
-            if (const Expected<KeyTrack> track = KeyTrack::of(f, target ? &target.info() : nullptr)) sound.emplace_back(f.target, *track), last = std::max(last, track->lastTime());
+            if (const Expected<KeyTrack> track = KeyTrack::of(f, target ? &target.info() : nullptr))
+                sound.emplace_back(f.target, *track), last = std::max(last, track->lastTime());
         }
         const double time = foldedTime(a->time + a->speed * 0.25, last, a->mode);
         wanted.steps.emplace_back(id, time);
         for (const auto& [target, track] : sound) {
             const std::string_view field = track.field().name;
-            wanted.poses[{target.value, field == "translation" ? 0 : field == "rotation" ? 1 : 2}] = track.at(shownTime(time, last, a->mode));
+            wanted.poses[{target.value, field == "translation" ? 0
+                                        : field == "rotation"  ? 1
+                                                               : 2}] = track.at(shownTime(time, last, a->mode));
         }
     }
     return wanted;
@@ -340,7 +369,9 @@ TEST(Animations, FollowedThroughAnyHistoryTheyWantWhatALookAtAllSays) {
         Animations followed;
         std::vector<ObjectId> transforms, channels, animations;
         std::vector<ChangeList> back;
-        const auto present = [&](std::vector<ObjectId>& ids) { std::erase_if(ids, [&](ObjectId id) { return !committer.scene().find(id); }); };
+        const auto present = [&](std::vector<ObjectId>& ids) {
+            std::erase_if(ids, [&](ObjectId id) { return !committer.scene().find(id); });
+        };
         for (int step = 0; step < 120; ++step) {
             Expected<Committer::Applied> applied = fail(ErrorCode::kRefused, "");
             if (!back.empty() && oneIn(random, 6)) {
@@ -349,34 +380,45 @@ TEST(Animations, FollowedThroughAnyHistoryTheyWantWhatALookAtAllSays) {
             } else {
                 ListMaker make;
                 ChangeListBuilder& b = make.builder;
-                const auto any = [&](const std::vector<ObjectId>& ids) { return ids.empty() ? ObjectId() : ids[below(random, ids.size())]; };
-                const auto field = [&] { return std::string(std::array{"translation", "rotation", "scale"}[below(random, 3)]); };
+                const auto any = [&](const std::vector<ObjectId>& ids) {
+                    return ids.empty() ? ObjectId() : ids[below(random, ids.size())];
+                };
+                const auto field = [&] {
+                    return std::string(std::array{"translation", "rotation", "scale"}[below(random, 3)]);
+                };
                 const auto keys = [&](std::size_t width) {
                     std::vector<double> values;
-                    for (std::size_t i = 0; i < 2 * width; ++i) values.push_back(1 + static_cast<double>(below(random, 9)));
+                    for (std::size_t i = 0; i < 2 * width; ++i)
+                        values.push_back(1 + static_cast<double>(below(random, 9)));
                     return values;
                 };
                 switch (below(random, 9)) {
-                    case 0: make.transform(Vec3d::Zero()); break;
+                    case 0:
+                        make.transform(Vec3d::Zero());
+                        break;
                     case 1:
                         if (const ObjectId target = any(transforms)) {
                             const std::string name = field();
-                            keyFrames(make, target, name, {0, 1.0 + static_cast<double>(below(random, 3))}, keys(name == "rotation" ? 4 : 3));
+                            keyFrames(make, target, name, {0, 1.0 + static_cast<double>(below(random, 3))},
+                                      keys(name == "rotation" ? 4 : 3));
                         } else {
                             make.create<KeyFrames>();
                         }
                         break;
                     case 2:
-                        setField<&Animation::channels>(b, make.create<Animation>(), channels.empty() ? RefList() : RefList{any(channels)});
+                        setField<&Animation::channels>(b, make.create<Animation>(),
+                                                       channels.empty() ? RefList() : RefList{any(channels)});
                         break;
                     case 3:
                         if (const ObjectId id = any(animations)) setField<&Animation::playing>(b, id, oneIn(random, 2));
                         break;
                     case 4:
-                        if (const ObjectId id = any(animations)) setField<&Animation::time>(b, id, static_cast<double>(below(random, 50)) / 10);
+                        if (const ObjectId id = any(animations))
+                            setField<&Animation::time>(b, id, static_cast<double>(below(random, 50)) / 10);
                         break;
                     case 5:
-                        if (const ObjectId id = any(animations)) setField<&Animation::mode>(b, id, static_cast<std::int64_t>(below(random, 3)));
+                        if (const ObjectId id = any(animations))
+                            setField<&Animation::mode>(b, id, static_cast<std::int64_t>(below(random, 3)));
                         break;
                     case 6:
                         if (const ObjectId id = any(animations); id && !channels.empty()) {
@@ -387,7 +429,11 @@ TEST(Animations, FollowedThroughAnyHistoryTheyWantWhatALookAtAllSays) {
                         }
                         break;
                     case 7:
-                        if (const ObjectId id = any(channels)) oneIn(random, 2) ? setField<&KeyFrames::times>(b, id, doublesOf({0, 0.5 + static_cast<double>(below(random, 4))})) : b.setRange(id, typeOf<KeyFrames>(), fieldId<&KeyFrames::values>, 8, doublesOf({3}));
+                        if (const ObjectId id = any(channels))
+                            oneIn(random, 2)
+                                ? setField<&KeyFrames::times>(
+                                      b, id, doublesOf({0, 0.5 + static_cast<double>(below(random, 4))}))
+                                : b.setRange(id, typeOf<KeyFrames>(), fieldId<&KeyFrames::values>, 8, doublesOf({3}));
                         break;
                     default:
                         if (const ObjectId id = any(oneIn(random, 2) ? animations : channels)) b.destroy(id);
@@ -399,7 +445,10 @@ TEST(Animations, FollowedThroughAnyHistoryTheyWantWhatALookAtAllSays) {
             if (!applied) continue;
             for (const ObjectId id : committer.scene().ids()) {
                 const Object object = committer.scene().find(id);
-                auto* list = object.is<Transform>() ? &transforms : object.is<KeyFrames>() ? &channels : object.is<Animation>() ? &animations : nullptr;
+                auto* list = object.is<Transform>()   ? &transforms
+                             : object.is<KeyFrames>() ? &channels
+                             : object.is<Animation>() ? &animations
+                                                      : nullptr;
                 if (list && std::ranges::find(*list, id) == list->end()) list->push_back(id);
             }
             present(transforms), present(channels), present(animations);

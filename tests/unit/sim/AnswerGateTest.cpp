@@ -7,8 +7,9 @@ namespace tessera {
 namespace {
 
 ServerAction replyTo(std::uint64_t request, const std::string& error = {}) {
-    return server_action::Send{ConnectionId(1), std::make_shared<const Message>(message::Reply{
-                                                    .id = request, .code = ErrorCode::kRefused, .error = error, .body = {}})};
+    return server_action::Send{
+        ConnectionId(1), std::make_shared<const Message>(
+                             message::Reply{.id = request, .code = ErrorCode::kRefused, .error = error, .body = {}})};
 }
 ServerAction notice() {
     return server_action::Send{ConnectionId(1), std::make_shared<const Message>(message::Notice{})};

@@ -1,4 +1,5 @@
-/// Models that assimp reads, with bones and animations, from the file through frames to vertices, beside an evaluator of assimp's own scene.
+/// Models that assimp reads, with bones and animations, from the file through frames to vertices, beside an evaluator
+/// of assimp's own scene.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
@@ -32,14 +33,16 @@ Real4 realOf(const aiMatrix4x4& m) {
     return real;
 }
 
-/// What assimp's data structures say of a file at a time, as anim.h and mesh.h describe them: world = parent · (translation · rotation · scale) of the keys,
-/// vertices Σ weight · world(bone) · offset, and nothing of Tessera's reader.
+/// What assimp's data structures say of a file at a time, as anim.h and mesh.h describe them: world = parent ·
+/// (translation · rotation · scale) of the keys, vertices Σ weight · world(bone) · offset, and nothing of Tessera's
+/// reader.
 class SceneEvaluator {
 public:
     explicit SceneEvaluator(const std::string& path) {
         importer_.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60.0f);
-        scene_ = importer_.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords |
-                                              aiProcess_JoinIdenticalVertices | aiProcess_FlipUVs);
+        scene_ =
+            importer_.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_GenSmoothNormals |
+                                         aiProcess_GenUVCoords | aiProcess_JoinIdenticalVertices | aiProcess_FlipUVs);
     }
     [[nodiscard]] const aiScene* scene() const { return scene_; }
 
@@ -52,7 +55,8 @@ public:
         if (scene_->mNumAnimations > 0) {
             const aiAnimation& animation = *scene_->mAnimations[0];
             ticks_ = seconds * (animation.mTicksPerSecond != 0 ? animation.mTicksPerSecond : 25);
-            for (unsigned c = 0; c < animation.mNumChannels; ++c) channels_.emplace(animation.mChannels[c]->mNodeName.C_Str(), animation.mChannels[c]);
+            for (unsigned c = 0; c < animation.mNumChannels; ++c)
+                channels_.emplace(animation.mChannels[c]->mNodeName.C_Str(), animation.mChannels[c]);
             for (unsigned c = 0; c < animation.mNumMorphMeshChannels; ++c) {
                 const std::string named = animation.mMorphMeshChannels[c]->mName.C_Str();
                 morphs_.emplace(named.substr(0, named.rfind('*')), animation.mMorphMeshChannels[c]);
@@ -116,7 +120,8 @@ private:
             const aiNodeAnim& keys = *channel->second;
             local.setIdentity();
             const Real3 scale = vectorOf(keys.mScalingKeys, keys.mNumScalingKeys);
-            local.topLeftCorner<3, 3>() = turnOf(keys.mRotationKeys, keys.mNumRotationKeys).toRotationMatrix() * scale.asDiagonal();
+            local.topLeftCorner<3, 3>() =
+                turnOf(keys.mRotationKeys, keys.mNumRotationKeys).toRotationMatrix() * scale.asDiagonal();
             local.topRightCorner<3, 1>() = vectorOf(keys.mPositionKeys, keys.mNumPositionKeys);
         }
         worlds_[node.mName.C_Str()] = above * local;
@@ -132,7 +137,8 @@ private:
             for (unsigned b = 0; b < mesh.mNumBones; ++b) {
                 const aiBone& bone = *mesh.mBones[b];
                 const auto world = worlds_.find(bone.mName.C_Str());
-                const Real4 matrix = world == worlds_.end() ? worlds_[node.mName.C_Str()] : Real4(world->second * realOf(bone.mOffsetMatrix));
+                const Real4 matrix = world == worlds_.end() ? worlds_[node.mName.C_Str()]
+                                                            : Real4(world->second * realOf(bone.mOffsetMatrix));
                 for (unsigned w = 0; w < bone.mNumWeights; ++w) {
                     sums[bone.mWeights[w].mVertexId] += static_cast<Real>(bone.mWeights[w].mWeight) * matrix;
                     weights[bone.mWeights[w].mVertexId] += static_cast<Real>(bone.mWeights[w].mWeight);
@@ -144,9 +150,11 @@ private:
                 if (const auto morph = morphs_.find(node.mName.C_Str()); morph != morphs_.end())
                     for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
                         const aiVector3D to = mesh.mAnimMeshes[t]->mVertices[v], from = mesh.mVertices[v];
-                        at.head<3>() += weightOf(*morph->second, t) * (Real3(to.x, to.y, to.z) - Real3(from.x, from.y, from.z));
+                        at.head<3>() +=
+                            weightOf(*morph->second, t) * (Real3(to.x, to.y, to.z) - Real3(from.x, from.y, from.z));
                     }
-                all.emplace_back((weights[v] > 0 ? Real4(sums[v] / weights[v]) : worlds_[node.mName.C_Str()]).topRows<3>() * at);
+                all.emplace_back(
+                    (weights[v] > 0 ? Real4(sums[v] / weights[v]) : worlds_[node.mName.C_Str()]).topRows<3>() * at);
                 known.push_back(counts[v] <= 4);
             }
         }
@@ -172,14 +180,14 @@ std::vector<Vec3d> shownTriangleCorners(const Aspect& scene, std::size_t& skins)
             if (arrays.primitive != Primitive::kTriangles) return Descend::kInto;
             skins += visit.core.is<Skin>();
             const auto p = arrays.positions.as<float>();
-            for (std::size_t i = 0; i + 2 < p.size(); i += 3) all.emplace_back(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2]));
+            for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+                all.emplace_back(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2]));
         }
         return Descend::kInto;
     });
     action.run(scene);
     return all;
 }
-
 
 void expectAsAssimpSays(const std::string& path, std::size_t skins) {
     SCOPED_TRACE(path);
@@ -193,7 +201,8 @@ void expectAsAssimpSays(const std::string& path, std::size_t skins) {
     const Expected<CommittedFrame> loaded = simulation.load({std::move(imported->list)});
     ASSERT_TRUE(loaded) << loaded.error().message;
     const double length = static_cast<double>(file.length());
-    const int frames = std::min(90, static_cast<int>(std::ceil(length * 60)) - 1);  // at its very end a loop begins again
+    const int frames =
+        std::min(90, static_cast<int>(std::ceil(length * 60)) - 1);  // at its very end a loop begins again
     ASSERT_GT(frames, 20);
     std::vector<Real3> first;
     std::size_t moved = 0;
@@ -214,7 +223,8 @@ void expectAsAssimpSays(const std::string& path, std::size_t skins) {
             if (known[i]) off = std::max(off, (shown[i].cast<Real>() - right[i]).norm());
             moved += (right[i] - first[i]).norm() > 1e-3L * size;
         }
-        // Floats in offset matrices, in `pose` and in the vertices: some 2^-24 of the coordinates each, with the joints' own lengths in between.
+        // Floats in offset matrices, in `pose` and in the vertices: some 2^-24 of the coordinates each, with the
+        // joints' own lengths in between.
         ASSERT_LT(off, 1e-5L * std::max(size, Real(1e-3))) << "frame " << frame;
     }
     EXPECT_GT(moved, 0u) << "or nothing was played";

@@ -138,8 +138,13 @@ TEST(Report, OfManyFaultsTheFirstAndTheLastAreListedAndTheOthersCounted) {
     Report report(Wall(), "hall.tsct");
     constexpr std::uint64_t kFaults = 3'000;
     for (std::uint64_t i = 0; i < kFaults; ++i) {
-        report.fault({.host = "left", .kind = FaultKind::kDisconnected, .frame = FrameNumber(i), .detectedAfter = {}, .detail = {}});
-        report.entered({.host = "left", .frame = FrameNumber(i), .rejoined = true, .awayFor = std::chrono::milliseconds(i)});
+        report.fault({.host = "left",
+                      .kind = FaultKind::kDisconnected,
+                      .frame = FrameNumber(i),
+                      .detectedAfter = {},
+                      .detail = {}});
+        report.entered(
+            {.host = "left", .frame = FrameNumber(i), .rejoined = true, .awayFor = std::chrono::milliseconds(i)});
     }
     const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget(0)));
     const nlohmann::json& faults = json["faults"];

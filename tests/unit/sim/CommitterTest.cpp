@@ -52,7 +52,8 @@ TEST(Committer, FramesListsLeadReplicasAlong) {
     });
 }
 
-/// An animation edits ranges too, and is no step: what leads back from a person's edit finds another array than that edit left.
+/// An animation edits ranges too, and is no step: what leads back from a person's edit finds another array than that
+/// edit left.
 TEST(Committer, WhatLeadsBackFromARangeLeavesWhatCameSince) {
     Committer committer;
     ListMaker make;
@@ -76,7 +77,8 @@ TEST(Committer, WhatLeadsBackFromARangeLeavesWhatCameSince) {
     ASSERT_NO_FATAL_FAILURE(frame());
     const auto edit = [&](std::uint64_t offset, std::byte value, Committer::Inverse inverse) {
         ChangeListBuilder builder;
-        builder.setRange(data, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, offset, Blob(Bytes(10, value)));
+        builder.setRange(data, typeOf<ApplicationData>(), fieldId<&ApplicationData::data>, offset,
+                         Blob(Bytes(10, value)));
         return committer.apply(builder.take(), inverse).value();
     };
     const Committer::Applied persons = edit(0, std::byte{1}, Committer::Inverse::kMade);
@@ -103,7 +105,8 @@ TEST(Committer, ASingleListIsHandedOnAsItIs) {
 TEST(Committer, AListThatSaysNothingIsNoFrame) {
     Committer committer;
     ChangeList hollow;
-    hollow.columns.push_back(FieldColumn::ofShape(typeOf<Transform>(), fieldId<&Transform::translation>, FieldKind::kDouble, 3));
+    hollow.columns.push_back(
+        FieldColumn::ofShape(typeOf<Transform>(), fieldId<&Transform::translation>, FieldKind::kDouble, 3));
     ASSERT_TRUE(committer.apply(hollow));
     const CommittedFrame frame = committer.closeFrame();
     EXPECT_EQ(frame.list, nullptr);
@@ -147,7 +150,8 @@ TEST(Committer, AGeometryIsJudgedByWhatTheListLeavesBehind) {
     const Blob wildIndices = Blob::of(std::span<const std::uint32_t>(wild)),
                tameIndices = Blob::of(std::span<const std::uint32_t>(tame));
     EXPECT_FALSE(tryOut([&](auto& b) { b.set(box, type, fieldId<&Geometry::indices>, wildIndices); }));
-    EXPECT_FALSE(tryOut([&](auto& b) { b.set(box, type, fieldId<&Geometry::positions>, Blob()); })) << "indices of nothing";
+    EXPECT_FALSE(tryOut([&](auto& b) { b.set(box, type, fieldId<&Geometry::positions>, Blob()); }))
+        << "indices of nothing";
     EXPECT_FALSE(tryOut([&](auto& b) {
         const ObjectId fresh{kFirstPlaceholder};
         b.create(fresh, type);
@@ -179,7 +183,8 @@ TEST(Committer, AMaterialHasAtMostFourLayers) {
     setField<&Material::layers>(more.builder, material, layersOf(more, Material::kMostLayers + 1));
     const auto refused = committer.apply(more.builder.take());
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("5 texture layers; a material has at most 4"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("5 texture layers; a material has at most 4"), std::string::npos)
+        << refused.error().message;
     EXPECT_EQ(committer.scene().stateHash(), hash);
     ListMaker fewer;
     setField<&Material::layers>(fewer.builder, material, RefList());

@@ -541,8 +541,8 @@ TEST(RulerTicks, SayTwoDigits) {
         ASSERT_GT(said + 0.1 * ticks.step, length * (1 - 1e-8)) << length;
     }
     EXPECT_EQ(ticksOf(1 - 1e-15).large, 1) << "one, not nine tenths and nine hundredths";
-    for (const double none : {0.0, -1.0, 1e-300, 1e300, std::numeric_limits<double>::infinity(),
-                              std::numeric_limits<double>::quiet_NaN()})
+    for (const double none :
+         {0.0, -1.0, 1e-300, 1e300, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
         EXPECT_EQ(ticksOf(none).large + ticksOf(none).small, 0) << none;
 }
 

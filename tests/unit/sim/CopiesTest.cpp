@@ -16,7 +16,13 @@ namespace {
 struct DeskWithFrames {
     /// `beside`: copies are made beside the frames.
     explicit DeskWithFrames(bool beside) {
-        RequestDesk::Surroundings around{.wall = wall, .blobs = blobs, .session = server.session, .simulation = simulation, .view = view, .loader = loader, .drags = drags};
+        RequestDesk::Surroundings around{.wall = wall,
+                                         .blobs = blobs,
+                                         .session = server.session,
+                                         .simulation = simulation,
+                                         .view = view,
+                                         .loader = loader,
+                                         .drags = drags};
         if (beside) around.orderCopy = [this](Preparation order) { orders.push_back(std::move(order)); };
         desk = std::make_unique<RequestDesk>(around);
         application = server.hello("copier", PeerRole::kApplication);
@@ -28,7 +34,8 @@ struct DeskWithFrames {
         const ObjectId top = make.node("group", kRootNode, make.transform(Vec3d(1, 2, 3)));
         ObjectId above = top;
         for (std::size_t i = 1; i < nodes; ++i) {
-            const ObjectId node = make.node("n" + std::to_string(i), above, make.transform(Vec3d(static_cast<double>(i), 0, 0)));
+            const ObjectId node =
+                make.node("n" + std::to_string(i), above, make.transform(Vec3d(static_cast<double>(i), 0, 0)));
             above = i % 10 == 0 ? top : node;
         }
         EXPECT_TRUE(simulation.load({make.builder.take()}));
@@ -155,7 +162,9 @@ TEST(Copies, OneThatIsTooLargeOrHasNowhereToStandIsRefusedInWords) {
     beside.ask(request::RemoveNode{.node = under});
     (void)beside.frames();
     ASSERT_EQ(beside.replies().size(), 3u);
-    EXPECT_EQ(std::ranges::count_if(beside.replies(), [](const message::Reply& reply) { return reply.error.empty(); }), 1) << "the shelf has gone";
+    EXPECT_EQ(std::ranges::count_if(beside.replies(), [](const message::Reply& reply) { return reply.error.empty(); }),
+              1)
+        << "the shelf has gone";
     EXPECT_EQ(beside.simulation.scene().objectCount(), before - 1) << "what had come is taken away again";
 }
 

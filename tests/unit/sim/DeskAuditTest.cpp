@@ -25,7 +25,8 @@ protected:
                 if (node->name == "crane") crane = id, transform = node->core;
             }
         ada = server.hello("somebody", PeerRole::kApplication);
-        desk.applicationJoined(ada, {.name = "blender", .who = {Role::kEditor, Entrant::By::kKey, "ada"}}, "10.0.0.7:1");
+        desk.applicationJoined(ada, {.name = "blender", .who = {Role::kEditor, Entrant::By::kKey, "ada"}},
+                               "10.0.0.7:1");
     }
     [[nodiscard]] DeskSurroundings audited() {
         DeskSurroundings all = surroundings();

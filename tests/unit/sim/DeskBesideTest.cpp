@@ -161,9 +161,7 @@ TEST_F(DeskBeside, LargeGeometryIsMadeReadyElsewhereBeforeItIsPicked) {
     make.node("box", make.node("place", kRootNode, make.transform(Vec3d(10.2, 10.1, 5))), make.box(Vec3d::Ones()));
     load(make.builder.take());
     const ConnectionId one = join("one");
-    const auto at = [](double x) {
-        return request::PickAt{{.ray = Ray{Vec3d(x, 10.1, 20), -Vec3d::UnitZ()}}};
-    };
+    const auto at = [](double x) { return request::PickAt{{.ray = Ray{Vec3d(x, 10.1, 20), -Vec3d::UnitZ()}}}; };
     ask(one, at(10.2));
     ASSERT_EQ(answers<answer::Picked>(one).size(), 1u) << "the wall lies behind the box, and matters to nobody";
     EXPECT_EQ(answers<answer::Picked>(one)[0].node, findNode(simulation.scene(), "/place/box").value());
@@ -248,8 +246,7 @@ TEST_F(DeskBeside, ReferencesCountAsChangesDo) {
     test::ListMaker make;
     std::vector<ObjectId> bones;
     for (int i = 0; i < 50'000; ++i) bones.push_back(ObjectId(static_cast<std::uint64_t>(i) + 10));
-    for (int i = 0; i < 10; ++i)
-        make.builder.set(make.create<Skin>(), typeOf<Skin>(), fieldId<&Skin::joints>, bones);
+    for (int i = 0; i < 10; ++i) make.builder.set(make.create<Skin>(), typeOf<Skin>(), fieldId<&Skin::joints>, bones);
     const ConnectionId one = join("one");
     ask(one, request::ProposeChanges{.list = share(encodeChangeList(make.builder.take()))});
     const auto replies = server.sent<message::Reply>(one);

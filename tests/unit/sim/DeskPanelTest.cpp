@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "common/codec/ChangeCodec.h"
-#include "common/request/Catalogue.h"
 #include "common/cores/Switch.h"
+#include "common/request/Catalogue.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/desk/PanelStates.h"
 #include "tests/unit/sim/DeskStage.h"
@@ -67,8 +67,9 @@ TEST_F(DeskPanel, EditsReachItsFieldsAlone) {
     EXPECT_NE(proposes(list.take()).find("\"near\" gives no such value"), std::string::npos);
     setField<&Transform::translation>(list, coreOf("/wall"), Vec3d::Zero());
     EXPECT_NE(proposes(list.take()).find("it has no control for that field"), std::string::npos);
-    EXPECT_NE(said(request::ProposeChanges{.list = share(encodeChangeList({})), .blobs = {share(Bytes(8))}}).find("arrays"),
-              std::string::npos);
+    EXPECT_NE(
+        said(request::ProposeChanges{.list = share(encodeChangeList({})), .blobs = {share(Bytes(8))}}).find("arrays"),
+        std::string::npos);
 }
 
 TEST_F(DeskPanel, ItAsksForItsNodesAlone) {
@@ -153,8 +154,8 @@ TEST(PanelStates, SlidersOfWholeNumbersHaveWholeSteps) {
     Simulation simulation;
     std::vector<ChangeList> lists{make.builder.take()};
     ASSERT_TRUE(simulation.load(std::move(lists)));
-    const Expected<Panel> panel = parsePanel(
-        R"(controls { node: "/stage" field: "choice" slider { least: 0.5 greatest: 7.5 } })", "x.panel");
+    const Expected<Panel> panel =
+        parsePanel(R"(controls { node: "/stage" field: "choice" slider { least: 0.5 greatest: 7.5 } })", "x.panel");
     ASSERT_TRUE(panel);
     const PanelControlState told = stateOf(*panel, simulation.scene()).controls.at(0);
     EXPECT_EQ(told.fault, "");

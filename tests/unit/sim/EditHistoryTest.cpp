@@ -44,7 +44,8 @@ public:
                 setField<&Node::name>(make.builder, any(typeOf<Node>()), std::to_string(random_()));
                 break;
             default:
-                setField<&Transform::translation>(make.builder, any(typeOf<Transform>()), Vec3d(static_cast<double>(below(random_, 100)), 0, 0));
+                setField<&Transform::translation>(make.builder, any(typeOf<Transform>()),
+                                                  Vec3d(static_cast<double>(below(random_, 100)), 0, 0));
         }
         return simulation.step(false, one(make.builder.take(), gesture)).outcomes.front().result.has_value();
     }

@@ -67,7 +67,8 @@ TEST(Extremes, AStepBetweenTheFarthestPlacesThereAre) {
         setField<&Interest::response>(edit, interest, response);
         (void)simulation.step(true, one(edit.take()));
         for (const double x : {kLargest, -kLargest, 0.0, -kLargest, 1e300})
-            (void)simulation.step(false, one(test::moveTo(test::transformAt(simulation.scene(), "/crane"), Vec3d(x, x, -x))));
+            (void)simulation.step(false,
+                                  one(test::moveTo(test::transformAt(simulation.scene(), "/crane"), Vec3d(x, x, -x))));
     }
 }
 

@@ -77,12 +77,14 @@ TEST(FrameBudget, FramesThatNobodyDrewSayNothing) {
     EXPECT_EQ(budget.framesAt()[0], 0u);
 }
 
-// Costs that fall with the steps, noise, expensive first frames: where some step fits with room, no more than few frames are late, and the step
-// changes ever more seldom. Where none fits, it stays at the last.
+// Costs that fall with the steps, noise, expensive first frames: where some step fits with room, no more than few
+// frames are late, and the step changes ever more seldom. Where none fits, it stays at the last.
 TEST(FrameBudget, SettlesWhateverTheCosts) {
     const char* const only = std::getenv("TESSERA_SEED");
-    for (unsigned seed = only ? static_cast<unsigned>(std::strtoul(only, nullptr, 10)) : 0, end = only ? seed + 1 : 100; seed < end; ++seed) {
-        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_sim --gtest_filter=FrameBudget.Settles*");
+    for (unsigned seed = only ? static_cast<unsigned>(std::strtoul(only, nullptr, 10)) : 0, end = only ? seed + 1 : 100;
+         seed < end; ++seed) {
+        SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) +
+                     " build/bin/unit_sim --gtest_filter=FrameBudget.Settles*");
         std::mt19937 random(seed);
         const auto uniform = [&](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
         PacedWall wall{FrameBudget(20), {}};
@@ -102,16 +104,19 @@ TEST(FrameBudget, SettlesWhateverTheCosts) {
             EXPECT_EQ(wall.budget.step(), kDetailSteps.size() - 1);
             EXPECT_EQ(changes, 0u);
         } else if (least < FrameBudget::kRoom * 20) {
-            // Each trial of what is too fine costs three late frames: its first, and two that count. Trials come once in kMostPatience frames.
+            // Each trial of what is too fine costs three late frames: its first, and two that count. Trials come once
+            // in kMostPatience frames.
             const std::uint64_t trials = 20'000 / FrameBudget::kMostPatience + 10;
             EXPECT_LE(changes, 2 * trials);
             // And single ones, which noise makes, are no reason to go.
             EXPECT_LE(late, 4 * trials + 20'000 / FrameBudget::kLateWithin);
         }
-        // It stands at the finest step that fits, or at a coarser one that leaves too little room to try the next; but for a trial that goes on.
+        // It stands at the finest step that fits, or at a coarser one that leaves too little room to try the next; but
+        // for a trial that goes on.
         const unsigned step = wall.budget.step();
         const bool fits = wall.costs[step] * (1 + noise) <= 20;
-        const bool finerFits = step > 0 && wall.costs[step - 1] * (1 + noise) <= 20, roomToTry = wall.costs[step] * (1 + noise) < FrameBudget::kRoom * 20;
+        const bool finerFits = step > 0 && wall.costs[step - 1] * (1 + noise) <= 20,
+                   roomToTry = wall.costs[step] * (1 + noise) < FrameBudget::kRoom * 20;
         if (fits) EXPECT_FALSE(finerFits && roomToTry) << "step " << step;
     }
 }

@@ -36,7 +36,8 @@ TEST(FrameMaker, ArraysThatAListNamesCanBeFetchedThoughTheSceneHasLetThemGo) {
     const std::vector<float> corner = {5, 5, 5};
     ChangeListBuilder both;
     setField<&Geometry::positions>(both, geometry, whole);
-    both.setRange(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, 0, Blob::of(std::span<const float>(corner)));
+    both.setRange(geometry, typeOf<Geometry>(), fieldId<&Geometry::positions>, 0,
+                  Blob::of(std::span<const float>(corner)));
     whole = {};
     edits.assign(1, {});
     edits[0].list = both.take();

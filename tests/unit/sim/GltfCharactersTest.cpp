@@ -1,4 +1,5 @@
-/// Models with joints, morph targets and animations, from the file through frames to vertices, beside an evaluator that reads the file by itself.
+/// Models with joints, morph targets and animations, from the file through frames to vertices, beside an evaluator that
+/// reads the file by itself.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,8 +23,8 @@ using Json = nlohmann::json;
 using Wide3 = Eigen::Matrix<long double, 3, 1>;
 using Wide4 = Eigen::Matrix<long double, 4, 4>;
 
-/// What a glTF 2.0 file of one buffer says at a time: positions in the world, in the order of its nodes, primitives, vertices. Reads as the specification is
-/// written, and nothing of Tessera's reader.
+/// What a glTF 2.0 file of one buffer says at a time: positions in the world, in the order of its nodes, primitives,
+/// vertices. Reads as the specification is written, and nothing of Tessera's reader.
 class FileEvaluator {
 public:
     explicit FileEvaluator(const std::string& path) {
@@ -59,7 +60,8 @@ public:
     }
     long double length() {
         long double last = 0;
-        for (const Json& sampler : file_["animations"][0]["samplers"]) last = std::max(last, numbers(sampler["input"]).back());
+        for (const Json& sampler : file_["animations"][0]["samplers"])
+            last = std::max(last, numbers(sampler["input"]).back());
         return last;
     }
 
@@ -76,7 +78,9 @@ private:
         }
         return bytes;
     }
-    static std::size_t widthOf(const std::string& type) { return type == "SCALAR" ? 1 : type == "VEC2" ? 2 : type == "VEC3" ? 3 : type == "MAT4" ? 16 : 4; }
+    static std::size_t widthOf(const std::string& type) {
+        return type == "SCALAR" ? 1 : type == "VEC2" ? 2 : type == "VEC3" ? 3 : type == "MAT4" ? 16 : 4;
+    }
 
     long double one(std::size_t at, int component, bool normalised) const {
         const auto read = [&](auto number) {
@@ -84,12 +88,18 @@ private:
             return static_cast<long double>(number);
         };
         switch (component) {
-            case 5120: return normalised ? std::max(read(std::int8_t{}) / 127, -1.0L) : read(std::int8_t{});
-            case 5121: return normalised ? read(std::uint8_t{}) / 255 : read(std::uint8_t{});
-            case 5122: return normalised ? std::max(read(std::int16_t{}) / 32767, -1.0L) : read(std::int16_t{});
-            case 5123: return normalised ? read(std::uint16_t{}) / 65535 : read(std::uint16_t{});
-            case 5125: return read(std::uint32_t{});
-            default: return read(float{});
+            case 5120:
+                return normalised ? std::max(read(std::int8_t{}) / 127, -1.0L) : read(std::int8_t{});
+            case 5121:
+                return normalised ? read(std::uint8_t{}) / 255 : read(std::uint8_t{});
+            case 5122:
+                return normalised ? std::max(read(std::int16_t{}) / 32767, -1.0L) : read(std::int16_t{});
+            case 5123:
+                return normalised ? read(std::uint16_t{}) / 65535 : read(std::uint16_t{});
+            case 5125:
+                return read(std::uint32_t{});
+            default:
+                return read(float{});
         }
     }
     static std::size_t bytesOf(int component) { return component < 5122 ? 1 : component < 5124 ? 2 : 4; }
@@ -102,17 +112,24 @@ private:
         std::vector<long double> out(width * count, 0.0L);
         if (accessor.contains("bufferView")) {
             const Json& view = file_["bufferViews"][accessor["bufferView"].get<std::size_t>()];
-            const std::size_t from = view.value("byteOffset", 0u) + accessor.value("byteOffset", 0u), stride = view.value("byteStride", width * bytesOf(component));
+            const std::size_t from = view.value("byteOffset", 0u) + accessor.value("byteOffset", 0u),
+                              stride = view.value("byteStride", width * bytesOf(component));
             for (std::size_t i = 0; i < count; ++i)
-                for (std::size_t c = 0; c < width; ++c) out[i * width + c] = one(from + i * stride + c * bytesOf(component), component, normalised);
+                for (std::size_t c = 0; c < width; ++c)
+                    out[i * width + c] = one(from + i * stride + c * bytesOf(component), component, normalised);
         }
         if (!accessor.contains("sparse")) return out;
         const Json &sparse = accessor["sparse"], &indices = sparse["indices"], &values = sparse["values"];
-        const std::size_t at = file_["bufferViews"][indices["bufferView"].get<std::size_t>()].value("byteOffset", 0u) + indices.value("byteOffset", 0u);
-        const std::size_t valuesAt = file_["bufferViews"][values["bufferView"].get<std::size_t>()].value("byteOffset", 0u) + values.value("byteOffset", 0u);
+        const std::size_t at = file_["bufferViews"][indices["bufferView"].get<std::size_t>()].value("byteOffset", 0u) +
+                               indices.value("byteOffset", 0u);
+        const std::size_t valuesAt =
+            file_["bufferViews"][values["bufferView"].get<std::size_t>()].value("byteOffset", 0u) +
+            values.value("byteOffset", 0u);
         for (std::size_t i = 0; i < sparse["count"].get<std::size_t>(); ++i) {
-            const auto element = static_cast<std::size_t>(one(at + i * bytesOf(indices["componentType"]), indices["componentType"], false));
-            for (std::size_t c = 0; c < width; ++c) out[element * width + c] = one(valuesAt + (i * width + c) * bytesOf(component), component, normalised);
+            const auto element = static_cast<std::size_t>(
+                one(at + i * bytesOf(indices["componentType"]), indices["componentType"], false));
+            for (std::size_t c = 0; c < width; ++c)
+                out[element * width + c] = one(valuesAt + (i * width + c) * bytesOf(component), component, normalised);
         }
         return out;
     }
@@ -125,22 +142,30 @@ private:
             const std::size_t parts = kind == "CUBICSPLINE" ? 3 : 1, width = values.size() / times.size() / parts;
             std::size_t k = 0;
             while (k + 1 < times.size() && times[k + 1] <= seconds) ++k;
-            const auto v = [&](std::size_t key, std::size_t part, std::size_t c) { return values[(key * parts + part) * width + c]; };
+            const auto v = [&](std::size_t key, std::size_t part, std::size_t c) {
+                return values[(key * parts + part) * width + c];
+            };
             std::vector<long double> out(width);
             const bool hold = k + 1 == times.size() || seconds < times[0] || kind == "STEP";
             const long double td = hold ? 1 : times[k + 1] - times[k], t = hold ? 0 : (seconds - times[k]) / td;
             for (std::size_t c = 0; c < width; ++c) {
-                if (hold) out[c] = v(k, parts == 3 ? 1 : 0, c);
+                if (hold)
+                    out[c] = v(k, parts == 3 ? 1 : 0, c);
                 else if (parts == 3)
-                    out[c] = (2 * t * t * t - 3 * t * t + 1) * v(k, 1, c) + td * (t * t * t - 2 * t * t + t) * v(k, 2, c) + (-2 * t * t * t + 3 * t * t) * v(k + 1, 1, c) + td * (t * t * t - t * t) * v(k + 1, 0, c);
-                else out[c] = v(k, 0, c) * (1 - t) + v(k + 1, 0, c) * t;
+                    out[c] = (2 * t * t * t - 3 * t * t + 1) * v(k, 1, c) +
+                             td * (t * t * t - 2 * t * t + t) * v(k, 2, c) +
+                             (-2 * t * t * t + 3 * t * t) * v(k + 1, 1, c) + td * (t * t * t - t * t) * v(k + 1, 0, c);
+                else
+                    out[c] = v(k, 0, c) * (1 - t) + v(k + 1, 0, c) * t;
             }
             if (path == "rotation" && !hold && parts == 1) {
                 long double dot = 0;
                 for (std::size_t c = 0; c < 4; ++c) dot += v(k, 0, c) * v(k + 1, 0, c);
                 const long double angle = std::acos(std::min(1.0L, std::abs(dot)));
                 for (std::size_t c = 0; c < 4 && angle > 1e-6L; ++c)
-                    out[c] = (std::sin((1 - t) * angle) * v(k, 0, c) + (dot < 0 ? -1 : 1) * std::sin(t * angle) * v(k + 1, 0, c)) / std::sin(angle);
+                    out[c] = (std::sin((1 - t) * angle) * v(k, 0, c) +
+                              (dot < 0 ? -1 : 1) * std::sin(t * angle) * v(k + 1, 0, c)) /
+                             std::sin(angle);
             }
             Json said = Json::array();
             for (const long double number : out) said.push_back(static_cast<double>(number));
@@ -155,7 +180,8 @@ private:
             return m;
         }
         const auto get = [&](const char* name, std::vector<double> otherwise) { return node.value(name, otherwise); };
-        const std::vector<double> t = get("translation", {0, 0, 0}), s = get("scale", {1, 1, 1}), r = get("rotation", {0, 0, 0, 1});
+        const std::vector<double> t = get("translation", {0, 0, 0}), s = get("scale", {1, 1, 1}),
+                                  r = get("rotation", {0, 0, 0, 1});
         const Eigen::Quaternion<long double> q = Eigen::Quaternion<long double>(r[3], r[0], r[1], r[2]).normalized();
         m.topLeftCorner<3, 3>() = q.toRotationMatrix();
         for (int c = 0; c < 3; ++c) {
@@ -184,7 +210,8 @@ private:
                 }
                 std::vector<long double> joints, shares, binds;
                 if (node.contains("skin")) {
-                    joints = numbers(primitive["attributes"]["JOINTS_0"]), shares = numbers(primitive["attributes"]["WEIGHTS_0"]);
+                    joints = numbers(primitive["attributes"]["JOINTS_0"]),
+                    shares = numbers(primitive["attributes"]["WEIGHTS_0"]);
                     const Json& skin = file_["skins"][node["skin"].get<std::size_t>()];
                     if (skin.contains("inverseBindMatrices")) binds = numbers(skin["inverseBindMatrices"]);
                 }
@@ -200,8 +227,12 @@ private:
                         if (shares[k] == 0) continue;
                         const auto joint = static_cast<std::size_t>(joints[k]);
                         Wide4 bind = Wide4::Identity();
-                        for (int i = 0; i < 16 && !binds.empty(); ++i) bind(i % 4, i / 4) = binds[16 * joint + static_cast<std::size_t>(i)];
-                        m += shares[k] * worlds_.at(file_["skins"][node["skin"].get<std::size_t>()]["joints"][joint].get<std::size_t>()) * bind;
+                        for (int i = 0; i < 16 && !binds.empty(); ++i)
+                            bind(i % 4, i / 4) = binds[16 * joint + static_cast<std::size_t>(i)];
+                        m += shares[k] *
+                             worlds_.at(
+                                 file_["skins"][node["skin"].get<std::size_t>()]["joints"][joint].get<std::size_t>()) *
+                             bind;
                         sum += shares[k];
                     }
                     all.emplace_back((m / sum * at).head<3>());
@@ -224,7 +255,8 @@ std::vector<Vec3d> shownPositions(const Aspect& scene) {
         if (const Drawable drawable = drawableOf(scene, visit.node)) {
             const MeshArrays arrays = drawable.arrays();
             const auto p = arrays.positions.as<float>();
-            for (std::size_t i = 0; i + 2 < p.size(); i += 3) all.emplace_back(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2]));
+            for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+                all.emplace_back(visit.world_T_node * Vec3d(p[i], p[i + 1], p[i + 2]));
         }
         return Descend::kInto;
     });
@@ -256,7 +288,8 @@ void expectAsTheFileSays(const std::string& path, std::size_t skins) {
     for (const ObjectId id : simulation.scene().ids()) found += simulation.scene().get<Skin>(id) != nullptr;
     EXPECT_EQ(found, skins);
     const double length = static_cast<double>(file.length());
-    const int frames = std::min(90, static_cast<int>(std::ceil(length * 60)) - 1);  // at its very end a loop begins again
+    const int frames =
+        std::min(90, static_cast<int>(std::ceil(length * 60)) - 1);  // at its very end a loop begins again
     std::vector<Wide3> first;
     for (int frame = 0; frame <= frames; ++frame) {
         const FrameResult result = simulation.step(frame == 0, {});
@@ -272,7 +305,8 @@ void expectAsTheFileSays(const std::string& path, std::size_t skins) {
             off = std::max(off, (shown[i].cast<long double>() - right[i]).norm());
             moved += (right[i] - first[i]).norm() > 1e-3L;
         }
-        // Floats in the file's inverse binds, in `pose` and in the vertices: some 2^-24 of the coordinates each, with the joints' own lengths in between.
+        // Floats in the file's inverse binds, in `pose` and in the vertices: some 2^-24 of the coordinates each, with
+        // the joints' own lengths in between.
         ASSERT_LT(off, 1e-5L * std::max(size, 1e-3L)) << "frame " << frame;
     }
     EXPECT_GT(moved, 0u) << "or nothing was played";
@@ -285,8 +319,14 @@ TEST(GltfCharacters, AreWhereAFileOfOursSaysInEveryFrame) {
 
 TEST(GltfCharacters, AreWhereTheirFilesSayInEveryFrame) {
     const std::string folder = modelsFolder() + "/gltf";
-    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no folder of real models (TESSERA_TEST_DATA, or shared/data beside the project)";
-    for (const auto& [file, skins] : {Character{"BoxAnimated.glb", 0}, {"RiggedSimple.glb", 1}, {"RiggedFigure.glb", 1}, {"Fox.glb", 1}, {"AnimatedMorphCube.glb", 1}}) expectAsTheFileSays(folder + "/" + file, skins);
+    if (!std::filesystem::exists(folder))
+        GTEST_SKIP() << "no folder of real models (TESSERA_TEST_DATA, or shared/data beside the project)";
+    for (const auto& [file, skins] : {Character{"BoxAnimated.glb", 0},
+                                      {"RiggedSimple.glb", 1},
+                                      {"RiggedFigure.glb", 1},
+                                      {"Fox.glb", 1},
+                                      {"AnimatedMorphCube.glb", 1}})
+        expectAsTheFileSays(folder + "/" + file, skins);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-/// Handles of a size on the screen: what a camera makes of them, wherever heads and walls stand; who is told what, and when.
+/// Handles of a size on the screen: what a camera makes of them, wherever heads and walls stand; who is told what, and
+/// when.
 #include "server/sim/view/HandleSizes.h"
 #include "server/sim/view/LevelChoice.h"
 
@@ -23,7 +24,8 @@ double pixelsBetween(const ScreenCamera& camera, const Vec3d& a, const Vec3d& b)
 }
 
 struct SizedHandles : ManipulatorScene {
-    explicit SizedHandles(std::size_t users) : wall(test::wallOfUsers(users)), view{.users = wall.users}, sizes(wall, drags) {
+    explicit SizedHandles(std::size_t users)
+        : wall(test::wallOfUsers(users)), view{.users = wall.users}, sizes(wall, drags) {
         core = transform({});
         target = node(core);
         manipulate(Manipulator::kMove, target);
@@ -62,7 +64,8 @@ TEST(HandleSizes, AreAsManyPixelsAsWasSaidWhereverHeadsAndWallsStand) {
             bench.view.position = randomVector(random, 100);
             bench.view.orientation = randomRotation(random);
             bench.view.worldUnitsPerMetre = std::pow(10.0, uniform(random, -3, 3));
-            for (User& user : bench.view.users) user.position = Vec3d(uniform(random, -0.9, 0.9), uniform(random, -0.9, 0.9), uniform(random, -1.9, 3));
+            for (User& user : bench.view.users)
+                user.position = Vec3d(uniform(random, -0.9, 0.9), uniform(random, -0.9, 0.9), uniform(random, -1.9, 3));
             // Straight before one of them.
             const std::size_t who = random() % bench.view.users.size();
             const Vec3d head = bench.view.users[who].position;
@@ -73,7 +76,8 @@ TEST(HandleSizes, AreAsManyPixelsAsWasSaidWhereverHeadsAndWallsStand) {
             bench.choose();
             EXPECT_FALSE(bench.choose()) << "nothing has moved";
             const Vec3d half = world_T_wall.linear().col(0).normalized() * 0.5 * bench.sizeFor(who);
-            const ScreenCamera camera = screenCamera(bench.wall.screens[who], bench.view.users[who], Eye::kCenter, bench.view);
+            const ScreenCamera camera =
+                screenCamera(bench.wall.screens[who], bench.view.users[who], Eye::kCenter, bench.view);
             const double seen = pixelsBetween(camera, place - half, place + half);
             if (who >= kLevelUsers || who + kLevelUsers < bench.view.users.size()) {
                 EXPECT_LT(seen, 80 * 1.003) << "who shares a byte sees no larger ones";
@@ -90,7 +94,8 @@ TEST(HandleSizes, DependOnNoHistory) {
         SizedHandles bench(1 + random() % 3);
         for (int step = 0; step < 20; ++step) {
             if (random() % 2 == 0) bench.put(randomVector(random, 10));
-            if (random() % 2 == 0) bench.view.users[random() % bench.view.users.size()].position = randomVector(random, 1);
+            if (random() % 2 == 0)
+                bench.view.users[random() % bench.view.users.size()].position = randomVector(random, 1);
             if (random() % 2 == 0) bench.view.position = randomVector(random, 10);
             if (random() % 2 == 0) bench.choose();
         }

@@ -40,7 +40,8 @@ TEST(ImageCheck, EveryShapeNeedsItsBytes) {
         {{.widthPx = 5, .heightPx = 3, .encoding = Image::kBc1}, 16},
         {{.widthPx = 8, .heightPx = 8, .encoding = Image::kBc7, .mipmaps = 4}, 64 + 16 + 16 + 16},
         {{.widthPx = 4, .heightPx = 4, .encoding = Image::kBc6h, .shape = Image::kCube, .mipmaps = 2}, 12 * 16},
-        {{.widthPx = 4, .heightPx = 4, .encoding = Image::kBc4, .shape = Image::kSolid, .depthPx = 5, .mipmaps = 3}, (5 + 2 + 1) * 8},
+        {{.widthPx = 4, .heightPx = 4, .encoding = Image::kBc4, .shape = Image::kSolid, .depthPx = 5, .mipmaps = 3},
+         (5 + 2 + 1) * 8},
     };
     for (const Kind& kind : kinds) {
         Image image = kind.image;
@@ -59,12 +60,16 @@ TEST(ImageCheck, WhatGoesTogetherIsSaidInWords) {
         image.pixels = bytesOf(64);
         return refusalOf(image);
     };
-    EXPECT_NE(with({.widthPx = 4, .heightPx = 4, .mipmaps = 2}).find("mipmaps come with compressed"), std::string::npos);
-    EXPECT_NE(with({.widthPx = 16, .heightPx = 1, .shape = Image::kFlat, .depthPx = 2}).find("depthPx is 1"), std::string::npos);
+    EXPECT_NE(with({.widthPx = 4, .heightPx = 4, .mipmaps = 2}).find("mipmaps come with compressed"),
+              std::string::npos);
+    EXPECT_NE(with({.widthPx = 16, .heightPx = 1, .shape = Image::kFlat, .depthPx = 2}).find("depthPx is 1"),
+              std::string::npos);
     EXPECT_NE(with({.widthPx = 8, .heightPx = 2, .shape = Image::kLine}).find("one pixel high"), std::string::npos);
     EXPECT_NE(with({.widthPx = 8, .heightPx = 2, .shape = Image::kCube}).find("squares"), std::string::npos);
-    EXPECT_NE(with({.widthPx = 4, .heightPx = 4, .encoding = Image::kRgbe, .shape = Image::kSolid}).find("rgbe"), std::string::npos);
-    EXPECT_NE(with({.widthPx = 8, .heightPx = 8, .encoding = Image::kBc1, .mipmaps = 5}).find("have 4 mipmaps"), std::string::npos);
+    EXPECT_NE(with({.widthPx = 4, .heightPx = 4, .encoding = Image::kRgbe, .shape = Image::kSolid}).find("rgbe"),
+              std::string::npos);
+    EXPECT_NE(with({.widthPx = 8, .heightPx = 8, .encoding = Image::kBc1, .mipmaps = 5}).find("have 4 mipmaps"),
+              std::string::npos);
     EXPECT_NE(with({.widthPx = 0, .heightPx = 4}).find("a side"), std::string::npos);
     EXPECT_NE(with({.widthPx = 65536, .heightPx = 65536, .shape = Image::kCube}).find("a side"), std::string::npos);
 }

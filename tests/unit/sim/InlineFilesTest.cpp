@@ -1,4 +1,5 @@
-/// Files of Inlines: where they may lie, cycles whatever they are called, and scenes whose content is there with the first frame.
+/// Files of Inlines: where they may lie, cycles whatever they are called, and scenes whose content is there with the
+/// first frame.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -20,7 +21,8 @@ protected:
     /// What comes of one order.
     Preparation read(const std::string& file, std::vector<std::string> chain = {},
                      std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
-        return read(std::make_shared<SceneFiles>(importOptions(), std::move(allowed), std::move(scenes)), file, std::move(chain));
+        return read(std::make_shared<SceneFiles>(importOptions(), std::move(allowed), std::move(scenes)), file,
+                    std::move(chain));
     }
     Preparation read(std::shared_ptr<SceneFiles> files, const std::string& file, std::vector<std::string> chain = {}) {
         Channel<Preparation> finished(1);
@@ -33,7 +35,8 @@ protected:
                                       .core = ObjectId(40), .type = typeOf<Inline>(), .chain = std::move(chain)}}));
         return std::move(*finished.pop());
     }
-    std::string trouble(const std::string& file, std::vector<std::string> chain = {}, std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
+    std::string trouble(const std::string& file, std::vector<std::string> chain = {},
+                        std::vector<std::string> allowed = {}, std::vector<std::string> scenes = {}) {
         const Preparation made = read(file, std::move(chain), std::move(allowed), std::move(scenes));
         return made.refused ? made.refused->message : "";
     }
@@ -47,12 +50,14 @@ protected:
         StartScene scene(paths);
         if (const Expected<void> ordered = scene.order(loader, 0); !ordered) return tl::unexpected(ordered.error());
         for (;;) {
-            Expected<std::optional<std::vector<ChangeList>>> lists = scene.take(std::move(*finished.pop()), loader, log);
+            Expected<std::optional<std::vector<ChangeList>>> lists =
+                scene.take(std::move(*finished.pop()), loader, log);
             if (!lists) return tl::unexpected(lists.error());
             if (!*lists) continue;
             Committer committer;
             for (ChangeList& list : **lists)
-                if (const Expected<Committer::Applied> applied = committer.apply(std::move(list)); !applied) return tl::unexpected(applied.error());
+                if (const Expected<Committer::Applied> applied = committer.apply(std::move(list)); !applied)
+                    return tl::unexpected(applied.error());
             Aspect copy;
             EXPECT_TRUE(copy.apply(snapshot(committer.scene())));
             return copy;
@@ -63,7 +68,8 @@ protected:
         std::map<std::string, LoadWish> wishes;
         for (const ObjectId id : scene.ids())
             if (const Node* node = scene.get<Node>(id); node && node->core)
-                if (const std::optional<LoadWish> wish = loadWishOf(scene.find(node->core))) wishes[pathOf(scene, id)] = *wish;
+                if (const std::optional<LoadWish> wish = loadWishOf(scene.find(node->core)))
+                    wishes[pathOf(scene, id)] = *wish;
         return wishes;
     }
     Scratch scratch;
@@ -76,8 +82,10 @@ TEST_F(InlineFiles, LieWhereTheServerMayReadThem) {
     const std::string file = scratch.write("in/a.tsct", kBox);
     EXPECT_NE(trouble(file).find("the server may not read"), std::string::npos);
     EXPECT_EQ(trouble(file, {}, {scratch.path("in")}), "");
-    EXPECT_NE(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}).find("may not read"), std::string::npos) << "beside a scene that does not name it";
-    EXPECT_NE(trouble(file, {}, {}, {"/scene.tsct"}).find("may not read"), std::string::npos) << "beside a scene in the root folder is everything";
+    EXPECT_NE(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}).find("may not read"), std::string::npos)
+        << "beside a scene that does not name it";
+    EXPECT_NE(trouble(file, {}, {}, {"/scene.tsct"}).find("may not read"), std::string::npos)
+        << "beside a scene in the root folder is everything";
     EXPECT_NE(trouble("a.tsct", {}, {scratch.path("in")}).find("whole path"), std::string::npos);
     EXPECT_NE(trouble(scratch.path("in/none.tsct"), {}, {scratch.path("in")}), "");
     EXPECT_NE(trouble("asset://no such thing.glb"), "");
@@ -93,15 +101,19 @@ TEST_F(InlineFiles, ThatAScenesFilesNameAreReadAndNoneBesideThem) {
     const std::string scene = scratch.write("in/scene.tsct", std::string(kBox) + R"(
         node { name: "a" inline { file: "sub/a.tsct" load: BY_HAND } }
         image { name: "i" } node { name: "film" movie { file: "film.mkv" image: "i" } })");
-    const std::string a = scratch.write("in/sub/a.tsct", std::string(kBox) + R"(node { name: "b" inline { file: "b.tsct" load: BY_HAND } })");
-    const std::string b = scratch.write("in/sub/b.tsct", kBox), other = scratch.write("in/sub/other.tsct", kBox), film = scratch.write("in/film.mkv", "no film");
+    const std::string a = scratch.write(
+        "in/sub/a.tsct", std::string(kBox) + R"(node { name: "b" inline { file: "b.tsct" load: BY_HAND } })");
+    const std::string b = scratch.write("in/sub/b.tsct", kBox), other = scratch.write("in/sub/other.tsct", kBox),
+                      film = scratch.write("in/film.mkv", "no film");
     scratch.write("secret.tsct", kBox);
     const auto may = [](SceneFiles& files, const std::string& name) { return files.ofScene(name).has_value(); };
     const auto files = std::make_shared<SceneFiles>(importOptions(), std::vector<std::string>(), std::vector{scene});
     EXPECT_FALSE(may(*files, a)) << "nobody has named it yet";
     ASSERT_TRUE(start({scene}, files));
     EXPECT_TRUE(may(*files, a) && may(*files, film));
-    for (const std::string& name : {b, other, scene, scratch.path("in/./sub/a.tsct"), std::string("/etc/passwd"), scratch.path("secret.tsct")}) EXPECT_FALSE(may(*files, name)) << name;
+    for (const std::string& name :
+         {b, other, scene, scratch.path("in/./sub/a.tsct"), std::string("/etc/passwd"), scratch.path("secret.tsct")})
+        EXPECT_FALSE(may(*files, name)) << name;
     EXPECT_FALSE(files->ofApplication(a)) << "what an application loads itself is another matter";
     // What it names in its turn, once it is read.
     ASSERT_FALSE(read(files, a).refused);
@@ -121,18 +133,23 @@ TEST_F(InlineFiles, BringWhatTheyHoldAndSayThatItIsThere) {
     const ChangeList& list = made.lists.front();
     std::size_t said = 0;
     for (const FieldColumn& column : list.columns)
-        if (column.type == typeOf<Inline>() && column.field == fieldId<&Inline::state>) said += column.ids == std::vector{ObjectId(40)};
+        if (column.type == typeOf<Inline>() && column.field == fieldId<&Inline::state>)
+            said += column.ids == std::vector{ObjectId(40)};
     EXPECT_EQ(said, 1u);
     EXPECT_EQ(list.placements.front().parent, kRootNode);
 }
 
 TEST_F(InlineFiles, ThatInlineThemselvesAreRefusedWhateverTheyAreCalled) {
-    const std::string a = scratch.write("a.tsct", R"(node { name: "x" inline { file: "b.tsct" } })"), b = scratch.write("b.tsct", kBox);
+    const std::string a = scratch.write("a.tsct", R"(node { name: "x" inline { file: "b.tsct" } })"),
+                      b = scratch.write("b.tsct", kBox);
     std::filesystem::create_symlink(a, scratch.path("other.tsct"));
     std::filesystem::create_directory(scratch.path("sub"));
     const std::vector<std::string> allowed{scratch.path("")};
-    for (const std::string& name : {a, scratch.path("./a.tsct"), scratch.path("sub/../a.tsct"), scratch.path("other.tsct")}) {
-        EXPECT_NE(trouble(name, {a, b}, allowed).find("inlines itself: " + a + " → " + b + " → " + name), std::string::npos) << name;
+    for (const std::string& name :
+         {a, scratch.path("./a.tsct"), scratch.path("sub/../a.tsct"), scratch.path("other.tsct")}) {
+        EXPECT_NE(trouble(name, {a, b}, allowed).find("inlines itself: " + a + " → " + b + " → " + name),
+                  std::string::npos)
+            << name;
         EXPECT_NE(trouble(a, {name}, allowed).find("inlines itself"), std::string::npos) << name;
     }
     EXPECT_EQ(trouble(b, {a}, allowed), "");
@@ -179,9 +196,11 @@ TEST_F(InlineFiles, SceneTextIsRefusedWhereItMakesNoSense) {
         const Expected<ImportedScene> scene = importScene(scratch.write("bad.tsct", text), kRootNode, importOptions());
         return scene ? "" : scene.error().message;
     };
-    for (const char* text : {"inline { }", R"(inline { file: "/etc/passwd" })", R"(inline { file: "../a.tsct" })", R"(inline { file: "a.tsct" } node {})",
-                             R"(proxy_group { file: "a.tsct" lower { y: 1 } })", R"(inline { file: "a.tsct" distance: -1 })", R"(inline { file: "a.tsct" distance: nan })"})
-        EXPECT_NE(refusal(std::string("node { ") + text + " }").find("bad.tsct:1:"), std::string::npos) << text << ": " << refusal(std::string("node { ") + text + " }");
+    for (const char* text : {"inline { }", R"(inline { file: "/etc/passwd" })", R"(inline { file: "../a.tsct" })",
+                             R"(inline { file: "a.tsct" } node {})", R"(proxy_group { file: "a.tsct" lower { y: 1 } })",
+                             R"(inline { file: "a.tsct" distance: -1 })", R"(inline { file: "a.tsct" distance: nan })"})
+        EXPECT_NE(refusal(std::string("node { ") + text + " }").find("bad.tsct:1:"), std::string::npos)
+            << text << ": " << refusal(std::string("node { ") + text + " }");
     EXPECT_EQ(refusal(R"(node { inline { file: "a.tsct" load: NEAR distance: 3 wanted: true } })"), "");
 }
 

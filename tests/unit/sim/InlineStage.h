@@ -55,7 +55,9 @@ public:
             }
             if (outcome.ticket != kContent) continue;
             if (!outcome.result) coming.clear();
-            if (!outcome.result || coming.empty()) loading_.ended(answered_, outcome.result ? std::nullopt : std::optional(outcome.result.error().message));
+            if (!outcome.result || coming.empty())
+                loading_.ended(answered_,
+                               outcome.result ? std::nullopt : std::optional(outcome.result.error().message));
         }
         if (result.commit.list) {
             EXPECT_TRUE(replica.apply(*result.commit.list));

@@ -1,4 +1,5 @@
-/// Inlines and ProxyGroups: what is loaded when, what goes again, and what undo makes of it; over random histories never twice and never half.
+/// Inlines and ProxyGroups: what is loaded when, what goes again, and what undo makes of it; over random histories
+/// never twice and never half.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -45,7 +46,8 @@ TEST(Inlines, AreLoadedNearByHandAndLetGo) {
     const ObjectId hand = stage.place(Inline{.file = "/hand", .load = L::kByHand});
     // The head is at (0, 0.5, 2): 2.06 m from the origin, and 1 m from the box.
     const ObjectId near = stage.place(Inline{.file = "/near", .load = L::kNear, .distance = 2.0});
-    const ObjectId box = stage.place(ProxyGroup{.file = "/box", .load = L::kNear, .distance = 0.9, .lower = Vec3d(-1, 0, -1), .upper = Vec3d(1, 1, 1)});
+    const ObjectId box = stage.place(ProxyGroup{
+        .file = "/box", .load = L::kNear, .distance = 0.9, .lower = Vec3d(-1, 0, -1), .upper = Vec3d(1, 1, 1)});
     const std::size_t empty = stage.scene().objectCount();
     stage.frames(3);
     EXPECT_FALSE(stage.order);
@@ -154,7 +156,9 @@ TEST(Inlines, WhatCannotBeIsSaidInWordsAndTriedAgainWhenWanted) {
         EXPECT_EQ(stage.wishOf(node).state, L::kFailed);
         return stage.problemOf(node);
     };
-    const auto says = [](const std::string& text, const char* what) { EXPECT_NE(text.find(what), std::string::npos) << text; };
+    const auto says = [](const std::string& text, const char* what) {
+        EXPECT_NE(text.find(what), std::string::npos) << text;
+    };
     says(problem(stage.place(Inline{})), "names no file");
     // Two nodes, one core.
     const ObjectId first = stage.place(Inline{.file = "/a", .load = L::kByHand});
@@ -267,7 +271,8 @@ TEST(Inlines, ContentThatWasThereBeforeCountsWhereItStands) {
         const ObjectId more = stage.place(Inline{.file = "more"}, top);
         stage.frames(5);
         EXPECT_FALSE(stage.order);
-        EXPECT_NE(stage.problemOf(more).find("have content already, and no more may"), std::string::npos) << stage.problemOf(more);
+        EXPECT_NE(stage.problemOf(more).find("have content already, and no more may"), std::string::npos)
+            << stage.problemOf(more);
     };
     ASSERT_NO_FATAL_FAILURE(half(before));
     // All stand below one now.
@@ -280,7 +285,8 @@ TEST(Inlines, ContentThatWasThereBeforeCountsWhereItStands) {
     Aspect left;
     ASSERT_TRUE(left.apply(snapshot(before.scene())));
     ASSERT_TRUE(after.replica.apply(snapshot(before.scene())));
-    after.simulation.goOnFrom({.scene = std::move(left), .sequence = before.simulation.sequence(), .history = {}, .display = {}});
+    after.simulation.goOnFrom(
+        {.scene = std::move(left), .sequence = before.simulation.sequence(), .history = {}, .display = {}});
     ASSERT_NO_FATAL_FAILURE(full(after, hereNode));
     // What has been moved away counts there no more.
     ChangeListBuilder back;
@@ -292,7 +298,8 @@ TEST(Inlines, ContentThatWasThereBeforeCountsWhereItStands) {
 TEST(Inlines, OnlyTheServerSaysTheirState) {
     InlineStage stage;
     const ObjectId node = stage.place(Inline{.file = "/a", .load = L::kByHand});
-    for (const std::int64_t state : {L::kWaiting, L::kLoading, L::kThere, L::kFailed}) EXPECT_FALSE(stage.set<&Inline::state>(node, state).result);
+    for (const std::int64_t state : {L::kWaiting, L::kLoading, L::kThere, L::kFailed})
+        EXPECT_FALSE(stage.set<&Inline::state>(node, state).result);
     EXPECT_FALSE(stage.set<&Inline::problem>(node, std::string("mine")).result);
     EXPECT_EQ(stage.wishOf(node).state, L::kWaiting);
 }
@@ -327,7 +334,10 @@ TEST(Inlines, ALoadThatARestartInterruptedBeginsAgain) {
     ASSERT_TRUE(after.replica.apply(snapshot(stage.scene())));
     EditHistory history;
     for (EditHistory::Kept& step : stage.simulation.history().kept()) ASSERT_TRUE(history.keep(std::move(step)));
-    after.simulation.goOnFrom({.scene = std::move(left), .sequence = stage.simulation.sequence(), .history = std::move(history), .display = {}});
+    after.simulation.goOnFrom({.scene = std::move(left),
+                               .sequence = stage.simulation.sequence(),
+                               .history = std::move(history),
+                               .display = {}});
     after.frames(10);
     ASSERT_TRUE(after.order);
     EXPECT_EQ(after.order->node, node);
@@ -373,7 +383,8 @@ TEST(ProxyGroups, AreTheirBoxUntilTheirContentIsThereAndAreCountedUntilThen) {
     EXPECT_TRUE(checkMesh(box.arrays()));
     EXPECT_EQ(box.arrays().lines.sizeBytes(), 12 * 2 * sizeof(std::uint32_t));
     // Around all that is in the box, as floats are.
-    EXPECT_TRUE((box.bounds().lower.array() <= proxy.lower.array()).all() && (box.bounds().upper.array() >= proxy.upper.array()).all());
+    EXPECT_TRUE((box.bounds().lower.array() <= proxy.lower.array()).all() &&
+                (box.bounds().upper.array() >= proxy.upper.array()).all());
     EXPECT_TRUE(box.bounds().lower.isApprox(proxy.lower, 1e-6) && box.bounds().upper.isApprox(proxy.upper, 1e-6));
     proxy.state = L::kThere;
     EXPECT_TRUE(drawableOf(Object::of(proxy)).arrays().positions.empty());
@@ -383,7 +394,8 @@ TEST(ProxyGroups, AreTheirBoxUntilTheirContentIsThereAndAreCountedUntilThen) {
     EXPECT_TRUE(drawableOf(Object::of(ProxyGroup())).arrays().positions.empty());
 
     InlineStage stage;
-    const ObjectId node = stage.place(ProxyGroup{.file = "/p", .load = L::kByHand, .lower = Vec3d(-4, 0, -1), .upper = Vec3d(5, 1, 1)});
+    const ObjectId node =
+        stage.place(ProxyGroup{.file = "/p", .load = L::kByHand, .lower = Vec3d(-4, 0, -1), .upper = Vec3d(5, 1, 1)});
     EXPECT_TRUE(stage.set<&ProxyGroup::nodes>(node, std::int64_t{12}).result);
     EXPECT_TRUE(stage.set<&ProxyGroup::triangles>(node, std::int64_t{3400}).result);
     EXPECT_FALSE(stage.set<&ProxyGroup::lower>(node, Vec3d(6, 0, 0)).result) << "upside down";
@@ -402,12 +414,14 @@ TEST(ProxyGroups, AreTheirBoxUntilTheirContentIsThereAndAreCountedUntilThen) {
     EXPECT_EQ(counts.triangles, 24u);
 }
 
-/// What is always so: content is there whole, once, of the file that is said, or not at all; but for the frames in which it appears or is hidden.
+/// What is always so: content is there whole, once, of the file that is said, or not at all; but for the frames in
+/// which it appears or is hidden.
 void expectSound(const InlineStage& stage) {
     if (stage.simulation.appearing() || stage.simulation.stepUnderWay()) return;
     for (const ObjectId id : stage.scene().ids()) {
         const Node* node = stage.scene().get<Node>(id);
-        const std::optional<LoadWish> wish = node && node->core ? loadWishOf(stage.scene().find(node->core)) : std::nullopt;
+        const std::optional<LoadWish> wish =
+            node && node->core ? loadWishOf(stage.scene().find(node->core)) : std::nullopt;
         if (!wish || wish->state == L::kFailed) continue;
         EXPECT_EQ(node->children.size(), wish->state == L::kThere ? 1u : 0u) << "#" << id.value;
         for (const ObjectId child : node->children) EXPECT_EQ(stage.scene().get<Node>(child)->name, wish->file);
@@ -427,7 +441,9 @@ TEST(Inlines, OverRandomHistoriesAreThereWholeOnceOrNotAtAll) {
             switch (below(random, 12)) {
                 case 0:
                 case 1:
-                    nodes.push_back(stage.place(Inline{.file = file, .load = static_cast<std::int64_t>(below(random, 3)), .distance = oneIn(random, 2) ? 9.0 : 0.1}));
+                    nodes.push_back(stage.place(Inline{.file = file,
+                                                       .load = static_cast<std::int64_t>(below(random, 3)),
+                                                       .distance = oneIn(random, 2) ? 9.0 : 0.1}));
                     break;
                 case 2:
                     if (some) (void)stage.set<&Inline::wanted>(some, oneIn(random, 2));

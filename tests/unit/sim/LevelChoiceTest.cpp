@@ -1,5 +1,5 @@
-/// Which level of detail each user sees: by distance and by size, with hysteresis, as a part of the scene; after any history what a fresh
-/// look says, at a cost of what moved.
+/// Which level of detail each user sees: by distance and by size, with hysteresis, as a part of the scene; after any
+/// history what a fresh look says, at a cost of what moved.
 #include "common/cores/DistanceLOD.h"
 #include "server/sim/view/LevelChoice.h"
 
@@ -19,7 +19,9 @@
 namespace tessera {
 namespace {
 
-Blob rangesOf(std::vector<double> ranges) { return Blob::of(std::span<const double>(ranges)); }
+Blob rangesOf(std::vector<double> ranges) {
+    return Blob::of(std::span<const double>(ranges));
+}
 
 /// A scene, edited by lists, and who follows it.
 struct LevelStage {
@@ -133,18 +135,23 @@ TEST(LevelChoice, SizesAreDiametersInPixelsOfTheUsersScreen) {
     EXPECT_EQ(stage.level(things[1]), 0u);
 }
 
-// An eye that jitters about a range by less than the share: one step to where it stays, and no other, whatever the numbers.
+// An eye that jitters about a range by less than the share: one step to where it stays, and no other, whatever the
+// numbers.
 TEST(LevelChoice, WhoStandsAtARangeSeesNoFlicker) {
     const char* said = std::getenv("TESSERA_SEED");
     const unsigned first = said ? static_cast<unsigned>(std::strtoul(said, nullptr, 10)) : 1;
     for (unsigned seed = first; seed < (said ? first + 1 : 2000); ++seed) {
         std::mt19937 random(seed);
-        const auto uniform = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+        const auto uniform = [&](double from, double to) {
+            return std::uniform_real_distribution<double>(from, to)(random);
+        };
         DistanceLOD lod;
         lod.measure = seed % 2 ? DistanceLOD::kDistance : DistanceLOD::kSize;
         lod.hysteresis = seed % 5 == 0 ? 0.9 : uniform(1e-6, 0.9);
         std::vector<double> ranges{std::exp(uniform(-20, 20))};
-        while (ranges.size() < 1 + seed % 7) ranges.push_back(ranges.back() * (lod.measure == DistanceLOD::kSize ? uniform(0.1, 0.999) : uniform(1.001, 9)));
+        while (ranges.size() < 1 + seed % 7)
+            ranges.push_back(ranges.back() *
+                             (lod.measure == DistanceLOD::kSize ? uniform(0.1, 0.999) : uniform(1.001, 9)));
         lod.ranges = rangesOf(ranges);
         ASSERT_TRUE(checkRanges(lod));
         const double range = ranges[random() % ranges.size()];
@@ -155,7 +162,8 @@ TEST(LevelChoice, WhoStandsAtARangeSeesNoFlicker) {
             if (frame > 0) changes += next != level;
             level = next;
         }
-        // Other ranges may lie within the jitter, which then goes farther than their own shares: one that it cannot pass twice is its own.
+        // Other ranges may lie within the jitter, which then goes farther than their own shares: one that it cannot
+        // pass twice is its own.
         const bool alone = ranges.size() == 1;
         ASSERT_TRUE(!alone || changes == 0) << "TESSERA_SEED=" << seed << " unit_sim --gtest_filter='LevelChoice.*'";
         ASSERT_EQ(nextLevel(lod, level, std::numeric_limits<double>::quiet_NaN()), level);
@@ -205,7 +213,10 @@ TEST(LevelChoice, FollowingTheSceneIsStartingAnew) {
         const std::string again = "TESSERA_SEED=" + std::to_string(seed) + " unit_sim --gtest_filter='LevelChoice.*'";
         std::mt19937 random(seed);
         const auto pick = [&](std::size_t n) { return random() % n; };
-        const auto place = [&] { return Vec3d(static_cast<double>(pick(40)) - 20, static_cast<double>(pick(9)), static_cast<double>(pick(40)) - 20); };
+        const auto place = [&] {
+            return Vec3d(static_cast<double>(pick(40)) - 20, static_cast<double>(pick(9)),
+                         static_cast<double>(pick(40)) - 20);
+        };
         const Wall wall = test::wallOfUsers(1 + seed % 10);
         LevelStage stage(wall);
         std::vector<ObjectId> nodes{kRootNode}, poses, cores;
@@ -222,20 +233,26 @@ TEST(LevelChoice, FollowingTheSceneIsStartingAnew) {
                         nodes.push_back(stage.node(cores.back(), node));
                         break;
                     case 2:
-                        if (!cores.empty()) nodes.push_back(stage.node(cores[pick(cores.size())], pick(6) ? node : ObjectId()));
+                        if (!cores.empty())
+                            nodes.push_back(stage.node(cores[pick(cores.size())], pick(6) ? node : ObjectId()));
                         break;
                     case 3:
-                        if (!poses.empty()) setField<&Transform::translation>(stage.edit, poses[pick(poses.size())], pick(9) ? place() : Vec3d(1e308, 1e308, 1));
+                        if (!poses.empty())
+                            setField<&Transform::translation>(stage.edit, poses[pick(poses.size())],
+                                                              pick(9) ? place() : Vec3d(1e308, 1e308, 1));
                         break;
                     case 4:
-                        if (!cores.empty()) setField<&DistanceLOD::center>(stage.edit, cores[pick(cores.size())], place());
+                        if (!cores.empty())
+                            setField<&DistanceLOD::center>(stage.edit, cores[pick(cores.size())], place());
                         break;
                     case 5:
                         if (!cores.empty()) {
                             const ObjectId core = cores[pick(cores.size())];
                             const bool size = pick(2);
-                            setField<&DistanceLOD::measure>(stage.edit, core, size ? DistanceLOD::kSize : DistanceLOD::kDistance);
-                            setField<&DistanceLOD::ranges>(stage.edit, core, size ? rangesOf({900, 200, 50}) : rangesOf({3, 20}));
+                            setField<&DistanceLOD::measure>(stage.edit, core,
+                                                            size ? DistanceLOD::kSize : DistanceLOD::kDistance);
+                            setField<&DistanceLOD::ranges>(stage.edit, core,
+                                                           size ? rangesOf({900, 200, 50}) : rangesOf({3, 20}));
                         }
                         break;
                     case 6:
@@ -265,13 +282,17 @@ TEST(LevelChoice, FollowingTheSceneIsStartingAnew) {
             Action action;
             action.visitHidden(true);
             action.on<DistanceLOD>([&](const Visit& visit, const DistanceLOD& lod) {
-                const double distance = (visit.world_T_node * lod.center - stage.view.world_T_wall() * stage.view.users[0].eye(Eye::kCenter)).norm();
-                if (lod.measure != DistanceLOD::kDistance || wall.users.size() > 8 || !std::isfinite(distance)) return Descend::kInto;
+                const double distance = (visit.world_T_node * lod.center -
+                                         stage.view.world_T_wall() * stage.view.users[0].eye(Eye::kCenter))
+                                            .norm();
+                if (lod.measure != DistanceLOD::kDistance || wall.users.size() > 8 || !std::isfinite(distance))
+                    return Descend::kInto;
                 ++bearersSeen;
                 const std::size_t level = stage.level(visit.nodeId);
                 const std::span<const double> ranges = lod.ranges.as<double>();
                 EXPECT_LE(level, ranges.size());
-                const double from = level > 0 ? 0.8999999 * ranges[level - 1] : 0.0, to = level < ranges.size() ? 1.1000001 * ranges[level] : 1e300;
+                const double from = level > 0 ? 0.8999999 * ranges[level - 1] : 0.0,
+                             to = level < ranges.size() ? 1.1000001 * ranges[level] : 1e300;
                 EXPECT_TRUE(from <= distance && distance <= to) << distance << ", " << again;
                 return Descend::kInto;
             });

@@ -19,8 +19,8 @@ namespace {
 using test::one;
 constexpr LoadPartLimits kSmall{.changes = 50, .bytes = 4096};
 
-/// A tree of `count` nodes with transforms, some of which are placed before what they hang below is created, with motions,
-/// and with collision objects that name nodes which come later.
+/// A tree of `count` nodes with transforms, some of which are placed before what they hang below is created, with
+/// motions, and with collision objects that name nodes which come later.
 ChangeList forest(Random& random, std::size_t count, ObjectId parent = kRootNode) {
     test::ListMaker make;
     std::vector<ObjectId> nodes, open;
@@ -103,7 +103,8 @@ TEST(LoadParts, AreBoundedHiddenAndMakeTheSameScene) {
             ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes.at(0).result.error().message;
             ASSERT_TRUE(result.commit.list);
             if (loading.done()) {
-                EXPECT_TRUE(result.commit.list->creations.empty()) << "nothing but the placing is left for the last frame";
+                EXPECT_TRUE(result.commit.list->creations.empty())
+                    << "nothing but the placing is left for the last frame";
                 EXPECT_EQ(simulation.scene().root().children.size(), 3u);
             } else {
                 EXPECT_LE(result.commit.list->changeCount(), kSmall.changes);
@@ -139,7 +140,8 @@ ChangeList tree(Random& random, std::size_t count, ObjectId parent = kRootNode) 
     for (std::size_t i = count; i > 1; --i) std::swap(ids[i - 1], ids[below(random, i)]);
     const std::size_t tops = 1 + below(random, 3), shape = below(random, 4);
     for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t above[] = {i % 100 == 0 ? 0 : i - 1, 0, below(random, i), i - 1 - below(random, std::min<std::size_t>(i, 5))};
+        const std::size_t above[] = {i % 100 == 0 ? 0 : i - 1, 0, below(random, i),
+                                     i - 1 - below(random, std::min<std::size_t>(i, 5))};
         make.builder.place(ids[i], i < tops ? parent : ids[above[shape]]);
     }
     make.node("motion", ids[count / 2], make.motion(make.transform(Vec3d::Zero()), {{0, 0, 0, 0}, {1, 6, 0, 0}}));
@@ -167,7 +169,8 @@ TEST(LoadParts, AppearAndAreHiddenAFewNodesAtATimeInDocumentOrder) {
         Simulation atOnce, simulation;
         ASSERT_TRUE(atOnce.load({whole}));
         const std::vector<ObjectId> order = seenNodes(atOnce.scene());
-        const LoadPartLimits limits{.changes = 50, .bytes = 4096, .seen = 1 + below(random, oneIn(random, 2) ? 10 : 100)};
+        const LoadPartLimits limits{
+            .changes = 50, .bytes = 4096, .seen = 1 + below(random, oneIn(random, 2) ? 10 : 100)};
         Aspect replica;
         std::size_t seen = 1;
         const auto look = [&](const FrameResult& result, bool more) {
@@ -177,7 +180,8 @@ TEST(LoadParts, AppearAndAreHiddenAFewNodesAtATimeInDocumentOrder) {
             ASSERT_EQ(replica.stateHash(), simulation.scene().stateHash());
             const std::vector<ObjectId> now = seenNodes(simulation.scene());
             ASSERT_LE(more ? now.size() - seen : seen - now.size(), limits.seen);
-            ASSERT_TRUE(now.size() <= order.size() && std::equal(now.begin(), now.end(), order.begin())) << "what is seen has nothing before it that is not";
+            ASSERT_TRUE(now.size() <= order.size() && std::equal(now.begin(), now.end(), order.begin()))
+                << "what is seen has nothing before it that is not";
             seen = now.size();
         };
         Loading loading(whole, limits);
@@ -331,7 +335,8 @@ TEST(LoadParts, AreOneStepInBothDirectionsAPartAFrame) {
         const std::size_t children = simulation.scene().root().children.size();
         // Without the crane's motion states compare.
         ChangeListBuilder stand;
-        setField<&Motion::playing>(stand, simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, false);
+        setField<&Motion::playing>(
+            stand, simulation.scene().get<Node>(findNode(simulation.scene(), "/motion").value())->core, false);
         (void)simulation.step(false, one(Edit::Kind::kChange, stand.take()));
         const StateHash before = simulation.scene().stateHash();
 
@@ -394,7 +399,8 @@ TEST(LoadParts, WhatIsOnItsWayIsNobodyElses) {
     setField<&Node::core>(list, kRootNode, hidden);
     EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos);
     list.detach(ObjectId(hidden.value + 100));
-    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos) << "the ids that are still to come";
+    EXPECT_NE(refused(list.take()).find("is still being loaded"), std::string::npos)
+        << "the ids that are still to come";
     // Everything else goes on, with ids behind them, and undo is of that.
     test::ListMaker make;
     make.node("mine", kRootNode);

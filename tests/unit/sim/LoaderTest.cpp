@@ -25,10 +25,12 @@ class Loads : public testing::Test {
 protected:
     Loads() {
         EXPECT_EQ(::mkfifo(scratch.path("gate").c_str(), 0600), 0);
-        gate_ = ::open(scratch.path("gate").c_str(), O_RDWR | O_CLOEXEC);  // held open for both ends: nobody's opening waits
+        gate_ = ::open(scratch.path("gate").c_str(),
+                       O_RDWR | O_CLOEXEC);  // held open for both ends: nobody's opening waits
         const std::string says = "echo \"$2\" >> '" + scratch.path("begun") + "'\n";
         const std::string waits = "case \"$2\" in *slow*) read -r line < '" + scratch.path("gate") + "';; esac\n";
-        const std::string program = scratch.write("importer", "#!/bin/sh\n" + says + waits + "exec '" + importOptions().importerProgram + "' \"$@\"\n");
+        const std::string program = scratch.write(
+            "importer", "#!/bin/sh\n" + says + waits + "exec '" + importOptions().importerProgram + "' \"$@\"\n");
         std::filesystem::permissions(program, std::filesystem::perms::owner_all);
         options_ = importOptions();
         options_.importerProgram = program;
@@ -61,7 +63,8 @@ TEST_F(Loads, AFileThatTakesLongHoldsUpNoOther) {
     const std::uint64_t last = kSanitized ? 13 : 20;
     Loader loader(options_, std::make_shared<SceneFiles>(options_, std::vector{scratch.path("")}),
                   [this](Preparation done) { finished.push(std::move(done)); });
-    for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow) ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
+    for (std::uint64_t slow = 1; slow < Loader::kAtOnce; ++slow)
+        ASSERT_TRUE(order(loader, slow, "slow" + std::to_string(slow) + ".tsct"));
     for (std::uint64_t quick = 10; quick < last; ++quick)
         ASSERT_TRUE(order(loader, quick, "quick" + std::to_string(quick) + ".tsct"));
     // None of the slow ones has been let go: without threads of their own this would wait for ever.
@@ -97,7 +100,8 @@ TEST_F(Loads, BeginInTheOrderOfAskingAndNeverMoreAtOnceThanMayBe) {
         EXPECT_LE(names.size(), done + 1 + Loader::kAtOnce);
         for (const std::string& name : names) {
             const auto place = static_cast<std::size_t>(std::ranges::find(asked, name) - asked.begin());
-            EXPECT_LT(place, done + 1 + Loader::kAtOnce) << name << " was begun before others that had been asked for earlier";
+            EXPECT_LT(place, done + 1 + Loader::kAtOnce)
+                << name << " was begun before others that had been asked for earlier";
         }
     }
     EXPECT_EQ(begun().size(), asked.size());

@@ -32,7 +32,8 @@ struct Cores {
         add("bare", {});
         add("handles", make.create<Manipulator>());
         ChangeList list = make.builder.take();
-        replaceIds(list, [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 10} : id; });
+        replaceIds(list,
+                   [](ObjectId id) { return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + 10} : id; });
         EXPECT_TRUE(scene.apply(list));
         manipulator = core("/handles");
     }
@@ -62,11 +63,16 @@ TEST(ManipulatorCheck, EachKindWantsItsOwnCores) {
                                : kind == Manipulator::kDirectionalLight ? target == "/sun"
                                : kind == Manipulator::kSpotLight        ? target == "/spot"
                                                                         : pose;
-            EXPECT_EQ(cores.refusal(kind, target).empty(), right) << kind << " at " << target << ": " << cores.refusal(kind, target);
+            EXPECT_EQ(cores.refusal(kind, target).empty(), right)
+                << kind << " at " << target << ": " << cores.refusal(kind, target);
         }
-    const auto says = [&](std::int64_t kind, const char* target, const char* words) { return cores.refusal(kind, target).find(words) != std::string::npos; };
-    EXPECT_TRUE(says(Manipulator::kCenterball, "/transform", "'centerball' wants a node whose core is a ComponentTransform, which has a centre"));
-    EXPECT_TRUE(says(Manipulator::kMove, "/bare", "has no core; 'move' wants a node whose core is a Transform or ComponentTransform"));
+    const auto says = [&](std::int64_t kind, const char* target, const char* words) {
+        return cores.refusal(kind, target).find(words) != std::string::npos;
+    };
+    EXPECT_TRUE(says(Manipulator::kCenterball, "/transform",
+                     "'centerball' wants a node whose core is a ComponentTransform, which has a centre"));
+    EXPECT_TRUE(says(Manipulator::kMove, "/bare",
+                     "has no core; 'move' wants a node whose core is a Transform or ComponentTransform"));
     EXPECT_TRUE(says(Manipulator::kSpotLight, "/sun", "has the core DirectionalLight"));
 }
 

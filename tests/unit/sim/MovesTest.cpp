@@ -137,17 +137,20 @@ TEST(Moves, OfWhatCannotBeMovedAreRefusedInWordsAndTheOthersGoOn) {
     edits.push_back({.ticket = 4, .move = NodeMove{}, .node = yard.crane});
     edits.push_back(moveBy(5, yard.crane, Vec3d(1, 0, 0)));
     const FrameResult frame = yard.step(std::move(edits));
-    const std::vector<std::string> words{"there is no node #4711", "/interest cannot be moved", "a scale of zero", "a move needs"};
+    const std::vector<std::string> words{"there is no node #4711", "/interest cannot be moved", "a scale of zero",
+                                         "a move needs"};
     for (std::size_t i = 0; i < words.size(); ++i) {
         ASSERT_FALSE(frame.outcomes[i].result) << words[i];
-        EXPECT_NE(frame.outcomes[i].result.error().message.find(words[i]), std::string::npos) << frame.outcomes[i].result.error().message;
+        EXPECT_NE(frame.outcomes[i].result.error().message.find(words[i]), std::string::npos)
+            << frame.outcomes[i].result.error().message;
     }
     EXPECT_TRUE(frame.outcomes[4].result);
     EXPECT_EQ(yard.x(), 1);
     EXPECT_EQ(yard.undo(), 1u);
 }
 
-/// Where nothing is in the way: the ways are the sum, whoever moves what in which frame, and undo leads back through it.
+/// Where nothing is in the way: the ways are the sum, whoever moves what in which frame, and undo leads back through
+/// it.
 TEST(Moves, OfAnyHistoryAreTheirSum) {
     forSeeds(200, [](Random& random) {
         test::ListMaker make;

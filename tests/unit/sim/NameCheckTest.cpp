@@ -26,8 +26,10 @@ std::string utf8Of(char32_t point) {
     const auto byte = [](char32_t bits) { return static_cast<char>(bits); };
     if (point < 0x80) return {byte(point)};
     if (point < 0x800) return {byte(0xC0 | point >> 6), byte(0x80 | (point & 0x3F))};
-    if (point < 0x10000) return {byte(0xE0 | point >> 12), byte(0x80 | (point >> 6 & 0x3F)), byte(0x80 | (point & 0x3F))};
-    return {byte(0xF0 | point >> 18), byte(0x80 | (point >> 12 & 0x3F)), byte(0x80 | (point >> 6 & 0x3F)), byte(0x80 | (point & 0x3F))};
+    if (point < 0x10000)
+        return {byte(0xE0 | point >> 12), byte(0x80 | (point >> 6 & 0x3F)), byte(0x80 | (point & 0x3F))};
+    return {byte(0xF0 | point >> 18), byte(0x80 | (point >> 12 & 0x3F)), byte(0x80 | (point >> 6 & 0x3F)),
+            byte(0x80 | (point & 0x3F))};
 }
 
 TEST(NameCheck, AnEditCannotBreakTheLinesOfAList) {
@@ -35,7 +37,8 @@ TEST(NameCheck, AnEditCannotBreakTheLinesOfAList) {
     EXPECT_EQ(refusalOf(""), "");
     EXPECT_EQ(refusalOf("Kräne → 起重机"), "");
     for (const char* name : {"a\nb", "\ra", "a\t", "\x1b[2J", "a\x7f", "a\u0085", "\u009b31m", "a\u2028b", "\u2029"})
-        EXPECT_NE(refusalOf(name).find(": its name has a line break or another control character"), std::string::npos) << refusalOf(name);
+        EXPECT_NE(refusalOf(name).find(": its name has a line break or another control character"), std::string::npos)
+            << refusalOf(name);
     EXPECT_NE(refusalOf("a\xff\n").find("not UTF-8"), std::string::npos);
 }
 
@@ -48,12 +51,14 @@ TEST(NameCheck, TheRootHasNone) {
         const auto applied = committer.apply(builder.take(), Committer::Inverse::kMade);
         return applied ? "" : applied.error().message;
     };
-    EXPECT_EQ(renamed("hall"), "Node #1: it is the root, which has no name: all paths begin there; name a node below it");
+    EXPECT_EQ(renamed("hall"),
+              "Node #1: it is the root, which has no name: all paths begin there; name a node below it");
     EXPECT_EQ(committer.scene().root().name, "");
     EXPECT_EQ(renamed(""), "") << "it is so already";
 }
 
-/// With a core, and so a place of its own, it came back a level deeper too. What has one from an earlier version may lose it.
+/// With a core, and so a place of its own, it came back a level deeper too. What has one from an earlier version may
+/// lose it.
 TEST(NameCheck, TheRootHasNoCore) {
     Aspect old;
     ChangeListBuilder builder;
@@ -67,12 +72,15 @@ TEST(NameCheck, TheRootHasNoCore) {
         const auto applied = committer.apply(builder.take(), Committer::Inverse::kMade);
         return applied ? "" : applied.error().message;
     };
-    EXPECT_EQ(given(ObjectId{7}), "Node #1: it is the root, which has no core: all places and paths begin there; give it to a node below it");
+    EXPECT_EQ(
+        given(ObjectId{7}),
+        "Node #1: it is the root, which has no core: all places and paths begin there; give it to a node below it");
     EXPECT_EQ(given(ObjectId{}), "");
     EXPECT_EQ(committer.scene().root().core, ObjectId{});
     EXPECT_NE(given(ObjectId{7}).find("it is the root, which has no core"), std::string::npos);
     builder.create(kNamed, typeOf<Transform>());
-    EXPECT_NE(given(kNamed).find("it is the root, which has no core"), std::string::npos) << "one made in the same edit";
+    EXPECT_NE(given(kNamed).find("it is the root, which has no core"), std::string::npos)
+        << "one made in the same edit";
 }
 
 TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) {
@@ -81,10 +89,12 @@ TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) 
         const bool control = point < 0x20 || (point >= 0x7F && point < 0xA0) || point == 0x2028 || point == 0x2029;
         const std::string name = "a" + utf8Of(point) + "z";
         ASSERT_EQ(isOneLine(name), !control) << fmt::format("U+{:04X}", static_cast<std::uint32_t>(point));
-        ASSERT_EQ(asOneLine(name), control ? "a?z" : name) << fmt::format("U+{:04X}", static_cast<std::uint32_t>(point));
+        ASSERT_EQ(asOneLine(name), control ? "a?z" : name)
+            << fmt::format("U+{:04X}", static_cast<std::uint32_t>(point));
     }
     for (int first = 0x80; first < 0x100; ++first)
-        for (const char* rest : {"", "\n", "a", "\x80"}) EXPECT_TRUE(isOneLine(asOneLine(std::string(1, static_cast<char>(first)) + rest)));
+        for (const char* rest : {"", "\n", "a", "\x80"})
+            EXPECT_TRUE(isOneLine(asOneLine(std::string(1, static_cast<char>(first)) + rest)));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "common/scene/ServerNodes.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/property/Seeds.h"
+#include "tests/unit/sim/NoticeShop.h"
 #include "tests/unit/sim/SceneForTests.h"
 #include "tests/unit/sim/SingleEdits.h"
 
@@ -22,169 +23,7 @@ namespace tessera {
 namespace {
 
 using test::ListMaker;
-
-/// Whole UTF-8, no control characters but ends of lines, nothing that turns the direction of what follows.
-bool harmless(std::string_view text) {
-    for (std::size_t i = 0; i < text.size();) {
-        const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0); };
-        if (byte(0) < 0x80) {
-            if ((byte(0) < 0x20 && text[i] != '\n') || byte(0) == 0x7f) return false;
-            ++i;
-            continue;
-        }
-        const std::size_t size = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
-        if (byte(0) < 0xc2 || byte(0) > 0xf4) return false;
-        for (std::size_t k = 1; k < size; ++k)
-            if ((byte(k) & 0xc0) != 0x80) return false;
-        const std::string_view letter = text.substr(i, size);
-        for (const std::string_view bad : {"\xc2\x85", "\xe2\x80\xae", "\xe2\x80\xaa", "\xe2\x81\xa6", "\xe2\x80\xa8", "\xef\xbb\xbf"})
-            if (letter == bad) return false;
-        i += size;
-    }
-    return true;
-}
-
-TEST(NoticeText, SaysWhereAndWhatAndHowMuchIsLeftOut) {
-    const NoticeText brief = noticeText("/hall/pump", ObjectId(12), "surface, line 3: 'colour' undeclared");
-    EXPECT_EQ(brief.text, "/hall/pump: SurfaceProgram #12\nsurface, line 3: 'colour' undeclared");
-    EXPECT_EQ(brief.lines, 2u);
-    EXPECT_EQ(brief.columns, 36u);
-    EXPECT_NE(noticeText("/" + std::string(500, 'a') + "/pump", ObjectId(3), "x").text.find("aa/pump: SurfaceProgram #3\n"), std::string::npos);
-    std::string words;
-    for (int i = 0; i < 500; ++i) words += "word ";
-    const NoticeText cut = noticeText("/a", ObjectId(7), words);
-    EXPECT_EQ(cut.lines, NoticeText::kMostLines);
-    EXPECT_EQ(cut.text.find("wo\n"), std::string::npos) << "between words";
-    EXPECT_NE(cut.text.find("letters more: tessera-ctl get #7"), std::string::npos) << cut.text;
-    // What is said and what is left out are all of it.
-    const std::size_t begin = cut.text.find('\n') + 1, end = cut.text.rfind("… and ");
-    const std::string said = cut.text.substr(begin, end - begin);
-    EXPECT_EQ(said.size() + std::stoul(cut.text.substr(end + 8)), words.size() - 1);
-    EXPECT_EQ(noticeText("/a", ObjectId(7), "").lines, 2u);
-    // One letter too many for a line, and none that a line could end at.
-    const NoticeText solid = noticeText("/a", ObjectId(7), std::string(NoticeText::kColumns + 1, 'x'));
-    EXPECT_EQ(solid.lines, 3u);
-}
-
-TEST(NoticeText, WhateverAProgramSaysIsHarmless) {
-    EXPECT_EQ(noticeText("/a", ObjectId(1), "one\x1b[31m two\r\nthree\x07").text, "/a: SurfaceProgram #1\none [31m two three");
-    EXPECT_EQ(noticeText("/a", ObjectId(1), "\xff\xfe a \xc3").text, "/a: SurfaceProgram #1\n?? a ?");
-    EXPECT_EQ(noticeText("/a", ObjectId(1), "\xe2\x80\xae" "abc").text, "/a: SurfaceProgram #1\nabc") << "not from right to left";
-    forSeeds(100, [](Random& random) {
-        for (int round = 0; round < 200; ++round) {
-            std::string problem(below(random, 600), '\0'), path(below(random, 80), '\0');
-            const auto any = [&] { return static_cast<char>(oneIn(random, 2) ? random() : "ab \xe2\x80\xae\xf0\x9f\x98\x80"[below(random, 11)]); };
-            std::ranges::generate(problem, any);
-            std::ranges::generate(path, any);
-            const NoticeText notice = noticeText(path, ObjectId(random()), problem);
-            ASSERT_TRUE(harmless(notice.text));
-            ASSERT_LE(notice.lines, NoticeText::kMostLines);
-            ASSERT_EQ(static_cast<std::size_t>(std::ranges::count(notice.text, '\n')) + 1, notice.lines);
-            ASSERT_LE(notice.columns, NoticeText::kColumns + 20);
-        }
-    });
-}
-
-/// Boxes with programs of their own, and a server's frames.
-struct Shop {
-    explicit Shop(std::size_t boxes = 1) {
-        ListMaker make;
-        for (std::size_t i = 0; i < boxes; ++i) {
-            const ObjectId program = make.create<SurfaceProgram>();
-            setField<&SurfaceProgram::surface>(make.builder, program, "text " + std::to_string(i));
-            const ObjectId material = make.create<Material>();
-            setField<&Material::program>(make.builder, material, program);
-            const ObjectId core = make.box(Vec3d(1, 1, 1));
-            setField<&Geometry::material>(make.builder, core, material);
-            const ObjectId place = make.node("thing" + std::to_string(i), kRootNode, make.transform(Vec3d(3.0 * static_cast<double>(i), 0, -5)));
-            (void)make.node("box", place, core);
-            (void)make.node("twin", place, core);
-        }
-        EXPECT_TRUE(simulation.load({make.builder.take()}));
-        notices.update(scene(), nullptr);
-        for (const ObjectId id : scene().ids())
-            if (scene().get<SurfaceProgram>(id)) programs.push_back(id);
-        std::ranges::sort(programs);
-        view.users = wall.users;
-    }
-    [[nodiscard]] const Aspect& scene() const { return simulation.scene(); }
-    void frame(std::vector<Edit> edits = {}) {
-        if (ChangeList list = notices.notices(scene(), view); !list.empty()) {
-            ++lists;
-            edits.insert(edits.begin(), Edit{.ticket = ProgramNotices::kTicket, .list = std::move(list), .undoable = false});
-        }
-        const FrameResult made = simulation.step(std::exchange(begin, false), std::move(edits));
-        for (const EditOutcome& outcome : made.outcomes) EXPECT_TRUE(outcome.result) << outcome.result.error().message;
-        if (made.commit.list) notices.update(scene(), made.commit.list.get());
-    }
-    void frames(int count = 2 * ProgramNotices::kPatience) {
-        for (int i = 0; i < count; ++i) frame();
-    }
-    void verdict(std::size_t which, std::int64_t verdict, const std::string& problem = "") {
-        ChangeListBuilder list;
-        setField<&SurfaceProgram::verdict>(list, programs.at(which), verdict);
-        setField<&SurfaceProgram::problem>(list, programs.at(which), problem);
-        frame(test::one(Edit{.ticket = 9, .list = list.take(), .undoable = false}));
-        frame();
-    }
-    [[nodiscard]] ObjectId top() const {
-        for (std::size_t i = 0; i < scene().root().children.size(); ++i)
-            if (scene().get<Node>(scene().root().children[i])->ofServer) return scene().root().children[i];
-        return {};
-    }
-    [[nodiscard]] std::vector<Text> texts() const {
-        std::vector<Text> all;
-        Action action;
-        action.on<Text>([&](const Visit&, const Text& text) {
-            all.push_back(text);
-            return Descend::kInto;
-        });
-        if (top()) action.run(scene(), top());
-        return all;
-    }
-    [[nodiscard]] Box seen() const { return sceneBounds(scene(), top()); }
-    [[nodiscard]] Vec3d eye() const { return view.world_T_wall() * view.users.front().position; }
-    /// Of a sheet, turned to the first user's eye as hosts do it.
-    struct SeenPlate {
-        Box onScreen;  ///< m, from the first screen's lower left corner, to the right and up
-        double least = 1e300, most = 0;  ///< m: depth of its nearest corner, distance of its farthest
-    };
-    [[nodiscard]] std::vector<SeenPlate> plates() const {
-        const Screen& screen = wall.screens.front();
-        const Vec3d right = (screen.lowerRight - screen.lowerLeft).normalized(), up = (screen.upperLeft - screen.lowerLeft).normalized();
-        const Vec3d into = up.cross(right);
-        const Vec3d head = view.users.front().position;
-        const Affine3d wall_T_world = view.world_T_wall().inverse();
-        std::vector<SeenPlate> all;
-        Action action;
-        action.on<Geometry>([&](const Visit& visit, const Geometry& plate) {
-            const Vec3d middle = visit.world_T_node.translation(), towards = (eye() - middle).normalized();
-            const Vec3d across = Vec3d::UnitY().cross(towards).normalized(), upward = towards.cross(across);
-            const Vec3d size = visit.world_T_node.linear().colwise().norm();
-            SeenPlate seen;
-            const std::span<const float> corners = plate.positions.as<float>();
-            for (std::size_t c = 0; c < corners.size(); c += 3) {
-                const Vec3d way = wall_T_world * Vec3d(middle + corners[c] * size.x() * across + corners[c + 1] * size.y() * upward) - head;
-                const Vec3d on = head + into.dot(screen.lowerLeft - head) / into.dot(way) * way - screen.lowerLeft;
-                seen.onScreen.extend(Vec3d(right.dot(on), up.dot(on), 0));
-                seen.least = std::min(seen.least, into.dot(way));
-                seen.most = std::max(seen.most, way.norm());
-            }
-            all.push_back(seen);
-            return Descend::kInto;
-        });
-        if (top()) action.run(scene(), top());
-        return all;
-    }
-
-    Wall wall = test::wallOfOne();
-    View view;
-    Simulation simulation;
-    ProgramNotices notices{wall};
-    std::vector<ObjectId> programs;
-    bool begin = true;
-    int lists = 0;
-};
+using test::Shop;
 
 TEST(ProgramNotices, ComeAndGoWithVerdicts) {
     Shop shop(3);
@@ -193,7 +32,8 @@ TEST(ProgramNotices, ComeAndGoWithVerdicts) {
     const std::size_t objects = shop.scene().objectCount();
     shop.verdict(1, SurfaceProgram::kBad, "surface, line 2: no");
     ASSERT_EQ(shop.texts().size(), 1u) << "one, though two things have it";
-    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nsurface, line 2: no");
+    EXPECT_EQ(shop.texts()[0].text,
+              "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nsurface, line 2: no");
     EXPECT_FALSE(shop.texts()[0].outlines.empty()) << "letters travel as outlines";
     const int once = shop.lists;
     shop.frames(50);
@@ -214,7 +54,8 @@ TEST(ProgramNotices, SayWhatIsHeavyToo) {
     shop.frames();
     shop.verdict(1, SurfaceProgram::kHeavy, "it held up host left");
     ASSERT_EQ(shop.texts().size(), 1u);
-    EXPECT_EQ(shop.texts()[0].text, "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nit held up host left");
+    EXPECT_EQ(shop.texts()[0].text,
+              "/thing1/box: SurfaceProgram #" + std::to_string(shop.programs[1].value) + "\nit held up host left");
     shop.verdict(1, SurfaceProgram::kGood);
     EXPECT_FALSE(shop.top());
 }
@@ -238,7 +79,9 @@ TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
     edit(make.builder);
     EXPECT_FALSE(shop.top()) << "no sampler is called so";
     ChangeListBuilder text;
-    setField<&SurfaceProgram::surface>(text, shop.scene().get<Material>(material)->program, std::string("uniform sampler2D // of the sky\n sky; void surface(inout Surface s) {}"));
+    setField<&SurfaceProgram::surface>(
+        text, shop.scene().get<Material>(material)->program,
+        std::string("uniform sampler2D // of the sky\n sky; void surface(inout Surface s) {}"));
     edit(text);
     ASSERT_EQ(shop.texts().size(), 1u);
     const std::string said = shop.texts()[0].text;
@@ -264,7 +107,9 @@ TEST(ProgramNotices, SayWhenAProgramIsGivenWhatItCannotRead) {
 TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
     Shop shop;
     shop.verdict(0, SurfaceProgram::kBad, "no");
-    const auto remove = [&](const char* path) { shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value()))); };
+    const auto remove = [&](const char* path) {
+        shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
+    };
     remove("/thing0/box");
     shop.frame();
     ASSERT_EQ(shop.texts().size(), 1u);
@@ -289,7 +134,9 @@ TEST(ProgramNotices, GoWithWhatTheyAreOfOrMoveToTheNextOfIt) {
 /// Where the reader stands, how large the thing is: between the eye and the thing, and about as high on the screen.
 TEST(ProgramNotices, StandWhereTheyCanBeRead) {
     forSeeds(100, [](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
         Shop shop;
         shop.frame();
         ChangeListBuilder list;
@@ -323,19 +170,22 @@ TEST(ProgramNotices, StandWhereTheyCanBeRead) {
         }
         const int lists = shop.lists;
         for (int i = 0; i < 30; ++i) {  // a head that trembles
-            shop.view.position.x() += std::min(1e-4 * size, 2e-3 * shop.view.worldUnitsPerMetre) * (i % 2 == 0 ? 1 : -1);
+            shop.view.position.x() +=
+                std::min(1e-4 * size, 2e-3 * shop.view.worldUnitsPerMetre) * (i % 2 == 0 ? 1 : -1);
             shop.frame();
         }
         EXPECT_LE(shop.lists, lists + 2);
     });
 }
 
-/// As the first user's eye sees them on the screen: whole, and none before another, as long as there is room: between n of a height h there is in any case
-/// where the screen is higher than 2 n - 1 of them, with a tenth around each.
+/// As the first user's eye sees them on the screen: whole, and none before another, as long as there is room: between n
+/// of a height h there is in any case where the screen is higher than 2 n - 1 of them, with a tenth around each.
 TEST(ProgramNotices, CoverNoneOfEachOther) {
     int judged = 0;
     forSeeds(300, [&](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
         const std::size_t count = 2 + below(random, 3);
         Shop shop(count);
         shop.frame();
@@ -343,14 +193,17 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
         ChangeListBuilder list;
         for (std::size_t i = 0; i < count; ++i) {
             // On the screen, crowded or not, before it or behind it.
-            const Vec3d on = screen.lowerLeft + uniform(0.02, 0.98) * (screen.lowerRight - screen.lowerLeft) + uniform(0.4, i % 2 == 0 ? 0.6 : 0.98) * (screen.upperLeft - screen.lowerLeft);
+            const Vec3d on = screen.lowerLeft + uniform(0.02, 0.98) * (screen.lowerRight - screen.lowerLeft) +
+                             uniform(0.4, i % 2 == 0 ? 0.6 : 0.98) * (screen.upperLeft - screen.lowerLeft);
             const Vec3d head = shop.wall.users.front().position, at = head + uniform(0.6, 4) * (on - head);
             const ObjectId core = test::transformAt(shop.scene(), "/thing" + std::to_string(i));
             setField<&Transform::translation>(list, core, at);
             setField<&Transform::scale>(list, core, Vec3d::Constant(uniform(0.05, 0.3)).eval());
         }
         shop.frame(test::one(list.take()));
-        for (std::size_t i = 0; i < count; ++i) shop.verdict(i, SurfaceProgram::kBad, std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
+        for (std::size_t i = 0; i < count; ++i)
+            shop.verdict(i, SurfaceProgram::kBad,
+                         std::string(1 + below(random, count == 2 ? 60 : 10), 'w') + " what it says");
         shop.frames();
         ASSERT_TRUE(shop.top());
         std::vector<Box> seen;
@@ -367,7 +220,8 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
             EXPECT_GT(seen[i].lower.x(), -3 * slack);
             EXPECT_LT(seen[i].upper.x(), screen.widthMetres() + 3 * slack);
             for (std::size_t j = 0; roomy && j < i; ++j) {
-                const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower), upper = seen[i].upper.cwiseMin(seen[j].upper);
+                const Vec3d lower = seen[i].lower.cwiseMax(seen[j].lower),
+                            upper = seen[i].upper.cwiseMin(seen[j].upper);
                 EXPECT_FALSE(upper.x() - lower.x() > slack && upper.y() - lower.y() > slack) << i << " and " << j;
             }
         }
@@ -377,12 +231,17 @@ TEST(ProgramNotices, CoverNoneOfEachOther) {
     }
 }
 
-/// Eyes in things, right before them, and beside what reaches only some of the screen; walls that lean and turn, and go on to do so.
+/// Eyes in things, right before them, and beside what reaches only some of the screen; walls that lean and turn, and go
+/// on to do so.
 TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
     int inside = 0, before = 0, off = 0;
     forSeeds(200, [&](Random& random) {
-        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5; };
-        const auto direction = [&]() -> Vec3d { return Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized(); };
+        const auto uniform = [&](double low, double high) {
+            return low + (high - low) * static_cast<double>(below(random, 100'001)) / 1e5;
+        };
+        const auto direction = [&]() -> Vec3d {
+            return Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
+        };
         Shop shop;
         const bool stereo = oneIn(random, 3);
         if (stereo) shop.wall.hosts.front().tiles.front().eye = Eye::kLeft;
@@ -393,12 +252,16 @@ TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
         shop.view.worldUnitsPerMetre = std::pow(10.0, uniform(-1, 2));
         const double unit = shop.view.worldUnitsPerMetre;
         const ObjectId core = test::transformAt(shop.scene(), "/thing0");
-        shop.verdict(0, SurfaceProgram::kBad, "surface, line 1: a complaint of some length that goes on for more than a line of it");
+        shop.verdict(0, SurfaceProgram::kBad,
+                     "surface, line 1: a complaint of some length that goes on for more than a line of it");
         for (int i = 0; i < 6; ++i) {
             shop.view.position = 50 * unit * direction();
-            shop.view.orientation = Quatd(Eigen::AngleAxisd(uniform(-3, 3), Vec3d::UnitY()) * Eigen::AngleAxisd(uniform(-0.5, 0.5), Vec3d::UnitX()));
-            // A box from a finger's to a hall's size, the eye in it or up to its size away from it; it may reach around the eye.
-            const Vec3d size = unit * std::pow(10.0, uniform(-1, 1.5)) * Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
+            shop.view.orientation = Quatd(Eigen::AngleAxisd(uniform(-3, 3), Vec3d::UnitY()) *
+                                          Eigen::AngleAxisd(uniform(-0.5, 0.5), Vec3d::UnitX()));
+            // A box from a finger's to a hall's size, the eye in it or up to its size away from it; it may reach around
+            // the eye.
+            const Vec3d size =
+                unit * std::pow(10.0, uniform(-1, 1.5)) * Vec3d(uniform(0.2, 1), uniform(0.2, 1), uniform(0.2, 1));
             const double apart = oneIn(random, 2) ? uniform(0, 0.49) : uniform(0.51, 1.5);
             Vec3d towards = direction();
             towards /= towards.cwiseAbs().maxCoeff();
@@ -416,7 +279,10 @@ TEST(ProgramNotices, AreOnTheFirstScreenBeforeWhatReachesIt) {
             const Vec3d head = shop.view.users.front().position;
             bool reaches = box.contains(shop.eye());
             for (int k = 0; k < 400 && !reaches; ++k) {
-                const Vec3d way = wall_T_world * Vec3d(box.lower + size.cwiseProduct(Vec3d(uniform(0, 1), uniform(0, 1), uniform(0, 1)))) - head;
+                const Vec3d way =
+                    wall_T_world *
+                        Vec3d(box.lower + size.cwiseProduct(Vec3d(uniform(0, 1), uniform(0, 1), uniform(0, 1)))) -
+                    head;
                 const double depth = screen.lowerLeft.z() - head.z();
                 const Vec3d on = head + depth / way.z() * way - screen.lowerLeft;
                 const Vec3d rest = Vec3d(screen.widthMetres(), screen.heightMetres(), 0) - on;
@@ -455,10 +321,12 @@ TEST(ProgramNotices, AreBoundedInNumberAndInWork) {
     shop.frame();
     ASSERT_EQ(shop.texts().size(), ProgramNotices::kMost);
     EXPECT_NE(shop.texts().back().text.find("and 24 bad programs more"), std::string::npos) << shop.texts().back().text;
-    // A tree that changes in every frame is looked at every tenth, by whoever looks for what nothing has: each walk goes further.
+    // A tree that changes in every frame is looked at every tenth, by whoever looks for what nothing has: each walk
+    // goes further.
     Shop other;
     ChangeListBuilder bare;
-    setField<&Geometry::material>(bare, other.scene().get<Node>(findNode(other.scene(), "/thing0/box").value())->core, ObjectId());
+    setField<&Geometry::material>(bare, other.scene().get<Node>(findNode(other.scene(), "/thing0/box").value())->core,
+                                  ObjectId());
     other.frame(test::one(bare.take()));
     other.verdict(0, SurfaceProgram::kBad, "no");
     EXPECT_FALSE(other.top());
@@ -494,7 +362,8 @@ TEST(ProgramNotices, MakeNoSceneLargerAndAreNobodysObstacle) {
     EXPECT_EQ(test::placeOf(shop.scene(), "/thing0"), through);
 }
 
-/// Nobody's edit gets at it (ServersNodes); what an older journal or a server's own list has left is made good, and what hangs there stays.
+/// Nobody's edit gets at it (ServersNodes); what an older journal or a server's own list has left is made good, and
+/// what hangs there stays.
 TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
     Shop shop(2);
     shop.verdict(0, SurfaceProgram::kBad, "no");
@@ -504,7 +373,9 @@ TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
         return shop.top() && shop.texts().size() == 1 && (shop.seen().center() - first.center()).norm() < 1e-9;
     };
     const auto notice = [&] { return shop.scene().get<Node>(shop.top())->children[0]; };
-    const auto become = [&](ChangeList list) { shop.frame(test::one(Edit{.ticket = 9, .list = std::move(list), .undoable = false})); };
+    const auto become = [&](ChangeList list) {
+        shop.frame(test::one(Edit{.ticket = 9, .list = std::move(list), .undoable = false}));
+    };
     ChangeListBuilder list;
     setField<&Transform::translation>(list, shop.scene().get<Node>(notice())->core, Vec3d(7, 7, 7));
     become(list.take());
@@ -520,7 +391,9 @@ TEST(ProgramNotices, WhateverHasBecomeOfThemIsMadeGood) {
     setField<&Node::name>(list, earlier, std::string(kProgramNoticesName));  // there are two of them now
     become(list.take());
     EXPECT_TRUE(asItWas());
-    EXPECT_EQ(std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }), 1);
+    EXPECT_EQ(
+        std::ranges::count_if(shop.scene().ids(), [&](ObjectId id) { return shop.scene().get<Text>(id) != nullptr; }),
+        1);
     ListMaker make;
     (void)make.node("hat", notice(), make.box(Vec3d(0.1, 0.1, 0.1)));
     become(make.builder.take());
@@ -560,14 +433,19 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
             const bool there = findNode(shop.scene(), path).has_value();
             switch (below(random, 6)) {
                 case 0:
-                    if (!shop.scene().get<SurfaceProgram>(shop.programs[which])) break;  // gone with the last that it was of
-                    shop.verdict(which, static_cast<std::int64_t>(below(random, 3)), "problem " + std::to_string(below(random, 3)));
+                    if (!shop.scene().get<SurfaceProgram>(shop.programs[which]))
+                        break;  // gone with the last that it was of
+                    shop.verdict(which, static_cast<std::int64_t>(below(random, 3)),
+                                 "problem " + std::to_string(below(random, 3)));
                     break;
                 case 1:
-                    if (there) shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), path), Vec3d(static_cast<double>(below(random, 9)), 0, -5))));
+                    if (there)
+                        shop.frame(test::one(test::moveTo(test::transformAt(shop.scene(), path),
+                                                          Vec3d(static_cast<double>(below(random, 9)), 0, -5))));
                     break;
                 case 2:
-                    if (there && oneIn(random, 3)) shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
+                    if (there && oneIn(random, 3))
+                        shop.frame(test::one(*removalList(shop.scene(), findNode(shop.scene(), path).value())));
                     break;
                 case 3:
                     if (shop.simulation.history().undoDepth() > 0) shop.frame(test::one(Edit::Kind::kUndo));
@@ -578,7 +456,9 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
                     shop.frame(test::one(make.builder.take()));
                     break;
                 }
-                default: shop.view.position.x() = static_cast<double>(below(random, 5)); shop.frame();
+                default:
+                    shop.view.position.x() = static_cast<double>(below(random, 5));
+                    shop.frame();
             }
             if (::testing::Test::HasFailure()) return;
         }
@@ -590,7 +470,8 @@ TEST(ProgramNotices, WhatHasFollowedSaysWhatAFreshStartSays) {
         shop.frames();
         for (const Text& text : shop.texts()) anew.push_back(text.text);
         EXPECT_EQ(followed, anew);
-        EXPECT_EQ(shop.scene().root().children[shop.scene().root().children.size() - 1] == shop.top(), shop.top().value != 0);
+        EXPECT_EQ(shop.scene().root().children[shop.scene().root().children.size() - 1] == shop.top(),
+                  shop.top().value != 0);
     });
 }
 

@@ -1,4 +1,5 @@
-// Programs of persons are tried before anybody draws with them. The child is a script here, that says what it is told to; the last test has the real one.
+// Programs of persons are tried before anybody draws with them. The child is a script here, that says what it is told
+// to; the last test has the real one.
 #include <gtest/gtest.h>
 
 #include <sys/stat.h>
@@ -64,7 +65,8 @@ protected:
 TEST_F(ProgramTrialsTest, VerdictsAreWhatTheChildSays) {
     EXPECT_EQ(verdictBy("cat > /dev/null; printf good"), (TrialVerdict{SurfaceProgram::kGood, ""}));
     EXPECT_TRUE(remarks_.empty());
-    EXPECT_EQ(verdictBy("printf 'bad surface, line 3: what?\\n\\033[31m'"), (TrialVerdict{SurfaceProgram::kBad, "surface, line 3: what?  [31m"}));
+    EXPECT_EQ(verdictBy("printf 'bad surface, line 3: what?\\n\\033[31m'"),
+              (TrialVerdict{SurfaceProgram::kBad, "surface, line 3: what?  [31m"}));
     ASSERT_EQ(remarks_.size(), 1u);
     EXPECT_EQ(remarks_[0], "SurfaceProgram #2: surface, line 3: what?  [31m");
     EXPECT_EQ(verdictBy("head -c 1000000 /dev/zero").verdict, SurfaceProgram::kBad);
@@ -124,7 +126,8 @@ TEST_F(ProgramTrialsTest, AVerdictIsOfTheTextThatWasTried) {
     ASSERT_TRUE(scene.apply(list));
     trials.update(scene, &list);
     while (trials.pending() > 0)
-        if (const ChangeList verdicts = trials.verdicts(scene, clockNow(), std::chrono::seconds(1)); !verdicts.empty()) ASSERT_TRUE(scene.apply(verdicts));
+        if (const ChangeList verdicts = trials.verdicts(scene, clockNow(), std::chrono::seconds(1)); !verdicts.empty())
+            ASSERT_TRUE(scene.apply(verdicts));
     EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->verdict, SurfaceProgram::kBad);
     EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->problem, "second");
 }
@@ -150,7 +153,8 @@ TEST(ProgramVerdicts, NobodyButTheServerSaysThem) {
         EXPECT_TRUE(result.outcomes[0].result) << result.outcomes[0].result.error().message;
         return result;
     };
-    const FrameResult made = edit(creating({.surface = "mine", .verdict = SurfaceProgram::kGood, .problem = "none"}, ObjectId(kFirstPlaceholder)));
+    const FrameResult made = edit(creating({.surface = "mine", .verdict = SurfaceProgram::kGood, .problem = "none"},
+                                           ObjectId(kFirstPlaceholder)));
     const ObjectId id = made.outcomes[0].result->ids.at(0).second;
     const auto program = [&]() -> const SurfaceProgram& { return *simulation.scene().get<SurfaceProgram>(id); };
     EXPECT_EQ(program().verdict, SurfaceProgram::kUntried);
@@ -183,7 +187,8 @@ TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
         const FrameResult result = simulation.step(false, std::move(edits));
         return result.outcomes[0].result ? std::string() : result.outcomes[0].result.error().message;
     };
-    const ObjectId image{kFirstPlaceholder}, movie{kFirstPlaceholder + 1}, program{kFirstPlaceholder + 2}, handle{kFirstPlaceholder + 3};
+    const ObjectId image{kFirstPlaceholder}, movie{kFirstPlaceholder + 1}, program{kFirstPlaceholder + 2},
+        handle{kFirstPlaceholder + 3};
     ChangeListBuilder making;
     making.create(image, typeOf<Image>());
     making.create(movie, typeOf<Movie>());
@@ -200,11 +205,16 @@ TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
         return list.take();
     };
     const std::vector<std::pair<std::function<ChangeList()>, std::string>> wrong = {
-        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood)); }, "the server alone says the verdict of a SurfaceProgram"},
-        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); }, "the server alone says the problem of a SurfaceProgram"},
-        {[&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); }, "the server alone says the problem of a Movie"},
-        {[&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); }, "the server alone says the held of a Manipulator"},
-        {[&] { return saying(Manipulator(), fieldId<&Manipulator::sizes>, toValue(Vec4f(1, 2, 0, 0))); }, "the server alone says the sizes of a Manipulator"},
+        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood)); },
+         "the server alone says the verdict of a SurfaceProgram"},
+        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); },
+         "the server alone says the problem of a SurfaceProgram"},
+        {[&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); },
+         "the server alone says the problem of a Movie"},
+        {[&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); },
+         "the server alone says the held of a Manipulator"},
+        {[&] { return saying(Manipulator(), fieldId<&Manipulator::sizes>, toValue(Vec4f(1, 2, 0, 0))); },
+         "the server alone says the sizes of a Manipulator"},
     };
     for (const auto& [list, message] : wrong) {
         EXPECT_NE(problemOf(list()).find(message), std::string::npos) << problemOf(list());
@@ -239,7 +249,8 @@ TEST(ServersFields, WhatIsMarkedAsTheServersIsRefusedOfOthers) {
             saying.set(made, type.type, field.id, value);
             const auto refused = edit(saying.take());
             ASSERT_FALSE(refused) << type.name << "." << field.name;
-            EXPECT_NE(refused.error().message.find("the server alone says"), std::string::npos) << refused.error().message;
+            EXPECT_NE(refused.error().message.find("the server alone says"), std::string::npos)
+                << refused.error().message;
             EXPECT_NE(refused.error().message.find(known->instead), std::string::npos) << refused.error().message;
             ++asked;
         }
@@ -264,7 +275,8 @@ TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {
         }
         list.create(ObjectId(kFirstPlaceholder), typeOf<Material>());
         setAllFields(list, ObjectId(kFirstPlaceholder), Object::of(material));
-        EXPECT_EQ(problemOf(list.take()).find("5 passes, and 4 may be") != std::string::npos, passes > Material::kMostPasses);
+        EXPECT_EQ(problemOf(list.take()).find("5 passes, and 4 may be") != std::string::npos,
+                  passes > Material::kMostPasses);
     }
 }
 
@@ -292,7 +304,8 @@ TEST(ProgramVerdicts, AMaterialIsNoPassOfItself) {
     }
 }
 
-/// What a host says of a program that holds it up goes for all of its text, until that is said again. The child is not asked: it has said that the text is good.
+/// What a host says of a program that holds it up goes for all of its text, until that is said again. The child is not
+/// asked: it has said that the text is good.
 TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     Aspect scene = sceneOf({.surface = "a text"});
     constexpr ObjectId kTwin{3}, kOther{4};
@@ -316,10 +329,12 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
     EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy);
     EXPECT_EQ(verdictOf(kOther), SurfaceProgram::kGood);
-    EXPECT_NE(scene.get<SurfaceProgram>(kProgram)->problem.find("held up host left for 500 ms"), std::string::npos) << scene.get<SurfaceProgram>(kProgram)->problem;
+    EXPECT_NE(scene.get<SurfaceProgram>(kProgram)->problem.find("held up host left for 500 ms"), std::string::npos)
+        << scene.get<SurfaceProgram>(kProgram)->problem;
     EXPECT_EQ(trials.takeRemarks().size(), 2u) << "said once each";
     ASSERT_EQ(trials.troubles(scene).size(), 2u);
-    EXPECT_NE(trials.troubles(scene)[0].find("SurfaceProgram #2 is heavy: it held up"), std::string::npos) << trials.troubles(scene)[0];
+    EXPECT_NE(trials.troubles(scene)[0].find("SurfaceProgram #2 is heavy: it held up"), std::string::npos)
+        << trials.troubles(scene)[0];
     // Hosts that have not heard of it yet say it again.
     trials.heldUp(kProgram, "right", 500, FrameNumber{1});
     EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
@@ -359,14 +374,18 @@ TEST(ProgramTrialsForReal, TellGoodFromBad) {
         const auto& after = *scene.get<SurfaceProgram>(kProgram);
         return TrialVerdict{after.verdict, after.problem};
     };
-    const TrialVerdict good = verdictOf("uniform vec3 tint;\nvoid surface(inout Surface s) { for (;;) { s.base.rgb += tint; } }");
+    const TrialVerdict good =
+        verdictOf("uniform vec3 tint;\nvoid surface(inout Surface s) { for (;;) { s.base.rgb += tint; } }");
     EXPECT_EQ(good.verdict, SurfaceProgram::kGood) << good.problem;
     const TrialVerdict bad = verdictOf("// one\n\nvoid surface(inout Surface s) { s.base = nowhere; }");
     EXPECT_EQ(bad.verdict, SurfaceProgram::kBad);
     EXPECT_TRUE(bad.problem.starts_with("surface, line 3: ")) << bad.problem;
     std::string bomb = "float f0(float a) { return sin(a) * 1.1; }\n";
-    for (int i = 1; i < 24; ++i) bomb += "float f" + std::to_string(i) + "(float a) { return f" + std::to_string(i - 1) + "(a) + f" + std::to_string(i - 1) + "(a + 1.0); }\n";
-    EXPECT_EQ(verdictOf(bomb + "void surface(inout Surface s) { s.base.r = f23(uv.x); }").verdict, SurfaceProgram::kBad);
+    for (int i = 1; i < 24; ++i)
+        bomb += "float f" + std::to_string(i) + "(float a) { return f" + std::to_string(i - 1) + "(a) + f" +
+                std::to_string(i - 1) + "(a + 1.0); }\n";
+    EXPECT_EQ(verdictOf(bomb + "void surface(inout Surface s) { s.base.r = f23(uv.x); }").verdict,
+              SurfaceProgram::kBad);
 }
 
 }  // namespace

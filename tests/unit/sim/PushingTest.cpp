@@ -17,7 +17,8 @@ double anyBetween(Random& random, double least, double most) {
 
 /// "pushed", at a place, and "wall": boxes, of which the first is stopped by whatever is there.
 struct PushedBox {
-    PushedBox(const Vec3d& size, const Vec3d& wallAt, const Vec3d& wallSize, std::int64_t response, const Vec3d& at = Vec3d::Zero()) {
+    PushedBox(const Vec3d& size, const Vec3d& wallAt, const Vec3d& wallSize, std::int64_t response,
+              const Vec3d& at = Vec3d::Zero()) {
         test::ListMaker make;
         const ObjectId pushed = make.node("pushed", kRootNode, make.transform(at));
         make.node("box", pushed, make.box(size));
@@ -47,9 +48,11 @@ TEST(Pushing, AgainstWhatOneStandsAtIsNoWayAndNoStep) {
         const double unit = std::pow(10, anyBetween(random, -3, 3));
         const Vec3d place = Vec3d::Random() * (oneIn(random, 2) ? 0.0 : std::pow(10, anyBetween(random, 0, 5)) * unit);
         const std::int64_t response = std::array{Interest::kStop, Interest::kBounce, Interest::kAsk}[below(random, 3)];
-        PushedBox show(Vec3d::Constant(unit), place + Vec3d(3 * unit, 0, 0), Vec3d(unit, 4 * unit, 4 * unit), response, place);
+        PushedBox show(Vec3d::Constant(unit), place + Vec3d(3 * unit, 0, 0), Vec3d(unit, 4 * unit, 4 * unit), response,
+                       place);
         const Vec3d way = Vec3d(1, anyBetween(random, -0.4, 0.4), anyBetween(random, -0.4, 0.4)) * unit;
-        const Quatd turned = oneIn(random, 2) ? Quatd::Identity() : Quatd(Eigen::AngleAxisd(anyBetween(random, -0.3, 0.3), Vec3d::UnitX()));
+        const Quatd turned = oneIn(random, 2) ? Quatd::Identity()
+                                              : Quatd(Eigen::AngleAxisd(anyBetween(random, -0.3, 0.3), Vec3d::UnitX()));
         ASSERT_EQ(
             show.push(show.at() + anyBetween(random, 4, 40) * way, turned).outcomes.front().result->stopped.size(), 1u);
         const StateHash there = show.simulation.scene().stateHash();
@@ -77,7 +80,8 @@ TEST(Pushing, StopsAsNearHoweverLongTheWayIs) {
                 ASSERT_LE(gap, 1.01 * tolerance) << "response " << response << ", 1e" << power;
                 if (response == Interest::kSlide) continue;
                 ASSERT_FALSE(frame.collision.contacts.all().empty());
-                for (const Contact& contact : frame.collision.contacts.all()) ASSERT_NEAR(contact.point.x(), 3.5, 1e-3) << "1e" << power;
+                for (const Contact& contact : frame.collision.contacts.all())
+                    ASSERT_NEAR(contact.point.x(), 3.5, 1e-3) << "1e" << power;
             }
 }
 
@@ -93,7 +97,8 @@ TEST(Pushing, PassesWhatIsBesideAVeryLongWay) {
 TEST(Pushing, StopsAsNearWhereItTurnsOnAVeryLongWay) {
     for (int power = 6; power <= 30; ++power) {
         PushedBox show(Vec3d::Ones(), Vec3d(4, 0, 0), Vec3d(1, 4, 4), Interest::kStop);
-        const FrameResult frame = show.push(Vec3d(std::pow(10.0, power), 0, 0), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitX())));
+        const FrameResult frame =
+            show.push(Vec3d(std::pow(10.0, power), 0, 0), Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitX())));
         ASSERT_EQ(frame.outcomes.front().result->stopped.size(), 1u);
         const double gap = 3 - show.at().x();
         ASSERT_GT(gap, 0) << "1e" << power;

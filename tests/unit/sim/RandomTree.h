@@ -77,7 +77,8 @@ private:
     void setTransform(ChangeListBuilder& b, ObjectId id) {
         const ObjectType type = typeOf<Transform>();
         b.set(id, type, fieldId<&Transform::translation>, toValue(Vec3d(real(), real(), real())));
-        if (oneIn(random_, 2)) b.set(id, type, fieldId<&Transform::rotation>, toValue(Quatd(1, 0.1 * real(), 0.1 * real(), 0)));
+        if (oneIn(random_, 2))
+            b.set(id, type, fieldId<&Transform::rotation>, toValue(Quatd(1, 0.1 * real(), 0.1 * real(), 0)));
         if (oneIn(random_, 4)) b.set(id, type, fieldId<&Transform::scale>, toValue(Vec3d(2, 2, 1 + 0.05 * real())));
     }
     void setMotion(ChangeListBuilder& b, ObjectId id) {
@@ -184,7 +185,8 @@ private:
                 break;
             case 12:
             case 13:
-                if (const ObjectId id = some<Switch>()) b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(7) - 3);
+                if (const ObjectId id = some<Switch>())
+                    b.set(id, typeOf<Switch>(), fieldId<&Switch::choice>, number(7) - 3);
                 break;
             case 14:
                 if (const ObjectId id = some<Motion>()) setMotion(b, id);

@@ -60,7 +60,8 @@ void expectAsSorted(std::vector<double> numbers, const std::string& which) {
     for (const double number : numbers) series.add(number);
     std::ranges::sort(numbers);
     for (const double share : {0.001, 0.01, 0.25, 0.5, 0.9, 0.99, 0.999}) {
-        const double truth = numbers[static_cast<std::size_t>(std::ceil(share * static_cast<double>(numbers.size()))) - 1];
+        const double truth =
+            numbers[static_cast<std::size_t>(std::ceil(share * static_cast<double>(numbers.size()))) - 1];
         EXPECT_NEAR(series.quantile(share), truth, 0.01 * truth) << which << ", " << share;
     }
     EXPECT_EQ(series.quantile(1), numbers.back()) << which;
@@ -92,7 +93,8 @@ TEST(Series, TellsQuantilesOfAnyDistributionWithinAHundredth) {
 TEST(Series, TakesWhateverHostsSay) {
     Series series;
     EXPECT_EQ(series.quantile(0.5), 0);
-    for (const double number : {std::nan(""), -5.0, 0.0, 1e-300, -std::numeric_limits<double>::infinity()}) series.add(number);
+    for (const double number : {std::nan(""), -5.0, 0.0, 1e-300, -std::numeric_limits<double>::infinity()})
+        series.add(number);
     EXPECT_EQ(series.quantile(0.5), 0);
     EXPECT_EQ(series.quantile(1), 0);
     series.add(1e300);

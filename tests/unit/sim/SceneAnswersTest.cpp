@@ -59,7 +59,8 @@ TEST(SceneAnswers, WhatIsFoundHasItsPathUnlessThatWouldTakeTooLong) {
     EXPECT_EQ(page->nodes[0].coreType, typeOf<Transform>());
     EXPECT_EQ(page->nodes[1].path, "/hall/hook");
     EXPECT_TRUE(page->next.empty());
-    EXPECT_EQ(foundPage(scene, {.expression = "/hall/*"}, {.maxSiblings = 2})->nodes[1].path, "#4") << "two siblings, and one above";
+    EXPECT_EQ(foundPage(scene, {.expression = "/hall/*"}, {.maxSiblings = 2})->nodes[1].path, "#4")
+        << "two siblings, and one above";
     EXPECT_EQ(foundPage(scene, {.expression = "/hall/*", .pageSize = 1})->nodes.size(), 1u);
     EXPECT_EQ(foundPage(scene, {.expression = "/hall["}).error().code, ErrorCode::kUsage);
     EXPECT_EQ(foundPage(scene, {.expression = "*", .node = ObjectId(5)}).error().code, ErrorCode::kNotFound);
@@ -275,7 +276,12 @@ TEST(SceneAnswers, WhatPlaysIsToldWithItsLengthWhereItsTypeIsAskedFor) {
     Aspect scene;
     Edits edits;
     const auto doubles = [](std::vector<double> numbers) { return Blob::of(std::span<const double>(numbers)); };
-    edits.node(2, "take").core<Animation>(3, 2).node(4, "motion").core<Motion>(5, 4).node(8, "empty").core<Animation>(9, 8);
+    edits.node(2, "take")
+        .core<Animation>(3, 2)
+        .node(4, "motion")
+        .core<Motion>(5, 4)
+        .node(8, "empty")
+        .core<Animation>(9, 8);
     edits.core<KeyFrames>(6).core<KeyFrames>(7);
     setField<&KeyFrames::times>(edits, ObjectId(6), doubles({0, 2.5}));
     setField<&KeyFrames::times>(edits, ObjectId(7), doubles({1.25}));
@@ -285,7 +291,8 @@ TEST(SceneAnswers, WhatPlaysIsToldWithItsLengthWhereItsTypeIsAskedFor) {
     setField<&Motion::keys>(edits, ObjectId(5), doubles(keys));
     mustApply(scene, edits.take());
     const Expected<answer::TreePage> animations = treePage(scene, {.coreType = typeOf<Animation>()});
-    EXPECT_EQ(animations->lengths, (std::vector{PlayLength{ObjectId(3), 2.5}})) << "and nothing of the one without keys";
+    EXPECT_EQ(animations->lengths, (std::vector{PlayLength{ObjectId(3), 2.5}}))
+        << "and nothing of the one without keys";
     EXPECT_EQ(treePage(scene, {.coreType = typeOf<Motion>()})->lengths, (std::vector{PlayLength{ObjectId(5), 4.0}}));
     EXPECT_TRUE(treePage(scene, {})->lengths.empty()) << "nobody asked";
     SceneExcerpt excerpt;

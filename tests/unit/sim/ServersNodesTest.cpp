@@ -1,4 +1,5 @@
-/// What the server makes to be seen is nobody else's: whichever way an edit comes at it, it is refused, and handles go on following.
+/// What the server makes to be seen is nobody else's: whichever way an edit comes at it, it is refused, and handles go
+/// on following.
 #include "common/cores/CollisionObject.h"
 #include "common/cores/InverseTransform.h"
 #include "server/sim/commit/ServersNodes.h"
@@ -62,7 +63,8 @@ struct Bench {
         const StateHash before = scene().stateHash();
         const Expected<answer::Committed> result = edit(std::move(list));
         ASSERT_FALSE(result) << what;
-        EXPECT_NE(result.error().message.find("of the handles of /hands/hand"), std::string::npos) << what << ": " << result.error().message;
+        EXPECT_NE(result.error().message.find("of the handles of /hands/hand"), std::string::npos)
+            << what << ": " << result.error().message;
         EXPECT_EQ(result.error().code, ErrorCode::kRefused) << what;
         EXPECT_EQ(scene().stateHash(), before) << what;
     }
@@ -127,7 +129,8 @@ TEST(ServersNodes, NothingIsPutBelowThemAndNoneIsMovedOrTakenAway) {
     const Expected<answer::Committed> loaded =
         bench.simulation.step(false, one(std::move(part))).outcomes.front().result;
     ASSERT_FALSE(loaded);
-    EXPECT_NE(loaded.error().message.find("of the handles of /hands/hand"), std::string::npos) << loaded.error().message;
+    EXPECT_NE(loaded.error().message.find("of the handles of /hands/hand"), std::string::npos)
+        << loaded.error().message;
     bench.expectHandlesFollow();
 }
 
@@ -182,13 +185,15 @@ TEST(ServersNodes, WhatTheyBelongToIsCopiedMovedAndTakenAwayAsEver) {
     bench.expectHandlesFollow();
 }
 
-/// What is called and built as the server's nodes are is a person's all the same: it is changed, moved, copied, taken away and kept as anything else.
+/// What is called and built as the server's nodes are is a person's all the same: it is changed, moved, copied, taken
+/// away and kept as anything else.
 TEST(ServersNodes, NamesAndLooksAreNobodys) {
     Bench bench;
     ListMaker make;
     const ObjectId hand = bench.at("/hands/hand");
     std::vector<ObjectId> mine;
-    for (const auto& [name, parent] : {std::pair(kHandlesName, hand), {kContactsName, kRootNode}, {kProgramNoticesName, kRootNode}}) {
+    for (const auto& [name, parent] :
+         {std::pair(kHandlesName, hand), {kContactsName, kRootNode}, {kProgramNoticesName, kRootNode}}) {
         ObjectId core;
         if (name == kHandlesName) {
             core = make.create<InverseTransform>();
@@ -216,7 +221,8 @@ TEST(ServersNodes, NamesAndLooksAreNobodys) {
         setField<&Node::name>(name, parent, std::string("else"));
         ASSERT_TRUE(bench.edit(name.take()));
         ASSERT_TRUE(bench.edit(removalList(bench.scene(), parent).value()));
-        for (int i = 0; i < 2; ++i) ASSERT_TRUE(bench.simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
+        for (int i = 0; i < 2; ++i)
+            ASSERT_TRUE(bench.simulation.step(false, one(Edit::Kind::kUndo)).outcomes.front().result);
         EXPECT_EQ(bench.scene().stateHash(), before);
         EXPECT_TRUE(cloneList(bench.scene(), node, {.under = bench.at("/free"), .deep = true}));
     }
@@ -226,7 +232,8 @@ TEST(ServersNodes, NamesAndLooksAreNobodys) {
 /// Whichever way a node comes to bear no manipulator, its handles go in that frame, and undo leads back to what was.
 TEST(ServersNodes, HandlesGoWithTheirManipulator) {
     Bench bench;
-    const ObjectId hand = bench.at("/hands/hand"), group = bench.at("/hands"), manipulator = bench.scene().get<Node>(hand)->core;
+    const ObjectId hand = bench.at("/hands/hand"), group = bench.at("/hands"),
+                   manipulator = bench.scene().get<Node>(hand)->core;
     const auto setCore = [&](ObjectId node, ObjectId core) {
         ChangeListBuilder list;
         setField<&Node::core>(list, node, core);
@@ -262,7 +269,8 @@ TEST(ServersNodes, NobodyElseSaysThatANodeIsTheServers) {
     }
 }
 
-/// Handles are made anew, with other numbers, for another kind: steps that take them away with their node go on leading there.
+/// Handles are made anew, with other numbers, for another kind: steps that take them away with their node go on leading
+/// there.
 TEST(ServersNodes, StepsSurviveHandlesMadeAnew) {
     Bench bench;
     const ObjectId hand = bench.at("/hands/hand");

@@ -1,4 +1,5 @@
-/// Poses of skins: beside the matrices of the whole scene after random histories; what travels, what costs nothing, what cannot be said.
+/// Poses of skins: beside the matrices of the whole scene after random histories; what travels, what costs nothing,
+/// what cannot be said.
 #include "common/cores/Skin.h"
 #include "server/sim/frame/SkinPoses.h"
 
@@ -41,9 +42,12 @@ struct Figure {
         const std::size_t vertices = box.positions.sizeBytes() / 12;
         std::vector<std::uint16_t> indices;
         std::vector<float> weights, binds;
-        for (std::size_t k = 0; k < 4 * vertices; ++k) indices.push_back(static_cast<std::uint16_t>(k % count)), weights.push_back(k % 4 == 0);
+        for (std::size_t k = 0; k < 4 * vertices; ++k)
+            indices.push_back(static_cast<std::uint16_t>(k % count)), weights.push_back(k % 4 == 0);
         for (std::size_t j = 0; j < count; ++j)
-            for (const double number : {1.0, 0.0, 0.0, -0.1 * static_cast<double>(j), 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}) binds.push_back(static_cast<float>(number));
+            for (const double number :
+                 {1.0, 0.0, 0.0, -0.1 * static_cast<double>(j), 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0})
+                binds.push_back(static_cast<float>(number));
         setField<&Skin::positions>(make.builder, skin, box.positions);
         setField<&Skin::normals>(make.builder, skin, box.normals);
         setField<&Skin::indices>(make.builder, skin, box.indices);
@@ -56,7 +60,9 @@ struct Figure {
     }
 };
 
-ObjectId realId(ObjectId placeholder) { return ObjectId(placeholder.value - kFirstPlaceholder + 2); }
+ObjectId realId(ObjectId placeholder) {
+    return ObjectId(placeholder.value - kFirstPlaceholder + 2);
+}
 
 Simulation standing(Figure& figure) {
     Simulation simulation;
@@ -74,10 +80,13 @@ void expectRight(const Simulation& simulation, ObjectId skinId) {
     ASSERT_EQ(pose.size(), skin.joints.size() * 12);
     for (std::size_t j = 0; j < skin.joints.size(); ++j) {
         Affine3d bind = Affine3d::Identity();
-        for (Eigen::Index i = 0; i < 12; ++i) bind(i / 4, i % 4) = static_cast<double>(binds[12 * j + static_cast<std::size_t>(i)]);
+        for (Eigen::Index i = 0; i < 12; ++i)
+            bind(i / 4, i % 4) = static_cast<double>(binds[12 * j + static_cast<std::size_t>(i)]);
         const Affine3d right = world_T_bearer.inverse() * worldTransform(scene, skin.joints[j]) * bind;
         for (Eigen::Index i = 0; i < 12; ++i)
-            ASSERT_NEAR(pose[12 * j + static_cast<std::size_t>(i)], right(i / 4, i % 4), 1e-5 * (1 + std::abs(right(i / 4, i % 4)))) << "joint " << j;
+            ASSERT_NEAR(pose[12 * j + static_cast<std::size_t>(i)], right(i / 4, i % 4),
+                        1e-5 * (1 + std::abs(right(i / 4, i % 4))))
+                << "joint " << j;
     }
 }
 
@@ -115,10 +124,12 @@ TEST(SkinPoses, OnlyWhatMovedTravelsAndWhoIsCarriedAwayAsAWholeCostsNothing) {
     EXPECT_EQ(simulation.skinPoses().calculated(), calculated + 1) << "a frame in which nothing moves";
     // All joints turn: what they cost themselves, and their pose.
     ChangeListBuilder all;
-    for (const ObjectId place : figure.places) setField<&Transform::rotation>(all, realId(place), Quatd(Eigen::AngleAxisd(0.02, Vec3d::UnitY())));
+    for (const ObjectId place : figure.places)
+        setField<&Transform::rotation>(all, realId(place), Quatd(Eigen::AngleAxisd(0.02, Vec3d::UnitY())));
     const FrameResult moved = simulation.step(false, one(all.take()));
     ASSERT_EQ(moved.commit.list->ranges.size(), 1u);
-    EXPECT_LT(moved.commit.sent->encoded.size(), kManyJoints * (48 + 40 + 16) + 256) << "a matrix, a rotation and an id each";
+    EXPECT_LT(moved.commit.sent->encoded.size(), kManyJoints * (48 + 40 + 16) + 256)
+        << "a matrix, a rotation and an id each";
     RecordProperty("bytes of a frame in which 50 joints turn", static_cast<int>(moved.commit.sent->encoded.size()));
 }
 
@@ -166,10 +177,16 @@ TEST(SkinPoses, AfterAnyHistoryTheyAreWhatTheWholeSceneSays) {
             ChangeListBuilder builder;
             const ObjectId place = realId(places[below(random, places.size())]);
             const std::size_t what = below(random, 6);
-            if (what == 0) setField<&Transform::translation>(builder, place, Vec3d(static_cast<double>(below(random, 9)), 1, 0));
-            if (what == 1) setField<&Transform::scale>(builder, place, Vec3d(1, 1 + static_cast<double>(below(random, 3)), 2));
-            if (what == 2) setField<&Transform::rotation>(builder, place, Quatd(Eigen::AngleAxisd(static_cast<double>(below(random, 60)) / 10, Vec3d(1, 2, 3).normalized())));
-            if (what == 3) builder.place(path("/carrier/figure"), oneIn(random, 2) ? path("/carrier/bearer") : path("/carrier"));
+            if (what == 0)
+                setField<&Transform::translation>(builder, place, Vec3d(static_cast<double>(below(random, 9)), 1, 0));
+            if (what == 1)
+                setField<&Transform::scale>(builder, place, Vec3d(1, 1 + static_cast<double>(below(random, 3)), 2));
+            if (what == 2)
+                setField<&Transform::rotation>(
+                    builder, place,
+                    Quatd(Eigen::AngleAxisd(static_cast<double>(below(random, 60)) / 10, Vec3d(1, 2, 3).normalized())));
+            if (what == 3)
+                builder.place(path("/carrier/figure"), oneIn(random, 2) ? path("/carrier/bearer") : path("/carrier"));
             if (what == 4) {
                 // Another node bears the skin too; the lowest counts.
                 const ObjectId node(kFirstPlaceholder);

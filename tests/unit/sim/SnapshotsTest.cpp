@@ -28,8 +28,8 @@ protected:
         ASSERT_TRUE(committer.apply(maker.builder.take()));
         const CommittedFrame frame = committer.closeFrame();
         snapshots.follow(frame);
-        (void)server.session.beginFrame(
-            {.frame = server.session.nextFrame(), .payload = nullptr, .list = frame.sent}, server.now);
+        (void)server.session.beginFrame({.frame = server.session.nextFrame(), .payload = nullptr, .list = frame.sent},
+                                        server.now);
     }
     SnapshotMade wait() { return *made.popFor(60s); }
     void give(SnapshotMade snapshot) { server.take(snapshots.made(std::move(snapshot), server.now)); }
@@ -118,7 +118,9 @@ TEST_F(SnapshotsOfAScene, TheSceneOfAListIsLookedAtAsItWasThen) {
     };
     Channel<Seen> seen{16};
     const auto lookAt = [&](std::optional<Sequence> sequence) {
-        snapshots.look(sequence, [&](const Aspect* scene) { seen.push({scene ? std::optional(scene->stateHash()) : std::nullopt}); });
+        snapshots.look(sequence, [&](const Aspect* scene) {
+            seen.push({scene ? std::optional(scene->stateHash()) : std::nullopt});
+        });
         return seen.popFor(60s)->hash;
     };
     std::vector<std::pair<Sequence, StateHash>> past;
@@ -180,7 +182,8 @@ TEST_F(SnapshotsOfAScene, AThreadThatIsFarBehindHoldsWhatTheListsSetAndNotAllLis
     CommittedListPtr last;
     for (int i = 0; i < 100'000; ++i) {
         ChangeListBuilder list;
-        for (const ObjectId id : ids) list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(i, 0, 1)));
+        for (const ObjectId id : ids)
+            list.set(id, typeOf<Transform>(), fieldId<&Transform::translation>, toValue(Vec3d(i, 0, 1)));
         ASSERT_TRUE(committer.apply(list.take()));
         const CommittedFrame frame = committer.closeFrame();
         all += memoryOf(*frame.list);
@@ -194,7 +197,8 @@ TEST_F(SnapshotsOfAScene, AThreadThatIsFarBehindHoldsWhatTheListsSetAndNotAllLis
     release.now();
     auto first = late.popFor(60s);
     ASSERT_TRUE(first);
-    (void)server.session.beginFrame({.frame = server.session.nextFrame(), .payload = nullptr, .list = last}, server.now);
+    (void)server.session.beginFrame({.frame = server.session.nextFrame(), .payload = nullptr, .list = last},
+                                    server.now);
     server.take(slow.made(std::move(*first), server.now));
     const ConnectionId b = server.hello("b");
     server.take(slow.wanted(b, server.now));

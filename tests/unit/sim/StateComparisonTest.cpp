@@ -16,7 +16,8 @@ std::vector<HashEntry> leavesOf(const Aspect& replica) {
 
 std::vector<HashEntry> objectsOf(const Aspect& replica, std::uint64_t leaf) {
     std::vector<HashEntry> entries;
-    for (const Aspect::ObjectHash& object : replica.objectHashes(leaf)) entries.push_back({object.id.value, object.hash});
+    for (const Aspect::ObjectHash& object : replica.objectHashes(leaf))
+        entries.push_back({object.id.value, object.hash});
     return entries;
 }
 
@@ -66,7 +67,9 @@ TEST(StateComparison, BelievesNothing) {
     ASSERT_TRUE(step.queryLeaf);
     EXPECT_EQ(*step.queryLeaf, kFar);
     EXPECT_FALSE(comparison.objects(scene, objectsOf(s.replica, 0)).named) << "objects of another leaf";
-    EXPECT_NE(comparison.objects(scene, std::vector<HashEntry>{{kFar * Aspect::kIdsPerLeaf + 7, 7}}).finding.find("in the replica only"), std::string::npos);
+    EXPECT_NE(comparison.objects(scene, std::vector<HashEntry>{{kFar * Aspect::kIdsPerLeaf + 7, 7}})
+                  .finding.find("in the replica only"),
+              std::string::npos);
     // None at all.
     EXPECT_EQ(comparison.leaves(scene, {}).queryLeaf, leavesOf(scene).front().key);
     EXPECT_NE(comparison.objects(scene, {}).finding.find("is missing in the replica"), std::string::npos);

@@ -30,7 +30,9 @@ struct CraneAtTheWall {
     [[nodiscard]] std::size_t undo() const { return simulation.history().undoDepth(); }
     [[nodiscard]] std::size_t redo() const { return simulation.history().redoDepth(); }
     [[nodiscard]] StateHash hash() const { return simulation.scene().stateHash(); }
-    EditOutcome edit(ChangeList list, Gesture gesture = {}) { return simulation.step(false, one(std::move(list), gesture)).outcomes.front(); }
+    EditOutcome edit(ChangeList list, Gesture gesture = {}) {
+        return simulation.step(false, one(std::move(list), gesture)).outcomes.front();
+    }
     EditOutcome go(Edit::Kind kind) { return simulation.step(false, one(kind)).outcomes.front(); }
     void rename(const std::string& name) {
         ChangeListBuilder list;
@@ -130,7 +132,8 @@ TEST(StoppedSteps, OfSeveralPartsTheStepHoldsThoseThatRemained) {
     EXPECT_EQ(show.hash(), show.there);
     EXPECT_EQ(show.simulation.scene().get<Node>(show.wall)->name, "wall");
     // A hand that is stopped has paused the motion all the same.
-    const ObjectId motion = show.simulation.scene().get<Node>(findNode(show.simulation.scene(), "/motion").value())->core;
+    const ObjectId motion =
+        show.simulation.scene().get<Node>(findNode(show.simulation.scene(), "/motion").value())->core;
     ChangeListBuilder play;
     setField<&Motion::playing>(play, motion, true);
     (void)show.edit(play.take());
@@ -204,9 +207,17 @@ TEST(StoppedSteps, EachStepTakesSomethingBack) {
                 for (std::size_t parts = 1 + below(random, 2); parts > 0; --parts) {
                     const std::size_t which = below(random, cores.size());
                     switch (below(random, 5)) {
-                        case 0: setField<&Node::name>(list, things[which], std::string(oneIn(random, 2) ? "thing" : "other")); break;
-                        case 1: setField<&Transform::scale>(list, cores[which], Vec3d(Vec3d::Constant(static_cast<double>(below(random, 2))))); break;
-                        default: setField<&Transform::translation>(list, cores[which], Vec3d(static_cast<double>(below(random, 8)), 0, 0));
+                        case 0:
+                            setField<&Node::name>(list, things[which],
+                                                  std::string(oneIn(random, 2) ? "thing" : "other"));
+                            break;
+                        case 1:
+                            setField<&Transform::scale>(list, cores[which],
+                                                        Vec3d(Vec3d::Constant(static_cast<double>(below(random, 2)))));
+                            break;
+                        default:
+                            setField<&Transform::translation>(list, cores[which],
+                                                              Vec3d(static_cast<double>(below(random, 8)), 0, 0));
                     }
                 }
                 edits.push_back({.ticket = k, .list = list.take(), .gesture = {1, below(random, 3)}});

@@ -23,11 +23,13 @@ double uniform(Random& random, double least, double most) {
 
 /// Boxes "a", "b", … of size 1, each a node with a Transform and one below it, all of which stop each other.
 struct Boxes {
-    explicit Boxes(const std::vector<Vec3d>& places, const std::vector<Vec3d>& sizes = {}, std::int64_t response = Interest::kStop) {
+    explicit Boxes(const std::vector<Vec3d>& places, const std::vector<Vec3d>& sizes = {},
+                   std::int64_t response = Interest::kStop) {
         test::ListMaker make;
         std::vector<ObjectId> nodes;
         for (std::size_t i = 0; i < places.size(); ++i) {
-            nodes.push_back(make.node(std::string(1, static_cast<char>('a' + i)), kRootNode, make.transform(places[i])));
+            nodes.push_back(
+                make.node(std::string(1, static_cast<char>('a' + i)), kRootNode, make.transform(places[i])));
             make.node("box", nodes.back(), make.box(i < sizes.size() ? sizes[i] : Vec3d(Vec3d::Ones())));
         }
         for (const ObjectId node : nodes) {
@@ -45,8 +47,12 @@ struct Boxes {
     [[nodiscard]] std::size_t redo() const { return simulation.history().redoDepth(); }
     [[nodiscard]] ObjectId core(const std::string& path) const { return transformAt(simulation.scene(), path); }
     [[nodiscard]] Vec3d at(const std::string& path) const { return placeOf(simulation.scene(), path); }
-    EditOutcome edit(ChangeList list, Gesture gesture = {}) { return simulation.step(false, one(std::move(list), gesture)).outcomes.front(); }
-    EditOutcome move(const std::string& path, const Vec3d& to, Gesture gesture = {}) { return edit(moveTo(core(path), to), gesture); }
+    EditOutcome edit(ChangeList list, Gesture gesture = {}) {
+        return simulation.step(false, one(std::move(list), gesture)).outcomes.front();
+    }
+    EditOutcome move(const std::string& path, const Vec3d& to, Gesture gesture = {}) {
+        return edit(moveTo(core(path), to), gesture);
+    }
     /// Nobody's step.
     void byItself(ChangeList list) {
         std::vector<Edit> edits = one(std::move(list));
@@ -99,8 +105,9 @@ TEST(UndoPlaces, WhatStandsThereNowIsNamedAndTheStepStays) {
         const EditOutcome refused = show.goBack();
         ASSERT_FALSE(refused.result);
         EXPECT_EQ(refused.result.error().code, ErrorCode::kRefused);
-        EXPECT_EQ(refused.result.error().message,
-                  "/b/box stands where /a/box was; nothing has moved, and the step can be undone once that place is free");
+        EXPECT_EQ(
+            refused.result.error().message,
+            "/b/box stands where /a/box was; nothing has moved, and the step can be undone once that place is free");
         EXPECT_EQ(show.hash(), before);
         EXPECT_EQ(show.undo(), 1u);
         EXPECT_EQ(show.redo(), 0u);
@@ -111,7 +118,8 @@ TEST(UndoPlaces, WhatStandsThereNowIsNamedAndTheStepStays) {
     show.standByItself("/b", Vec3d(-5, 0.5, 0));
     const EditOutcome refused = show.goForth();
     ASSERT_FALSE(refused.result);
-    EXPECT_NE(refused.result.error().message.find("/b/box stands where /a/box would be"), std::string::npos) << refused.result.error().message;
+    EXPECT_NE(refused.result.error().message.find("/b/box stands where /a/box would be"), std::string::npos)
+        << refused.result.error().message;
     EXPECT_EQ(show.redo(), 1u);
     show.standByItself("/b", Vec3d(10, 0, 0));
     ASSERT_TRUE(show.goForth().result);
@@ -130,7 +138,8 @@ TEST(UndoPlaces, AStepOfSeveralIsTakenBackWholeOrNotAtAll) {
     const StateHash before = show.hash();
     const EditOutcome refused = show.goBack();
     ASSERT_FALSE(refused.result);
-    EXPECT_NE(refused.result.error().message.find("where /b/box was"), std::string::npos) << refused.result.error().message;
+    EXPECT_NE(refused.result.error().message.find("where /b/box was"), std::string::npos)
+        << refused.result.error().message;
     EXPECT_EQ(show.hash(), before);
     show.standByItself("/other", Vec3d(20, 0, 0));
     ASSERT_TRUE(show.goBack().result);
@@ -269,7 +278,8 @@ TEST(UndoPlaces, WhereAGrabComesToStandWhereAnotherBeganItIsTwoSteps) {
     EXPECT_EQ(show.hash(), show.first);
 }
 
-/// First states that overlap, touch, are thin; ways that are long; all responses; edits of a frame together, drags, nodes that go.
+/// First states that overlap, touch, are thin; ways that are long; all responses; edits of a frame together, drags,
+/// nodes that go.
 TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast) {
     forSeeds(400, [](Random& random) {
         std::vector<Vec3d> places, sizes;
@@ -277,18 +287,21 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
         const bool exact = oneIn(random, 2);  // flush, with touching faces
         for (std::size_t i = 0; i < many; ++i) {
             const auto any = [&](double most) {
-                return exact ? static_cast<double>(below(random, static_cast<std::size_t>(2 * most))) / 2 : uniform(random, 0, most);
+                return exact ? static_cast<double>(below(random, static_cast<std::size_t>(2 * most))) / 2
+                             : uniform(random, 0, most);
             };
             places.emplace_back(any(4), any(2), any(2));
             const double thin = oneIn(random, 3) ? 0 : oneIn(random, 3) ? 1e-3 : 1;
             sizes.emplace_back(1 + any(2), 1, thin);
         }
-        constexpr std::int64_t kResponses[] = {Interest::kStop, Interest::kSlide, Interest::kBounce, Interest::kRollback, Interest::kAsk};
+        constexpr std::int64_t kResponses[] = {Interest::kStop, Interest::kSlide, Interest::kBounce,
+                                               Interest::kRollback, Interest::kAsk};
         Boxes show(places, sizes, kResponses[below(random, std::size(kResponses))]);
         const bool nested = oneIn(random, 2);
         if (nested) {
             test::ListMaker make;
-            const ObjectId arm = make.node("arm", findNode(show.simulation.scene(), "/a").value(), make.transform(Vec3d(0, 2, 0)));
+            const ObjectId arm =
+                make.node("arm", findNode(show.simulation.scene(), "/a").value(), make.transform(Vec3d(0, 2, 0)));
             make.node("box", arm, make.box(Vec3d::Ones()));
             show.byItself(make.builder.take());
             show.first = show.hash();
@@ -300,8 +313,11 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                 if (oneIn(random, 3)) {  // by so much: several of a frame add up
                     const auto& children = show.simulation.scene().root().children;
                     const double far = oneIn(random, 4) ? 1e4 : 3;
-                    NodeMove move{.translation = Vec3d(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1)), .relative = true};
-                    if (oneIn(random, 6)) move.rotation = Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY()));
+                    NodeMove move{.translation =
+                                      Vec3d(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1)),
+                                  .relative = true};
+                    if (oneIn(random, 6))
+                        move.rotation = Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY()));
                     edits.push_back({.ticket = k,
                                      .gesture = gesture,
                                      .move = move,
@@ -312,12 +328,15 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                 for (std::size_t parts = 1 + below(random, 2); parts > 0; --parts) {
                     const auto& children = show.simulation.scene().root().children;
                     const Expected<ObjectId> arm = findNode(show.simulation.scene(), "/a/arm");
-                    const ObjectId node = arm && oneIn(random, 2) ? (oneIn(random, 2) ? *arm : show.simulation.scene().get<Node>(*arm)->parent)
-                                                                  : children[below(random, children.size())];
+                    const ObjectId node =
+                        arm && oneIn(random, 2)
+                            ? (oneIn(random, 2) ? *arm : show.simulation.scene().get<Node>(*arm)->parent)
+                            : children[below(random, children.size())];
                     const ObjectId core = show.simulation.scene().get<Node>(node)->core;
                     const Transform* transform = show.simulation.scene().get<Transform>(core);
                     if (oneIn(random, 12)) {
-                        const ObjectId crate = make.node("crate", kRootNode, make.transform(Vec3d(uniform(random, 0, 4), 0, 0)));
+                        const ObjectId crate =
+                            make.node("crate", kRootNode, make.transform(Vec3d(uniform(random, 0, 4), 0, 0)));
                         make.node("box", crate, make.box(Vec3d::Ones()));
                     } else if (transform && oneIn(random, 12) && parts == 1) {
                         for (const ObjectId gone : {show.simulation.scene().get<Node>(node)->children.front(), node}) {
@@ -325,7 +344,8 @@ TEST(UndoPlaces, WhereOnlyStepsActUndoOfAllLeadsToTheFirstStateAndRedoToTheLast)
                             make.builder.destroy(gone);
                         }
                     } else if (transform && oneIn(random, 6)) {
-                        setField<&Transform::rotation>(make.builder, core, Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY())));
+                        setField<&Transform::rotation>(make.builder, core,
+                                                       Quatd(Eigen::AngleAxisd(uniform(random, 0, 3), Vec3d::UnitY())));
                     } else if (transform) {
                         const double far = oneIn(random, 4) ? 1e4 : 3;
                         const Vec3d by(uniform(random, -far, far), uniform(random, -1, 1), uniform(random, -1, 1));
@@ -361,7 +381,8 @@ TEST(UndoPlaces, WhereOthersActItIsRefusedJustWhereSomethingElseStandsThere) {
         Places at;
         std::vector<Vec3d> places;
         for (char name = 'a'; name < 'f'; ++name) {
-            places.emplace_back(static_cast<double>(below(random, 8)) * 0.75, static_cast<double>(below(random, 2)) * 0.75, 0);
+            places.emplace_back(static_cast<double>(below(random, 8)) * 0.75,
+                                static_cast<double>(below(random, 2)) * 0.75, 0);
             at["/" + std::string(1, name)] = places.back();
         }
         Boxes show(places);
@@ -379,7 +400,9 @@ TEST(UndoPlaces, WhereOthersActItIsRefusedJustWhereSomethingElseStandsThere) {
         };
         std::vector<Step> back, forth;
         const auto anybody = [&] { return "/" + std::string(1, static_cast<char>('a' + below(random, 5))); };
-        const auto somewhere = [&] { return Vec3d(static_cast<double>(below(random, 8)) * 0.75, static_cast<double>(below(random, 2)) * 0.75, 0); };
+        const auto somewhere = [&] {
+            return Vec3d(static_cast<double>(below(random, 8)) * 0.75, static_cast<double>(below(random, 2)) * 0.75, 0);
+        };
         for (int i = 0; i < 60; ++i) {
             const Places before = present();
             const std::string who = anybody();

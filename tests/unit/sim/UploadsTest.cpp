@@ -1,9 +1,9 @@
 // Arrays that applications send in pieces: put together elsewhere, while the frame thread looks at no byte of them.
 #include <gtest/gtest.h>
 
-#include <csignal>
 #include <sys/mman.h>
 #include <unistd.h>
+#include <csignal>
 
 #include <atomic>
 #include <cstring>
@@ -33,8 +33,10 @@ Bytes someBytes(std::size_t size, std::uint64_t seed) {
 /// Pages that nobody may read until somebody does: who that is, is counted.
 class WatchedBytes {
 public:
-    explicit WatchedBytes(ByteSpan content) : size_(content.size()), mapped_((content.size() + kPage - 1) / kPage * kPage) {
-        memory_ = static_cast<std::byte*>(mmap(nullptr, mapped_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    explicit WatchedBytes(ByteSpan content)
+        : size_(content.size()), mapped_((content.size() + kPage - 1) / kPage * kPage) {
+        memory_ =
+            static_cast<std::byte*>(mmap(nullptr, mapped_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
         std::memcpy(memory_, content.data(), size_);
         here_ = this;
         owner_ = gettid();
@@ -72,7 +74,9 @@ private:
             return;
         }
         ++(gettid() == owner_ ? mine_ : others_);
-        mprotect(watched->memory_ + (at - watched->memory_) / static_cast<std::ptrdiff_t>(kPage) * static_cast<std::ptrdiff_t>(kPage), kPage, PROT_READ);
+        mprotect(watched->memory_ +
+                     (at - watched->memory_) / static_cast<std::ptrdiff_t>(kPage) * static_cast<std::ptrdiff_t>(kPage),
+                 kPage, PROT_READ);
     }
     static inline WatchedBytes* here_ = nullptr;
     static inline pid_t owner_ = 0;
@@ -84,7 +88,8 @@ private:
 
 /// Its uploads are put together by a thread; what that has to say is taken here.
 struct Uploading {
-    explicit Uploading(const Uploads::Limits& limits = {}) : uploads([this](UploadFinished one) { finished.push(std::move(one)); }, limits) {}
+    explicit Uploading(const Uploads::Limits& limits = {})
+        : uploads([this](UploadFinished one) { finished.push(std::move(one)); }, limits) {}
     /// All of a blob, in pieces.
     void send(ConnectionId connection, const BlobInfo& info, const ByteSlice& bytes, std::size_t pieceBytes) {
         message::Upload piece{.blobs = {info}, .bytes = {}};
@@ -93,7 +98,9 @@ struct Uploading {
             uploads.take(connection, std::exchange(piece, {}));
         }
     }
-    void send(ConnectionId connection, const Blob& blob, std::size_t pieceBytes = 1000) { send(connection, {blob.id(), blob.sizeBytes()}, blob.slice(), pieceBytes); }
+    void send(ConnectionId connection, const Blob& blob, std::size_t pieceBytes = 1000) {
+        send(connection, {blob.id(), blob.sizeBytes()}, blob.slice(), pieceBytes);
+    }
     /// What a proposal finds that comes now.
     Expected<std::vector<Blob>> end(ConnectionId connection) {
         const Expected<Uploads::Closed> closed = uploads.close(connection);
@@ -235,7 +242,14 @@ protected:
     Loader loader{{}, {}, [](Preparation) {}};
     Uploading upload{limits};
     ManipulatorDrags drags;
-    RequestDesk desk{{.wall = wall, .blobs = blobs, .session = server.session, .simulation = simulation, .view = view, .loader = loader, .uploads = &upload.uploads, .drags = drags}};
+    RequestDesk desk{{.wall = wall,
+                      .blobs = blobs,
+                      .session = server.session,
+                      .simulation = simulation,
+                      .view = view,
+                      .loader = loader,
+                      .uploads = &upload.uploads,
+                      .drags = drags}};
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
     std::uint64_t asked = 0;
 };
@@ -261,7 +275,8 @@ TEST_F(UploadDesk, TheFrameThreadReadsNoByteOfWhatComes) {
     server.take(desk.uploaded(std::move(*finished), server.now));
     server.take(server.session.advance(server.now));
     for (const ServerAction& action : server.done)
-        if (const auto* everywhere = std::get_if<server_action::BlobsEverywhere>(&action)) server.take(desk.blobsEverywhere(everywhere->token));
+        if (const auto* everywhere = std::get_if<server_action::BlobsEverywhere>(&action))
+            server.take(desk.blobsEverywhere(everywhere->token));
     const std::vector<Edit> edits = desk.takeEdits();
     ASSERT_EQ(edits.size(), 1u);
     ASSERT_EQ(blobsOf(edits[0].list).size(), 1u);
@@ -283,7 +298,8 @@ TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) 
     server.ready(host, server.begin());
     ASSERT_EQ(server.state("a"), HostState::kLive);
     const auto everywhere = [&] {
-        for (const auto& all : server.actions<server_action::BlobsEverywhere>()) server.take(desk.blobsEverywhere(all.token));
+        for (const auto& all : server.actions<server_action::BlobsEverywhere>())
+            server.take(desk.blobsEverywhere(all.token));
         server.forget();
         return desk.takeEdits();
     };
@@ -307,7 +323,8 @@ TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) 
         desk.applicationLeft(guest);
     }
     desk.applicationJoined(application);
-    EXPECT_NE(uploadAndPropose(application, 7).find("try again later"), std::string::npos) << "those who left hold 12,000 of 15,000 bytes";
+    EXPECT_NE(uploadAndPropose(application, 7).find("try again later"), std::string::npos)
+        << "those who left hold 12,000 of 15,000 bytes";
     // The host goes: nobody is waited for any more.
     server.forget();
     server.drop(host);
@@ -327,7 +344,8 @@ TEST_F(UploadDesk, WhatTheHistoryForgetsIsFreedByTheOtherThread) {
     const Bytes bytes = someBytes(100'000, 9);
     FrameNumber number;
     const auto frame = [&](ChangeList list) {
-        FrameResult result = simulation.step(number == FrameNumber(0), {Edit{.ticket = 1'000'000, .list = std::move(list)}});
+        FrameResult result =
+            simulation.step(number == FrameNumber(0), {Edit{.ticket = 1'000'000, .list = std::move(list)}});
         ASSERT_TRUE(result.outcomes.at(0).result) << result.outcomes[0].result.error().message;
         (void)desk.committed(std::move(result), number, {});
         number = number.next();
@@ -349,7 +367,9 @@ TEST_F(UploadDesk, WhatTheHistoryForgetsIsFreedByTheOtherThread) {
         maker.node("other", kRootNode);
         ASSERT_NO_FATAL_FAILURE(frame(maker.builder.take()));
     }
-    for (const auto deadline = std::chrono::steady_clock::now() + 20s; freedBy == 0 && std::chrono::steady_clock::now() < deadline;) std::this_thread::yield();
+    for (const auto deadline = std::chrono::steady_clock::now() + 20s;
+         freedBy == 0 && std::chrono::steady_clock::now() < deadline;)
+        std::this_thread::yield();
     EXPECT_NE(freedBy.load(), 0) << "nobody has freed it";
     EXPECT_NE(freedBy.load(), gettid());
 }
@@ -378,7 +398,8 @@ TEST_F(UploadDesk, WhatIsWrongWithArraysIsToldToWhoProposes) {
     const auto replies = server.sent<message::Reply>(application);
     ASSERT_EQ(replies.size(), 1u);
     EXPECT_NE(replies[0].error.find("came damaged"), std::string::npos) << replies[0].error;
-    EXPECT_NE(ask(naming(blob)).value_or("").find("proposal"), std::string::npos) << "what came with another one is not here";
+    EXPECT_NE(ask(naming(blob)).value_or("").find("proposal"), std::string::npos)
+        << "what came with another one is not here";
     // Too much is told at once.
     upload.uploads.take(application, {.blobs = {{blob.id(), limits::kMaxUploadBytes + 1}}, .bytes = {}});
     EXPECT_NE(ask(naming(blob)).value_or("").find("1024 MiB"), std::string::npos);

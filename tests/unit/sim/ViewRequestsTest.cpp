@@ -1,4 +1,5 @@
-// Where the wall stands, as applications say it: who goes back to where all is seen waits for a look that no frame waits for.
+// Where the wall stands, as applications say it: who goes back to where all is seen waits for a look that no frame
+// waits for.
 #include "server/sim/desk/ViewRequests.h"
 
 #include <gtest/gtest.h>

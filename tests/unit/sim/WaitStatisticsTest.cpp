@@ -23,7 +23,8 @@ Wall wallOfThree() {
     wall.users = {User{.name = "viewer"}};
     for (const char* host : {"a", "b"}) wall.hosts.push_back({.name = host, .tiles = {}});
     for (int column = 0; column < 3; ++column)
-        wall.hosts[column == 0 ? 0 : 1].tiles.push_back({.screen = "front", .column = column, .row = 0, .user = "viewer"});
+        wall.hosts[column == 0 ? 0 : 1].tiles.push_back(
+            {.screen = "front", .column = column, .row = 0, .user = "viewer"});
     return wall;
 }
 
@@ -71,8 +72,10 @@ double part(const WaitStatistics::Row& row, WaitReason reason) {
 TEST(WaitStatistics, NamesTheTileThatDrawsLongest) {
     WaitingWall wall;
     for (int i = 0; i < 3; ++i)
-        wall.frame(10ms, drawing(kQuick, 9), 30ms,
-                   drawing({{.tile = "front-1-0", .cullMs = 1, .drawMs = 6}, {.tile = "front-2-0", .cullMs = 2, .drawMs = 20}}, 29));
+        wall.frame(
+            10ms, drawing(kQuick, 9), 30ms,
+            drawing({{.tile = "front-1-0", .cullMs = 1, .drawMs = 6}, {.tile = "front-2-0", .cullMs = 2, .drawMs = 20}},
+                    29));
     const auto rows = wall.waits.all();
     ASSERT_EQ(rows.size(), 1u);
     EXPECT_EQ(rows[0].tile, "front-2-0");
@@ -100,7 +103,8 @@ TEST(WaitStatistics, TellsLateListsFromProcessorsSleepAndTheNetwork) {
     EXPECT_EQ(reasonOf({.tiles = kQuick, .workMs = 49, .applyMs = 40, .applyQueuedMs = 38}), "processor");
     EXPECT_EQ(reasonOf(drawing({{.tile = "front-0-0", .cullMs = 41, .drawMs = 8}}, 49)), "cull");
     EXPECT_EQ(reasonOf(drawing({{.tile = "front-0-0", .cullMs = 1, .drawMs = 48}}, 49)), "draw");
-    EXPECT_EQ(reasonOf(drawing({{.tile = "front-0-0", .cullMs = 1, .drawMs = 48, .drawQueuedMs = 39}}, 49)), "processor");
+    EXPECT_EQ(reasonOf(drawing({{.tile = "front-0-0", .cullMs = 1, .drawMs = 48, .drawQueuedMs = 39}}, 49)),
+              "processor");
     EXPECT_EQ(reasonOf(drawing({{.tile = "front-0-0", .cullMs = 1, .drawMs = 8, .handOverMs = 40}}, 49)), "hand_over");
     EXPECT_EQ(reasonOf(drawing(kQuick, 49)), "stood_still");
     EXPECT_EQ(reasonOf(quick), "network");

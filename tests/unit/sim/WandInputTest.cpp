@@ -28,7 +28,8 @@ TEST(WandInput, NothingIsWantedAtRestSilentOrOfNumbersThatAreNone) {
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     WandState silent = wandWith({1, 1});
     silent.tracked = false;
-    for (const WandState& wand : {wandWith({}), wandWith({0.1, -0.1}), wandWith({nan, nan}), silent}) EXPECT_FALSE(inputOf(wand).steers());
+    for (const WandState& wand : {wandWith({}), wandWith({0.1, -0.1}), wandWith({nan, nan}), silent})
+        EXPECT_FALSE(inputOf(wand).steers());
     // As far as a stick goes.
     EXPECT_EQ(inputOf(wandWith({-inf, 7})).turn.x(), -1);
     EXPECT_LT((inputOf(wandWith({-inf, 7})).move - Vec3d(0, 0, -1)).norm(), 1e-12);

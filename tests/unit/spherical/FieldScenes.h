@@ -14,7 +14,9 @@ namespace tessera {
 class FieldRandom {
 public:
     explicit FieldRandom(std::uint64_t seed) : engine_(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+    double uniform(double low, double high) {
+        return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+    }
     unsigned below(unsigned n) { return static_cast<unsigned>(engine_() % n); }
     Vec3d inBox(double half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
     Quatd rotation() {
@@ -39,7 +41,9 @@ struct FieldMesh {
         corner(b);
         corner(c);
     }
-    [[nodiscard]] TriangleMesh make() const { return TriangleMesh::make(std::span<const double>(positions), indices).value(); }
+    [[nodiscard]] TriangleMesh make() const {
+        return TriangleMesh::make(std::span<const double>(positions), indices).value();
+    }
 };
 
 /// A surface over angles: rings × 2 rings quads, radius as told.
@@ -62,8 +66,10 @@ FieldMesh ballLike(unsigned rings, const Radius& radius) {
 inline FieldMesh torus(unsigned rings, double thick) {
     FieldMesh mesh;
     const auto at = [&](unsigned i, unsigned j) {
-        const double a = 2 * std::numbers::pi * (i % (2 * rings)) / (2 * rings), b = 2 * std::numbers::pi * (j % rings) / rings;
-        return Vec3d((1 + thick * std::cos(b)) * std::cos(a), (1 + thick * std::cos(b)) * std::sin(a), thick * std::sin(b));
+        const double a = 2 * std::numbers::pi * (i % (2 * rings)) / (2 * rings),
+                     b = 2 * std::numbers::pi * (j % rings) / rings;
+        return Vec3d((1 + thick * std::cos(b)) * std::cos(a), (1 + thick * std::cos(b)) * std::sin(a),
+                     thick * std::sin(b));
     };
     for (unsigned i = 0; i < 2 * rings; ++i)
         for (unsigned j = 0; j < rings; ++j) {
@@ -80,8 +86,12 @@ inline constexpr unsigned kFieldMeshKinds = 10;
 inline TriangleMesh fieldMesh(unsigned kind, FieldRandom& random) {
     FieldMesh mesh;
     switch (kind % kFieldMeshKinds) {
-        case 0: return ballLike(8 + random.below(8), [](const Vec3d& d) { return 1 + 0.2 * std::sin(5 * d[0]) * std::cos(4 * d[1]); }).make();
-        case 1: return torus(6 + random.below(6), random.uniform(0.1, 0.6)).make();
+        case 0:
+            return ballLike(8 + random.below(8),
+                            [](const Vec3d& d) { return 1 + 0.2 * std::sin(5 * d[0]) * std::cos(4 * d[1]); })
+                .make();
+        case 1:
+            return torus(6 + random.below(6), random.uniform(0.1, 0.6)).make();
         case 2: {
             mesh = ballLike(12, [](const Vec3d&) { return 1.0; });
             const double stretch = random.uniform(5, 30);
@@ -95,7 +105,9 @@ inline TriangleMesh fieldMesh(unsigned kind, FieldRandom& random) {
         case 4:
             for (unsigned i = 0; i < 14; ++i)
                 for (unsigned j = 0; j < 14; ++j) {
-                    const auto at = [&](unsigned x, unsigned y) { return Vec3d(x / 7.0 - 1, y / 7.0 - 1, 0.3 * std::sin(0.7 * x) * std::cos(0.5 * y)); };
+                    const auto at = [&](unsigned x, unsigned y) {
+                        return Vec3d(x / 7.0 - 1, y / 7.0 - 1, 0.3 * std::sin(0.7 * x) * std::cos(0.5 * y));
+                    };
                     mesh.triangle(at(i, j), at(i + 1, j), at(i, j + 1));
                     if ((i + j) % 5 != 0) mesh.triangle(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
                 }
@@ -120,9 +132,12 @@ inline TriangleMesh fieldMesh(unsigned kind, FieldRandom& random) {
         case 8:
             for (int i = 0; i < 60; ++i) {
                 const Vec3d p = random.inBox(1), q = random.inBox(1);
-                if (i % 3 == 0) mesh.triangle(p, p, p);
-                else if (i % 3 == 1) mesh.triangle(p, q, p);
-                else mesh.triangle(p, p + 0.5 * (q - p), q);
+                if (i % 3 == 0)
+                    mesh.triangle(p, p, p);
+                else if (i % 3 == 1)
+                    mesh.triangle(p, q, p);
+                else
+                    mesh.triangle(p, p + 0.5 * (q - p), q);
             }
             return mesh.make();
         default:
@@ -142,15 +157,24 @@ inline Affine3d fieldMap(FieldMap kind, FieldRandom& random) {
     m.linear() = random.rotation().toRotationMatrix();
     m.translation() = random.inBox(1.5);
     switch (kind) {
-        case FieldMap::kRigid: break;
-        case FieldMap::kScaled: m.linear() *= std::pow(10, random.uniform(-2, 2)); break;
-        case FieldMap::kMirrored: m.linear() *= Vec3d(-random.uniform(0.5, 2), 1, 1).asDiagonal(); break;
-        case FieldMap::kStretched: m.linear() *= Vec3d(random.uniform(0.01, 3), random.uniform(0.3, 3), 1).asDiagonal(); break;
+        case FieldMap::kRigid:
+            break;
+        case FieldMap::kScaled:
+            m.linear() *= std::pow(10, random.uniform(-2, 2));
+            break;
+        case FieldMap::kMirrored:
+            m.linear() *= Vec3d(-random.uniform(0.5, 2), 1, 1).asDiagonal();
+            break;
+        case FieldMap::kStretched:
+            m.linear() *= Vec3d(random.uniform(0.01, 3), random.uniform(0.3, 3), 1).asDiagonal();
+            break;
         case FieldMap::kOnGrid:
             m.linear() = Mat3d::Identity();
             m.translation() = Vec3d(random.below(3), random.below(3), random.below(3));
             break;
-        case FieldMap::kFar: m.translation() *= 1e4; break;
+        case FieldMap::kFar:
+            m.translation() *= 1e4;
+            break;
     }
     return m;
 }

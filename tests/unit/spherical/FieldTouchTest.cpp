@@ -21,12 +21,14 @@ std::vector<FacePair> pairByPair(const TriangleMesh& a, const TriangleMesh& b, c
 }
 
 std::string repeat(std::uint64_t seed) {
-    return "seed " + std::to_string(seed) + ": TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_spherical --gtest_filter=FieldTouch.Names*";
+    return "seed " + std::to_string(seed) + ": TESSERA_SEED=" + std::to_string(seed) +
+           " build/bin/unit_spherical --gtest_filter=FieldTouch.Names*";
 }
 
 void compare(std::uint64_t seed, std::size_t& meeting) {
     FieldRandom random(seed);
-    const auto kindA = static_cast<unsigned>(seed % kFieldMeshKinds), kindB = static_cast<unsigned>(seed / kFieldMeshKinds % kFieldMeshKinds);
+    const auto kindA = static_cast<unsigned>(seed % kFieldMeshKinds),
+               kindB = static_cast<unsigned>(seed / kFieldMeshKinds % kFieldMeshKinds);
     const TriangleMesh a = fieldMesh(kindA, random), b = fieldMesh(kindB, random);
     const TriangleTree treeA(a), treeB(b);
     // Levels and centres that nobody would choose, too.
@@ -34,7 +36,8 @@ void compare(std::uint64_t seed, std::size_t& meeting) {
     const SphericalField fieldB(treeB, {.level = static_cast<int>(random.below(6)) - 1, .centres = random.below(4)});
     for (unsigned kind = 0; kind < kFieldMaps; ++kind) {
         const Affine3d a_T_b = fieldMap(static_cast<FieldMap>(kind), random);
-        const std::string story = repeat(seed) + ", meshes " + std::to_string(kindA) + " and " + std::to_string(kindB) + ", map " + std::to_string(kind);
+        const std::string story = repeat(seed) + ", meshes " + std::to_string(kindA) + " and " + std::to_string(kindB) +
+                                  ", map " + std::to_string(kind);
         QueryWork ofTrees, ofFields;
         const std::vector<FacePair> truth = allTouching(treeA, treeB, a_T_b, ofTrees).pairs;
         const FacePairs found = allTouching(fieldA, fieldB, a_T_b, ofFields);
@@ -64,7 +67,8 @@ TEST(FieldTouch, NamesThePairsThatTreesName) {
 TEST(FieldTouch, DoesNotDependOnTheInstructionSet) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         FieldRandom random(seed);
-        const TriangleTree a(fieldMesh(static_cast<unsigned>(seed), random)), b(fieldMesh(static_cast<unsigned>(seed + 1), random));
+        const TriangleTree a(fieldMesh(static_cast<unsigned>(seed), random)),
+            b(fieldMesh(static_cast<unsigned>(seed + 1), random));
         const SphericalField fieldA(a), fieldB(b);
         const Affine3d a_T_b = fieldMap(FieldMap::kRigid, random);
         QueryWork work;
@@ -85,7 +89,8 @@ TEST(FieldTouch, TakesMapsThatCannotBeTurnedRound) {
     maps[4].translation() = Vec3d(1e300, 0, 0);
     for (std::size_t i = 0; i < maps.size(); ++i) {
         QueryWork work;
-        EXPECT_EQ(allTouching(fieldA, fieldB, maps[i], work).pairs, allTouching(a, b, maps[i], work).pairs) << "map " << i;
+        EXPECT_EQ(allTouching(fieldA, fieldB, maps[i], work).pairs, allTouching(a, b, maps[i], work).pairs)
+            << "map " << i;
     }
 }
 
@@ -135,7 +140,8 @@ TEST(FieldTouch, FollowsARefit) {
         ASSERT_TRUE(a.refit(moved));
         fieldA.rebuild();
         QueryWork work;
-        EXPECT_EQ(allTouching(fieldA, fieldB, Affine3d::Identity(), work).pairs, allTouching(a, b, Affine3d::Identity(), work).pairs);
+        EXPECT_EQ(allTouching(fieldA, fieldB, Affine3d::Identity(), work).pairs,
+                  allTouching(a, b, Affine3d::Identity(), work).pairs);
     }
 }
 

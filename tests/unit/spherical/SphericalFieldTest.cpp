@@ -28,7 +28,8 @@ TEST(SphericalField, HoldsEveryPointOfEveryTriangle) {
         FieldRandom random(seed);
         const TriangleMesh mesh = fieldMesh(static_cast<unsigned>(seed), random);
         const TriangleTree tree(mesh);
-        const SphericalField field(tree, {.level = static_cast<int>(random.below(7)) - 1, .centres = 1 + random.below(3)});
+        const SphericalField field(tree,
+                                   {.level = static_cast<int>(random.below(7)) - 1, .centres = 1 + random.below(3)});
         const TreeStorage& s = tree.storage();
         for (int i = 0; i < 400; ++i) {
             const Vec3d p = onTriangle(mesh.triangle(random.below(static_cast<unsigned>(mesh.faceCount()))), random);
@@ -41,7 +42,8 @@ TEST(SphericalField, HoldsEveryPointOfEveryTriangle) {
                     bool here = false;
                     for (int nudge = 0; nudge < 9 && !here; ++nudge) {
                         Vec3d d = p - field.centre(centre);
-                        if (nudge > 0) d += 2e-5 * r * Vec3d(nudge & 1 ? 1 : -1, nudge & 2 ? 1 : -1, nudge & 4 ? 1 : -1);
+                        if (nudge > 0)
+                            d += 2e-5 * r * Vec3d(nudge & 1 ? 1 : -1, nudge & 2 ? 1 : -1, nudge & 4 ? 1 : -1);
                         if (d.isZero(0)) continue;
                         const FieldShell shell = field.shell(centre, d, level).value();
                         here = !shell.empty && r >= shell.inner - slack && r <= shell.outer + slack;
@@ -88,7 +90,9 @@ TEST(SphericalField, IsTheSameForAnyNumberOfThreads) {
         const kernel::FieldPart &a = one.views()[0], &b = field->views()[0];
         EXPECT_TRUE(std::equal(a.faces, a.faces + one.entryCount(), b.faces));
         for (unsigned level = 0; level <= a.finest; ++level)
-            EXPECT_EQ(std::memcmp(a.texels[level], b.texels[level], (std::size_t{6} << (2 * level)) * sizeof(kernel::FieldTexel)), 0);
+            EXPECT_EQ(std::memcmp(a.texels[level], b.texels[level],
+                                  (std::size_t{6} << (2 * level)) * sizeof(kernel::FieldTexel)),
+                      0);
     }
 }
 

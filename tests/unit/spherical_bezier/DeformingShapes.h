@@ -75,28 +75,34 @@ Shape wrapped(std::uint32_t around, std::uint32_t along, bool closed, Place&& pl
 
 constexpr std::uint32_t kKinds = 6;
 
-/// 0: a bumpy ball; 1: a ring (not star-shaped, the middle is empty); 2: a flat disc; 3: large triangles anywhere, through the
-/// middle too; 4: a ball far from the origin beside one point that many triangles share; 5: needles, segments and points.
+/// 0: a bumpy ball; 1: a ring (not star-shaped, the middle is empty); 2: a flat disc; 3: large triangles anywhere,
+/// through the middle too; 4: a ball far from the origin beside one point that many triangles share; 5: needles,
+/// segments and points.
 inline Shape shape(std::uint32_t kind, Random& random, std::uint32_t fineness = 12) {
     constexpr double kTurn = 2 * std::numbers::pi;
     const double a = random.uniform(0, 0.3), f = 2 + random.below(5);
     const auto ball = [&](double u, double v) {
         const double t = std::numbers::pi * v;
-        return Vec3d((1 + a * std::sin(f * kTurn * u)) * Vec3d(std::sin(t) * std::cos(kTurn * u), std::sin(t) * std::sin(kTurn * u), std::cos(t)));
+        return Vec3d((1 + a * std::sin(f * kTurn * u)) *
+                     Vec3d(std::sin(t) * std::cos(kTurn * u), std::sin(t) * std::sin(kTurn * u), std::cos(t)));
     };
     switch (kind) {
-        case 0: return wrapped(2 * fineness, fineness, false, ball);
+        case 0:
+            return wrapped(2 * fineness, fineness, false, ball);
         case 1:
             return wrapped(fineness, 2 * fineness, true, [&](double u, double v) {
                 const double r = 1 + 0.25 * std::cos(kTurn * u);
                 return Vec3d(r * std::cos(kTurn * v), r * std::sin(kTurn * v), 0.25 * std::sin(kTurn * u));
             });
         case 2:
-            return wrapped(2 * fineness, fineness, false, [&](double u, double v) { return Vec3d(v * std::cos(kTurn * u), v * std::sin(kTurn * u), 0); });
+            return wrapped(2 * fineness, fineness, false, [&](double u, double v) {
+                return Vec3d(v * std::cos(kTurn * u), v * std::sin(kTurn * u), 0);
+            });
         case 3: {
             Shape s;
             for (int i = 0; i < 90; ++i) s.positions.push_back(random.inBox(1));
-            for (int i = 0; i < 60; ++i) s.indices.insert(s.indices.end(), {random.below(90), random.below(90), random.below(90)});
+            for (int i = 0; i < 60; ++i)
+                s.indices.insert(s.indices.end(), {random.below(90), random.below(90), random.below(90)});
             return s;
         }
         case 4: {
@@ -104,7 +110,8 @@ inline Shape shape(std::uint32_t kind, Random& random, std::uint32_t fineness = 
             for (Vec3d& p : s.positions) p += Vec3d(100, -50, 30);
             s.positions.push_back(Vec3d(100, -50, 30));
             const auto middle = static_cast<std::uint32_t>(s.positions.size() - 1);
-            for (int i = 0; i < 20; ++i) s.indices.insert(s.indices.end(), {middle, random.below(middle), random.below(middle)});
+            for (int i = 0; i < 20; ++i)
+                s.indices.insert(s.indices.end(), {middle, random.below(middle), random.below(middle)});
             return s;
         }
         default: {
@@ -112,7 +119,8 @@ inline Shape shape(std::uint32_t kind, Random& random, std::uint32_t fineness = 
             for (int i = 0; i < 120; ++i) {
                 const Vec3d p = random.inBox(1), along = 0.3 * random.direction();
                 const auto at = static_cast<std::uint32_t>(s.positions.size());
-                s.positions.insert(s.positions.end(), {p, Vec3d(p + along), Vec3d(p + 0.5 * along + 1e-9 * random.direction())});
+                s.positions.insert(s.positions.end(),
+                                   {p, Vec3d(p + along), Vec3d(p + 0.5 * along + 1e-9 * random.direction())});
                 s.indices.insert(s.indices.end(), {at, i % 3 == 0 ? at : at + 1, i % 5 == 0 ? at : at + 2});
             }
             return s;
@@ -122,23 +130,41 @@ inline Shape shape(std::uint32_t kind, Random& random, std::uint32_t fineness = 
 
 constexpr std::uint32_t kDeformations = 8;
 
-/// 0: a wave; 1: bent; 2: noise; 3: folded over; 4: all in one point; 5: carried away; 6: flattened; 7: a hundred times as large.
+/// 0: a wave; 1: bent; 2: noise; 3: folded over; 4: all in one point; 5: carried away; 6: flattened; 7: a hundred times
+/// as large.
 inline void deform(std::uint32_t how, std::vector<Vec3d>& positions, Random& random) {
     const double phase = random.uniform(0, 6), strength = random.uniform(0.5, 2);
     const Vec3d away = random.uniform(0, 20) * random.direction(), point = random.inBox(1);
     for (Vec3d& p : positions) switch (how) {
-            case 0: p += 0.1 * Vec3d(std::sin(5 * p.y() + phase), std::sin(4 * p.z()), std::sin(6 * p.x() - phase)); break;
-            case 1: p = Eigen::AngleAxisd(strength * std::clamp(p.z(), -3.0, 3.0), Vec3d::UnitX()) * p; break;
-            case 2: p += random.inBox(0.2 * strength); break;
-            case 3: p = Vec3d(std::abs(p.x() - 0.1), p.y(), p.z() * (p.x() < 0.1 ? -1 : 1)); break;
-            case 4: p = point; break;
-            case 5: p += away; break;
-            case 6: p.z() = 0; break;
-            default: p *= 100; break;
+            case 0:
+                p += 0.1 * Vec3d(std::sin(5 * p.y() + phase), std::sin(4 * p.z()), std::sin(6 * p.x() - phase));
+                break;
+            case 1:
+                p = Eigen::AngleAxisd(strength * std::clamp(p.z(), -3.0, 3.0), Vec3d::UnitX()) * p;
+                break;
+            case 2:
+                p += random.inBox(0.2 * strength);
+                break;
+            case 3:
+                p = Vec3d(std::abs(p.x() - 0.1), p.y(), p.z() * (p.x() < 0.1 ? -1 : 1));
+                break;
+            case 4:
+                p = point;
+                break;
+            case 5:
+                p += away;
+                break;
+            case 6:
+                p.z() = 0;
+                break;
+            default:
+                p *= 100;
+                break;
         }
 }
 
-/// Every pair that meets, by the predicate. Boxes of the very numbers that it looks at leave out what is apart for certain.
+/// Every pair that meets, by the predicate. Boxes of the very numbers that it looks at leave out what is apart for
+/// certain.
 inline std::vector<FacePair> everyPair(const TriangleMesh& a, const TriangleMesh& b, const Affine3d& a_T_b) {
     struct Boxed {
         Triangle triangle;
@@ -153,7 +179,8 @@ inline std::vector<FacePair> everyPair(const TriangleMesh& a, const TriangleMesh
     std::vector<FacePair> pairs;
     for (std::uint32_t f = 0; f < ofA.size(); ++f)
         for (std::uint32_t g = 0; g < ofB.size(); ++g)
-            if (ofA[f].box.overlaps(ofB[g].box) && trianglesIntersect(ofA[f].triangle, ofB[g].triangle)) pairs.push_back({f, g});
+            if (ofA[f].box.overlaps(ofB[g].box) && trianglesIntersect(ofA[f].triangle, ofB[g].triangle))
+                pairs.push_back({f, g});
     return pairs;
 }
 

@@ -43,7 +43,8 @@ TEST(DeformingTouch, NamesThePairsThatThePredicateNames) {
             for (Vec3d& p : out.positions) p = unit * p + far;
             return out;
         };
-        Shape shapeA = deforming::shape(random.below(deforming::kKinds), random, 7), shapeB = deforming::shape(random.below(deforming::kKinds), random, 7);
+        Shape shapeA = deforming::shape(random.below(deforming::kKinds), random, 7),
+              shapeB = deforming::shape(random.below(deforming::kKinds), random, 7);
         DeformingSurface a(inUnits(shapeA).mesh()), b(inUnits(shapeB).mesh());
         for (int step = 0; step < 2; ++step) {
             const TriangleMesh meshA = inUnits(shapeA).mesh(), meshB = inUnits(shapeB).mesh();
@@ -81,15 +82,18 @@ TEST(DeformingSurface, OfSomeVerticesAnswersAsOfAll) {
         const DeformingSurface b(other.mesh());
         for (int step = 0; step < 4; ++step) {
             const std::size_t first = random.below(shape.positions.size() + 1);
-            const std::size_t most = std::min<std::size_t>(shape.positions.size() - first, step % 2 == 0 ? 40 : 100'000);
-            std::vector<Vec3d> moved(shape.positions.begin() + static_cast<std::ptrdiff_t>(first),
-                                     shape.positions.begin() + static_cast<std::ptrdiff_t>(first + random.below(most + 1)));
+            const std::size_t most =
+                std::min<std::size_t>(shape.positions.size() - first, step % 2 == 0 ? 40 : 100'000);
+            std::vector<Vec3d> moved(
+                shape.positions.begin() + static_cast<std::ptrdiff_t>(first),
+                shape.positions.begin() + static_cast<std::ptrdiff_t>(first + random.below(most + 1)));
             deforming::deform(random.below(deforming::kDeformations), moved, random);
             std::copy(moved.begin(), moved.end(), shape.positions.begin() + static_cast<std::ptrdiff_t>(first));
             ASSERT_TRUE(some.move(first, moved));
             const TriangleMesh mesh = shape.mesh();
             const Box bounds = some.bounds();
-            ASSERT_TRUE((bounds.lower.array() <= mesh.bounds().lower.array()).all() && (bounds.upper.array() >= mesh.bounds().upper.array()).all());
+            ASSERT_TRUE((bounds.lower.array() <= mesh.bounds().lower.array()).all() &&
+                        (bounds.upper.array() >= mesh.bounds().upper.array()).all());
             ASSERT_LT((bounds.size() - mesh.bounds().size()).maxCoeff(), 1e-4 * mesh.bounds().size().norm() + 1e-12);
             const DeformingSurface all(mesh);
             const Affine3d pose = anyPose(mesh.bounds(), other.mesh().bounds(), random);
@@ -113,7 +117,8 @@ TEST(DeformingSurface, MovedInPartCostsItsGroupsAlone) {
     std::size_t changed = 0;
     for (std::size_t g = 0; g < surface.storage().groupCount(); ++g) {
         bool same = true;
-        for (std::size_t k = 0; k < 6; ++k) same = same && rows.sides[k * rows.stride + g] == before[k * rows.stride + g];
+        for (std::size_t k = 0; k < 6; ++k)
+            same = same && rows.sides[k * rows.stride + g] == before[k * rows.stride + g];
         changed += same ? 0 : 1;
     }
     EXPECT_GE(changed, 1U);
@@ -125,7 +130,8 @@ TEST(DeformingSurface, RefusesWhatIsNoPositionAndStaysAsItWas) {
     Shape shape = deforming::shape(0, random);
     DeformingSurface surface(shape.mesh());
     const Box before = surface.bounds();
-    for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e51}) {
+    for (const double wrong :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e51}) {
         std::vector<Vec3d> bad = shape.positions;
         bad[5].z() = wrong;
         const Expected<void> moved = surface.move(bad);
@@ -137,7 +143,8 @@ TEST(DeformingSurface, RefusesWhatIsNoPositionAndStaysAsItWas) {
     }
     EXPECT_FALSE(surface.move(std::span<const Vec3d>(shape.positions).subspan(1)));
     EXPECT_FALSE(surface.move(shape.positions.size(), std::span<const Vec3d>(shape.positions).first(1)));
-    EXPECT_FALSE(surface.move(std::numeric_limits<std::size_t>::max(), std::span<const Vec3d>(shape.positions).first(1)));
+    EXPECT_FALSE(
+        surface.move(std::numeric_limits<std::size_t>::max(), std::span<const Vec3d>(shape.positions).first(1)));
     EXPECT_EQ(surface.bounds().lower, before.lower);
     EXPECT_EQ(surface.bounds().upper, before.upper);
 }
@@ -185,7 +192,8 @@ TEST(DeformingTouch, TakesMapsThatNoFloatHolds) {
     // Of the same coordinates, so that one is a point beside the other.
     for (const double scale : {1e-45, 1e20, 1e45}) {
         QueryWork work;
-        EXPECT_EQ(touch.all(a, a, Affine3d(Eigen::Scaling(scale)), work).pairs, deforming::everyPair(shape.mesh(), shape.mesh(), Affine3d(Eigen::Scaling(scale))));
+        EXPECT_EQ(touch.all(a, a, Affine3d(Eigen::Scaling(scale)), work).pairs,
+                  deforming::everyPair(shape.mesh(), shape.mesh(), Affine3d(Eigen::Scaling(scale))));
     }
 }
 

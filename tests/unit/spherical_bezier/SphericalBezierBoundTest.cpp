@@ -21,13 +21,14 @@ using deforming::Shape;
 void expectHolds(const SphericalBezierBound& bound, Random& random, int points) {
     const TriangleMesh& mesh = bound.mesh();
     const Box& box = mesh.bounds();
-    const double largest = std::max({box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff(), bound.centre().cwiseAbs().maxCoeff()});
+    const double largest = std::max(
+        {box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff(), bound.centre().cwiseAbs().maxCoeff()});
     for (std::uint32_t face = 0; face < mesh.faceCount(); ++face)
         for (int i = 0; i < 3 + points; ++i) {
             const Triangle t = mesh.triangle(face);
             const Vec3d x = (i < 3 ? t[static_cast<std::size_t>(i)] : deforming::pointOf(t, random)) - bound.centre();
-            // Corners are what they are. Other points are made here, wrong by three products and two sums: 1e-15 of the largest
-            // coordinate. So near the centre that turns them by more than the 1e-12 up to which lists overlap.
+            // Corners are what they are. Other points are made here, wrong by three products and two sums: 1e-15 of the
+            // largest coordinate. So near the centre that turns them by more than the 1e-12 up to which lists overlap.
             if (i < 3 ? x.norm() == 0 : x.norm() < 2e-3 * largest) continue;
             ASSERT_LE(x.norm(), bound.outerRadius(x) * (1 + 1e-12)) << "face " << face;
             const PatchBound& patch = bound.patches()[bound.layout().locate(x).triangle];
@@ -38,10 +39,14 @@ void expectHolds(const SphericalBezierBound& bound, Random& random, int points) 
 
 Vec3d someCentre(const Shape& shape, Random& random) {
     switch (random.below(5)) {
-        case 0: return shape.positions[random.below(shape.positions.size())];  // on the surface
-        case 1: return shape.positions[0] + random.inBox(5);                   // outside, as a rule
-        case 2: return shape.mesh().triangle(random.below(shape.indices.size() / 3))[0];
-        default: return shape.mesh().bounds().center();
+        case 0:
+            return shape.positions[random.below(shape.positions.size())];  // on the surface
+        case 1:
+            return shape.positions[0] + random.inBox(5);  // outside, as a rule
+        case 2:
+            return shape.mesh().triangle(random.below(shape.indices.size() / 3))[0];
+        default:
+            return shape.mesh().bounds().center();
     }
 }
 
@@ -69,7 +74,8 @@ TEST(SphericalBezierBound, OfSomeVerticesIsThatOfAll) {
         Shape shape = deforming::shape(static_cast<std::uint32_t>(seed % deforming::kKinds), random, 8);
         SphericalBezierBound some(shape.mesh()), all(shape.mesh());
         for (int step = 0; step < 6; ++step) {
-            const std::size_t first = random.below(shape.positions.size() + 1), count = random.below(shape.positions.size() - first + 1);
+            const std::size_t first = random.below(shape.positions.size() + 1),
+                              count = random.below(shape.positions.size() - first + 1);
             std::vector<Vec3d> moved(shape.positions.begin() + static_cast<std::ptrdiff_t>(first),
                                      shape.positions.begin() + static_cast<std::ptrdiff_t>(first + count));
             deforming::deform(random.below(deforming::kDeformations), moved, random);
@@ -101,7 +107,8 @@ TEST(SphericalBezierBound, IsTightOnABallAndContinuous) {
             std::vector<Vec3d> common;
             for (std::size_t i = 0; i < 3; ++i)
                 for (std::size_t j = 0; j < 3; ++j)
-                    if (bound.layout().points()[t][i] == bound.layout().points()[u][j]) common.push_back(bound.layout().triangles()[t].corner(i));
+                    if (bound.layout().points()[t][i] == bound.layout().points()[u][j])
+                        common.push_back(bound.layout().triangles()[t].corner(i));
             if (common.size() != 2) continue;
             const double x = random.uniform();
             const Vec3d v = (x * common[0] + (1 - x) * common[1]).normalized();
@@ -127,10 +134,11 @@ TEST(SphericalBezierBound, RefusesWhatIsNoPositionAndStaysAsItWas) {
 
 Affine3d somePose(Random& random, double far) {
     const double scale = random.below(3) == 0 ? std::exp(random.uniform(-2, 2)) : 1;
-    Affine3d pose = composeTransform(random.uniform(0, far) * random.direction(), random.rotation(), Vec3d::Constant(scale));
-    if (random.below(5) == 0) pose.linear().col(0) *= -1;          // mirrored
-    if (random.below(6) == 0) pose.linear().col(1) *= 0.3;         // no similarity
-    if (random.below(20) == 0) pose.linear().setZero();            // all of B in one point
+    Affine3d pose =
+        composeTransform(random.uniform(0, far) * random.direction(), random.rotation(), Vec3d::Constant(scale));
+    if (random.below(5) == 0) pose.linear().col(0) *= -1;   // mirrored
+    if (random.below(6) == 0) pose.linear().col(1) *= 0.3;  // no similarity
+    if (random.below(20) == 0) pose.linear().setZero();     // all of B in one point
     return pose;
 }
 
@@ -139,8 +147,10 @@ TEST(SphericalBezierTouch, NeverRejectsWhatMeets) {
     for (const std::uint64_t seed : seeds(600)) {
         SCOPED_TRACE(deforming::repeat(seed, "SphericalBezierTouch.NeverRejectsWhatMeets"));
         Random random(seed);
-        Shape shapeA = deforming::shape(random.below(deforming::kKinds), random, 6), shapeB = deforming::shape(random.below(deforming::kKinds), random, 6);
-        SphericalBezierBound a(shapeA.mesh(), {.levels = random.below(3)}), b(shapeB.mesh(), {.levels = random.below(3)});
+        Shape shapeA = deforming::shape(random.below(deforming::kKinds), random, 6),
+              shapeB = deforming::shape(random.below(deforming::kKinds), random, 6);
+        SphericalBezierBound a(shapeA.mesh(), {.levels = random.below(3)}),
+            b(shapeB.mesh(), {.levels = random.below(3)});
         for (int k = 0; k < 2; ++k) {
             deforming::deform(random.below(deforming::kDeformations), shapeA.positions, random);
             deforming::deform(random.below(deforming::kDeformations), shapeB.positions, random);
@@ -162,7 +172,8 @@ TEST(SphericalBezierTouch, NeverRejectsWhatMeets) {
         const TouchedPair found = patches::firstTouching(a, b, pose, work);
         ASSERT_EQ(found.touch, any ? Touch::kYes : Touch::kNo);
         if (any) {
-            EXPECT_TRUE(trianglesIntersect(a.mesh().triangle(found.faces.a), transformed(pose, b.mesh().triangle(found.faces.b))));
+            EXPECT_TRUE(trianglesIntersect(a.mesh().triangle(found.faces.a),
+                                           transformed(pose, b.mesh().triangle(found.faces.b))));
         }
         touching += any;
         rejected += pairs.empty();

@@ -16,7 +16,8 @@ using deforming::seeds;
 
 SphericalTriangle randomDomain(Random& random) {
     for (;;) {
-        const Expected<SphericalTriangle> t = SphericalTriangle::make({random.direction(), random.direction(), random.direction()});
+        const Expected<SphericalTriangle> t =
+            SphericalTriangle::make({random.direction(), random.direction(), random.direction()});
         if (t && t->height() > 0.1) return *t;
     }
 }
@@ -38,8 +39,8 @@ double bySum(const SphericalPatch& p, const Vec3d& v) {
     for (unsigned i = 0; i <= p.degree(); ++i)
         for (unsigned j = 0; i + j <= p.degree(); ++j) {
             const unsigned k = p.degree() - i - j;
-            sum += p.coefficients()[SphericalPatch::place(p.degree(), i, j)] * factorial(p.degree()) / factorial(i) / factorial(j) /
-                   factorial(k) * std::pow(b[0], i) * std::pow(b[1], j) * std::pow(b[2], k);
+            sum += p.coefficients()[SphericalPatch::place(p.degree(), i, j)] * factorial(p.degree()) / factorial(i) /
+                   factorial(j) / factorial(k) * std::pow(b[0], i) * std::pow(b[1], j) * std::pow(b[2], k);
         }
     return sum;
 }
@@ -93,7 +94,8 @@ TEST(SphericalPatch, PartsAreTheSamePolynomial) {
                 for (int k = 0; k < 5; ++k) {
                     const Vec3d v = inside(part.domain(), random);
                     EXPECT_TRUE(p.domain().contains(v, 1e-12));
-                    const double scale = std::pow(1 / part.domain().height(), degree) + std::pow(1 / p.domain().height(), degree);
+                    const double scale =
+                        std::pow(1 / part.domain().height(), degree) + std::pow(1 / p.domain().height(), degree);
                     EXPECT_NEAR(part.evaluate(v), p.evaluate(v), 1e-11 * (1 + scale));
                 }
         }
@@ -187,7 +189,8 @@ TEST(SphereLayout, LocatesEveryDirection) {
         for (int i = 0; i < 4000; ++i) {
             Vec3d v = random.uniform(0.001, 1000) * random.direction();
             if (i % 4 == 0) v[random.below(3)] = 0;
-            if (i % 5 == 0) v = layout.directions()[random.below(layout.directions().size())] + 1e-13 * random.direction();
+            if (i % 5 == 0)
+                v = layout.directions()[random.below(layout.directions().size())] + 1e-13 * random.direction();
             const SpherePlace place = layout.locate(v);
             EXPECT_TRUE(layout.triangles()[place.triangle].contains(v, 1e-11));
             // Whoever is so far inside is in no other.

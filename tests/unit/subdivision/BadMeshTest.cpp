@@ -67,10 +67,13 @@ TEST(BadMesh, AnyIndicesAreRefusedOrEvaluated) {
         TESSERA_TRACE_SEED("unit_subdivision", seed);
         std::mt19937_64 random(seed);
         const auto pick = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
-        ControlMesh mesh{.scheme = static_cast<SubdivisionScheme>(pick(3)), .boundary = static_cast<BoundaryInterpolation>(pick(3)),
-                         .creaseMethod = static_cast<CreaseMethod>(pick(2)), .triangles = static_cast<TriangleRule>(pick(2))};
+        ControlMesh mesh{.scheme = static_cast<SubdivisionScheme>(pick(3)),
+                         .boundary = static_cast<BoundaryInterpolation>(pick(3)),
+                         .creaseMethod = static_cast<CreaseMethod>(pick(2)),
+                         .triangles = static_cast<TriangleRule>(pick(2))};
         const std::uint32_t count = 4 + pick(8), faces = 1 + pick(8);
-        for (std::uint32_t i = 0; i < count; ++i) mesh.positions.emplace_back(pick(100) / 10.0, pick(100) / 10.0, pick(100) / 10.0);
+        for (std::uint32_t i = 0; i < count; ++i)
+            mesh.positions.emplace_back(pick(100) / 10.0, pick(100) / 10.0, pick(100) / 10.0);
         for (std::uint32_t f = 0; f < faces; ++f) {
             const std::uint32_t size = mesh.scheme == SubdivisionScheme::kLoop ? 3 : 3 + pick(4);
             mesh.faceSizes.push_back(size);
@@ -82,7 +85,8 @@ TEST(BadMesh, AnyIndicesAreRefusedOrEvaluated) {
                 mesh.faceVertices.push_back(v);
             }
         }
-        if (pick(2) == 0) mesh.creases.push_back({mesh.faceVertices[0], mesh.faceVertices[1], static_cast<float>(pick(12))});
+        if (pick(2) == 0)
+            mesh.creases.push_back({mesh.faceVertices[0], mesh.faceVertices[1], static_cast<float>(pick(12))});
         if (pick(2) == 0) mesh.corners.push_back({pick(count), static_cast<float>(pick(12))});
         const auto topology = SubdivisionTopology::build(mesh);
         if (!topology) {
@@ -98,9 +102,11 @@ TEST(BadMesh, AnyIndicesAreRefusedOrEvaluated) {
                 const auto point = evaluator.evaluate(mesh.positions, {f, u, v});
                 if (!point) continue;
                 ++points;
-                ASSERT_TRUE(point->point.allFinite() && point->du.allFinite() && point->dv.allFinite() && point->normal.allFinite());
+                ASSERT_TRUE(point->point.allFinite() && point->du.allFinite() && point->dv.allFinite() &&
+                            point->normal.allFinite());
                 // In the hull of the control points, so in their box.
-                EXPECT_LE((point->point - point->point.cwiseMax(box.lower).cwiseMin(box.upper)).norm(), 1e-12) << f << " " << u << " " << v;
+                EXPECT_LE((point->point - point->point.cwiseMax(box.lower).cwiseMin(box.upper)).norm(), 1e-12)
+                    << f << " " << u << " " << v;
             }
         }
     }
@@ -116,10 +122,12 @@ std::string objRefusal(std::string_view text) {
 }
 
 TEST(ObjControlMesh, ReadsFacesAndTags) {
-    const auto obj = parseObjControlMesh("# a\nv 0 0 0\r\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv +2 0 .5\nv 2 1 0 1\nvt 0 0\nf 1/1/1 2 3//3 4\nf -5 -2 -1 -4\n"
-                                         "t crease 2/1/0 1 2 2.5\nt crease 4/2/0 0 1 1 2 1.5 10\nt corner 2/1/0 0 3 3\nt hole 1/0/0 1\nt interpolateboundary 1/0/0 1\n"
-                                         "t creasemethod 0/0/1 chaikin\nt smoothtriangles 0/0/1 smooth\nt vertexedit 1/0/0\n#t corner 1/1/0 99 1\n",
-                                         "a.obj", SubdivisionScheme::kCatmullClark);
+    const auto obj = parseObjControlMesh(
+        "# a\nv 0 0 0\r\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv +2 0 .5\nv 2 1 0 1\nvt 0 0\nf 1/1/1 2 3//3 4\nf -5 -2 -1 -4\n"
+        "t crease 2/1/0 1 2 2.5\nt crease 4/2/0 0 1 1 2 1.5 10\nt corner 2/1/0 0 3 3\nt hole 1/0/0 1\nt "
+        "interpolateboundary 1/0/0 1\n"
+        "t creasemethod 0/0/1 chaikin\nt smoothtriangles 0/0/1 smooth\nt vertexedit 1/0/0\n#t corner 1/1/0 99 1\n",
+        "a.obj", SubdivisionScheme::kCatmullClark);
     ASSERT_TRUE(obj.has_value()) << obj.error().message;
     const ControlMesh& mesh = obj->mesh;
     EXPECT_EQ(mesh.faceSizes, (std::vector<std::uint32_t>{4, 4}));
@@ -151,11 +159,14 @@ TEST(ObjControlMesh, RefusesByFileAndLine) {
     EXPECT_EQ(objRefusal("t crease 2/1/0 0 1"), "a.obj:1: the tag 'crease' has fewer values than it says");
     EXPECT_EQ(objRefusal("t crease 4000000000/1/0 0 1"), "a.obj:1: the tag 'crease' has fewer values than it says");
     EXPECT_EQ(objRefusal("t crease 3/1/0 0 1 2 1"), "a.obj:1: a crease needs pairs of vertices");
-    EXPECT_EQ(objRefusal("t interpolateboundary 1/0/0 3"), "a.obj:1: interpolateboundary is 0 (none), 1 (edges and corners) or 2 (edges)");
+    EXPECT_EQ(objRefusal("t interpolateboundary 1/0/0 3"),
+              "a.obj:1: interpolateboundary is 0 (none), 1 (edges and corners) or 2 (edges)");
 }
 
 TEST(ObjControlMesh, NoBytesCrashIt) {
-    const std::string good = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1/1 2 3//3 4\nt crease 2/1/0 1 2 2.5\nt corner 1/1/0 0 3\nt hole 1/0/0 0\nt creasemethod 0/0/1 chaikin\n";
+    const std::string good =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1/1 2 3//3 4\nt crease 2/1/0 1 2 2.5\nt corner 1/1/0 0 3\nt hole "
+        "1/0/0 0\nt creasemethod 0/0/1 chaikin\n";
     const Seeds seeds(5000);
     std::size_t taken = 0;
     for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count; ++seed) {
@@ -164,9 +175,12 @@ TEST(ObjControlMesh, NoBytesCrashIt) {
         std::string text = good;
         for (std::uint64_t i = random() % 8; i > 0; --i) {
             const std::size_t at = random() % text.size();
-            if (random() % 3 == 0) text[at] = static_cast<char>(random());
-            else if (random() % 2 == 0) text.erase(at, random() % 6);
-            else text.insert(at, good.substr(random() % good.size(), random() % 12));
+            if (random() % 3 == 0)
+                text[at] = static_cast<char>(random());
+            else if (random() % 2 == 0)
+                text.erase(at, random() % 6);
+            else
+                text.insert(at, good.substr(random() % good.size(), random() % 12));
             if (text.empty()) text = "v";
         }
         const auto obj = parseObjControlMesh(text, "a.obj", SubdivisionScheme::kCatmullClark);

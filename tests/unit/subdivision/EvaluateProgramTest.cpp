@@ -33,20 +33,25 @@ protected:
     }
     static EvaluateRun run(const std::string& words) {
         EvaluateRun run;
-        std::FILE* const pipe = ::popen((std::string("timeout 30 " TESSERA_BIN_DIR "/tessera-evaluate ") + words + " 2>&1").c_str(), "r");
+        std::FILE* const pipe =
+            ::popen((std::string("timeout 30 " TESSERA_BIN_DIR "/tessera-evaluate ") + words + " 2>&1").c_str(), "r");
         std::array<char, 4096> chunk{};
-        while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), pipe)) run.output.append(chunk.data(), got);
+        while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), pipe))
+            run.output.append(chunk.data(), got);
         run.exitCode = WEXITSTATUS(::pclose(pipe));
         return run;
     }
-    static Vec3d vectorIn(const nlohmann::json& numbers) { return Vec3d(numbers.at(0).get<double>(), numbers.at(1).get<double>(), numbers.at(2).get<double>()); }
+    static Vec3d vectorIn(const nlohmann::json& numbers) {
+        return Vec3d(numbers.at(0).get<double>(), numbers.at(1).get<double>(), numbers.at(2).get<double>());
+    }
     std::filesystem::path folder_;
 };
 
 TEST_F(EvaluateProgram, ACubeByItsFaces) {
-    const std::string cube = write("cube.obj",
-                                   "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
-                                   "f 5 6 7 8\nf 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n");
+    const std::string cube =
+        write("cube.obj",
+              "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
+              "f 5 6 7 8\nf 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n");
     const EvaluateRun corner = run(cube + " --json --at " + write("corner", "0 0 0  # of +z\n"));
     ASSERT_EQ(corner.exitCode, 0) << corner.output;
     // (n² v + 4 Σe + Σd) / (n (n + 5)), n = 3: (9 v + 4 (-1 -1 1 + …) + …) / 24 is v · 1/2, of (-1, -1, 1).
@@ -62,12 +67,14 @@ TEST_F(EvaluateProgram, ACubeByItsFaces) {
 
 TEST_F(EvaluateProgram, ATrimmedQuarterOfACylinderByItsNumber) {
     // x² + z² = 1, y from 0 to 2; a hole around the middle.
-    const std::string quarter = write("quarter.obj",
-                                      "v 1 0 0 1\nv 1 0 1 0.70710678118654752\nv 0 0 1 1\nv 1 2 0 1\nv 1 2 1 0.70710678118654752\nv 0 2 1 1\n"
-                                      "vp 0 0\nvp 1 0\nvp 1 2\nvp 0 2\nvp 0.4 0.8\nvp 0.6 0.8\nvp 0.6 1.2\nvp 0.4 1.2\n"
-                                      "cstype bezier\ndeg 1\n"
-                                      "curv2 1 2 3 4 1\nparm u 0 1 2 3 4\nend\ncurv2 5 8 7 6 5\nparm u 0 1 2 3 4\nend\n"
-                                      "cstype rat bspline\ndeg 2 1\nsurf 0 1 0 2 1 2 3 4 5 6\nparm u 0 0 0 1 1 1\nparm v 0 0 2 2\ntrim 0 4 1\nhole 0 4 2\nend\n");
+    const std::string quarter =
+        write("quarter.obj",
+              "v 1 0 0 1\nv 1 0 1 0.70710678118654752\nv 0 0 1 1\nv 1 2 0 1\nv 1 2 1 0.70710678118654752\nv 0 2 1 1\n"
+              "vp 0 0\nvp 1 0\nvp 1 2\nvp 0 2\nvp 0.4 0.8\nvp 0.6 0.8\nvp 0.6 1.2\nvp 0.4 1.2\n"
+              "cstype bezier\ndeg 1\n"
+              "curv2 1 2 3 4 1\nparm u 0 1 2 3 4\nend\ncurv2 5 8 7 6 5\nparm u 0 1 2 3 4\nend\n"
+              "cstype rat bspline\ndeg 2 1\nsurf 0 1 0 2 1 2 3 4 5 6\nparm u 0 0 0 1 1 1\nparm v 0 0 2 2\ntrim 0 4 "
+              "1\nhole 0 4 2\nend\n");
     const EvaluateRun good = run(quarter + " --scheme nurbs --json --at " + write("good", "0 0.2 0.5\n0 1 2\n"));
     ASSERT_EQ(good.exitCode, 0) << good.output;
     const nlohmann::json point = nlohmann::json::parse(good.output.substr(0, good.output.find('\n')));
@@ -75,8 +82,10 @@ TEST_F(EvaluateProgram, ATrimmedQuarterOfACylinderByItsNumber) {
     EXPECT_NEAR(std::hypot(p.x(), p.z()), 1, 1e-14);
     EXPECT_NEAR(p.y(), 0.5, 1e-14);
     EXPECT_NEAR(std::abs(normal.dot(Vec3d(p.x(), 0, p.z()))), 1, 1e-12);
-    for (const auto& [place, words] : {std::pair("0 0.5 1", "surface 0 is trimmed away at 0.5 1"), std::pair("1 0 0", "there is no surface 1"),
-                                       std::pair("0 1.5 0", "whose u goes from 0 to 1 and v from 0 to 2"), std::pair("0 nan 0", "is not on surface 0")}) {
+    for (const auto& [place, words] :
+         {std::pair("0 0.5 1", "surface 0 is trimmed away at 0.5 1"), std::pair("1 0 0", "there is no surface 1"),
+          std::pair("0 1.5 0", "whose u goes from 0 to 1 and v from 0 to 2"),
+          std::pair("0 nan 0", "is not on surface 0")}) {
         const EvaluateRun bad = run(quarter + " --scheme nurbs --at " + write("bad", place));
         EXPECT_EQ(bad.exitCode, 3) << place;
         EXPECT_NE(bad.output.find("bad:1: "), std::string::npos) << bad.output;

@@ -12,7 +12,8 @@ namespace {
 
 using test::Seeds;
 
-/// The control mesh after naive refinement of everything, Catmull and Clark's rules alone, for closed smooth meshes: what the limit tends from.
+/// The control mesh after naive refinement of everything, Catmull and Clark's rules alone, for closed smooth meshes:
+/// what the limit tends from.
 struct NaiveMesh {
     std::vector<Vec3d> points;
     std::vector<std::vector<std::uint32_t>> faces;
@@ -36,7 +37,8 @@ struct NaiveMesh {
         out.points = points;
         for (const auto& [ends, around] : edges) {
             edgePoint[ends] = static_cast<std::uint32_t>(out.points.size());
-            out.points.push_back((points[ends.first] + points[ends.second] + centres[around[0]] + centres[around[1]]) / 4);
+            out.points.push_back((points[ends.first] + points[ends.second] + centres[around[0]] + centres[around[1]]) /
+                                 4);
             for (const std::uint32_t v : {ends.first, ends.second}) {
                 edgeSum[v] += (points[ends.first] + points[ends.second]) / 2;
                 valence[v] += 1;
@@ -54,8 +56,10 @@ struct NaiveMesh {
             out.points.push_back(centres[f]);
             const std::size_t size = faces[f].size();
             for (std::size_t i = 0; i < size; ++i) {
-                const std::uint32_t here = faces[f][i], next = faces[f][(i + 1) % size], before = faces[f][(i + size - 1) % size];
-                out.faces.push_back({here, edgePoint.at(std::minmax(here, next)), centre, edgePoint.at(std::minmax(before, here))});
+                const std::uint32_t here = faces[f][i], next = faces[f][(i + 1) % size],
+                                    before = faces[f][(i + size - 1) % size];
+                out.faces.push_back(
+                    {here, edgePoint.at(std::minmax(here, next)), centre, edgePoint.at(std::minmax(before, here))});
             }
         }
         return out;
@@ -68,7 +72,8 @@ TEST(LimitEvaluator, IsWhatNaiveRefinementTendsTo) {
         NaiveMesh naive{.points = mesh.positions, .faces = {}};
         std::size_t begin = 0;
         for (const std::uint32_t size : mesh.faceSizes) {
-            naive.faces.emplace_back(mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(begin), mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(begin + size));
+            naive.faces.emplace_back(mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     mesh.faceVertices.begin() + static_cast<std::ptrdiff_t>(begin + size));
             begin += size;
         }
         const auto topology = SubdivisionTopology::build(mesh);
@@ -83,7 +88,8 @@ TEST(LimitEvaluator, IsWhatNaiveRefinementTendsTo) {
             for (std::uint32_t f = 0; f < mesh.faceSizes.size(); ++f) {
                 for (std::uint32_t i = 0; i < mesh.faceSizes[f]; ++i, ++corner) {
                     const bool whole = mesh.faceSizes[f] == 4;
-                    const PtexPoint at{topology->firstPtexOf(f) + (whole ? 0 : i), whole && (i == 1 || i == 2) ? 1.0 : 0.0, whole && i >= 2 ? 1.0 : 0.0};
+                    const PtexPoint at{topology->firstPtexOf(f) + (whole ? 0 : i),
+                                       whole && (i == 1 || i == 2) ? 1.0 : 0.0, whole && i >= 2 ? 1.0 : 0.0};
                     const auto point = evaluator.evaluate(mesh.positions, at);
                     ASSERT_TRUE(point.has_value());
                     most = std::max(most, (point->point - naive.points[mesh.faceVertices[corner]]).norm());
@@ -126,7 +132,9 @@ std::vector<Seam> seamsOf(const SubdivisionTopology& topology) {
     }
     return seams;
 }
-PtexPoint between(const PtexPoint& a, const PtexPoint& b, double t) { return {a.face, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v}; }
+PtexPoint between(const PtexPoint& a, const PtexPoint& b, double t) {
+    return {a.face, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v};
+}
 
 TEST(LimitEvaluator, HasNoGapsAcrossAnyEdge) {
     std::size_t seamsSeen = 0;
@@ -140,10 +148,12 @@ TEST(LimitEvaluator, HasNoGapsAcrossAnyEdge) {
         LimitEvaluator evaluator(*topology);
         for (const Seam& seam : seamsOf(*topology)) {
             for (const double t : {0.0, 1e-9, 0.25, 0.3719, 1.0}) {
-                const auto a = evaluator.evaluate(mesh.positions, between(seam.aFrom, seam.aTo, t)), b = evaluator.evaluate(mesh.positions, between(seam.bFrom, seam.bTo, t));
+                const auto a = evaluator.evaluate(mesh.positions, between(seam.aFrom, seam.aTo, t)),
+                           b = evaluator.evaluate(mesh.positions, between(seam.bFrom, seam.bTo, t));
                 ASSERT_TRUE(a.has_value() && b.has_value());
                 // 40 refinements of points below 10, each to 1e-15 of them.
-                EXPECT_LT((a->point - b->point).norm(), 1e-12) << seam.aFrom.face << " " << seam.bFrom.face << " at " << t;
+                EXPECT_LT((a->point - b->point).norm(), 1e-12)
+                    << seam.aFrom.face << " " << seam.bFrom.face << " at " << t;
             }
             ++seamsSeen;
         }
@@ -166,8 +176,10 @@ TEST(LimitEvaluator, DerivativesAreThoseOfThePoints) {
             if (u < 0.01 || v < 0.01 || u + v > 0.99) continue;
             const auto here = evaluator.evaluate(mesh.positions, {f, u, v});
             if (!here) continue;
-            const auto right = evaluator.evaluate(mesh.positions, {f, u + h, v}), left = evaluator.evaluate(mesh.positions, {f, u - h, v});
-            const auto up = evaluator.evaluate(mesh.positions, {f, u, v + h}), down = evaluator.evaluate(mesh.positions, {f, u, v - h});
+            const auto right = evaluator.evaluate(mesh.positions, {f, u + h, v}),
+                       left = evaluator.evaluate(mesh.positions, {f, u - h, v});
+            const auto up = evaluator.evaluate(mesh.positions, {f, u, v + h}),
+                       down = evaluator.evaluate(mesh.positions, {f, u, v - h});
             // Second derivatives grow as sharpness runs out: by h · 2^2 · 8 at most here, where it is below 3.
             EXPECT_LT(((right->point - left->point) / (2 * h) - here->du).norm(), 1e-3) << f << " " << u << " " << v;
             EXPECT_LT(((up->point - down->point) / (2 * h) - here->dv).norm(), 1e-3) << f << " " << u << " " << v;
@@ -186,7 +198,8 @@ TEST(LimitEvaluator, TendsToWhatItSaysAtCorners) {
         ASSERT_TRUE(topology.has_value());
         LimitEvaluator evaluator(*topology);
         for (std::uint32_t f = 0; f < topology->ptexFaceCount(); ++f) {
-            const auto corner = evaluator.evaluate(mesh.positions, {f, 0, 0}), near = evaluator.evaluate(mesh.positions, {f, 1e-13, 1e-13});
+            const auto corner = evaluator.evaluate(mesh.positions, {f, 0, 0}),
+                       near = evaluator.evaluate(mesh.positions, {f, 1e-13, 1e-13});
             if (!corner) continue;
             // 43 halvings; the slowest vertex of these, of valence 8 or fixed, shrinks to 0.67 at each: 3e-8.
             EXPECT_LT((corner->point - near->point).norm(), 1e-7) << f;
@@ -195,7 +208,8 @@ TEST(LimitEvaluator, TendsToWhatItSaysAtCorners) {
 }
 
 TEST(LimitEvaluator, DerivativesAtVerticesOfRefinementsAreThoseBesideThem) {
-    // Inside a face and on its edges all vertices of refinements are regular, or on creases: there the limit's masks give derivatives.
+    // Inside a face and on its edges all vertices of refinements are regular, or on creases: there the limit's masks
+    // give derivatives.
     const Seeds seeds(150);
     std::size_t seen = 0;
     for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count; ++seed) {
@@ -212,9 +226,11 @@ TEST(LimitEvaluator, DerivativesAtVerticesOfRefinementsAreThoseBesideThem) {
                 for (int j = 0; i + j <= (triangle ? 8 : 16) && j <= 8; ++j) {
                     if (i % 8 == 0 && j % 8 == 0) continue;
                     // Inwards, so not across a crease.
-                    const double u = i / 8.0, v = j / 8.0, step = 1e-9, toU = (triangle ? 1.0 / 3 : 0.5) - u, toV = (triangle ? 1.0 / 3 : 0.5) - v;
+                    const double u = i / 8.0, v = j / 8.0, step = 1e-9, toU = (triangle ? 1.0 / 3 : 0.5) - u,
+                                 toV = (triangle ? 1.0 / 3 : 0.5) - v;
                     const auto here = evaluator.evaluate(mesh.positions, {f, u, v});
-                    const auto beside = evaluator.evaluate(mesh.positions, {f, u + step * toU + 0.1 * step * v, v + step * toV - 0.1 * step * u});
+                    const auto beside = evaluator.evaluate(
+                        mesh.positions, {f, u + step * toU + 0.1 * step * v, v + step * toV - 0.1 * step * u});
                     if (!here) continue;
                     ++seen;
                     EXPECT_LT((here->du - beside->du).norm(), 1e-5) << f << " " << u << " " << v;
@@ -232,7 +248,9 @@ TEST(LimitEvaluator, NormalsAtBoundariesAreTheLimitOfNormals) {
         for (std::uint32_t faces = 2; faces <= 5; ++faces) {
             std::vector<Vec3d> positions{{0, 0, 0.3}};
             std::vector<std::vector<std::uint32_t>> all;
-            const auto on = [&](double turn, double radius) { positions.emplace_back(radius * std::cos(turn), radius * std::sin(turn), 0.2 * turn * radius); };
+            const auto on = [&](double turn, double radius) {
+                positions.emplace_back(radius * std::cos(turn), radius * std::sin(turn), 0.2 * turn * radius);
+            };
             for (std::uint32_t i = 0; i <= faces; ++i) on(3.2 * i / faces, 1);
             for (std::uint32_t i = 0; i < faces; ++i) {
                 if (scheme == SubdivisionScheme::kLoop) {
@@ -246,9 +264,11 @@ TEST(LimitEvaluator, NormalsAtBoundariesAreTheLimitOfNormals) {
             const auto topology = SubdivisionTopology::build(mesh);
             ASSERT_TRUE(topology.has_value());
             LimitEvaluator evaluator(*topology);
-            const auto at = evaluator.evaluate(mesh.positions, {0, 0, 0}), near = evaluator.evaluate(mesh.positions, {0, 1e-12, 1e-12});
+            const auto at = evaluator.evaluate(mesh.positions, {0, 0, 0}),
+                       near = evaluator.evaluate(mesh.positions, {0, 1e-12, 1e-12});
             EXPECT_NEAR(at->normal.norm(), 1, 1e-12);
-            // Of more faces the second way across shrinks no faster than the way along, and what is beside has no tangent plane in common.
+            // Of more faces the second way across shrinks no faster than the way along, and what is beside has no
+            // tangent plane in common.
             if (faces <= 3) {
                 EXPECT_LT((at->normal - near->normal).norm(), 2e-3) << faces;
             }
@@ -263,7 +283,8 @@ TEST(LimitEvaluator, NormalsAtSmoothVerticesAreTheLimitOfNormals) {
             const auto topology = SubdivisionTopology::build(mesh);
             ASSERT_TRUE(topology.has_value());
             LimitEvaluator evaluator(*topology);
-            const auto pole = evaluator.evaluate(mesh.positions, {0, 0, 0}), near = evaluator.evaluate(mesh.positions, {0, 1e-12, 1e-12});
+            const auto pole = evaluator.evaluate(mesh.positions, {0, 0, 0}),
+                       near = evaluator.evaluate(mesh.positions, {0, 1e-12, 1e-12});
             ASSERT_TRUE(pole.has_value() && near.has_value());
             EXPECT_LT((pole->normal - Vec3d(0, 0, 1)).norm(), 1e-9) << valence;
             // At more edges the third eigenvalue comes so near the second that 40 refinements do not part them.
@@ -290,7 +311,8 @@ TEST(LimitEvaluator, MovesOnlyWhatDependsOnAPoint) {
         EXPECT_TRUE(std::is_sorted(touched.begin(), touched.end()));
         const std::size_t nodes = evaluator.graph().nodeCount();
         for (std::uint32_t f = 0; f < topology->ptexFaceCount(); ++f) {
-            const auto before = evaluator.evaluate(mesh.positions, {f, 0.3, 0.4}), after = evaluator.evaluate(other, {f, 0.3, 0.4});
+            const auto before = evaluator.evaluate(mesh.positions, {f, 0.3, 0.4}),
+                       after = evaluator.evaluate(other, {f, 0.3, 0.4});
             if (!before) continue;
             if (!std::binary_search(touched.begin(), touched.end(), f)) {
                 EXPECT_EQ(before->point, after->point) << f;

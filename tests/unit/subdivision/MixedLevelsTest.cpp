@@ -23,11 +23,16 @@ struct MixedArrays {
         std::memcpy(bits.data(), &positions[3 * vertex], sizeof bits);
         return bits;
     }
-    [[nodiscard]] Vec3d positionOf(std::uint32_t vertex) const { return {positions[3 * vertex], positions[3 * vertex + 1], positions[3 * vertex + 2]}; }
-    [[nodiscard]] Vec3d normalOf(std::uint32_t vertex) const { return {normals[3 * vertex], normals[3 * vertex + 1], normals[3 * vertex + 2]}; }
+    [[nodiscard]] Vec3d positionOf(std::uint32_t vertex) const {
+        return {positions[3 * vertex], positions[3 * vertex + 1], positions[3 * vertex + 2]};
+    }
+    [[nodiscard]] Vec3d normalOf(std::uint32_t vertex) const {
+        return {normals[3 * vertex], normals[3 * vertex + 1], normals[3 * vertex + 2]};
+    }
 };
 MixedArrays mixedArrays(const LimitTessellation& tessellation, std::span<const float> points) {
-    MixedArrays out{std::vector<float>(3 * tessellation.vertexCount(), NAN), std::vector<float>(3 * tessellation.vertexCount(), NAN)};
+    MixedArrays out{std::vector<float>(3 * tessellation.vertexCount(), NAN),
+                    std::vector<float>(3 * tessellation.vertexCount(), NAN)};
     tessellation.evaluate(points, out.positions, out.normals);
     return out;
 }
@@ -50,7 +55,8 @@ std::shared_ptr<const LimitTessellation> mixedOf(const ControlMesh& mesh, const 
     return *made;
 }
 /// By ends' bits: how often an edge is gone along one way more than the other.
-std::map<std::pair<MixedBits, MixedBits>, int> waysOf(const LimitTessellation& tessellation, const MixedArrays& arrays) {
+std::map<std::pair<MixedBits, MixedBits>, int> waysOf(const LimitTessellation& tessellation,
+                                                      const MixedArrays& arrays) {
     std::map<std::pair<MixedBits, MixedBits>, int> ways;
     const auto& indices = tessellation.indices();
     for (std::size_t i = 0; i < indices.size(); ++i) {
@@ -65,10 +71,13 @@ void creaseAtRandom(ControlMesh& mesh, std::mt19937_64& random, int count) {
         const auto side = static_cast<std::uint32_t>(random() % mesh.faceVertices.size());
         std::uint32_t face = 0, begin = 0;
         while (begin + mesh.faceSizes[face] <= side) begin += mesh.faceSizes[face++];
-        mesh.creases.push_back({mesh.faceVertices[side], mesh.faceVertices[begin + (side - begin + 1) % mesh.faceSizes[face]], i % 2 ? kInfiniteSharpness : 1.5F});
+        mesh.creases.push_back({mesh.faceVertices[side],
+                                mesh.faceVertices[begin + (side - begin + 1) % mesh.faceSizes[face]],
+                                i % 2 ? kInfiniteSharpness : 1.5F});
     }
 }
-constexpr std::array kMixedSchemes{SubdivisionScheme::kCatmullClark, SubdivisionScheme::kLoop, SubdivisionScheme::kBilinear};
+constexpr std::array kMixedSchemes{SubdivisionScheme::kCatmullClark, SubdivisionScheme::kLoop,
+                                   SubdivisionScheme::kBilinear};
 
 TEST(MixedLevels, LeaveNoGapInWhatIsClosed) {
     const Seeds seeds(30);
@@ -76,8 +85,10 @@ TEST(MixedLevels, LeaveNoGapInWhatIsClosed) {
         TESSERA_TRACE_SEED("unit_subdivision", seed);
         std::mt19937_64 random(seed);
         const SubdivisionScheme scheme = kMixedSchemes[random() % 3];
-        ControlMesh mesh = random() % 3 == 0 ? gridMesh(5, 4, true, scheme) : poleMesh(3 + static_cast<std::uint32_t>(random() % 8), scheme);
-        for (Vec3d& p : mesh.positions) p += 1e-3 * Vec3d(double(random() % 97), double(random() % 97), double(random() % 97));
+        ControlMesh mesh = random() % 3 == 0 ? gridMesh(5, 4, true, scheme)
+                                             : poleMesh(3 + static_cast<std::uint32_t>(random() % 8), scheme);
+        for (Vec3d& p : mesh.positions)
+            p += 1e-3 * Vec3d(double(random() % 97), double(random() % 97), double(random() % 97));
         creaseAtRandom(mesh, random, static_cast<int>(random() % 12));
         const std::vector<std::uint8_t> levels = anyLevels(random, mesh.faceSizes.size(), 4);
         const auto mixed = mixedOf(mesh, levels), even = mixedOf(mesh, std::vector<std::uint8_t>(levels.size(), 4));
@@ -86,7 +97,9 @@ TEST(MixedLevels, LeaveNoGapInWhatIsClosed) {
         for (const auto& [edge, sum] : ways) ASSERT_EQ(sum, 0);
         ASSERT_EQ(ways.size(), mixed->indices().size() / 2) << "each edge has two triangles";
         for (std::size_t i = 0; i < mixed->indices().size(); i += 3)
-            ASSERT_EQ((std::set<std::uint32_t>{mixed->indices()[i], mixed->indices()[i + 1], mixed->indices()[i + 2]}.size()), 3u);
+            ASSERT_EQ(
+                (std::set<std::uint32_t>{mixed->indices()[i], mixed->indices()[i + 1], mixed->indices()[i + 2]}.size()),
+                3u);
         ASSERT_LT(mixed->indices().size(), even->indices().size());
     }
 }
@@ -98,7 +111,8 @@ TEST(MixedLevels, OfAnOpenSheetEndWhereItDoes) {
         std::mt19937_64 random(seed);
         const SubdivisionScheme scheme = kMixedSchemes[random() % 3];
         ControlMesh mesh = gridMesh(4, 3, false, scheme);
-        for (Vec3d& p : mesh.positions) p += 1e-3 * Vec3d(double(random() % 97), double(random() % 97), double(random() % 97));
+        for (Vec3d& p : mesh.positions)
+            p += 1e-3 * Vec3d(double(random() % 97), double(random() % 97), double(random() % 97));
         creaseAtRandom(mesh, random, static_cast<int>(random() % 5));
         const std::vector<std::uint8_t> levels = anyLevels(random, mesh.faceSizes.size(), 4);
         const auto mixed = mixedOf(mesh, levels);
@@ -129,27 +143,33 @@ TEST(MixedLevels, CoverAFlatSheetOnceTheRightWayRound) {
         TESSERA_TRACE_SEED("unit_subdivision", seed);
         std::mt19937_64 random(seed);
         ControlMesh mesh = gridMesh(4, 3, false, kMixedSchemes[random() % 3]);
-        for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) mesh.positions[i] = {double(i % 5) + double(random() % 6) / 100, double(i / 5) + double(random() % 6) / 100, 0};
+        for (std::uint32_t i = 0; i < mesh.positions.size(); ++i)
+            mesh.positions[i] = {double(i % 5) + double(random() % 6) / 100, double(i / 5) + double(random() % 6) / 100,
+                                 0};
         creaseAtRandom(mesh, random, static_cast<int>(random() % 5));
         const std::vector<std::uint8_t> levels = anyLevels(random, mesh.faceSizes.size(), 4);
         const auto areaOf = [&](const LimitTessellation& tessellation) {
             const MixedArrays out = mixedArrays(tessellation, mixedPoints(mesh));
             double sum = 0;
             for (std::size_t i = 0; i < tessellation.indices().size(); i += 3) {
-                const Vec3d a = out.positionOf(tessellation.indices()[i]), b = out.positionOf(tessellation.indices()[i + 1]), c = out.positionOf(tessellation.indices()[i + 2]);
+                const Vec3d a = out.positionOf(tessellation.indices()[i]),
+                            b = out.positionOf(tessellation.indices()[i + 1]),
+                            c = out.positionOf(tessellation.indices()[i + 2]);
                 const double area = 0.5 * (b - a).cross(c - a).z();
                 EXPECT_GT(area, 0);
                 sum += area;
             }
             return sum;
         };
-        const double mixed = areaOf(*mixedOf(mesh, levels)), even = areaOf(*mixedOf(mesh, std::vector<std::uint8_t>(levels.size(), 4)));
+        const double mixed = areaOf(*mixedOf(mesh, levels)),
+                     even = areaOf(*mixedOf(mesh, std::vector<std::uint8_t>(levels.size(), 4)));
         // Rims of coarser faces are shorter ways along the sheet's.
         EXPECT_NEAR(mixed, even, 0.05 * even);
     }
 }
 
-/// The oracle is the tessellation of the finest level, which other tests hold against the evaluator: a face that is coarser has some of its vertices.
+/// The oracle is the tessellation of the finest level, which other tests hold against the evaluator: a face that is
+/// coarser has some of its vertices.
 TEST(MixedLevels, HaveThePointsAndNormalsOfTheFinest) {
     const Seeds seeds(25);
     std::size_t compared = 0;
@@ -164,7 +184,8 @@ TEST(MixedLevels, HaveThePointsAndNormalsOfTheFinest) {
         const MixedArrays out = mixedArrays(*mixed, mixedPoints(mesh)), fine = mixedArrays(*even, mixedPoints(mesh));
         // Places of a grid much wider than rounding, each vertex in all that it may have been rounded to.
         const auto cellOf = [](const Vec3d& p, double dx, double dy, double dz) {
-            return std::array<long, 3>{std::lround((p.x() + dx) * 1e4), std::lround((p.y() + dy) * 1e4), std::lround((p.z() + dz) * 1e4)};
+            return std::array<long, 3>{std::lround((p.x() + dx) * 1e4), std::lround((p.y() + dy) * 1e4),
+                                       std::lround((p.z() + dz) * 1e4)};
         };
         std::multimap<std::array<long, 3>, std::uint32_t> known;
         for (std::uint32_t v = 0; v < even->vertexCount(); ++v) known.emplace(cellOf(fine.positionOf(v), 0, 0, 0), v);
@@ -173,16 +194,20 @@ TEST(MixedLevels, HaveThePointsAndNormalsOfTheFinest) {
         const MixedArrays coarse = mixedArrays(*coarsest, mixedPoints(mesh));
         std::set<std::array<long, 3>> corners;
         for (std::uint32_t v = 0; v < coarsest->vertexCount(); ++v)
-            for (int k = 0; k < 8; ++k) corners.insert(cellOf(coarse.positionOf(v), k & 1 ? 2e-5 : -2e-5, k & 2 ? 2e-5 : -2e-5, k & 4 ? 2e-5 : -2e-5));
+            for (int k = 0; k < 8; ++k)
+                corners.insert(
+                    cellOf(coarse.positionOf(v), k & 1 ? 2e-5 : -2e-5, k & 2 ? 2e-5 : -2e-5, k & 4 ? 2e-5 : -2e-5));
         for (std::uint32_t v = 0; v < mixed->vertexCount(); ++v) {
             double nearest = 1, straightest = 2;
             for (int k = 0; k < 8; ++k) {
                 const double r = 2e-5;
-                const auto [begin, end] = known.equal_range(cellOf(out.positionOf(v), k & 1 ? r : -r, k & 2 ? r : -r, k & 4 ? r : -r));
+                const auto [begin, end] =
+                    known.equal_range(cellOf(out.positionOf(v), k & 1 ? r : -r, k & 2 ? r : -r, k & 4 ? r : -r));
                 for (auto at = begin; at != end; ++at) {
                     const double apart = (fine.positionOf(at->second) - out.positionOf(v)).norm();
                     nearest = std::min(nearest, apart);
-                    if (apart < 2e-5) straightest = std::min(straightest, (fine.normalOf(at->second) - out.normalOf(v)).norm());
+                    if (apart < 2e-5)
+                        straightest = std::min(straightest, (fine.normalOf(at->second) - out.normalOf(v)).norm());
                 }
             }
             ASSERT_LT(nearest, 1e-5) << "vertex " << v;
@@ -202,7 +227,8 @@ TEST(MixedLevels, FollowMovedPointsToTheBytesOfFreshOnes) {
         ControlMesh mesh = someMesh(random);
         creaseAtRandom(mesh, random, static_cast<int>(random() % 6));
         if (!SubdivisionTopology::build(mesh)) continue;
-        if (mesh.scheme == SubdivisionScheme::kCatmullClark && random() % 4 == 0) mesh.scheme = SubdivisionScheme::kBilinear;
+        if (mesh.scheme == SubdivisionScheme::kCatmullClark && random() % 4 == 0)
+            mesh.scheme = SubdivisionScheme::kBilinear;
         const auto plan = LimitPlan::build(mesh).value();
         std::vector<float> points = mixedPoints(mesh);
         for (int pattern = 0; pattern < 2; ++pattern) {
@@ -212,9 +238,11 @@ TEST(MixedLevels, FollowMovedPointsToTheBytesOfFreshOnes) {
             ASSERT_EQ(mixed->indices(), other->indices()) << "whatever was asked of the plan before";
             for (int step = 0; step < 3; ++step) {
                 const auto moved = static_cast<std::uint32_t>(random() % mesh.positions.size());
-                for (std::uint32_t k = 0; k < 3; ++k) points[3 * moved + k] += static_cast<float>(random() % 100) / 100.0F;
+                for (std::uint32_t k = 0; k < 3; ++k)
+                    points[3 * moved + k] += static_cast<float>(random() % 100) / 100.0F;
                 const MixedArrays before = out;
-                const LimitTessellation::Range range = mixed->update(std::span(&moved, 1), points, out.positions, out.normals);
+                const LimitTessellation::Range range =
+                    mixed->update(std::span(&moved, 1), points, out.positions, out.normals);
                 const MixedArrays fresh = mixedArrays(*other, points);
                 ASSERT_EQ(std::memcmp(out.positions.data(), fresh.positions.data(), 4 * out.positions.size()), 0);
                 ASSERT_EQ(std::memcmp(out.normals.data(), fresh.normals.data(), 4 * out.normals.size()), 0);

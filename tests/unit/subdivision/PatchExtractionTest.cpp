@@ -14,19 +14,26 @@ namespace {
 
 using test::Seeds;
 
-bool isTriangle(const SurfacePatch& patch) { return std::holds_alternative<BezierTriangle>(patch.shape); }
+bool isTriangle(const SurfacePatch& patch) {
+    return std::holds_alternative<BezierTriangle>(patch.shape);
+}
 
 /// Points of every patch beside the surface's; the largest part of its error that any of them has.
-double checkPatches(const ControlMesh& mesh, const SubdivisionTopology& topology, const std::vector<SurfacePatch>& patches, std::mt19937_64& random) {
+double checkPatches(const ControlMesh& mesh, const SubdivisionTopology& topology,
+                    const std::vector<SurfacePatch>& patches, std::mt19937_64& random) {
     LimitEvaluator evaluator(topology);
     double used = 0;
     for (const SurfacePatch& patch : patches) {
         for (int i = 0; i < 4; ++i) {
-            const auto [s, t] = i == 0 ? std::pair(0.0, 0.0) : i == 1 ? std::pair(0.0, 1.0) : test::somePlace(random, isTriangle(patch));
-            const auto exact = evaluator.evaluate(mesh.positions, {patch.ptex, patch.u + patch.size * s, patch.v + patch.size * t});
+            const auto [s, t] = i == 0   ? std::pair(0.0, 0.0)
+                                : i == 1 ? std::pair(0.0, 1.0)
+                                         : test::somePlace(random, isTriangle(patch));
+            const auto exact =
+                evaluator.evaluate(mesh.positions, {patch.ptex, patch.u + patch.size * s, patch.v + patch.size * t});
             EXPECT_TRUE(exact.has_value());
             const double off = (evaluate(patch, s, t).point - exact->point).norm();
-            EXPECT_LE(off, patch.error) << "face " << patch.ptex << " at " << patch.u << " " << patch.v << " size " << patch.size;
+            EXPECT_LE(off, patch.error) << "face " << patch.ptex << " at " << patch.u << " " << patch.v << " size "
+                                        << patch.size;
             used = std::max(used, off / patch.error);
         }
     }
@@ -51,7 +58,8 @@ TEST(PatchExtraction, IsNowhereFartherThanItsErrorAndCoversAll) {
         ASSERT_TRUE(topology.has_value());
         NeighbourhoodGraph graph(*topology);
         double faces = 0;
-        for (std::uint32_t p = 0; p < topology->ptexFaceCount(); ++p) faces += topology->hasSurface(topology->ptexFace(p).face) ? 1 : 0;
+        for (std::uint32_t p = 0; p < topology->ptexFaceCount(); ++p)
+            faces += topology->hasSurface(topology->ptexFace(p).face) ? 1 : 0;
         for (const bool approximate : {true, false}) {
             const PatchOptions options{.tolerance = approximate ? 0.01 : 0.3, .approximate = approximate};
             const auto patches = patchesOf(graph, mesh.positions, options);
@@ -69,7 +77,8 @@ TEST(PatchExtraction, IsNowhereFartherThanItsErrorAndCoversAll) {
 TEST(PatchExtraction, RegularFacesAreOneExactPatchEach) {
     for (const SubdivisionScheme scheme : {SubdivisionScheme::kCatmullClark, SubdivisionScheme::kLoop}) {
         ControlMesh mesh = test::gridMesh(5, 5, false, scheme);
-        mesh.boundary = scheme == SubdivisionScheme::kLoop ? BoundaryInterpolation::kEdgeOnly : BoundaryInterpolation::kEdgeAndCorner;
+        mesh.boundary = scheme == SubdivisionScheme::kLoop ? BoundaryInterpolation::kEdgeOnly
+                                                           : BoundaryInterpolation::kEdgeAndCorner;
         // A crease from side to side.
         for (std::uint32_t x = 0; x < 5; ++x) mesh.creases.push_back({2 * 6 + x, 2 * 6 + x + 1, kInfiniteSharpness});
         const auto topology = SubdivisionTopology::build(mesh);
@@ -79,7 +88,8 @@ TEST(PatchExtraction, RegularFacesAreOneExactPatchEach) {
         ASSERT_TRUE(patches.has_value());
         std::size_t whole = 0;
         for (const SurfacePatch& patch : *patches) whole += patch.size == 1 ? 1 : 0;
-        // In the quadrilateral grid all faces but where the crease meets the boundary; of triangles at corners and there not all.
+        // In the quadrilateral grid all faces but where the crease meets the boundary; of triangles at corners and
+        // there not all.
         EXPECT_GE(whole, scheme == SubdivisionScheme::kLoop ? 38U : 21U);
         std::mt19937_64 random(3);
         checkPatches(mesh, *topology, *patches, random);
@@ -87,8 +97,8 @@ TEST(PatchExtraction, RegularFacesAreOneExactPatchEach) {
 }
 
 TEST(PatchExtraction, PolynomialsAreWhatRefinementOfThemIs) {
-    // For every regular neighbourhood met: its children, refined by the scheme's masks, are the parts of its own polynomial. This judges the
-    // extrapolation at boundaries and creases, and the box spline's table.
+    // For every regular neighbourhood met: its children, refined by the scheme's masks, are the parts of its own
+    // polynomial. This judges the extrapolation at boundaries and creases, and the box spline's table.
     std::size_t seen = 0;
     const Seeds seeds(40);
     for (std::uint64_t seed = seeds.first; seed < seeds.first + seeds.count; ++seed) {
@@ -118,8 +128,9 @@ TEST(PatchExtraction, PolynomialsAreWhatRefinementOfThemIs) {
                 const auto b = bezierOfBoxSpline(p);
                 return evaluate(BezierTriangle{.degree = 4, .points = {b.begin(), b.end()}}, u, v).point;
             };
-            const std::array<Vec2d, 4> origins = triangle ? std::array<Vec2d, 4>{Vec2d(0, 0), Vec2d(0.5, 0), Vec2d(0, 0.5), Vec2d(0.5, 0.5)}
-                                                          : std::array<Vec2d, 4>{Vec2d(0, 0), Vec2d(0.5, 0), Vec2d(0.5, 0.5), Vec2d(0, 0.5)};
+            const std::array<Vec2d, 4> origins =
+                triangle ? std::array<Vec2d, 4>{Vec2d(0, 0), Vec2d(0.5, 0), Vec2d(0, 0.5), Vec2d(0.5, 0.5)}
+                         : std::array<Vec2d, 4>{Vec2d(0, 0), Vec2d(0.5, 0), Vec2d(0.5, 0.5), Vec2d(0, 0.5)};
             for (std::uint32_t c = 0; c < 4; ++c) {
                 const auto& child = graph.childOf(*face.node, c);
                 ASSERT_TRUE(child.node->spline.has_value());
@@ -177,7 +188,8 @@ TEST(PatchExtraction, RefusesInWords) {
     const ControlMesh mesh = test::poleMesh(5, SubdivisionScheme::kCatmullClark);
     const auto topology = SubdivisionTopology::build(mesh);
     NeighbourhoodGraph graph(*topology);
-    for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) EXPECT_FALSE(patchesOf(graph, mesh.positions, {.tolerance = bad}).has_value());
+    for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL})
+        EXPECT_FALSE(patchesOf(graph, mesh.positions, {.tolerance = bad}).has_value());
     EXPECT_EQ(patchesOf(graph, mesh.positions, {.tolerance = 1e-6, .mostPatches = 10}).error().code, ErrorCode::kLimit);
     EXPECT_FALSE(patchesOf(graph, mesh.positions, std::array<std::uint32_t, 1>{99}, {}).has_value());
 }

@@ -12,7 +12,8 @@
 
 namespace tessera::test {
 
-inline ControlMesh meshOf(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces, SubdivisionScheme scheme) {
+inline ControlMesh meshOf(std::vector<Vec3d> positions, const std::vector<std::vector<std::uint32_t>>& faces,
+                          SubdivisionScheme scheme) {
     ControlMesh mesh{.scheme = scheme};
     mesh.positions = std::move(positions);
     for (const auto& face : faces) {
@@ -32,7 +33,8 @@ inline ControlMesh gridMesh(std::uint32_t columns, std::uint32_t rows, bool toru
     std::vector<std::vector<std::uint32_t>> faces;
     for (std::uint32_t y = 0; y < rows; ++y) {
         for (std::uint32_t x = 0; x < columns; ++x) {
-            const std::uint32_t a = y * w + x, b = y * w + (x + 1) % w, c = (y + 1) % h * w + (x + 1) % w, d = (y + 1) % h * w + x;
+            const std::uint32_t a = y * w + x, b = y * w + (x + 1) % w, c = (y + 1) % h * w + (x + 1) % w,
+                                d = (y + 1) % h * w + x;
             if (scheme == SubdivisionScheme::kLoop) {
                 faces.push_back({a, b, c});
                 faces.push_back({a, c, d});
@@ -70,14 +72,16 @@ inline ControlMesh someMesh(std::mt19937_64& random) {
     const auto pick = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
     std::uniform_real_distribution<double> some(-1, 1);
     const SubdivisionScheme scheme = pick(2) == 0 ? SubdivisionScheme::kLoop : SubdivisionScheme::kCatmullClark;
-    ControlMesh mesh = pick(2) == 0 ? gridMesh(3 + pick(3), 3 + pick(3), pick(2) == 0, scheme) : poleMesh(3 + pick(6), scheme);
+    ControlMesh mesh =
+        pick(2) == 0 ? gridMesh(3 + pick(3), 3 + pick(3), pick(2) == 0, scheme) : poleMesh(3 + pick(6), scheme);
     // Some faces fewer: boundaries, and places that are no manifold.
     const std::uint32_t removed = pick(3) == 0 ? pick(4) : 0;
     for (std::uint32_t i = 0; i < removed && mesh.faceSizes.size() > 2; ++i) {
         const std::uint32_t face = pick(static_cast<std::uint32_t>(mesh.faceSizes.size()));
         std::ptrdiff_t begin = 0;
         for (std::uint32_t f = 0; f < face; ++f) begin += mesh.faceSizes[f];
-        mesh.faceVertices.erase(mesh.faceVertices.begin() + begin, mesh.faceVertices.begin() + begin + mesh.faceSizes[face]);
+        mesh.faceVertices.erase(mesh.faceVertices.begin() + begin,
+                                mesh.faceVertices.begin() + begin + mesh.faceSizes[face]);
         mesh.faceSizes.erase(mesh.faceSizes.begin() + face);
     }
     for (Vec3d& p : mesh.positions) p += 0.4 * Vec3d(some(random), some(random), some(random));
@@ -87,11 +91,15 @@ inline ControlMesh someMesh(std::mt19937_64& random) {
         std::uint32_t face = pick(static_cast<std::uint32_t>(mesh.faceSizes.size())), begin = 0;
         for (std::uint32_t f = 0; f < face; ++f) begin += mesh.faceSizes[f];
         const std::uint32_t side = pick(mesh.faceSizes[face]);
-        mesh.creases.push_back({mesh.faceVertices[begin + side], mesh.faceVertices[begin + (side + 1) % mesh.faceSizes[face]], sharpness()});
+        mesh.creases.push_back({mesh.faceVertices[begin + side],
+                                mesh.faceVertices[begin + (side + 1) % mesh.faceSizes[face]], sharpness()});
     }
-    for (std::uint32_t i = pick(4); i > 1; --i) mesh.corners.push_back({pick(static_cast<std::uint32_t>(mesh.positions.size())), sharpness()});
+    for (std::uint32_t i = pick(4); i > 1; --i)
+        mesh.corners.push_back({pick(static_cast<std::uint32_t>(mesh.positions.size())), sharpness()});
     if (pick(4) == 0) mesh.holes.push_back(pick(static_cast<std::uint32_t>(mesh.faceSizes.size())));
-    mesh.boundary = pick(2) == 0 ? BoundaryInterpolation::kEdgeOnly : pick(6) == 0 ? BoundaryInterpolation::kNone : BoundaryInterpolation::kEdgeAndCorner;
+    mesh.boundary = pick(2) == 0   ? BoundaryInterpolation::kEdgeOnly
+                    : pick(6) == 0 ? BoundaryInterpolation::kNone
+                                   : BoundaryInterpolation::kEdgeAndCorner;
     mesh.creaseMethod = pick(4) == 0 ? CreaseMethod::kChaikin : CreaseMethod::kUniform;
     mesh.triangles = pick(4) == 0 ? TriangleRule::kSmooth : TriangleRule::kPolygon;
     return mesh;
@@ -107,7 +115,8 @@ struct Seeds {
         }
     }
 };
-#define TESSERA_TRACE_SEED(program, seed) SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << (seed) << " build/bin/" program)
+#define TESSERA_TRACE_SEED(program, seed) \
+    SCOPED_TRACE(::testing::Message() << "TESSERA_SEED=" << (seed) << " build/bin/" program)
 
 /// Somewhere in a ptex face.
 inline std::pair<double, double> somePlace(std::mt19937_64& random, bool triangle) {

@@ -19,7 +19,8 @@ Picture drawnSmall(char letter, int heightPx) {
 TEST(StrokeFont, LettersDifferEvenAtSevenPixels) {
     for (std::size_t i = 0; i < kAllLetters.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
-            EXPECT_FALSE(drawnSmall(kAllLetters[i], 7) == drawnSmall(kAllLetters[j], 7)) << kAllLetters[i] << " and " << kAllLetters[j];
+            EXPECT_FALSE(drawnSmall(kAllLetters[i], 7) == drawnSmall(kAllLetters[j], 7))
+                << kAllLetters[i] << " and " << kAllLetters[j];
 }
 
 TEST(StrokeFont, DotsAreSeenWhereverTheyFall) {

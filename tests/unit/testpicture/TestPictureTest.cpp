@@ -15,7 +15,9 @@ namespace {
 
 using Pixel = std::array<int, 3>;
 Pixel pixelAt(const Picture& p, int x, int yFromBelow) {
-    const std::size_t at = 3 * (static_cast<std::size_t>(p.heightPx - 1 - yFromBelow) * static_cast<std::size_t>(p.widthPx) + static_cast<std::size_t>(x));
+    const std::size_t at =
+        3 * (static_cast<std::size_t>(p.heightPx - 1 - yFromBelow) * static_cast<std::size_t>(p.widthPx) +
+             static_cast<std::size_t>(x));
     return {p.rgb[at], p.rgb[at + 1], p.rgb[at + 2]};
 }
 
@@ -114,7 +116,8 @@ TEST(TestPicture, RampsHaveEveryValueOnce) {
         const int y = 1080 - 1 - (static_cast<int>(0.72 * 1080) + (channel + 1) * 30 + 15);
         for (int i = 0; i < wide; ++i) {
             const Pixel pixel = pixelAt(p, left + i, y);
-            for (int c = 0; c < 3; ++c) EXPECT_EQ(pixel[static_cast<std::size_t>(c)], channel < 0 || channel == c ? i / 4 : 0) << i;
+            for (int c = 0; c < 3; ++c)
+                EXPECT_EQ(pixel[static_cast<std::size_t>(c)], channel < 0 || channel == c ? i / 4 : 0) << i;
         }
     }
 }
@@ -173,7 +176,8 @@ TEST(TestPicture, ShowsEdgesBehindWhichPixelsAreHidden) {
 TEST(TestPicture, OfTheSmallestTilesIsAPictureToo) {
     for (const int side : {1, 2, 3, 5, 17}) {
         const Wall wall = gridWall({.columns = 2, .rows = 1, .tileWidthPx = side, .tileHeightPx = side});
-        for (const Tile& tile : layoutTiles(wall)) EXPECT_EQ(testPicture(wall, tile, {.frame = ~std::uint64_t{0}}).widthPx, side);
+        for (const Tile& tile : layoutTiles(wall))
+            EXPECT_EQ(testPicture(wall, tile, {.frame = ~std::uint64_t{0}}).widthPx, side);
     }
 }
 

@@ -76,7 +76,8 @@ TEST(TextFields, OutlinesThatComeAlongStay) {
     const Blob outlines = typesetter.set(saved, ignoredNotes)->toBlob();
     Edits edits;
     edits.core<Text>(20).core<Text>(21);
-    edits.value<Text>(20, fieldId<&Text::text>, toValue(std::string("in another font"))).value<Text>(20, fieldId<&Text::outlines>, toValue(outlines));
+    edits.value<Text>(20, fieldId<&Text::text>, toValue(std::string("in another font")))
+        .value<Text>(20, fieldId<&Text::outlines>, toValue(outlines));
     edits.value<Text>(21, fieldId<&Text::text>, toValue(std::string("four")));
     ChangeList list = edits.take();
     ASSERT_TRUE(set(list, scene));

@@ -84,7 +84,9 @@ TEST(Typesetter, KernsAndJoins) {
 }
 
 TEST(Typesetter, LinesStandAsTheyAreAligned) {
-    const std::vector<std::int32_t> left = placesAlong(outlinesOf(words("HHH"))), middle = placesAlong(outlinesOf(words("HHH", Text::kCenter))), right = placesAlong(outlinesOf(words("HHH", Text::kRight)));
+    const std::vector<std::int32_t> left = placesAlong(outlinesOf(words("HHH"))),
+                                    middle = placesAlong(outlinesOf(words("HHH", Text::kCenter))),
+                                    right = placesAlong(outlinesOf(words("HHH", Text::kRight)));
     const std::int32_t width = left[1] * 3;
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(middle[i], left[i] - width / 2, 3);
@@ -94,7 +96,8 @@ TEST(Typesetter, LinesStandAsTheyAreAligned) {
 
 TEST(Typesetter, WhatRunsFromRightToLeftStandsSo) {
     // Alef, bet, gimel: the first stands farthest right.
-    const std::vector<std::uint32_t> hebrew = shapesInSight(outlinesOf(words("אבג"))), alef = shapesInSight(outlinesOf(words("א")));
+    const std::vector<std::uint32_t> hebrew = shapesInSight(outlinesOf(words("אבג"))),
+                                     alef = shapesInSight(outlinesOf(words("א")));
     ASSERT_EQ(hebrew.size(), 3u);
     EXPECT_EQ(outlinesOf(words("אבג")).shapes[hebrew[2]], outlinesOf(words("א")).shapes[alef[0]]);
 }
@@ -115,16 +118,29 @@ using RunsOfLine = std::vector<std::tuple<std::u32string, bool, std::string>>;
 TEST(TextRuns, StandAsTheLineRuns) {
     EXPECT_TRUE(runsFrom(U"").empty());
     EXPECT_EQ(runsFrom(U"12 + 3"), (RunsOfLine{{U"12 + 3", false, "Zyyy"}}));
-    EXPECT_EQ(runsFrom(U"ab אב cd"), (RunsOfLine{{U"ab ", false, "Latn"}, {U"אב", true, "Hebr"}, {U" ", false, "Hebr"}, {U"cd", false, "Latn"}}));
-    EXPECT_EQ(runsFrom(U"אב 1.5 גד"), (RunsOfLine{{U" גד", true, "Hebr"}, {U"1.5", false, "Hebr"}, {U"אב ", true, "Hebr"}})) << "a number is read from left to right";
+    EXPECT_EQ(
+        runsFrom(U"ab אב cd"),
+        (RunsOfLine{{U"ab ", false, "Latn"}, {U"אב", true, "Hebr"}, {U" ", false, "Hebr"}, {U"cd", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"אב 1.5 גד"),
+              (RunsOfLine{{U" גד", true, "Hebr"}, {U"1.5", false, "Hebr"}, {U"אב ", true, "Hebr"}}))
+        << "a number is read from left to right";
     EXPECT_EQ(runsFrom(U"אב, גד"), (RunsOfLine{{U"אב, גד", true, "Hebr"}}));
-    // A bracket belongs to what is around it, with all that is in it (N0); what is quoted in what is quoted has a level of its own.
-    EXPECT_EQ(runsFrom(U"ab (אב) cd"), (RunsOfLine{{U"ab (", false, "Latn"}, {U"אב", true, "Hebr"}, {U") cd", false, "Latn"}}));
-    EXPECT_EQ(runsFrom(U"אב (cd) גד"), (RunsOfLine{{U") גד", true, "Hebr"}, {U"cd", false, "Latn"}, {U"אב (", true, "Hebr"}}));
+    // A bracket belongs to what is around it, with all that is in it (N0); what is quoted in what is quoted has a level
+    // of its own.
+    EXPECT_EQ(runsFrom(U"ab (אב) cd"),
+              (RunsOfLine{{U"ab (", false, "Latn"}, {U"אב", true, "Hebr"}, {U") cd", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"אב (cd) גד"),
+              (RunsOfLine{{U") גד", true, "Hebr"}, {U"cd", false, "Latn"}, {U"אב (", true, "Hebr"}}));
     // An isolate runs by itself, and what is around it as though it were one sign (X5a).
-    EXPECT_EQ(runsFrom(U"he said \u2067אב! cd\u2069."), (RunsOfLine{{U"he said \u2067", false, "Latn"}, {U"cd", false, "Latn"}, {U"אב! ", true, "Hebr"}, {U"\u2069.", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"he said \u2067אב! cd\u2069."), (RunsOfLine{{U"he said \u2067", false, "Latn"},
+                                                                    {U"cd", false, "Latn"},
+                                                                    {U"אב! ", true, "Hebr"},
+                                                                    {U"\u2069.", false, "Latn"}}));
     // An embedding of the other way (X2).
-    EXPECT_EQ(runsFrom(U"ab \u202Bאב cd\u202C ef"), (RunsOfLine{{U"ab \u202B", false, "Latn"}, {U"cd\u202C", false, "Latn"}, {U"אב ", true, "Hebr"}, {U" ef", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"ab \u202Bאב cd\u202C ef"), (RunsOfLine{{U"ab \u202B", false, "Latn"},
+                                                                {U"cd\u202C", false, "Latn"},
+                                                                {U"אב ", true, "Hebr"},
+                                                                {U" ef", false, "Latn"}}));
 }
 
 /// Unicode's annex 24: signs have the script of what is before them, and a bracket that of the one that opens it.
@@ -132,9 +148,12 @@ TEST(TextRuns, EndWhereScriptsDo) {
     EXPECT_EQ(runsFrom(U"שלום سلام"), (RunsOfLine{{U"سلام", true, "Arab"}, {U"שלום ", true, "Hebr"}}));
     EXPECT_EQ(runsFrom(U"سلام שלום"), (RunsOfLine{{U"שלום", true, "Hebr"}, {U"سلام ", true, "Arab"}}));
     EXPECT_EQ(runsFrom(U"(סל) سلام"), (RunsOfLine{{U"سلام", true, "Arab"}, {U"(סל) ", true, "Hebr"}}));
-    EXPECT_EQ(runsFrom(U"שלום (سلام)!"), (RunsOfLine{{U")!", true, "Hebr"}, {U"سلام", true, "Arab"}, {U"שלום (", true, "Hebr"}}));
-    EXPECT_EQ(runsFrom(U"Ab (Ωλ) c"), (RunsOfLine{{U"Ab (", false, "Latn"}, {U"Ωλ", false, "Grek"}, {U") c", false, "Latn"}}));
-    EXPECT_EQ(runsFrom(U"e\u0301 Ω\u0301"), (RunsOfLine{{U"e\u0301 ", false, "Latn"}, {U"Ω\u0301", false, "Grek"}})) << "a mark stays with its letter";
+    EXPECT_EQ(runsFrom(U"שלום (سلام)!"),
+              (RunsOfLine{{U")!", true, "Hebr"}, {U"سلام", true, "Arab"}, {U"שלום (", true, "Hebr"}}));
+    EXPECT_EQ(runsFrom(U"Ab (Ωλ) c"),
+              (RunsOfLine{{U"Ab (", false, "Latn"}, {U"Ωλ", false, "Grek"}, {U") c", false, "Latn"}}));
+    EXPECT_EQ(runsFrom(U"e\u0301 Ω\u0301"), (RunsOfLine{{U"e\u0301 ", false, "Latn"}, {U"Ω\u0301", false, "Grek"}}))
+        << "a mark stays with its letter";
 }
 
 std::vector<LetterShape> lettersInSight(const std::string& line) {
@@ -156,7 +175,8 @@ TEST(Typesetter, JoinsArabicWhateverStandsBesideIt) {
     ASSERT_FALSE(joined.empty());
     EXPECT_FALSE(hasLetters("م ا ل س", joined)) << "they are joined";
     EXPECT_NE(joined, apart);
-    for (const char* line : {"שלום سلام", "سلام שלום", "שלום (سلام) שלום", "abc שלום سلام 12", "12 שלום سلام abc", "سلام abc שלום", "Жя سلام", "שלום, سلام!"})
+    for (const char* line : {"שלום سلام", "سلام שלום", "שלום (سلام) שלום", "abc שלום سلام 12", "12 שלום سلام abc",
+                             "سلام abc שלום", "Жя سلام", "שלום, سلام!"})
         EXPECT_TRUE(hasLetters(line, joined)) << line;
     // And each letter of a long word by itself.
     const std::vector<LetterShape> word = lettersInSight("بسملة");
@@ -197,7 +217,8 @@ TEST(Typesetter, SaysWhatIsMissing) {
 
 TEST(Typesetter, RefusesWhatIsNoTextInWords) {
     EXPECT_EQ(refusalOf(words("ab\xFF")), "the text is no UTF-8: its byte 2 begins no character");
-    for (const char* bad : {"\x80", "\xC0\xAF", "\xE2\x82", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE0\x80\x80"}) EXPECT_NE(refusalOf(words(bad)).find("no UTF-8"), std::string::npos);
+    for (const char* bad : {"\x80", "\xC0\xAF", "\xE2\x82", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE0\x80\x80"})
+        EXPECT_NE(refusalOf(words(bad)).find("no UTF-8"), std::string::npos);
     EXPECT_EQ(refusalOf(words(std::string(1 << 20, 'x'))), "the text has 1048576 bytes, at most 16384 are allowed");
     EXPECT_EQ(refusalOf(words(std::string(16384, 'W'))), "line 1 of the text is longer than 2048 em");
     Text far = words(std::string(200, '\n') + "x");
@@ -206,11 +227,13 @@ TEST(Typesetter, RefusesWhatIsNoTextInWords) {
     Text font = words("a");
     font.font = std::string(1000, 'f');
     EXPECT_NE(refusalOf(font).find("the font's name has 1000 bytes"), std::string::npos);
-    EXPECT_EQ(outlinesOf(words("a\x01\x1B\x7F\r\u202Eb")), outlinesOf(words("ab"))) << "control characters are left out, and what says a direction is seen by nobody";
+    EXPECT_EQ(outlinesOf(words("a\x01\x1B\x7F\r\u202Eb")), outlinesOf(words("ab")))
+        << "control characters are left out, and what says a direction is seen by nobody";
 
     const char* one = std::getenv("TESSERA_SEED");
     Typesetter typesetter;
-    for (std::uint64_t seed = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? seed : 300; seed <= last; ++seed) {
+    for (std::uint64_t seed = one ? std::strtoull(one, nullptr, 10) : 1, last = one ? seed : 300; seed <= last;
+         ++seed) {
         SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_text --gtest_filter=Typesetter.*");
         std::mt19937_64 random(seed);
         std::string text;
@@ -223,7 +246,8 @@ TEST(Typesetter, RefusesWhatIsNoTextInWords) {
             const int more = c < 0x80 ? 0 : c < 0x800 ? 1 : c < 0x10000 ? 2 : 3;
             constexpr unsigned kLead[] = {0, 0xC0, 0xE0, 0xF0};
             text.push_back(static_cast<char>(kLead[more] | c >> (6 * more)));
-            for (int byte = more - 1; byte >= 0; --byte) text.push_back(static_cast<char>(0x80 | ((c >> (6 * byte)) & 0x3F)));
+            for (int byte = more - 1; byte >= 0; --byte)
+                text.push_back(static_cast<char>(0x80 | ((c >> (6 * byte)) & 0x3F)));
         }
         std::vector<std::string> notes;
         const Expected<TextOutlines> made = typesetter.set(words(text), notes);
@@ -237,7 +261,8 @@ TEST(Typesetter, RefusesWhatIsNoTextInWords) {
     }
 }
 
-/// By Green's formula on the curves themselves: 1/2 the integral of x dy - y dx, which Simpson's rule has exactly for polynomials of degree 3, and two halves of Boole's for 5.
+/// By Green's formula on the curves themselves: 1/2 the integral of x dy - y dx, which Simpson's rule has exactly for
+/// polynomials of degree 3, and two halves of Boole's for 5.
 double areaOfCurves(const LetterShape& shape) {
     double area = 0;
     const auto cross = [](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
@@ -246,10 +271,15 @@ double areaOfCurves(const LetterShape& shape) {
         for (const OutlineSegment& s : contour.segments) {
             const OutlinePoint &p = s.points[0], &q = s.points[1], &r = s.points[2];
             if (s.degree == 1) area += cross(from.x, from.y, p.x, p.y) / 2;
-            if (s.degree == 2) area += (2 * cross(from.x, from.y, p.x, p.y) + 2 * cross(p.x, p.y, q.x, q.y) + cross(from.x, from.y, q.x, q.y)) / 6;
+            if (s.degree == 2)
+                area += (2 * cross(from.x, from.y, p.x, p.y) + 2 * cross(p.x, p.y, q.x, q.y) +
+                         cross(from.x, from.y, q.x, q.y)) /
+                        6;
             if (s.degree == 3)
-                area += (6 * cross(from.x, from.y, p.x, p.y) + 3 * cross(from.x, from.y, q.x, q.y) + cross(from.x, from.y, r.x, r.y) + 3 * cross(p.x, p.y, q.x, q.y) + 3 * cross(p.x, p.y, r.x, r.y) +
-                         6 * cross(q.x, q.y, r.x, r.y)) / 20;
+                area += (6 * cross(from.x, from.y, p.x, p.y) + 3 * cross(from.x, from.y, q.x, q.y) +
+                         cross(from.x, from.y, r.x, r.y) + 3 * cross(p.x, p.y, q.x, q.y) +
+                         3 * cross(p.x, p.y, r.x, r.y) + 6 * cross(q.x, q.y, r.x, r.y)) /
+                        20;
             from = s.points[s.degree - 1];
         }
         area += cross(from.x, from.y, contour.start.x, contour.start.y) / 2;
@@ -260,7 +290,8 @@ double areaOfCurves(const LetterShape& shape) {
 TEST(Letters, HaveTheAreaThatTheirCurvesAreAround) {
     std::string all;
     for (char c = '!'; c <= '~'; ++c) all += std::string(1, c) + ' ';  // blanks, so that nothing is joined
-    for (const char* more : {"Ä", "ö", "ß", "é", "Å", "ø", "@", "&", "§", "%", "8", "Ж", "Ω", "א", "ش"}) all += std::string(more) + " ";
+    for (const char* more : {"Ä", "ö", "ß", "é", "Å", "ø", "@", "&", "§", "%", "8", "Ж", "Ω", "א", "ش"})
+        all += std::string(more) + " ";
     const TextOutlines text = outlinesOf(words(all));
     EXPECT_GT(text.shapes.size(), 100u);
     for (const LetterShape& shape : text.shapes) {
@@ -268,19 +299,23 @@ TEST(Letters, HaveTheAreaThatTheirCurvesAreAround) {
         ASSERT_TRUE(letter);
         double area = 0, rim = 0;
         for (std::size_t i = 0; i < letter->triangles.size(); i += 3) {
-            const OutlinePoint &a = letter->vertices[letter->triangles[i]], &b = letter->vertices[letter->triangles[i + 1]], &c = letter->vertices[letter->triangles[i + 2]];
+            const OutlinePoint &a = letter->vertices[letter->triangles[i]],
+                               &b = letter->vertices[letter->triangles[i + 1]],
+                               &c = letter->vertices[letter->triangles[i + 2]];
             area += ((double(b.x) - a.x) * (double(c.y) - a.y) - (double(b.y) - a.y) * (double(c.x) - a.x)) / 2;
         }
         for (const auto& around : letter->rims)
             for (std::size_t i = 0; i < around.size(); ++i) {
-                const OutlinePoint &a = letter->vertices[around[i]], &b = letter->vertices[around[(i + 1) % around.size()]];
+                const OutlinePoint &a = letter->vertices[around[i]],
+                                   &b = letter->vertices[around[(i + 1) % around.size()]];
                 rim += std::hypot(double(a.x) - b.x, double(a.y) - b.y);
             }
         EXPECT_NEAR(area, areaOfCurves(shape), rim * (16 + 0.75)) << "chords are that near to the curves";
     }
 }
 
-/// Each side of a triangle, by the places of its ends, lies beside another that leads back; the volume by the divergence theorem.
+/// Each side of a triangle, by the places of its ends, lies beside another that leads back; the volume by the
+/// divergence theorem.
 double volumeOfSolid(const MeshArrays& mesh) {
     using Place = std::array<float, 3>;
     const auto positions = mesh.positions.as<float>();
@@ -291,10 +326,12 @@ double volumeOfSolid(const MeshArrays& mesh) {
         std::array<Place, 3> p;
         std::array<Vec3d, 3> v;
         for (std::size_t k = 0; k < 3; ++k) {
-            p[k] = {positions[3 * indices[i + k]], positions[3 * indices[i + k] + 1], positions[3 * indices[i + k] + 2]};
+            p[k] = {positions[3 * indices[i + k]], positions[3 * indices[i + k] + 1],
+                    positions[3 * indices[i + k] + 2]};
             v[k] = Vec3d(p[k][0], p[k][1], p[k][2]);
         }
-        for (std::size_t k = 0; k < 3; ++k) p[k] < p[(k + 1) % 3] ? ++sides[{p[k], p[(k + 1) % 3]}] : --sides[{p[(k + 1) % 3], p[k]}];
+        for (std::size_t k = 0; k < 3; ++k)
+            p[k] < p[(k + 1) % 3] ? ++sides[{p[k], p[(k + 1) % 3]}] : --sides[{p[(k + 1) % 3], p[k]}];
         volume += v[0].dot(v[1].cross(v[2])) / 6;
     }
     EXPECT_TRUE(std::ranges::all_of(sides, [](const auto& side) { return side.second == 0; })) << "it is not closed";
@@ -311,7 +348,8 @@ TEST(SolidText, IsClosedAndAsLargeAsItsFrontTimesItsDepth) {
         ASSERT_TRUE(solid.check());
         double front = 0;
         const TextOutlines read = *TextOutlines::of(text.outlines);
-        for (const PlacedLetter& letter : read.letters) front += areaOfCurves(read.shapes[letter.shape]) * 9 / (65536.0 * 65536);
+        for (const PlacedLetter& letter : read.letters)
+            front += areaOfCurves(read.shapes[letter.shape]) * 9 / (65536.0 * 65536);
         EXPECT_NEAR(volumeOfSolid(solid.arrays()), front * 0.5, 0.01 * front);
         Text flat = text;
         flat.depth = 0;

@@ -157,7 +157,9 @@ TEST(KeyFolder, ATokenOfAPanelIsNoneWithoutIt) {
         ASSERT_TRUE(writer->writeTokens({{hashOfToken(word), {"visitor", Role::kEditor, *name}, now + 1h},
                                          {hashOfToken(other), {"ci", Role::kViewer}, now + 1h}}));
     }
-    const auto passOf = [&](const std::string& said) { return (*TlsContext::make(*keys.folder.ofServer()))->passOf(said, now); };
+    const auto passOf = [&](const std::string& said) {
+        return (*TlsContext::make(*keys.folder.ofServer()))->passOf(said, now);
+    };
     ASSERT_TRUE(passOf(word));
     EXPECT_EQ(passOf(word)->panel, KeyFolder::panelName(text));
     EXPECT_EQ(*(*TlsContext::make(*keys.folder.ofServer()))->panelOf(passOf(word)->panel), text);

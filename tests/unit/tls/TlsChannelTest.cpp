@@ -187,7 +187,8 @@ TEST(TlsChannel, WhoeverIsRefusedIsNotResumed) {
 
 /// A key of this wall, for another purpose.
 TEST(TlsChannel, AKeyInTheWrongPlaceIsNotAnotherAuthoritys) {
-    const Context server = contextOf(wall().keysOf(wall().server())), host = contextOf(wall().keysOf(wall().host("left")));
+    const Context server = contextOf(wall().keysOf(wall().server())),
+                  host = contextOf(wall().keysOf(wall().host("left")));
     Wire dialling(server, server);
     dialling.shake();
     ASSERT_TRUE(dialling.server.peer());
@@ -433,7 +434,8 @@ TEST(TlsChannel, WhoChangesKeysAgainAndAgainIsNotListenedTo) {
         const Expected<std::size_t> came = peer.arrives();
         ASSERT_FALSE(came);
         EXPECT_EQ(came.error().code, ErrorCode::kNetwork);
-        EXPECT_NE(came.error().message.find("changes its keys again and again"), std::string::npos) << came.error().message;
+        EXPECT_NE(came.error().message.find("changes its keys again and again"), std::string::npos)
+            << came.error().message;
         EXPECT_LT(server.outgoing().size(), 10'000u) << "answers to a few dozens";
     }
 }

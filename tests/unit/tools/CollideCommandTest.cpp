@@ -39,8 +39,9 @@ TEST(CollideCommand, PointsHaveARadius) {
     EXPECT_EQ(out.asA, Representation::kPoints);
     EXPECT_EQ(out.radius, 0.5);
     EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--radius", "1"}).find("points"), std::string::npos);
-    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--as-b", "points", "--radius", "-1"}).find("--radius"),
-              std::string::npos);
+    EXPECT_NE(
+        refusal({"a", "b", "--poses", "p", "--query", "any", "--as-b", "points", "--radius", "-1"}).find("--radius"),
+        std::string::npos);
     EXPECT_NE(refusal({"a", "--query", "self", "--as-a", "points"}).find("points"), std::string::npos);
 }
 
@@ -144,9 +145,11 @@ TEST(CollideCommand, DistanceFieldsHaveAnError) {
     EXPECT_EQ(usual.error, 0.01);
     EXPECT_EQ(arguments(with({"--as-b", "distance-field", "--error", "20"})).error, 0.2);
     for (const char* error : {"0", "-1", "0.09", "20.1", "nan", "much", ""})
-        EXPECT_NE(refusal(with({"--as-a", "distance-field", "--error", error})).find("--error"), std::string::npos) << error;
+        EXPECT_NE(refusal(with({"--as-a", "distance-field", "--error", error})).find("--error"), std::string::npos)
+            << error;
     EXPECT_EQ(refusal(with({"--error", "1"})), "--error is for --as-a distance-field and --as-b distance-field");
-    EXPECT_EQ(refusal(with({"--as-a", "spherical", "--error", "1"})), "--error is for --as-a distance-field and --as-b distance-field");
+    EXPECT_EQ(refusal(with({"--as-a", "spherical", "--error", "1"})),
+              "--error is for --as-a distance-field and --as-b distance-field");
     for (const char* kind : {"spherical", "distance-field"})
         EXPECT_EQ(refusal(with({"--level-a", "4", "--as-a", kind})), "--level-a is for triangles and height fields");
 }
@@ -271,7 +274,8 @@ TEST(CollideAnswers, ThatAreNotCompleteSaySo) {
 }
 
 TEST(CollideAnswers, TimesAreMeanMedianAndTail) {
-    QueryTimes times{.buildUs = 10, .queryUs = {}, .faces = {5, 6}, .bytes = {700, 800}, .threads = 2, .instructionSet = "avx2"};
+    QueryTimes times{
+        .buildUs = 10, .queryUs = {}, .faces = {5, 6}, .bytes = {700, 800}, .threads = 2, .instructionSet = "avx2"};
     for (int i = 100; i > 0; --i) times.queryUs.push_back(i);
     EXPECT_EQ(timeLine(times, AnswerFormat::kJson),
               R"({"build_us":10,"mean_us":50.5,"median_us":51,"p99_us":100,"threads":2,"instruction_set":"avx2",)"

@@ -23,13 +23,16 @@ protected:
         std::ofstream(folder_ / name, std::ios::binary) << text;
         return (folder_ / name).string();
     }
-    std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("tessera-freeform-" + std::to_string(getpid()));
+    std::filesystem::path folder_ =
+        std::filesystem::temp_directory_path() / ("tessera-freeform-" + std::to_string(getpid()));
 };
 
 /// A cube of side 2; with sharp edges everywhere it is its own limit.
 std::string cube(bool sharp) {
     std::string text;
-    for (int i = 0; i < 8; ++i) text += std::string("v ") + ((i & 1) != 0 ? "1 " : "-1 ") + ((i & 2) != 0 ? "1 " : "-1 ") + ((i & 4) != 0 ? "1\n" : "-1\n");
+    for (int i = 0; i < 8; ++i)
+        text += std::string("v ") + ((i & 1) != 0 ? "1 " : "-1 ") + ((i & 2) != 0 ? "1 " : "-1 ") +
+                ((i & 4) != 0 ? "1\n" : "-1\n");
     text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     const char* edges[] = {"0/1", "1/3", "3/2", "2/0", "4/5", "5/7", "7/6", "6/4", "0/4", "1/5", "2/6", "3/7"};
     for (const char* e : edges)
@@ -39,7 +42,11 @@ std::string cube(bool sharp) {
 
 TEST_F(FreeformFiles, AnswersNameFacesAndTheirParameters) {
     const std::string path = file("cube.obj", cube(true));
-    CollideArguments arguments{.a = path, .b = path, .freeformA = FreeformKind::kSubdivision, .freeformB = FreeformKind::kSubdivision, .format = AnswerFormat::kJson};
+    CollideArguments arguments{.a = path,
+                               .b = path,
+                               .freeformA = FreeformKind::kSubdivision,
+                               .freeformB = FreeformKind::kSubdivision,
+                               .format = AnswerFormat::kJson};
     const Expected<FreeformShape> a = loadFreeform(path, arguments.freeformA, Representation::kTriangles, arguments);
     const Expected<FreeformShape> b = loadFreeform(path, std::nullopt, Representation::kHull, arguments);
     ASSERT_TRUE(a) << a.error().message;
@@ -152,23 +159,30 @@ TEST_F(FreeformFiles, BadOnesAreRefusedInWords) {
         const Expected<FreeformShape> shape = loadFreeform(path, kind, Representation::kTriangles, arguments);
         return shape ? std::string("accepted") : shape.error().message;
     };
-    EXPECT_NE(refusal((folder_ / "none.obj").string(), FreeformKind::kNurbs).find("cannot be opened"), std::string::npos);
+    EXPECT_NE(refusal((folder_ / "none.obj").string(), FreeformKind::kNurbs).find("cannot be opened"),
+              std::string::npos);
     EXPECT_NE(refusal(folder_.string(), FreeformKind::kLoop).find("folder"), std::string::npos);
     EXPECT_NE(refusal(file("quads.obj", cube(false)), FreeformKind::kLoop).find("quads.obj"), std::string::npos);
     EXPECT_NE(refusal(file("polygons.obj", cube(false)), FreeformKind::kNurbs).find("polygons.obj"), std::string::npos);
-    EXPECT_NE(refusal(file("bad.obj", "v 0 0 nan\nf 1 1 1\n"), FreeformKind::kSubdivision).find("bad.obj"), std::string::npos);
+    EXPECT_NE(refusal(file("bad.obj", "v 0 0 nan\nf 1 1 1\n"), FreeformKind::kSubdivision).find("bad.obj"),
+              std::string::npos);
     EXPECT_NE(refusal(file("empty.obj", ""), FreeformKind::kSubdivision).find("empty.obj"), std::string::npos);
 }
 
 TEST_F(FreeformFiles, WhatIsLeftOutOfAMixedFileIsSaid) {
-    const std::string surface = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
+    const std::string surface =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 "
+        "1 1\nend\n";
     const auto said = [&](const std::string& text, FreeformKind kind) {
         testing::internal::CaptureStderr();
         EXPECT_TRUE(loadFreeform(file("mixed.obj", text), kind, Representation::kTriangles, CollideArguments()));
         return testing::internal::GetCapturedStderr();
     };
-    EXPECT_NE(said(surface + "  f 1 2 4 3\n", FreeformKind::kNurbs).find("mixed.obj: its polygons are left out"), std::string::npos);
-    EXPECT_NE(said("f 1 2 4 3\n" + surface, FreeformKind::kSubdivision).find("mixed.obj: its free-form surfaces are left out"), std::string::npos);
+    EXPECT_NE(said(surface + "  f 1 2 4 3\n", FreeformKind::kNurbs).find("mixed.obj: its polygons are left out"),
+              std::string::npos);
+    EXPECT_NE(said("f 1 2 4 3\n" + surface, FreeformKind::kSubdivision)
+                  .find("mixed.obj: its free-form surfaces are left out"),
+              std::string::npos);
     EXPECT_EQ(said(surface + "# f 1 2 3\n", FreeformKind::kNurbs), "");
 }
 
@@ -177,7 +191,8 @@ TEST_F(FreeformFiles, SurfacesThatTakeTooManyTrianglesAreTaken) {
     std::string text;
     constexpr int kAcross = 60;
     for (int j = 0; j < kAcross; ++j)
-        for (int i = 0; i < kAcross; ++i) text += fmt::format("v {} {} {}\n", i * 0.01, (i * 7 + j * 11) % 13, j * 0.01);
+        for (int i = 0; i < kAcross; ++i)
+            text += fmt::format("v {} {} {}\n", i * 0.01, (i * 7 + j * 11) % 13, j * 0.01);
     text += "cstype bspline\ndeg 3 3\nsurf 0 1 0 1";
     for (int k = 1; k <= kAcross * kAcross; ++k) text += fmt::format(" {}", k);
     for (const char* axis : {"u", "v"}) {
@@ -185,15 +200,21 @@ TEST_F(FreeformFiles, SurfacesThatTakeTooManyTrianglesAreTaken) {
         for (int k = 0; k <= kAcross - 3; ++k) text += fmt::format(" {}", static_cast<double>(k) / (kAcross - 3));
         text += " 1 1 1";
     }
-    const Expected<FreeformShape> shape = loadFreeform(file("spikes.obj", text + "\nend\n"), FreeformKind::kNurbs, Representation::kTriangles, CollideArguments());
+    const Expected<FreeformShape> shape = loadFreeform(file("spikes.obj", text + "\nend\n"), FreeformKind::kNurbs,
+                                                       Representation::kTriangles, CollideArguments());
     EXPECT_TRUE(shape) << shape.error().message;
 }
 
 TEST_F(FreeformFiles, TrimsThatASceneRefusesAreRefused) {
-    const std::string curve = "vp 0.2 0.2\nvp 0.8 0.2\nvp 0.5 0.8\nvp 0.2 0.2\ncstype bspline\ndeg 1\ncurv2 -4 -3 -2 -1\nparm u 0 0 1 2 3 3\nend\n";
-    const std::string surface = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n" + curve + curve + "deg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\ntrim 0 3 1\n";
+    const std::string curve =
+        "vp 0.2 0.2\nvp 0.8 0.2\nvp 0.5 0.8\nvp 0.2 0.2\ncstype bspline\ndeg 1\ncurv2 -4 -3 -2 -1\nparm u 0 0 1 2 3 "
+        "3\nend\n";
+    const std::string surface = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n" + curve + curve +
+                                "deg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\ntrim 0 3 1\n";
     const CollideArguments arguments{.allowUnconfined = true};
-    const auto load = [&](const std::string& text) { return loadFreeform(file("trimmed.obj", text), FreeformKind::kNurbs, Representation::kTriangles, arguments); };
+    const auto load = [&](const std::string& text) {
+        return loadFreeform(file("trimmed.obj", text), FreeformKind::kNurbs, Representation::kTriangles, arguments);
+    };
     const Expected<FreeformShape> good = load(surface + "end\n"), same = load(surface + "hole 0 3 2\nend\n");
     EXPECT_TRUE(good) << good.error().message;
     ASSERT_FALSE(same);

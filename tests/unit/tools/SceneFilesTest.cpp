@@ -34,7 +34,8 @@ std::string program(const std::string& name) {
     return std::string(TESSERA_BIN_DIR) + "/" + name;
 }
 
-constexpr const char* kSmall = R"(node { name: "box" transform { translation { x: 1 } } box { size { x: 1 y: 2 z: 3 } } })";
+constexpr const char* kSmall =
+    R"(node { name: "box" transform { translation { x: 1 } } box { size { x: 1 y: 2 z: 3 } } })";
 
 TEST(Convert, WritesWhatItReads) {
     const Scratch scratch;
@@ -55,12 +56,16 @@ TEST(Convert, SaysWhatIsWrongInOneLine) {
     const Ran usage = run(program("tessera-convert") + " a.tsct b.glb");
     EXPECT_EQ(usage.code, 2);
     EXPECT_EQ(usage.said, "tessera-convert: b.glb: a scene is written as .tsct (text) or .tsc (binary)\n");
-    const Ran missing = run(program("tessera-convert") + " " + scratch.path("none.glb") + " " + scratch.path("out.tsc"));
+    const Ran missing =
+        run(program("tessera-convert") + " " + scratch.path("none.glb") + " " + scratch.path("out.tsc"));
     EXPECT_EQ(missing.code, 3);
-    EXPECT_EQ(missing.said.find("tessera-convert: " + scratch.path("none.glb") + ": there is no such file"), 0u) << missing.said;
-    const Ran later = run(program("tessera-convert") + " " + scratch.write("later.tsct", "version: 7") + " " + scratch.path("out.tsc"));
+    EXPECT_EQ(missing.said.find("tessera-convert: " + scratch.path("none.glb") + ": there is no such file"), 0u)
+        << missing.said;
+    const Ran later = run(program("tessera-convert") + " " + scratch.write("later.tsct", "version: 7") + " " +
+                          scratch.path("out.tsc"));
     EXPECT_EQ(later.code, 3);
-    EXPECT_EQ(later.said, "tessera-convert: " + scratch.path("later.tsct") + ": it is a scene of version 7; this program reads version 1\n");
+    EXPECT_EQ(later.said, "tessera-convert: " + scratch.path("later.tsct") +
+                              ": it is a scene of version 7; this program reads version 1\n");
     EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
 }
 
@@ -72,7 +77,8 @@ TEST(Check, NamesFileLineAndColumn) {
     const Ran ran = run(program("tessera-check") + " " + good + " " + bad + " " + wall + " " + TESSERA_SOURCE_DIR +
                         "/deploy/walls/cave4.wall");
     EXPECT_EQ(ran.code, 3);
-    EXPECT_NE(ran.said.find(good + ": a scene of 2 nodes, 2 other objects, 12 triangles\n"), std::string::npos) << ran.said;
+    EXPECT_NE(ran.said.find(good + ": a scene of 2 nodes, 2 other objects, 12 triangles\n"), std::string::npos)
+        << ran.said;
     EXPECT_NE(ran.said.find(bad + ":2:"), std::string::npos) << ran.said;
     EXPECT_NE(ran.said.find("did you mean 'name'?"), std::string::npos) << ran.said;
     EXPECT_NE(ran.said.find(wall + ":2:"), std::string::npos) << ran.said;
@@ -85,8 +91,12 @@ TEST(Check, NamesFileLineAndColumn) {
 
 TEST(Check, APictureThatIsNotThereIsWrongAndConvertKeepsNothingOfIt) {
     const Scratch scratch;
-    const std::string file = scratch.write("bare.tsct", "image { name: \"i\" uri: \"none.png\" }\n image { name: \"j\" uri: \"no.png\" }\n" + std::string(kSmall));
-    const std::string first = file + ":1:1: the image 'i' cannot be had: 'none.png': No such file or directory; what names it is drawn without\n";
+    const std::string file =
+        scratch.write("bare.tsct", "image { name: \"i\" uri: \"none.png\" }\n image { name: \"j\" uri: \"no.png\" }\n" +
+                                       std::string(kSmall));
+    const std::string first =
+        file +
+        ":1:1: the image 'i' cannot be had: 'none.png': No such file or directory; what names it is drawn without\n";
     const Ran check = run(program("tessera-check") + " " + file);
     EXPECT_EQ(check.code, 3);
     EXPECT_TRUE(check.said.starts_with(first + file + ":2:2: the image 'j' cannot be had: ")) << check.said;
@@ -102,7 +112,9 @@ TEST(Check, APictureThatIsNotThereIsWrongAndConvertKeepsNothingOfIt) {
 
 TEST(Check, ANumberOutOfItsBoundsIsWrongAndConvertMendsIt) {
     const Scratch scratch;
-    const std::string file = scratch.write("rough.tsct", "material { name: \"m\"\n  roughness: 9 }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
+    const std::string file = scratch.write(
+        "rough.tsct",
+        "material { name: \"m\"\n  roughness: 9 }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
     const std::string what = file + ":2:3: material 'm': roughness 9 is not between 0 and 1: 1 is taken\n";
     const Ran check = run(program("tessera-check") + " " + file);
     EXPECT_EQ(check.code, 3);
@@ -136,7 +148,8 @@ TEST(SceneFile, IsWrittenAndReadInPython) {
     const Ran compiled = run("cd " + folder + " && protoc --python_out=. scene.proto");
     ASSERT_EQ(compiled.code, 0) << compiled.said;
     const auto script = [&](const std::string& words) {
-        return run("PYTHONPATH=" + folder + " " + python + " " + TESSERA_SOURCE_DIR + "/tests/unit/tools/scene_file.py " + words);
+        return run("PYTHONPATH=" + folder + " " + python + " " + TESSERA_SOURCE_DIR +
+                   "/tests/unit/tools/scene_file.py " + words);
     };
     // Python writes, Tessera reads.
     const Ran written = script("write " + folder + "python.tsc");
@@ -154,8 +167,9 @@ TEST(SceneFile, IsWrittenAndReadInPython) {
     ASSERT_TRUE(saveScene(folder + "ours.tsc", read->scene));
     const Ran shown = script("read " + folder + "ours.tsc");
     EXPECT_EQ(shown.code, 0);
-    EXPECT_EQ(shown.said, "(unnamed) -\n  Größe transform 0.1 -2.0 1e-300\n    (unnamed) geometry 36 bytes\n"
-                          "    (unnamed) motion MODE_PING_PONG\n");
+    EXPECT_EQ(shown.said,
+              "(unnamed) -\n  Größe transform 0.1 -2.0 1e-300\n    (unnamed) geometry 36 bytes\n"
+              "    (unnamed) motion MODE_PING_PONG\n");
 }
 
 }  // namespace

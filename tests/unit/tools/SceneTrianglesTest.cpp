@@ -58,7 +58,8 @@ TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
     for (const char* wrong : {"p 1\np 2\np 7\n", "p 1\np 2\np 3\nf 1 2 9\n"}) {
         const auto refused = points("wrong.obj", cloud + wrong);
         ASSERT_FALSE(refused) << wrong;
-        EXPECT_NE(refused.error().message.find("names none of the 3 vertices"), std::string::npos) << refused.error().message;
+        EXPECT_NE(refused.error().message.find("names none of the 3 vertices"), std::string::npos)
+            << refused.error().message;
     }
     const auto notesOf = [&](const std::string& name, const std::string& text) {
         std::vector<std::string> notes;
@@ -66,7 +67,8 @@ TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
         return notes;
     };
     const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
-    for (const auto& [name, text] : {std::pair(std::string("cut.obj"), cloud + "f 1 2 3"), {std::string("cut.off"), off}}) {
+    for (const auto& [name, text] :
+         {std::pair(std::string("cut.obj"), cloud + "f 1 2 3"), {std::string("cut.off"), off}}) {
         const std::vector<std::string> notes = notesOf(name, text);
         ASSERT_EQ(notes.size(), 1u) << name;
         EXPECT_NE(notes[0].find("its last number may be cut off"), std::string::npos) << notes[0];
@@ -75,7 +77,9 @@ TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
 }
 
 TEST_F(SceneTriangles, OfSurfacesByControlPointsComeAfterThePolygons) {
-    const std::string square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n";
+    const std::string square =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 "
+        "1 1\nend\n";
     const auto alone = read("square.obj", square);
     ASSERT_TRUE(alone) << alone.error().message;
     EXPECT_EQ(alone->faceCount(), 2u);
@@ -97,7 +101,8 @@ TEST_F(SceneTriangles, KeepTheOrderOfTheFile) {
 }
 
 TEST_F(SceneTriangles, FanPolygons) {
-    const auto mesh = read("fan.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 3 0\nv -1 1 0\nf 1 2 3 4 5\nl 1 2\nf 3 4 5\nf 1 2 3 4\n");
+    const auto mesh =
+        read("fan.obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 3 0\nv -1 1 0\nf 1 2 3 4 5\nl 1 2\nf 3 4 5\nf 1 2 3 4\n");
     ASSERT_TRUE(mesh) << mesh.error().message;
     ASSERT_EQ(mesh->faceCount(), 6u);
     const Vec3d corners[] = {{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {1, 3, 0}, {-1, 1, 0}};
@@ -118,8 +123,8 @@ TEST_F(SceneTriangles, FanPolygonsThatAreNotConvexToo) {
 
 TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
     // Sums of a whole part and a fraction, and powers of ten by multiplication, would be a unit off in the last place.
-    const char* numbers[] = {"16777217.0", "3.1415926535897932", "1234.56789", "7.1e-46", "-0.1e-3", "8.5070594e37",
-                             "+5.", ".3333333333333333333", "1e-60"};
+    const char* numbers[] = {"16777217.0", "3.1415926535897932",   "1234.56789", "7.1e-46", "-0.1e-3", "8.5070594e37",
+                             "+5.",        ".3333333333333333333", "1e-60"};
     const float nearest[] = {16777216.0f, 3.1415927f, 1234.5679f, 1e-45f, -1e-4f, 8.507059e37f, 5, 0.33333334f, 0};
     for (std::size_t i = 0; i < std::size(numbers); ++i) {
         const std::string x = numbers[i];
@@ -127,7 +132,8 @@ TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
             {"number.obj", "v " + x + " 0 0\nv 0 1 0\nv 0 0 1\nf -3/1/1 -2//2 -1\n"},
             {"number.OFF", "OFF\n3 1 0\n" + x + " 0 0\n0 1 0 # up\n\n0 0 1\n3 0 1 2 255 0 0\n"},
             {"number.ply",
-             "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 3\nproperty float nx\nproperty float x\nproperty float "
+             "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 3\nproperty float nx\nproperty float x\nproperty "
+             "float "
              "y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n9 " +
                  x + " 0 0\n9 0 1 0\n9 0 0 1\n3 0 1 2\n"},
             {"number.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex " + x +
@@ -145,19 +151,20 @@ TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
 TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
     const struct {
         const char *name, *text, *says;
-    } cases[] = {{"a.obj", "v 0 0 0\nv 1 0\n", "line 2: a vertex with 2 coordinates"},
-                 {"b.obj", "v 0 0 0\n\nf 1 2 1\n", "line 3: '2' names none of the 1 vertices so far"},
-                 {"c.obj", "v 0 0 0\nf 0 1 1\n", "line 2: '0' names none"},
-                 {"d.obj", "v 0 nan 0\n", "line 1: 'nan' is not a coordinate"},
-                 {"e.obj", "v 0 1e39 0\n", "line 1: '1e39' is not a coordinate"},
-                 {"f.obj", "v 0 0 0\nf -9 1 1\n", "line 2: '-9' names none"},
-                 {"a.off", "OFF\n3 1 0\n0 0 0\n", "it ends after 1 vertices"},
-                 {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: '1' names none of the 1 vertices"},
-                 {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n", "line 4: a face with fewer corners"},
-                 {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\n", "its header does not end"},
-                 {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "without x, y and z"},
-                 {"a.stl", "solid s\nouter loop\nvertex 0 0\n", "line 3: a vertex with 2 coordinates"},
-                 {"d.off", "3 1 0\n", "does not begin with OFF"}};
+    } cases[] = {
+        {"a.obj", "v 0 0 0\nv 1 0\n", "line 2: a vertex with 2 coordinates"},
+        {"b.obj", "v 0 0 0\n\nf 1 2 1\n", "line 3: '2' names none of the 1 vertices so far"},
+        {"c.obj", "v 0 0 0\nf 0 1 1\n", "line 2: '0' names none"},
+        {"d.obj", "v 0 nan 0\n", "line 1: 'nan' is not a coordinate"},
+        {"e.obj", "v 0 1e39 0\n", "line 1: '1e39' is not a coordinate"},
+        {"f.obj", "v 0 0 0\nf -9 1 1\n", "line 2: '-9' names none"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n", "it ends after 1 vertices"},
+        {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: '1' names none of the 1 vertices"},
+        {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n", "line 4: a face with fewer corners"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\n", "its header does not end"},
+        {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "without x, y and z"},
+        {"a.stl", "solid s\nouter loop\nvertex 0 0\n", "line 3: a vertex with 2 coordinates"},
+        {"d.off", "3 1 0\n", "does not begin with OFF"}};
     for (const auto& c : cases) {
         const auto mesh = read(c.name, c.text);
         ASSERT_FALSE(mesh) << c.name;
@@ -166,7 +173,8 @@ TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
     }
 }
 
-/// Whoever computes with a file wants all of it: what a wall shows as far as it is whole is refused here, in the words of the wall's note.
+/// Whoever computes with a file wants all of it: what a wall shows as far as it is whole is refused here, in the words
+/// of the wall's note.
 TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
     const auto bytesOf = [](auto... numbers) {
         std::string bytes;
@@ -175,9 +183,12 @@ TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
     };
     std::string stl(80, ' ');
     stl += bytesOf(std::uint32_t{2});
-    for (const float x : {0.0f, 1.0f}) stl += bytesOf(0.0f, 0.0f, 1.0f, x, 0.0f, 0.0f, x + 1, 0.0f, 0.0f, x, 1.0f, 0.0f, std::uint16_t{0});
+    for (const float x : {0.0f, 1.0f})
+        stl += bytesOf(0.0f, 0.0f, 1.0f, x, 0.0f, 0.0f, x + 1, 0.0f, 0.0f, x, 1.0f, 0.0f, std::uint16_t{0});
     const std::string corners = bytesOf(0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 1.0f, 1.0f, 0.0f);
-    const std::string head = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string head =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+        "z\n";
     const std::string faces = "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
     const auto triangle = [&](std::int32_t a, std::int32_t b, std::int32_t c) { return "\3" + bytesOf(a, b, c); };
     const std::string ply = head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 2);
@@ -185,10 +196,14 @@ TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
         const char* name;
         std::string whole, broken, says;
     } cases[] = {
-        {"a.stl", stl, stl.substr(0, 150), "a.stl: its header announces 2 triangles, and 1 of them is there: it is cut off"},
-        {"a.ply", ply, ply.substr(0, ply.size() - 5), "a.ply: its header announces 2 face (line 7), and 1 of them is there: it is cut off"},
-        {"b.ply", ply, head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 77), "b.ply: mesh 0: 1 of 2 faces is left out; the first, number 1, names vertex 77 of 4"},
-        {"c.ply", ply, head + faces + corners + triangle(0, 1, 2) + std::string(1, '\0'), "c.ply: 1 of 2 faces is left out; the first, number 1: it has no corners"},
+        {"a.stl", stl, stl.substr(0, 150),
+         "a.stl: its header announces 2 triangles, and 1 of them is there: it is cut off"},
+        {"a.ply", ply, ply.substr(0, ply.size() - 5),
+         "a.ply: its header announces 2 face (line 7), and 1 of them is there: it is cut off"},
+        {"b.ply", ply, head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 77),
+         "b.ply: mesh 0: 1 of 2 faces is left out; the first, number 1, names vertex 77 of 4"},
+        {"c.ply", ply, head + faces + corners + triangle(0, 1, 2) + std::string(1, '\0'),
+         "c.ply: 1 of 2 faces is left out; the first, number 1: it has no corners"},
     };
     for (const auto& c : cases) {
         const auto whole = read(c.name, c.whole);
@@ -206,10 +221,14 @@ TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
     EXPECT_NE(imported.error().message.find("it is cut off"), std::string::npos) << imported.error().message;
     // Points, in both kinds of PLY.
     for (const std::string& cloud : {head + "end_header\n" + corners.substr(0, 30),
-                                     std::string("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n")}) {
+                                     std::string("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty "
+                                                 "float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n")}) {
         const auto cut = points("cloud.ply", cloud);
         ASSERT_FALSE(cut) << cut->places.size();
-        EXPECT_NE(cut.error().message.find("cloud.ply: its header announces 4 vertex (line 3), and 2 of them are there: it is cut off"), std::string::npos) << cut.error().message;
+        EXPECT_NE(cut.error().message.find(
+                      "cloud.ply: its header announces 4 vertex (line 3), and 2 of them are there: it is cut off"),
+                  std::string::npos)
+            << cut.error().message;
     }
 }
 

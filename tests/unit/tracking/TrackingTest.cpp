@@ -158,7 +158,8 @@ TEST(Tracking, VrpnsButtonsAreThoseOfAllItsWands) {
 
 /// A wand at sensor 1 whose poses, stick and button come at the times that a test says.
 struct HeldWand {
-    explicit HeldWand(TrackerProtocol protocol = TrackerProtocol::kOsc) : tracking(wallWith(protocol)), hand(protocol == TrackerProtocol::kVrpn ? 0 : 1) {}
+    explicit HeldWand(TrackerProtocol protocol = TrackerProtocol::kOsc)
+        : tracking(wallWith(protocol)), hand(protocol == TrackerProtocol::kVrpn ? 0 : 1) {}
     static Wall wallWith(TrackerProtocol protocol) {
         WallTracker tracker;
         tracker.protocol = protocol;
@@ -204,7 +205,8 @@ TEST(Tracking, AStickCountsAQuarterOfASecondAndIsForgottenWhenItsWandIsLost) {
                     if (at <= silent) held.stick(at, 1);
                 }
                 const WandState& wand = held.at(now);
-                const bool should = now <= silent + Tracking::kControlsCount && heard <= silent && now - heard <= Tracking::kControlsCount;
+                const bool should = now <= silent + Tracking::kControlsCount && heard <= silent &&
+                                    now - heard <= Tracking::kControlsCount;
                 if (now == from) continue;  // nothing has come before the first millisecond
                 EXPECT_TRUE(should ? counts(wand) : isLetGo(wand)) << (now - from).count() / 1'000'000 << " ms";
                 ++(should ? held1 : free);

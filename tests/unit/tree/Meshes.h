@@ -27,7 +27,8 @@ struct Arrays {
     [[nodiscard]] TriangleMesh mesh() const { return *TriangleMesh::make(std::span<const double>(positions), indices); }
     [[nodiscard]] std::vector<Vec3d> vertices() const {
         std::vector<Vec3d> out;
-        for (std::size_t i = 0; i < positions.size(); i += 3) out.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
+        for (std::size_t i = 0; i < positions.size(); i += 3)
+            out.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
         return out;
     }
 };
@@ -78,7 +79,8 @@ struct NamedMesh {
 
 inline std::vector<NamedMesh> hardMeshes() {
     std::vector<NamedMesh> out;
-    for (const std::size_t faces : {1, 2, 4, 5, 16, 17, 63, 64, 65, 66, 200, 1500}) out.push_back({"soup of " + std::to_string(faces), soup(faces, faces)});
+    for (const std::size_t faces : {1, 2, 4, 5, 16, 17, 63, 64, 65, 66, 200, 1500})
+        out.push_back({"soup of " + std::to_string(faces), soup(faces, faces)});
     out.push_back({"field", field(40, 0.2)});
     out.push_back({"flat", field(30, 0)});
     Arrays equal, needles, points, line;
@@ -110,10 +112,11 @@ inline std::vector<NamedMesh> hardMeshes() {
 
 inline constexpr VolumeKind kKinds[] = {VolumeKind::kSphere, VolumeKind::kAabb,  VolumeKind::kObb,  VolumeKind::kDop6,
                                         VolumeKind::kDop14,  VolumeKind::kDop18, VolumeKind::kDop26};
-inline constexpr SplitRule kRules[] = {SplitRule::kSurfaceArea, SplitRule::kLongestSideMedian, SplitRule::kLongestSideMean,
-                                       SplitRule::kMinimumVolume};
+inline constexpr SplitRule kRules[] = {SplitRule::kSurfaceArea, SplitRule::kLongestSideMedian,
+                                       SplitRule::kLongestSideMean, SplitRule::kMinimumVolume};
 
-/// Calls use(slot, first leaf, end leaf) for every slot that is used. Leaves of a subtree are consecutive, which is checked.
+/// Calls use(slot, first leaf, end leaf) for every slot that is used. Leaves of a subtree are consecutive, which is
+/// checked.
 template <typename Use>
 std::pair<std::uint32_t, std::uint32_t> forSlots(const TreeStorage& tree, std::uint32_t node, const Use& use) {
     std::uint32_t first = ~0u, end = 0;

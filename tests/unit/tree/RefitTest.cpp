@@ -32,7 +32,8 @@ TEST(TriangleTree, AnswersAlikeWithEveryVolumeAndEverySplit) {
     const TriangleMesh a = soup(160, 41).mesh(), b = field(10, 0.4).mesh();
     for (const VolumeKind kind : kKinds)
         for (const SplitRule rule : kRules) {
-            SCOPED_TRACE("kind " + std::to_string(static_cast<int>(kind)) + ", rule " + std::to_string(static_cast<int>(rule)));
+            SCOPED_TRACE("kind " + std::to_string(static_cast<int>(kind)) + ", rule " +
+                         std::to_string(static_cast<int>(rule)));
             const TreeOptions options{kind, rule};
             const TriangleTree treeA(a, options), treeB(b, options);
             for (std::uint64_t seed = 1; seed <= 6; ++seed) expectAnswersOf(treeA, treeB, seed);
@@ -44,7 +45,8 @@ std::vector<Vec3d> twisted(const std::vector<Vec3d>& from, double by) {
     std::vector<Vec3d> out;
     for (const Vec3d& p : from) {
         const double angle = by * p.y();
-        out.emplace_back((1 + by) * Vec3d(std::cos(angle) * p.x() - std::sin(angle) * p.z(), p.y(), std::sin(angle) * p.x() + std::cos(angle) * p.z()));
+        out.emplace_back((1 + by) * Vec3d(std::cos(angle) * p.x() - std::sin(angle) * p.z(), p.y(),
+                                          std::sin(angle) * p.x() + std::cos(angle) * p.z()));
     }
     return out;
 }
@@ -63,18 +65,22 @@ TEST(TriangleTree, FollowsADeformation) {
         ASSERT_EQ(tree.storage().volumes.size(), fresh.storage().volumes.size());
         for (std::size_t row = 0; row < fresh.storage().volumes.size(); ++row)
             for (unsigned lane = 0; lane < kernel::kWidth; ++lane)
-                ASSERT_EQ(tree.storage().volumes[row].lane[lane], fresh.storage().volumes[row].lane[lane]) << "back where it was, row " << row;
+                ASSERT_EQ(tree.storage().volumes[row].lane[lane], fresh.storage().volumes[row].lane[lane])
+                    << "back where it was, row " << row;
         EXPECT_NEAR(tree.decay(), 1, 1e-12);
     }
 }
 
-/// Ranges of vertices move again and again: every answer, and how loose the volumes are said to be, as if all were fitted.
+/// Ranges of vertices move again and again: every answer, and how loose the volumes are said to be, as if all were
+/// fitted.
 TEST(TriangleTree, FollowsRangesOfVertices) {
     const Arrays arrays = field(40, 0.3), still = soup(120, 52);
     for (const VolumeKind kind : kKinds) {
         SCOPED_TRACE("kind " + std::to_string(static_cast<int>(kind)));
         std::mt19937_64 random(7);
-        const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+        const auto number = [&](double low, double high) {
+            return std::uniform_real_distribution<double>(low, high)(random);
+        };
         const auto mesh = std::make_shared<TriangleMesh>(arrays.mesh());
         TriangleTree tree(mesh, {.volume = kind});
         const TriangleTree other(still.mesh(), {.volume = kind});
@@ -88,7 +94,8 @@ TEST(TriangleTree, FollowsRangesOfVertices) {
             const double reach = step % 13 == 12 ? 9 : 0.2;
             std::vector<Vec3d> moved;
             for (std::size_t i = 0; i < count; ++i) {
-                now[first + i] = start[first + i] + Vec3d(number(-reach, reach), number(-reach, reach), number(-reach, reach));
+                now[first + i] =
+                    start[first + i] + Vec3d(number(-reach, reach), number(-reach, reach), number(-reach, reach));
                 if (step % 2 == 0) now[first + i] = now[first + i].cast<float>().cast<double>();
                 moved.push_back(now[first + i]);
             }
@@ -152,7 +159,8 @@ TEST(TriangleTree, TellsItsDecayAndARebuildMendsIt) {
         tree.rebuild();
         EXPECT_EQ(tree.decay(), 1);
         Arrays moved = arrays;
-        for (std::size_t v = 0; v < tree.mesh().vertexCount(); ++v) std::copy_n(tree.mesh().positions()[v].data(), 3, &moved.positions[3 * v]);
+        for (std::size_t v = 0; v < tree.mesh().vertexCount(); ++v)
+            std::copy_n(tree.mesh().positions()[v].data(), 3, &moved.positions[3 * v]);
         const TriangleTree fresh(moved.mesh(), {.volume = kind});
         EXPECT_EQ(tree.storage().children, fresh.storage().children);
         EXPECT_EQ(tree.storage().leafFaces, fresh.storage().leafFaces);
@@ -170,13 +178,18 @@ TEST(TriangleTree, RefusesABadDeformationAndStaysAsItWas) {
         EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
         EXPECT_FALSE(result.error().message.empty());
         const TreeStorage& after = tree.storage();
-        EXPECT_TRUE(std::equal(after.mesh->positions().begin(), after.mesh->positions().end(), meshBefore.positions().begin()));
+        EXPECT_TRUE(
+            std::equal(after.mesh->positions().begin(), after.mesh->positions().end(), meshBefore.positions().begin()));
         EXPECT_EQ(after.mesh->bounds().lower, meshBefore.bounds().lower);
         EXPECT_EQ(after.children, before.children);
         EXPECT_EQ(after.cost, before.cost);
         EXPECT_EQ(after.centre, before.centre);
-        EXPECT_EQ(std::memcmp(after.volumes.data(), before.volumes.data(), before.volumes.size() * sizeof before.volumes[0]), 0);
-        EXPECT_EQ(std::memcmp(after.corners.data(), before.corners.data(), before.corners.size() * sizeof before.corners[0]), 0);
+        EXPECT_EQ(
+            std::memcmp(after.volumes.data(), before.volumes.data(), before.volumes.size() * sizeof before.volumes[0]),
+            0);
+        EXPECT_EQ(
+            std::memcmp(after.corners.data(), before.corners.data(), before.corners.size() * sizeof before.corners[0]),
+            0);
     };
     std::vector<Vec3d> moved = twisted(arrays.vertices(), 0.5);
     moved.pop_back();

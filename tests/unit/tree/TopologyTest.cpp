@@ -94,7 +94,8 @@ TEST(TreeTopology, NodesAndLeavesAreWellFilledAndMemoryIsBounded) {
     const TriangleMesh mesh = field(500, 0.1).mesh();
     const TriangleTree tree(mesh);
     const TreeStorage& s = tree.storage();
-    const std::size_t used = s.children.size() - static_cast<std::size_t>(std::count(s.children.begin(), s.children.end(), kernel::kNoChild));
+    const std::size_t used = s.children.size() - static_cast<std::size_t>(std::count(
+                                                     s.children.begin(), s.children.end(), kernel::kNoChild));
     EXPECT_GE(static_cast<double>(used), 0.7 * static_cast<double>(s.children.size()));
     EXPECT_GE(static_cast<double>(mesh.faceCount()), 0.95 * static_cast<double>(kLeafFaces * s.leafCount()));
     EXPECT_LT(static_cast<double>(tree.memoryBytes()), 95.0 * static_cast<double>(mesh.faceCount()));

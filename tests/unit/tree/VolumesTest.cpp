@@ -13,19 +13,26 @@ using kernel::kWidth;
 
 DirectionSet directionsOf(VolumeKind kind) {
     switch (kind) {
-        case VolumeKind::kDop14: return DirectionSet::k14;
-        case VolumeKind::kDop18: return DirectionSet::k18;
-        case VolumeKind::kDop26: return DirectionSet::k26;
-        default: return DirectionSet::k6;
+        case VolumeKind::kDop14:
+            return DirectionSet::k14;
+        case VolumeKind::kDop18:
+            return DirectionSet::k18;
+        case VolumeKind::kDop26:
+            return DirectionSet::k26;
+        default:
+            return DirectionSet::k6;
     }
 }
 
-/// How far out of each half-space of a slot's volume its farthest corner is: at most 0 everywhere, or the volume does not
-/// hold them. In the tree's own lengths, from exact positions.
-std::vector<Real> overhangs(const TreeStorage& tree, std::uint32_t slot, std::uint32_t firstLeaf, std::uint32_t endLeaf) {
+/// How far out of each half-space of a slot's volume its farthest corner is: at most 0 everywhere, or the volume does
+/// not hold them. In the tree's own lengths, from exact positions.
+std::vector<Real> overhangs(const TreeStorage& tree, std::uint32_t slot, std::uint32_t firstLeaf,
+                            std::uint32_t endLeaf) {
     const VolumeKind kind = tree.options.volume;
     const unsigned rows = rowsOf(kind);
-    const auto cell = [&](unsigned row) { return static_cast<Real>(tree.volumes[slot / kWidth * rows + row].lane[slot % kWidth]); };
+    const auto cell = [&](unsigned row) {
+        return static_cast<Real>(tree.volumes[slot / kWidth * rows + row].lane[slot % kWidth]);
+    };
     const std::size_t bounds = kind == VolumeKind::kSphere ? 1 : kind == VolumeKind::kObb ? 3 : rows;
     std::vector<Real> most(bounds, -1e30L);
     const std::span<const Vec3d> ways = directions(directionsOf(kind));
@@ -35,14 +42,19 @@ std::vector<Real> overhangs(const TreeStorage& tree, std::uint32_t slot, std::ui
             const Vec3d p = tree.mesh->corner(tree.leafFaces[i], corner);
             std::array<Real, 3> x;
             for (int axis = 0; axis < 3; ++axis)
-                x[static_cast<unsigned>(axis)] = (static_cast<Real>(p[axis]) - static_cast<Real>(tree.centre[axis])) * static_cast<Real>(tree.unit);
+                x[static_cast<unsigned>(axis)] =
+                    (static_cast<Real>(p[axis]) - static_cast<Real>(tree.centre[axis])) * static_cast<Real>(tree.unit);
             const auto keep = [&](std::size_t bound, Real overhang) { most[bound] = std::max(most[bound], overhang); };
             const Real fromCentre[3] = {x[0] - cell(0), x[1] - cell(1), x[2] - cell(2)};
             if (kind == VolumeKind::kSphere) {
-                keep(0, std::sqrt(fromCentre[0] * fromCentre[0] + fromCentre[1] * fromCentre[1] + fromCentre[2] * fromCentre[2]) - cell(3));
+                keep(0, std::sqrt(fromCentre[0] * fromCentre[0] + fromCentre[1] * fromCentre[1] +
+                                  fromCentre[2] * fromCentre[2]) -
+                            cell(3));
             } else if (kind == VolumeKind::kObb) {
                 for (unsigned k = 0; k < 3; ++k)
-                    keep(k, std::abs(cell(3 + 3 * k) * fromCentre[0] + cell(4 + 3 * k) * fromCentre[1] + cell(5 + 3 * k) * fromCentre[2]) - cell(12 + k));
+                    keep(k, std::abs(cell(3 + 3 * k) * fromCentre[0] + cell(4 + 3 * k) * fromCentre[1] +
+                                     cell(5 + 3 * k) * fromCentre[2]) -
+                                cell(12 + k));
             } else {
                 for (unsigned k = 0; k < rows / 2; ++k) {
                     const Real along = ways[k].x() * x[0] + ways[k].y() * x[1] + ways[k].z() * x[2];
@@ -68,11 +80,15 @@ void expectVolumesHold(const TreeStorage& tree) {
     for (std::uint32_t slot = 0; slot < tree.children.size(); ++slot) {
         if (tree.children[slot] != kernel::kNoChild) continue;
         const unsigned rows = rowsOf(tree.options.volume);
-        const unsigned row = tree.options.volume == VolumeKind::kSphere ? 3 : tree.options.volume == VolumeKind::kObb ? 12 : 0;
-        ASSERT_LT(tree.volumes[slot / kWidth * rows + row].lane[slot % kWidth], -1e29f) << "an empty slot overlaps nothing";
+        const unsigned row = tree.options.volume == VolumeKind::kSphere ? 3
+                             : tree.options.volume == VolumeKind::kObb  ? 12
+                                                                        : 0;
+        ASSERT_LT(tree.volumes[slot / kWidth * rows + row].lane[slot % kWidth], -1e29f)
+            << "an empty slot overlaps nothing";
     }
     for (std::uint32_t face = 0; face < tree.mesh->faceCount(); ++face)
-        for (unsigned i = 0; i < 3; ++i) ASSERT_LE((tree.mesh->corner(face, i) - tree.centre).norm() * tree.unit, tree.radius + 1e-20);
+        for (unsigned i = 0; i < 3; ++i)
+            ASSERT_LE((tree.mesh->corner(face, i) - tree.centre).norm() * tree.unit, tree.radius + 1e-20);
 }
 
 TEST(TreeVolumes, HoldEveryTriangleBelowThem) {
@@ -113,7 +129,8 @@ TEST(TreeVolumes, OfAFlatPieceAreFlat) {
     const TreeStorage& s = tree.storage();
     forSlots(s, 0, [&](std::uint32_t slot, std::uint32_t, std::uint32_t) {
         float thinnest = 1;
-        for (unsigned k = 12; k < 15; ++k) thinnest = std::min(thinnest, s.volumes[slot / kWidth * 15 + k].lane[slot % kWidth]);
+        for (unsigned k = 12; k < 15; ++k)
+            thinnest = std::min(thinnest, s.volumes[slot / kWidth * 15 + k].lane[slot % kWidth]);
         EXPECT_LT(thinnest, 1e-5f) << "slot " << slot;
     });
 }

@@ -93,7 +93,9 @@ TEST(ScreenCamera, SeesAsNearAsTheWallSays) {
     Wall wall = flatWall(1, 1);
     wall.nearMetres = 0.2;
     const View view = viewOf(wall);
-    EXPECT_NEAR(pixelOf(tileCamera(wall, layoutTiles(wall)[0], view), view, wall.users[0].position - Vec3d(0, 0, 0.2)).z(), -1, 1e-9);
+    EXPECT_NEAR(
+        pixelOf(tileCamera(wall, layoutTiles(wall)[0], view), view, wall.users[0].position - Vec3d(0, 0, 0.2)).z(), -1,
+        1e-9);
 }
 
 TEST(ScreenCamera, IsTheSameInEveryBitHoweverTheScreenIsCutIntoTiles) {

@@ -108,7 +108,12 @@ TEST(WallWithSize, ShrinksAndGrowsBezelsWithTheTiles) {
     grid.tileHeightPx = 540;
     grid.bezelXPx = 40;
     grid.bezelYPx = 20;
-    for (const auto& [width, height, x, y] : {std::array{960, 540, 20, 10}, {480, 270, 10, 5}, {3840, 2160, 80, 40}, {1920, 1080, 40, 20}, {1921, 1081, 40, 20}, {24, 20, 1, 0}}) {
+    for (const auto& [width, height, x, y] : {std::array{960, 540, 20, 10},
+                                              {480, 270, 10, 5},
+                                              {3840, 2160, 80, 40},
+                                              {1920, 1080, 40, 20},
+                                              {1921, 1081, 40, 20},
+                                              {24, 20, 1, 0}}) {
         const Wall sized = *withSize(bezels, width, height);
         EXPECT_EQ(mosaicPixels(sized.screens[0]).width, width);
         EXPECT_EQ(sized.screens[0].grid.bezelXPx, x) << width;

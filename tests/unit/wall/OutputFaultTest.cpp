@@ -15,13 +15,16 @@ Wall twoTiles() {
     screen.grid = {.columns = 2, .rows = 1, .tileWidthPx = 101, .tileHeightPx = 51, .overlapXPx = 11};
     wall.screens = {screen};
     wall.users = {User{.name = "u"}};
-    wall.hosts = {{.name = "a", .tiles = {{.screen = "s", .column = 0, .user = "u"}}}, {.name = "b", .tiles = {{.screen = "s", .column = 1, .user = "u"}}}};
+    wall.hosts = {{.name = "a", .tiles = {{.screen = "s", .column = 0, .user = "u"}}},
+                  {.name = "b", .tiles = {{.screen = "s", .column = 1, .user = "u"}}}};
     return wall;
 }
 Wall twoEyes() {
     Wall wall = twoTiles();
     wall.screens[0].grid = {.columns = 1, .rows = 1, .tileWidthPx = 101, .tileHeightPx = 51};
-    wall.hosts = {{.name = "a", .tiles = {{.screen = "s", .eye = Eye::kLeft, .user = "u"}, {.screen = "s", .eye = Eye::kRight, .user = "u"}}}};
+    wall.hosts = {
+        {.name = "a",
+         .tiles = {{.screen = "s", .eye = Eye::kLeft, .user = "u"}, {.screen = "s", .eye = Eye::kRight, .user = "u"}}}};
     return wall;
 }
 
@@ -39,43 +42,81 @@ std::string said(Wall wall, Change change) {
 #define EXPECT_TELLS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
 
 TEST(Outputs, ThatMakeSenseAreAccepted) {
-    EXPECT_EQ(said(twoTiles(), [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; a.black = 0.001; b.gain = {0, 4, 1}; }), "accepted");
+    EXPECT_EQ(said(twoTiles(),
+                   [](TileOutput& a, TileOutput& b) {
+                       a.blend = b.blend = true;
+                       a.black = 0.001;
+                       b.gain = {0, 4, 1};
+                   }),
+              "accepted");
     EXPECT_EQ(said(twoTiles(), [](TileOutput& a, TileOutput&) { a.monitor = "HDMI-1"; }), "accepted");
-    EXPECT_EQ(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kAnaglyph; left.swapEyes = true; }), "accepted");
-    EXPECT_EQ(said(twoEyes(), [](TileOutput& left, TileOutput& right) { left.flipX = right.flipY = true; }), "accepted") << "each eye its own projector";
+    EXPECT_EQ(said(twoEyes(),
+                   [](TileOutput& left, TileOutput&) {
+                       left.stereo = StereoPacking::kAnaglyph;
+                       left.swapEyes = true;
+                   }),
+              "accepted");
+    EXPECT_EQ(said(twoEyes(), [](TileOutput& left, TileOutput& right) { left.flipX = right.flipY = true; }), "accepted")
+        << "each eye its own projector";
 }
 
 TEST(Outputs, ThatMakeNoneAreExplained) {
     const auto alone = [](auto change) { return said(twoTiles(), [&](TileOutput& a, TileOutput&) { change(a); }); };
-    EXPECT_TELLS(alone([](TileOutput& o) { o.widthPx = 100; }), "the output of column 0 row 0 of screen \"s\" (host \"a\") has one of width_px and height_px");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.widthPx = -1; o.heightPx = 5; }), "1 to 16384");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.widthPx = std::numeric_limits<int>::max(); o.heightPx = 5; }), "1 to 16384");
+    EXPECT_TELLS(alone([](TileOutput& o) { o.widthPx = 100; }),
+                 "the output of column 0 row 0 of screen \"s\" (host \"a\") has one of width_px and height_px");
+    EXPECT_TELLS(alone([](TileOutput& o) {
+                     o.widthPx = -1;
+                     o.heightPx = 5;
+                 }),
+                 "1 to 16384");
+    EXPECT_TELLS(alone([](TileOutput& o) {
+                     o.widthPx = std::numeric_limits<int>::max();
+                     o.heightPx = 5;
+                 }),
+                 "1 to 16384");
     EXPECT_TELLS(alone([](TileOutput& o) { o.gain[1] = -0.1; }), "a gain of -0.1");
     EXPECT_TELLS(alone([](TileOutput& o) { o.gain[1] = std::numeric_limits<double>::quiet_NaN(); }), "a gain of nan");
     EXPECT_TELLS(alone([](TileOutput& o) { o.gamma[2] = 0; }), "a gamma of 0: 0.5 to 5");
     EXPECT_TELLS(alone([](TileOutput& o) { o.black = 0.5; }), "a black of 0.5");
     EXPECT_TELLS(alone([](TileOutput& o) { o.black = 0.01; }), "is not blended");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.blend = true; o.blendPicture = share(Bytes(3)); }), "one of them");
+    EXPECT_TELLS(alone([](TileOutput& o) {
+                     o.blend = true;
+                     o.blendPicture = share(Bytes(3));
+                 }),
+                 "one of them");
     EXPECT_TELLS(alone([](TileOutput& o) { o.blendPictureGamma = 0; }), "blend_picture_gamma of 0");
     EXPECT_TELLS(alone([](TileOutput& o) { o.monitor = "a\nb"; }), "cannot be seen");
     EXPECT_TELLS(alone([](TileOutput& o) { o.monitor = std::string(1000, 'm'); }), "longer than 256");
     EXPECT_TELLS(alone([](TileOutput& o) { o.warpFile = "a.warp"; }), "\"a.warp\", which is not there");
     EXPECT_TELLS(alone([](TileOutput& o) { o.blendFile = "a.png"; }), "\"a.png\", which is not there");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.warp = std::make_shared<const WarpMesh>(WarpMesh{.columns = 2, .rows = 2, .nodes = {}}); }), "has 0 nodes instead of 2 x 2");
+    EXPECT_TELLS(alone([](TileOutput& o) {
+                     o.warp = std::make_shared<const WarpMesh>(WarpMesh{.columns = 2, .rows = 2, .nodes = {}});
+                 }),
+                 "has 0 nodes instead of 2 x 2");
     EXPECT_TELLS(alone([](TileOutput& o) { o.swapEyes = true; }), "swaps eyes without");
     EXPECT_TELLS(alone([](TileOutput& o) { o.stereo = StereoPacking::kRows; }), "eye: LEFT");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.blend = true; }), "column 1 row 0 of screen \"s\" (host \"b\") is not blended, that of column 0 row 0 blended by ramps");
+    EXPECT_TELLS(alone([](TileOutput& o) { o.blend = true; }),
+                 "column 1 row 0 of screen \"s\" (host \"b\") is not blended, that of column 0 row 0 blended by ramps");
 }
 
 TEST(Outputs, OfTwoEyesBelongToOneHost) {
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput&, TileOutput& right) { right.stereo = StereoPacking::kRows; }), "eye: LEFT");
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput& right) { left.stereo = StereoPacking::kRows; right.flipX = true; }), "the left one's holds for both");
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kSideBySide; }), "101 pixels wide: SIDE_BY_SIDE");
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kTopBottom; }), "51 pixels high: TOP_BOTTOM");
+    EXPECT_TELLS(said(twoEyes(), [](TileOutput&, TileOutput& right) { right.stereo = StereoPacking::kRows; }),
+                 "eye: LEFT");
+    EXPECT_TELLS(said(twoEyes(),
+                      [](TileOutput& left, TileOutput& right) {
+                          left.stereo = StereoPacking::kRows;
+                          right.flipX = true;
+                      }),
+                 "the left one's holds for both");
+    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kSideBySide; }),
+                 "101 pixels wide: SIDE_BY_SIDE");
+    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kTopBottom; }),
+                 "51 pixels high: TOP_BOTTOM");
     Wall apart = twoEyes();
     apart.hosts.push_back({.name = "b", .tiles = {apart.hosts[0].tiles[1]}});
     apart.hosts[0].tiles.pop_back();
-    EXPECT_TELLS(said(apart, [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kRows; }), "one host draws both eyes");
+    EXPECT_TELLS(said(apart, [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kRows; }),
+                 "one host draws both eyes");
 }
 
 TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
@@ -83,21 +124,32 @@ TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
     one.hosts[0].tiles.push_back(one.hosts[1].tiles[0]);
     one.hosts.pop_back();
     const auto named = [](std::string first, std::string second) {
-        return [=](TileOutput& a, TileOutput& b) { a.monitor = first; b.monitor = second; };
+        return [=](TileOutput& a, TileOutput& b) {
+            a.monitor = first;
+            b.monitor = second;
+        };
     };
-    EXPECT_TELLS(said(one, named("HDMI-1", "hdmi-1")), "the output of column 1 row 0 of screen \"s\" (host \"a\") is shown on monitor \"hdmi-1\", as that "
-                                                       "of column 0 row 0 of screen \"s\" is: a monitor shows one output");
+    EXPECT_TELLS(said(one, named("HDMI-1", "hdmi-1")),
+                 "the output of column 1 row 0 of screen \"s\" (host \"a\") is shown on monitor \"hdmi-1\", as that "
+                 "of column 0 row 0 of screen \"s\" is: a monitor shows one output");
     EXPECT_TELLS(said(twoEyes(), named("0", "0")), "`stereo` shows both in one");
     EXPECT_EQ(said(one, named("0", "1")), "accepted");
     EXPECT_EQ(said(one, named("", "")), "accepted") << "none is named";
-    EXPECT_EQ(said(twoTiles(), named("0", "0")), "accepted") << "hosts of their own, which may have desktops of their own";
-    EXPECT_EQ(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.monitor = "0"; left.stereo = StereoPacking::kAnaglyph; }), "accepted");
+    EXPECT_EQ(said(twoTiles(), named("0", "0")), "accepted")
+        << "hosts of their own, which may have desktops of their own";
+    EXPECT_EQ(said(twoEyes(),
+                   [](TileOutput& left, TileOutput&) {
+                       left.monitor = "0";
+                       left.stereo = StereoPacking::kAnaglyph;
+                   }),
+              "accepted");
 }
 
 TEST(Outputs, AreBlendedWhereTilesOverlapByHalfAtMost) {
     Wall wall = twoTiles();
     wall.screens[0].grid.overlapXPx = 0;
-    EXPECT_TELLS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }), "neither overlap_x_px nor overlap_y_px");
+    EXPECT_TELLS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }),
+                 "neither overlap_x_px nor overlap_y_px");
     wall.screens[0].grid.overlapXPx = 51;
     EXPECT_TELLS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }), "half a tile at most");
 }

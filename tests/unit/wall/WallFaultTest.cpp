@@ -52,7 +52,8 @@ TEST(WallFaults, FindsTooMuchOfAnything) {
 }
 
 TEST(WallFaults, FindsNearPlanesThatCannotBe) {
-    for (const double metres : {0.0, -0.05, 0.0009, 1.1, 50.0, std::nan("")}) EXPECT_SAYS(faultAfter([=](Wall& w) { w.nearMetres = metres; }), "0.001 to 1 are possible");
+    for (const double metres : {0.0, -0.05, 0.0009, 1.1, 50.0, std::nan("")})
+        EXPECT_SAYS(faultAfter([=](Wall& w) { w.nearMetres = metres; }), "0.001 to 1 are possible");
     for (const double metres : {0.001, 0.05, 1.0}) {
         Wall wall = flatWall(1, 1);
         wall.nearMetres = metres;
@@ -213,7 +214,8 @@ TEST(WallFaults, FindsHeadsThatCannotBe) {
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].position.y() = std::nan(""); }), "finite");
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].orientation.coeffs().setZero(); }), "orientation");
     for (const double length : {1e-60, 1e50, 1e300, HUGE_VAL, std::nan("")})
-        EXPECT_SAYS(faultAfter([&](Wall& w) { w.users[0].orientation.coeffs().setConstant(length); }), "beyond what numbers can hold");
+        EXPECT_SAYS(faultAfter([&](Wall& w) { w.users[0].orientation.coeffs().setConstant(length); }),
+                    "beyond what numbers can hold");
     EXPECT_SAYS(faultAfter([](Wall& w) { w.users[0].eyeSeparationMetres = -0.065; }), "eyes");
 }
 

@@ -8,8 +8,9 @@
 namespace tessera {
 namespace {
 
-const std::vector<Monitor> kTwo = {{.name = "DELL U2412M", .all = {0, 0, 1920, 1200}, .usable = {0, 30, 1920, 1170}, .refreshHz = 60},
-                                   {.name = "0", .all = {1920, 0, 3840, 2160}, .usable = {1920, 0, 3840, 2160}, .refreshHz = 0}};
+const std::vector<Monitor> kTwo = {
+    {.name = "DELL U2412M", .all = {0, 0, 1920, 1200}, .usable = {0, 30, 1920, 1170}, .refreshHz = 60},
+    {.name = "0", .all = {1920, 0, 3840, 2160}, .usable = {1920, 0, 3840, 2160}, .refreshHz = 0}};
 
 TEST(Monitors, AreFoundByNameWhateverItsCapitalsAndElseByNumber) {
     EXPECT_EQ(findMonitor(kTwo, "dell u2412m").value(), 0u);

@@ -114,7 +114,8 @@ TEST_F(WindowInputs, DragsAreSumsInHeightsOfTheWindow) {
     EXPECT_EQ(state().cursorX, 65535);
     EXPECT_EQ(state().cursorY, 0);
     for (int i = 0; i < 100; ++i) motion(1, -2);
-    EXPECT_NEAR(static_cast<double>(static_cast<std::int64_t>(state().lookRight)) / InputState::kUnit, 0.25, 1e-4) << "of 400 pixels";
+    EXPECT_NEAR(static_cast<double>(static_cast<std::int64_t>(state().lookRight)) / InputState::kUnit, 0.25, 1e-4)
+        << "of 400 pixels";
     EXPECT_NEAR(static_cast<double>(static_cast<std::int64_t>(state().lookDown)) / InputState::kUnit, -0.5, 1e-4);
     button(SDL_BUTTON_LEFT, false);
     button(SDL_BUTTON_MIDDLE, true);
@@ -215,7 +216,8 @@ TEST_F(WindowInputs, WhateverComesTheKeysAreThoseThatAreDown) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937 random(seed);
     std::array<bool, SDL_NUM_SCANCODES> down{};
-    const std::array codes = {SDL_SCANCODE_W, SDL_SCANCODE_S, SDL_SCANCODE_A, SDL_SCANCODE_D, SDL_SCANCODE_UP, SDL_SCANCODE_LEFT};
+    const std::array codes = {SDL_SCANCODE_W, SDL_SCANCODE_S,  SDL_SCANCODE_A,
+                              SDL_SCANCODE_D, SDL_SCANCODE_UP, SDL_SCANCODE_LEFT};
     for (int i = 0; i < 5000; ++i) {
         const SDL_Scancode code = codes[random() % codes.size()];
         switch (random() % 5) {
@@ -247,8 +249,10 @@ TEST_F(WindowInputs, WhateverComesTheKeysAreThoseThatAreDown) {
             }
         }
         const auto is = [&](SDL_Scancode a, SDL_Scancode b) { return down[a] || down[b] ? 1 : 0; };
-        ASSERT_EQ(state().back, InputState::kFull * ((down[SDL_SCANCODE_S] ? 1 : 0) - is(SDL_SCANCODE_W, SDL_SCANCODE_UP)));
-        ASSERT_EQ(state().right, InputState::kFull * ((down[SDL_SCANCODE_D] ? 1 : 0) - is(SDL_SCANCODE_A, SDL_SCANCODE_LEFT)));
+        ASSERT_EQ(state().back,
+                  InputState::kFull * ((down[SDL_SCANCODE_S] ? 1 : 0) - is(SDL_SCANCODE_W, SDL_SCANCODE_UP)));
+        ASSERT_EQ(state().right,
+                  InputState::kFull * ((down[SDL_SCANCODE_D] ? 1 : 0) - is(SDL_SCANCODE_A, SDL_SCANCODE_LEFT)));
     }
 }
 
@@ -256,7 +260,8 @@ TEST_F(WindowInputs, GamePadsComeAddUpAndGo) {
     std::array<SDL_Joystick*, 2> pads{};
     std::array<int, 2> devices{};
     for (std::size_t i = 0; i < 2; ++i) {
-        devices[i] = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX, SDL_CONTROLLER_BUTTON_MAX, 0);
+        devices[i] = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX,
+                                               SDL_CONTROLLER_BUTTON_MAX, 0);
         ASSERT_GE(devices[i], 0) << SDL_GetError();
         drain();
         pads[i] = SDL_JoystickOpen(devices[i]);

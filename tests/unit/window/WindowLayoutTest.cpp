@@ -34,7 +34,9 @@ std::size_t expectApart(const Wall& wall, const DesktopRect& usable) {
     for (const Place& p : layout.places) {
         EXPECT_TRUE(p.x >= 0 && p.y >= 0 && p.x + p.width <= layout.width && p.y + p.height <= layout.height) << p.tile;
         const DesktopRect w = placeOnDesktop({rectOf(p), layout.width, layout.height}, usable);
-        EXPECT_TRUE(w.x >= usable.x && w.y >= usable.y && w.x + w.width <= usable.x + usable.width && w.y + w.height <= usable.y + usable.height) << p.tile;
+        EXPECT_TRUE(w.x >= usable.x && w.y >= usable.y && w.x + w.width <= usable.x + usable.width &&
+                    w.y + w.height <= usable.y + usable.height)
+            << p.tile;
         // Both edges are rounded.
         EXPECT_NEAR(w.width, std::max(1.0, scale * p.width), 1.001) << p.tile;
         EXPECT_NEAR(w.height, std::max(1.0, scale * p.height), 1.001) << p.tile;
@@ -46,9 +48,12 @@ std::size_t expectApart(const Wall& wall, const DesktopRect& usable) {
             const Tile &ta = tiles.at(a.tile), &tb = tiles.at(b.tile);
             const Screen::Grid& grid = wall.findScreen(ta.screen)->grid;
             // Tiles that show the same pixels twice do so in their windows.
-            if (ta.screen == tb.screen && (grid.overlapXPx > 0 || grid.overlapYPx > 0) && overlap(rectOf(a), rectOf(b))) {
-                EXPECT_TRUE(!ta.output.blend && (ta.eye == Eye::kRight) == (tb.eye == Eye::kRight)) << a.tile << ' ' << b.tile;
-                const int wide = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x), high = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
+            if (ta.screen == tb.screen && (grid.overlapXPx > 0 || grid.overlapYPx > 0) &&
+                overlap(rectOf(a), rectOf(b))) {
+                EXPECT_TRUE(!ta.output.blend && (ta.eye == Eye::kRight) == (tb.eye == Eye::kRight))
+                    << a.tile << ' ' << b.tile;
+                const int wide = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x),
+                          high = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
                 if (ta.column != tb.column) {
                     EXPECT_LE(wide, grid.overlapXPx) << a.tile << ' ' << b.tile;
                 }
@@ -69,7 +74,8 @@ std::size_t expectApart(const Wall& wall, const DesktopRect& usable) {
 const DesktopRect kDesktops[] = {{0, 0, 1920, 1080}, {100, 40, 1000, 1880}, {-1280, 0, 1280, 1024}, {0, 0, 320, 200}};
 
 TEST(WindowLayouts, OfShippedWallsStandApart) {
-    const std::map<std::string, std::size_t> windows = {{"cave4", 4}, {"5-sided", 5}, {"cave4-stereo", 8}, {"curved-9x2", 18}, {"two-users", 4}, {"2x2", 4}};
+    const std::map<std::string, std::size_t> windows = {{"cave4", 4},       {"5-sided", 5},   {"cave4-stereo", 8},
+                                                        {"curved-9x2", 18}, {"two-users", 4}, {"2x2", 4}};
     std::size_t seen = 0;
     for (const char* folder : {"/deploy/walls", "/deploy/screens"}) {
         for (const auto& entry : std::filesystem::directory_iterator(TESSERA_SOURCE_DIR + std::string(folder))) {
@@ -100,7 +106,10 @@ public:
         for (int s = upTo(9); s > 0; --s) {
             Screen screen{.name = fmt::format("s{}", s)};
             Screen::Grid& grid = screen.grid;
-            grid = {.columns = upTo(5), .rows = upTo(3), .tileWidthPx = 20 + 2 * upTo(1500), .tileHeightPx = 20 + 2 * upTo(1500)};
+            grid = {.columns = upTo(5),
+                    .rows = upTo(3),
+                    .tileWidthPx = 20 + 2 * upTo(1500),
+                    .tileHeightPx = 20 + 2 * upTo(1500)};
             const int gaps = upTo(4);
             if (gaps == 1) grid.bezelXPx = upTo(60), grid.bezelYPx = upTo(60);
             if (gaps == 2) grid.overlapXPx = upTo(grid.tileWidthPx / 2), grid.overlapYPx = upTo(grid.tileHeightPx / 2);
@@ -123,7 +132,8 @@ private:
                 WallHost host{.name = fmt::format("{}-{}-{}", screen.name, column, row), .tiles = {}};
                 TileAssignment tile{.screen = screen.name, .column = column, .row = row, .user = "u"};
                 tile.output.blend = blended;
-                if (resized && upTo(2) == 1) tile.output.widthPx = 2 * upTo(2000), tile.output.heightPx = 2 * upTo(2000);
+                if (resized && upTo(2) == 1)
+                    tile.output.widthPx = 2 * upTo(2000), tile.output.heightPx = 2 * upTo(2000);
                 if (!stereo) {
                     host.tiles = {tile};
                 } else {
@@ -131,7 +141,8 @@ private:
                     tile.eye = Eye::kLeft;
                     right.eye = Eye::kRight;
                     if (upTo(2) == 1) {
-                        const StereoPacking packings[] = {StereoPacking::kSideBySideFull, StereoPacking::kTopBottomFull, StereoPacking::kRows};
+                        const StereoPacking packings[] = {StereoPacking::kSideBySideFull, StereoPacking::kTopBottomFull,
+                                                          StereoPacking::kRows};
                         tile.output.stereo = packings[upTo(3) - 1];
                         right.output = {};
                     }
@@ -165,7 +176,8 @@ Wall grid(int columns, int rows) {
     wall.screens = {screen};
     wall.hosts = {{.name = "h", .tiles = {}}};
     for (int row = 0; row < rows; ++row)
-        for (int column = 0; column < columns; ++column) wall.hosts[0].tiles.push_back({.screen = "s", .column = column, .row = row, .user = "u"});
+        for (int column = 0; column < columns; ++column)
+            wall.hosts[0].tiles.push_back({.screen = "s", .column = column, .row = row, .user = "u"});
     return wall;
 }
 
@@ -177,17 +189,20 @@ std::string textOf(const WindowLayout& layout) {
 
 TEST(WindowLayouts, OfOneScreenAreTheScreen) {
     Wall wall = grid(2, 2);
-    EXPECT_EQ(textOf(layoutWindows(wall)), "200x100 s-0-0:0,50,100,50 s-1-0:100,50,100,50 s-0-1:0,0,100,50 s-1-1:100,0,100,50");
+    EXPECT_EQ(textOf(layoutWindows(wall)),
+              "200x100 s-0-0:0,50,100,50 s-1-0:100,50,100,50 s-0-1:0,0,100,50 s-1-1:100,0,100,50");
     wall.screens[0].grid.bezelXPx = 10;
     wall.screens[0].grid.bezelYPx = 4;
-    EXPECT_EQ(textOf(layoutWindows(wall)), "210x104 s-0-0:0,54,100,50 s-1-0:110,54,100,50 s-0-1:0,0,100,50 s-1-1:110,0,100,50");
+    EXPECT_EQ(textOf(layoutWindows(wall)),
+              "210x104 s-0-0:0,54,100,50 s-1-0:110,54,100,50 s-0-1:0,0,100,50 s-1-1:110,0,100,50");
 }
 
 TEST(WindowLayouts, GiveLargerOutputsTheirColumnAndRow) {
     Wall wall = grid(2, 2);
     wall.hosts[0].tiles[0].output.widthPx = 300;
     wall.hosts[0].tiles[0].output.heightPx = 20;
-    EXPECT_EQ(textOf(layoutWindows(wall)), "400x100 s-0-0:0,65,300,20 s-1-0:300,50,100,50 s-0-1:100,0,100,50 s-1-1:300,0,100,50");
+    EXPECT_EQ(textOf(layoutWindows(wall)),
+              "400x100 s-0-0:0,65,300,20 s-1-0:300,50,100,50 s-0-1:100,0,100,50 s-1-1:300,0,100,50");
 }
 
 TEST(WindowLayouts, OfTheLargestOutputsOfAllTilesCanBeSaid) {

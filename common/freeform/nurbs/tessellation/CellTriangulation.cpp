@@ -9,12 +9,17 @@
 namespace tessera {
 namespace {
 
-int after(int i) { return i == 2 ? 0 : i + 1; }
-int before(int i) { return i == 0 ? 2 : i - 1; }
+int after(int i) {
+    return i == 2 ? 0 : i + 1;
+}
+int before(int i) {
+    return i == 0 ? 2 : i - 1;
+}
 
 }  // namespace
 
-CellTriangulation::CellTriangulation(std::span<const LatticePoint> rim, PlaceOf placeOf) : placeOf_(std::move(placeOf)) {
+CellTriangulation::CellTriangulation(std::span<const LatticePoint> rim, PlaceOf placeOf)
+    : placeOf_(std::move(placeOf)) {
     std::vector<std::uint32_t> order;
     for (const LatticePoint& p : rim) {
         if (known_.contains(p)) sound_ = false;
@@ -57,7 +62,8 @@ void CellTriangulation::triangulateRim(std::vector<std::uint32_t> rim) {
             if (best < n && !(length < shortest)) continue;
             // What is left needs an area: some turn among the others. And nothing may be within the ear.
             bool leaves = false, empty = true;
-            for (std::size_t k = 1; k + 2 < n && !leaves; ++k) leaves = turn(rim[(i + k) % n], rim[(i + k + 1) % n], a) != 0;
+            for (std::size_t k = 1; k + 2 < n && !leaves; ++k)
+                leaves = turn(rim[(i + k) % n], rim[(i + k + 1) % n], a) != 0;
             for (std::size_t k = 2; !convex && empty && k < n - 1; ++k) {
                 const std::uint32_t p = rim[(i + k) % n];
                 empty = turn(a, b, p) < 0 || turn(b, c, p) < 0 || turn(c, a, p) < 0;
@@ -87,7 +93,8 @@ void CellTriangulation::joinNeighbours() {
         }
     for (const auto& [edge, at] : edges) {
         const auto other = edges.find({edge.second, edge.first});
-        if (other != edges.end()) triangles_[at.first].across[static_cast<std::size_t>(at.second)] = other->second.first;
+        if (other != edges.end())
+            triangles_[at.first].across[static_cast<std::size_t>(at.second)] = other->second.first;
     }
 }
 
@@ -102,7 +109,8 @@ void CellTriangulation::retarget(std::uint32_t t, std::uint32_t from, std::uint3
 
 std::uint32_t CellTriangulation::find(const LatticePoint& p) const {
     const auto outside = [&](const Triangle& t, int i) {
-        return turnOf(points_[t.corner[static_cast<std::size_t>(after(i))]], points_[t.corner[static_cast<std::size_t>(before(i))]], p) < 0;
+        return turnOf(points_[t.corner[static_cast<std::size_t>(after(i))]],
+                      points_[t.corner[static_cast<std::size_t>(before(i))]], p) < 0;
     };
     // A walk towards it; where that goes in a circle, all of them.
     std::uint32_t at = static_cast<std::uint32_t>(triangles_.size()) - 1;
@@ -130,7 +138,9 @@ std::uint32_t CellTriangulation::insert(const LatticePoint& p) {
     int edge = -1;
     for (int i = 0; i < 3; ++i) {
         const auto& corner = triangles_[t].corner;
-        if (turnOf(points_[corner[static_cast<std::size_t>(after(i))]], points_[corner[static_cast<std::size_t>(before(i))]], p) == 0) edge = i;
+        if (turnOf(points_[corner[static_cast<std::size_t>(after(i))]],
+                   points_[corner[static_cast<std::size_t>(before(i))]], p) == 0)
+            edge = i;
     }
     const std::uint32_t made = add(p);
     if (edge < 0) {
@@ -150,8 +160,11 @@ void CellTriangulation::splitInside(std::uint32_t t, std::uint32_t p) {
     triangles_.resize(n + 2);
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t a = (i + 1) % 3, b = (i + 2) % 3;
-        // Opposite of p: the old edge. Opposite of corner a: the edge from b to p, shared with the part that lies along the edge opposite of a.
-        triangles_[made[i]] = {.corner = {p, old.corner[a], old.corner[b]}, .across = {old.across[i], made[a], made[b]}, .side = {old.side[i], kNoTrim, kNoTrim}};
+        // Opposite of p: the old edge. Opposite of corner a: the edge from b to p, shared with the part that lies along
+        // the edge opposite of a.
+        triangles_[made[i]] = {.corner = {p, old.corner[a], old.corner[b]},
+                               .across = {old.across[i], made[a], made[b]},
+                               .side = {old.side[i], kNoTrim, kNoTrim}};
         retarget(old.across[i], t, made[i]);
         triangleOf_[old.corner[a]] = made[i];
     }
@@ -193,7 +206,9 @@ std::vector<std::uint32_t> CellTriangulation::around(std::uint32_t vertex) const
 std::pair<std::uint32_t, int> CellTriangulation::edgeOf(std::uint32_t a, std::uint32_t b) const {
     for (const std::uint32_t t : around(a))
         for (int i = 0; i < 3; ++i)
-            if (triangles_[t].corner[static_cast<std::size_t>(after(i))] == a && triangles_[t].corner[static_cast<std::size_t>(before(i))] == b) return {t, i};
+            if (triangles_[t].corner[static_cast<std::size_t>(after(i))] == a &&
+                triangles_[t].corner[static_cast<std::size_t>(before(i))] == b)
+                return {t, i};
     return {kNone, 0};
 }
 
@@ -211,8 +226,10 @@ bool CellTriangulation::canFlip(std::uint32_t t, int edge) const {
     const Triangle& here = triangles_[t];
     if (here.across[e] == kNone || here.side[e] != kNoTrim) return false;
     const Triangle& there = triangles_[here.across[e]];
-    const auto i = static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) - there.across.begin());
-    const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], q = there.corner[i], b = here.corner[(e + 2) % 3];
+    const auto i =
+        static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) - there.across.begin());
+    const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], q = there.corner[i],
+                        b = here.corner[(e + 2) % 3];
     return turn(p, a, q) > 0 && turn(q, b, p) > 0;
 }
 
@@ -220,12 +237,18 @@ void CellTriangulation::flip(std::uint32_t t, int edge) {
     const auto e = static_cast<std::size_t>(edge);
     const std::uint32_t n = triangles_[t].across[e];
     const Triangle here = triangles_[t], there = triangles_[n];
-    const auto i = static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) - there.across.begin());
-    const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], b = here.corner[(e + 2) % 3], q = there.corner[i];
+    const auto i =
+        static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) - there.across.begin());
+    const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], b = here.corner[(e + 2) % 3],
+                        q = there.corner[i];
     // `here` is p a b, `there` q b a; then p a q and q b p.
     const std::size_t pb = (e + 1) % 3, pa = (e + 2) % 3, qa = (i + 1) % 3, qb = (i + 2) % 3;
-    triangles_[t] = {.corner = {p, a, q}, .across = {there.across[qa], n, here.across[pa]}, .side = {there.side[qa], kNoTrim, here.side[pa]}};
-    triangles_[n] = {.corner = {q, b, p}, .across = {here.across[pb], t, there.across[qb]}, .side = {here.side[pb], kNoTrim, there.side[qb]}};
+    triangles_[t] = {.corner = {p, a, q},
+                     .across = {there.across[qa], n, here.across[pa]},
+                     .side = {there.side[qa], kNoTrim, here.side[pa]}};
+    triangles_[n] = {.corner = {q, b, p},
+                     .across = {here.across[pb], t, there.across[qb]},
+                     .side = {here.side[pb], kNoTrim, there.side[qb]}};
     retarget(there.across[qa], n, t);
     retarget(here.across[pb], t, n);
     triangleOf_[p] = triangleOf_[a] = triangleOf_[q] = t;
@@ -248,7 +271,8 @@ void CellTriangulation::connect(std::uint32_t a, std::uint32_t b) {
             const auto& corner = triangles_[t].corner;
             const auto i = static_cast<std::size_t>(std::find(corner.begin(), corner.end(), a) - corner.begin());
             for (const std::uint32_t p : {corner[(i + 1) % 3], corner[(i + 2) % 3]})
-                if (turn(a, b, p) == 0 && (p == b || isBetween(points_[p], points_[a], points_[b]))) target = p, begin = kNone - 1;
+                if (turn(a, b, p) == 0 && (p == b || isBetween(points_[p], points_[a], points_[b])))
+                    target = p, begin = kNone - 1;
             if (begin == kNone && turn(a, b, corner[(i + 1) % 3]) < 0 && turn(a, b, corner[(i + 2) % 3]) > 0) begin = t;
         }
         if (begin == kNone) {
@@ -324,9 +348,12 @@ void CellTriangulation::improve() {
                 if (!canFlip(t, edge)) continue;
                 const auto e = static_cast<std::size_t>(edge);
                 const Triangle &here = triangles_[t], &there = triangles_[here.across[e]];
-                const auto i = static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) - there.across.begin());
-                const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], b = here.corner[(e + 2) % 3], q = there.corner[i];
-                if (std::min(roundness(p, a, q), roundness(q, b, p)) > 1.0001 * std::min(roundness(p, a, b), roundness(q, b, a))) {
+                const auto i = static_cast<std::size_t>(std::find(there.across.begin(), there.across.end(), t) -
+                                                        there.across.begin());
+                const std::uint32_t p = here.corner[e], a = here.corner[(e + 1) % 3], b = here.corner[(e + 2) % 3],
+                                    q = there.corner[i];
+                if (std::min(roundness(p, a, q), roundness(q, b, p)) >
+                    1.0001 * std::min(roundness(p, a, b), roundness(q, b, a))) {
                     flip(t, edge);
                     flipped = true;
                 }
@@ -353,11 +380,13 @@ std::vector<std::array<LatticePoint, 3>> CellTriangulation::kept(bool whereNoTri
         const std::uint32_t t = open.back();
         open.pop_back();
         for (std::size_t i = 0; i < 3; ++i)
-            if (triangles_[t].side[i] == kNoTrim && triangles_[t].across[i] != kNone) tell(triangles_[t].across[i], side[t]);
+            if (triangles_[t].side[i] == kNoTrim && triangles_[t].across[i] != kNone)
+                tell(triangles_[t].across[i], side[t]);
     }
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
         const auto& corner = triangles_[t].corner;
-        if (side[t] == kOn || (side[t] == kNoTrim && whereNoTrims)) result.push_back({points_[corner[0]], points_[corner[1]], points_[corner[2]]});
+        if (side[t] == kOn || (side[t] == kNoTrim && whereNoTrims))
+            result.push_back({points_[corner[0]], points_[corner[1]], points_[corner[2]]});
     }
     return result;
 }

@@ -1,6 +1,8 @@
-/// Triangles of one convex cell of a surface's parameters: its rim's vertices, places within, and the pieces of trims that cross it.
+/// Triangles of one convex cell of a surface's parameters: its rim's vertices, places within, and the pieces of trims
+/// that cross it.
 ///
-/// A constrained triangulation by insertion and flips (Sloan 1993), each decision exact on the lattice. One thread each.
+/// A constrained triangulation by insertion and flips (Sloan 1993), each decision exact on the lattice. One thread
+/// each.
 #pragma once
 
 #include <array>
@@ -19,11 +21,12 @@ class CellTriangulation {
 public:
     using PlaceOf = std::function<Vec3d(const LatticePoint&)>;
 
-    /// `rim`: counterclockwise, convex but for vertices along its sides, none twice. `placeOf`: where on the surface, to choose well among
-    /// the ways to triangulate; no answer depends on it.
+    /// `rim`: counterclockwise, convex but for vertices along its sides, none twice. `placeOf`: where on the surface,
+    /// to choose well among the ways to triangulate; no answer depends on it.
     CellTriangulation(std::span<const LatticePoint> rim, PlaceOf placeOf);
 
-    /// False where the rim cannot be triangulated, or a trim meets another one or leaves the rim: what is here then means nothing.
+    /// False where the rim cannot be triangulated, or a trim meets another one or leaves the rim: what is here then
+    /// means nothing.
     [[nodiscard]] bool sound() const { return sound_; }
     /// What lies on the left of the way from a to b is kept, on its right not.
     void trim(const LatticePoint& a, const LatticePoint& b);
@@ -57,7 +60,9 @@ private:
     /// The triangle that has the edge from a to b counterclockwise, and which of its edges it is.
     [[nodiscard]] std::pair<std::uint32_t, int> edgeOf(std::uint32_t a, std::uint32_t b) const;
     void mark(std::uint32_t t, int edge, Side side);
-    [[nodiscard]] int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const { return turnOf(points_[a], points_[b], points_[c]); }
+    [[nodiscard]] int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+        return turnOf(points_[a], points_[b], points_[c]);
+    }
     [[nodiscard]] double roundness(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
     [[nodiscard]] std::uint32_t add(const LatticePoint& p);
 

@@ -8,7 +8,8 @@
 namespace tessera {
 namespace {
 
-/// What second derivatives along an axis are over [0, 1]², at least: their coefficients, less what weights may take of them.
+/// What second derivatives along an axis are over [0, 1]², at least: their coefficients, less what weights may take of
+/// them.
 class Bends {
 public:
     Bends(const BezierPatch& patch, PatchAxis axis) {
@@ -42,9 +43,11 @@ public:
                     bendOfWeight = std::max(bendOfWeight, std::abs(bend.w()));
                 }
             }
-        // S = N / w: w S'' = N'' − 2 w' S' − w'' S, and w S' = N' − w' S. And what rounding may make of differences of control points.
+        // S = N / w: w S'' = N'' − 2 w' S' − w'' S, and w S' = N' − w' S. And what rounding may make of differences of
+        // control points.
         const double slopeOfS = (slope + slopeOfWeight * reach) / leastWeight;
-        less_ = 2 * slopeOfWeight * slopeOfS + bendOfWeight * reach + 64 * std::numeric_limits<double>::epsilon() * n * n * (origin.norm() + reach) * mostWeight_;
+        less_ = 2 * slopeOfWeight * slopeOfS + bendOfWeight * reach +
+                64 * std::numeric_limits<double>::epsilon() * n * n * (origin.norm() + reach) * mostWeight_;
     }
 
     [[nodiscard]] const Vec3d& sum() const { return sum_; }
@@ -69,17 +72,22 @@ struct CellsWithin {
 };
 CellsWithin cellsWithin(const BezierPatch& patch, double tolerance) {
     const Bends bendsU(patch, PatchAxis::kU), bendsV(patch, PatchAxis::kV);
-    const auto along = [](const Bends& bends, const Vec3d& direction) { return direction.norm() > 0 ? bends.leastAlong(direction.normalized()) : 0.0; };
+    const auto along = [](const Bends& bends, const Vec3d& direction) {
+        return direction.norm() > 0 ? bends.leastAlong(direction.normalized()) : 0.0;
+    };
     const double ownU = along(bendsU, bendsU.sum()), ownV = along(bendsV, bendsV.sum());
     // A cell that leaves the rectangle is in it no wider, and no higher, than this: it covers no more than a rim.
-    const auto widest = [&](double least) { return least > 0 ? std::sqrt(8 * tolerance / least) : std::numeric_limits<double>::infinity(); };
+    const auto widest = [&](double least) {
+        return least > 0 ? std::sqrt(8 * tolerance / least) : std::numeric_limits<double>::infinity();
+    };
     const double width = widest(ownU), height = widest(ownV);
     CellsWithin out;
     if (2 * width < 1) out.alongU = (1 - 2 * width) / std::sqrt(4 * tolerance / ownU);
     if (2 * height < 1) out.alongV = (1 - 2 * height) / std::sqrt(4 * tolerance / ownV);
     const double inner = (1 - 2 * width) * (1 - 2 * height);
     if (!(2 * width < 1 && 2 * height < 1)) return out;
-    // Off by an eighth of each axis's second derivative: by the larger, or, where both bend to one side, by both. The area that this leaves:
+    // Off by an eighth of each axis's second derivative: by the larger, or, where both bend to one side, by both. The
+    // area that this leaves:
     double area = 4 * tolerance / std::sqrt(ownU * ownV);
     const Vec3d side = bendsU.sum().normalized() + bendsV.sum().normalized();
     const double sideU = along(bendsU, side), sideV = along(bendsV, side);
@@ -102,7 +110,8 @@ double leastCells(const NurbsSurface& surface, const LatticeSurface& lattice, do
     const int divided = dividedBy(lattice.u.spans() * lattice.v.spans());
     const bool isTrimmed = !surface.region().loops().empty();
     double cells = 0;
-    std::vector<double> alongRow(lattice.v.spans() * static_cast<std::size_t>(divided), 0), alongColumn(lattice.u.spans() * static_cast<std::size_t>(divided), 0);
+    std::vector<double> alongRow(lattice.v.spans() * static_cast<std::size_t>(divided), 0),
+        alongColumn(lattice.u.spans() * static_cast<std::size_t>(divided), 0);
     for (std::size_t j = 0; j < lattice.v.spans(); ++j)
         for (std::size_t i = 0; i < lattice.u.spans(); ++i) {
             BezierPatch row = lattice.patch(i, j);
@@ -126,9 +135,11 @@ double leastCells(const NurbsSurface& surface, const LatticeSurface& lattice, do
                     part = std::move(right);
                     if (isTrimmed) {
                         const auto parameter = [&](const ParameterAxis& axis, std::size_t span, int k) {
-                            return axis.toParameter(static_cast<std::int64_t>(span) * kLatticeSpan + kLatticeSpan / divided * k);
+                            return axis.toParameter(static_cast<std::int64_t>(span) * kLatticeSpan +
+                                                    kLatticeSpan / divided * k);
                         };
-                        const ParameterRectangle over{{parameter(lattice.u, i, x), parameter(lattice.u, i, x + 1)}, {parameter(lattice.v, j, y), parameter(lattice.v, j, y + 1)}};
+                        const ParameterRectangle over{{parameter(lattice.u, i, x), parameter(lattice.u, i, x + 1)},
+                                                      {parameter(lattice.v, j, y), parameter(lattice.v, j, y + 1)}};
                         if (surface.region().side(over) != RectangleSide::kKept) continue;
                     }
                     const CellsWithin within = cellsWithin(here, tolerance);
@@ -138,7 +149,8 @@ double leastCells(const NurbsSurface& surface, const LatticeSurface& lattice, do
                 }
             }
         }
-    return std::max({cells, *std::max_element(alongRow.begin(), alongRow.end()), *std::max_element(alongColumn.begin(), alongColumn.end())});
+    return std::max({cells, *std::max_element(alongRow.begin(), alongRow.end()),
+                     *std::max_element(alongColumn.begin(), alongColumn.end())});
 }
 
 }  // namespace tessera

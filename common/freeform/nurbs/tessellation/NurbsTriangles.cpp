@@ -35,8 +35,8 @@ struct TrimStep {
 struct Cell {
     std::vector<CellCorner> corners;  // counterclockwise
     std::vector<TrimStep> trims;
-    bool isKept = false;              // all of it, known
-    BezierPatch patch;                // over the box around the corners
+    bool isKept = false;  // all of it, known
+    BezierPatch patch;    // over the box around the corners
     LatticePoint lower, upper;
 };
 struct FlatCell {
@@ -45,22 +45,25 @@ struct FlatCell {
     std::uint32_t spanU = 0, spanV = 0;
 };
 
-/// How far a patch, and triangles with corners on it that fill a part of its parameters (`isWhole`: all of them), can be from each other.
+/// How far a patch, and triangles with corners on it that fill a part of its parameters (`isWhole`: all of them), can
+/// be from each other.
 double cellError(const BezierPatch& patch, bool isWhole) {
     const auto place = [](const Vec4d& p) -> Vec3d { return p.head<3>() / p.w(); };
-    const Vec3d a = place(patch.at(0, 0)), b = place(patch.at(patch.degreeU, 0)), c = place(patch.at(patch.degreeU, patch.degreeV)), d = place(patch.at(0, patch.degreeV));
+    const Vec3d a = place(patch.at(0, 0)), b = place(patch.at(patch.degreeU, 0)),
+                c = place(patch.at(patch.degreeU, patch.degreeV)), d = place(patch.at(0, patch.degreeV));
     const Vec3d twist = a - b + c - d;
     // A bilinear patch is off a triangle of its own points by a quarter of its twist, at the same parameters.
     double bend = 0.25 * twist.norm();
-    // Seen along the normal of its diagonals it is a quadrangle. Where that is convex, bilinear patch and triangles fill the same plane figure,
-    // and no point of either is farther from the plane between the diagonals than the corners are: a quarter of the twist along the normal.
+    // Seen along the normal of its diagonals it is a quadrangle. Where that is convex, bilinear patch and triangles
+    // fill the same plane figure, and no point of either is farther from the plane between the diagonals than the
+    // corners are: a quarter of the twist along the normal.
     const Vec3d across = (c - a).cross(d - b);
     const double length = across.norm();
     if (isWhole && length > 1e-6 * (c - a).norm() * (d - b).norm()) {
         const Vec3d normal = across / length;
         const double nothing = -1e-14 * length;
-        if ((b - a).cross(d - a).dot(normal) >= nothing && (c - b).cross(a - b).dot(normal) >= nothing && (d - c).cross(b - c).dot(normal) >= nothing &&
-            (a - d).cross(c - d).dot(normal) >= nothing)
+        if ((b - a).cross(d - a).dot(normal) >= nothing && (c - b).cross(a - b).dot(normal) >= nothing &&
+            (d - c).cross(b - c).dot(normal) >= nothing && (a - d).cross(c - d).dot(normal) >= nothing)
             bend = std::min(bend, 0.5 * std::abs(twist.dot(normal)));
     }
     // The corners of triangles are off the bilinear patch by no more than other points of the surface are.
@@ -78,7 +81,8 @@ struct SumCount {
     }
 };
 tl::unexpected<Error> tooDear() {
-    return fail(ErrorCode::kLimit, "it would take too long to make triangles of: fewer knots, lower degrees or a larger tolerance");
+    return fail(ErrorCode::kLimit,
+                "it would take too long to make triangles of: fewer knots, lower degrees or a larger tolerance");
 }
 
 /// What Bézier patches of all spans take, by blossoms along one axis and then along the other.
@@ -93,17 +97,30 @@ std::size_t sumsOfPatches(const NurbsSurface& surface) {
 /// One surface, or one part of it between jumps.
 class Tessellation {
 public:
-    Tessellation(const LatticeSurface& lattice, const SurfaceEdges& edges, const SpanRange& part, const TrimOutline& outline, bool isTrimmed, double tolerance,
-                 std::size_t maxTriangles, SumCount& sums, NurbsTriangles& made)
-        : lattice_(lattice), edges_(edges), part_(part), outline_(outline), isTrimmed_(isTrimmed), tolerance_(tolerance), maxTriangles_(maxTriangles), sums_(sums), made_(made) {}
+    Tessellation(const LatticeSurface& lattice, const SurfaceEdges& edges, const SpanRange& part,
+                 const TrimOutline& outline, bool isTrimmed, double tolerance, std::size_t maxTriangles, SumCount& sums,
+                 NurbsTriangles& made)
+        : lattice_(lattice),
+          edges_(edges),
+          part_(part),
+          outline_(outline),
+          isTrimmed_(isTrimmed),
+          tolerance_(tolerance),
+          maxTriangles_(maxTriangles),
+          sums_(sums),
+          made_(made) {}
 
     Expected<void> run() {
         std::unordered_map<std::size_t, std::vector<TrimStep>> trims = trimsBySpan();
         // The lines between spans: those at the low u of each, then those at the low v.
         const std::size_t width = part_.endU - part_.beginU, height = part_.endV - part_.beginV;
         cuts_.resize((width + 1) * height + width * (height + 1));
-        const auto lineU = [&](std::size_t i, std::size_t j) { return static_cast<std::uint32_t>(j * (width + 1) + i); };
-        const auto lineV = [&](std::size_t i, std::size_t j) { return static_cast<std::uint32_t>((width + 1) * height + j * width + i); };
+        const auto lineU = [&](std::size_t i, std::size_t j) {
+            return static_cast<std::uint32_t>(j * (width + 1) + i);
+        };
+        const auto lineV = [&](std::size_t i, std::size_t j) {
+            return static_cast<std::uint32_t>((width + 1) * height + j * width + i);
+        };
         for (std::size_t j = 0; j < height; ++j) {
             cuts_[lineU(0, j)] = edges_.cutsWithin(SurfaceEdges::kLowU, part_.beginV + j);
             cuts_[lineU(width, j)] = edges_.cutsWithin(SurfaceEdges::kHighU, part_.beginV + j);
@@ -115,9 +132,13 @@ public:
         for (std::size_t j = 0; j < height; ++j)
             for (std::size_t i = 0; i < width; ++i) {
                 const std::size_t spanU = part_.beginU + i, spanV = part_.beginV + j;
-                const LatticePoint lower{static_cast<std::int64_t>(spanU) * kLatticeSpan, static_cast<std::int64_t>(spanV) * kLatticeSpan};
+                const LatticePoint lower{static_cast<std::int64_t>(spanU) * kLatticeSpan,
+                                         static_cast<std::int64_t>(spanV) * kLatticeSpan};
                 const LatticePoint upper{lower.u + kLatticeSpan, lower.v + kLatticeSpan};
-                Cell cell{.corners = {{lower, lineV(i, j)}, {{upper.u, lower.v}, lineU(i + 1, j)}, {upper, lineV(i, j + 1)}, {{lower.u, upper.v}, lineU(i, j)}},
+                Cell cell{.corners = {{lower, lineV(i, j)},
+                                      {{upper.u, lower.v}, lineU(i + 1, j)},
+                                      {upper, lineV(i, j + 1)},
+                                      {{lower.u, upper.v}, lineU(i, j)}},
                           .trims = std::move(trims[spanV * lattice_.u.spans() + spanU]),
                           .isKept = !isTrimmed_,
                           .patch = lattice_.patch(spanU, spanV),
@@ -139,10 +160,12 @@ public:
     [[nodiscard]] bool wereTooMany() const { return tooMany_; }
 
 private:
-    [[nodiscard]] LatticePoint interpolated(const LatticePoint& a, const LatticePoint& b, LatticeProduct part, LatticeProduct whole) const {
+    [[nodiscard]] LatticePoint interpolated(const LatticePoint& a, const LatticePoint& b, LatticeProduct part,
+                                            LatticeProduct whole) const {
         const auto along = [&](std::int64_t from, std::int64_t to) {
             const LatticeProduct product = static_cast<LatticeProduct>(to - from) * part, half = whole / 2;
-            return from + static_cast<std::int64_t>(product >= 0 ? (product + half) / whole : -((-product + half) / whole));
+            return from +
+                   static_cast<std::int64_t>(product >= 0 ? (product + half) / whole : -((-product + half) / whole));
         };
         return {along(a.u, b.u), along(a.v, b.v)};
     }
@@ -156,23 +179,28 @@ private:
                 const std::int64_t low = std::min(a, b), high = std::max(a, b);
                 std::vector<std::size_t> spans;
                 const std::int64_t first = low / kLatticeSpan;
-                if (low == high && low % kLatticeSpan == 0 && first > 0) spans.push_back(static_cast<std::size_t>(first) - 1);
+                if (low == high && low % kLatticeSpan == 0 && first > 0)
+                    spans.push_back(static_cast<std::size_t>(first) - 1);
                 spans.push_back(static_cast<std::size_t>(first));
                 std::erase_if(spans, [&](std::size_t k) { return k < begin || k >= end; });
                 return spans;
             };
             for (const std::size_t j : spansOf(s.from.v, s.to.v, part_.beginV, part_.endV))
-                for (const std::size_t i : spansOf(s.from.u, s.to.u, part_.beginU, part_.endU)) bySpan[j * lattice_.u.spans() + i].push_back(s);
+                for (const std::size_t i : spansOf(s.from.u, s.to.u, part_.beginU, part_.endU))
+                    bySpan[j * lattice_.u.spans() + i].push_back(s);
         };
         const auto crossings = [&](const LatticePoint& a, const LatticePoint& b, bool alongU) {
             std::vector<LatticePoint> points{a};
             const std::int64_t from = alongU ? a.u : a.v, to = alongU ? b.u : b.v;
-            const std::int64_t low = std::min(from, to) / kLatticeSpan + 1, high = (std::max(from, to) - 1) / kLatticeSpan;
+            const std::int64_t low = std::min(from, to) / kLatticeSpan + 1,
+                               high = (std::max(from, to) - 1) / kLatticeSpan;
             for (std::int64_t k = low; k <= high; ++k) {
                 const std::int64_t line = (from < to ? k : low + high - k) * kLatticeSpan;
                 // Products of the whole domain: in long double, then onto the line.
                 const long double part = static_cast<long double>(line - from) / static_cast<long double>(to - from);
-                const std::int64_t other = (alongU ? a.v : a.u) + std::llround(part * static_cast<long double>(alongU ? b.v - a.v : b.u - a.u));
+                const std::int64_t other =
+                    (alongU ? a.v : a.u) +
+                    std::llround(part * static_cast<long double>(alongU ? b.v - a.v : b.u - a.u));
                 points.push_back(alongU ? LatticePoint{line, other} : LatticePoint{other, line});
             }
             points.push_back(b);
@@ -203,28 +231,40 @@ private:
             }
             const double error = cellError(cell.patch, cell.trims.empty());
             if (error <= (cell.trims.empty() ? tolerance_ : 0.5 * tolerance_)) {
-                sureTriangles_ += cell.trims.empty() && cell.corners.size() == 4 && hasFourCorners(cell.patch) ? 2 : cell.trims.empty() ? 1 : 0;
+                sureTriangles_ += cell.trims.empty() && cell.corners.size() == 4 && hasFourCorners(cell.patch) ? 2
+                                  : cell.trims.empty()                                                         ? 1
+                                                                                                               : 0;
                 if (made_.triangles.size() + sureTriangles_ > maxTriangles_) return tooMany();
                 made_.error = std::max(made_.error, cell.trims.empty() ? error : error + 0.5 * tolerance_);
-                cells_.push_back({std::move(cell.corners), std::move(cell.trims), static_cast<std::uint32_t>(spanU), static_cast<std::uint32_t>(spanV)});
+                cells_.push_back({std::move(cell.corners), std::move(cell.trims), static_cast<std::uint32_t>(spanU),
+                                  static_cast<std::uint32_t>(spanV)});
                 continue;
             }
-            const auto points = static_cast<std::size_t>(cell.patch.degreeU + 1) * static_cast<std::size_t>(cell.patch.degreeV + 1);
-            if (!sums_.take(points * static_cast<std::size_t>(cell.patch.degreeU + cell.patch.degreeV + 2))) return tooDear();
-            const PatchAxis better = lessFlatAxis(cell.patch), other = better == PatchAxis::kU ? PatchAxis::kV : PatchAxis::kU;
+            const auto points =
+                static_cast<std::size_t>(cell.patch.degreeU + 1) * static_cast<std::size_t>(cell.patch.degreeV + 1);
+            if (!sums_.take(points * static_cast<std::size_t>(cell.patch.degreeU + cell.patch.degreeV + 2)))
+                return tooDear();
+            const PatchAxis better = lessFlatAxis(cell.patch),
+                            other = better == PatchAxis::kU ? PatchAxis::kV : PatchAxis::kU;
             std::vector<Cell> parts;
             for (const PatchAxis axis : {better, other}) {
                 if (!mayHalve(cell, axis)) continue;
-                const LatticePoint at{cell.lower.u + (cell.upper.u - cell.lower.u) / 2, cell.lower.v + (cell.upper.v - cell.lower.v) / 2};
-                parts = cutBy(cell, at, axis == PatchAxis::kU ? LatticePoint{at.u, at.v + 1} : LatticePoint{at.u + 1, at.v});
+                const LatticePoint at{cell.lower.u + (cell.upper.u - cell.lower.u) / 2,
+                                      cell.lower.v + (cell.upper.v - cell.lower.v) / 2};
+                parts = cutBy(cell, at,
+                              axis == PatchAxis::kU ? LatticePoint{at.u, at.v + 1} : LatticePoint{at.u + 1, at.v});
                 break;
             }
-            if (parts.empty() && cell.corners.size() == 4 && cell.upper.u - cell.lower.u >= 2 && cell.upper.v - cell.lower.v >= 2) {
+            if (parts.empty() && cell.corners.size() == 4 && cell.upper.u - cell.lower.u >= 2 &&
+                cell.upper.v - cell.lower.v >= 2) {
                 // Two edges meet here that may not be cut: along the diagonals, so that each part has one of them.
                 for (const Cell& half : cutBy(cell, cell.lower, cell.upper))
-                    for (Cell& quarter : cutBy(half, {cell.lower.u, cell.upper.v}, {cell.upper.u, cell.lower.v})) parts.push_back(std::move(quarter));
+                    for (Cell& quarter : cutBy(half, {cell.lower.u, cell.upper.v}, {cell.upper.u, cell.lower.v}))
+                        parts.push_back(std::move(quarter));
             }
-            if (parts.size() < 2) return fail(ErrorCode::kLimit, "the surface bends too much within 2^-40 of a knot span for this tolerance");
+            if (parts.size() < 2)
+                return fail(ErrorCode::kLimit,
+                            "the surface bends too much within 2^-40 of a knot span for this tolerance");
             for (std::size_t k = parts.size(); k > 0; --k) open.push_back(std::move(parts[k - 1]));
         }
         return {};
@@ -237,7 +277,8 @@ private:
     /// At four places: two triangles for certain, whatever its neighbours put on its sides.
     static bool hasFourCorners(const BezierPatch& patch) {
         const auto place = [&](int i, int j) -> Vec3d { return patch.at(i, j).head<3>() / patch.at(i, j).w(); };
-        const std::array<Vec3d, 4> p{place(0, 0), place(patch.degreeU, 0), place(patch.degreeU, patch.degreeV), place(0, patch.degreeV)};
+        const std::array<Vec3d, 4> p{place(0, 0), place(patch.degreeU, 0), place(patch.degreeU, patch.degreeV),
+                                     place(0, patch.degreeV)};
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t k = i + 1; k < 4; ++k)
                 if (p[i] == p[k]) return false;
@@ -257,7 +298,8 @@ private:
     /// Whether a cut through its middle leaves the surface's edges alone.
     [[nodiscard]] bool mayHalve(const Cell& cell, PatchAxis axis) const {
         const bool alongU = axis == PatchAxis::kU;
-        const std::int64_t low = alongU ? cell.lower.u : cell.lower.v, size = (alongU ? cell.upper.u : cell.upper.v) - low, middle = low + size / 2;
+        const std::int64_t low = alongU ? cell.lower.u : cell.lower.v,
+                           size = (alongU ? cell.upper.u : cell.upper.v) - low, middle = low + size / 2;
         if (size < 2) return false;
         for (std::size_t k = 0; k < cell.corners.size(); ++k) {
             const LatticePoint &a = cell.corners[k].p, &b = cell.corners[(k + 1) % cell.corners.size()].p;
@@ -314,9 +356,13 @@ private:
                 part.lower = {std::min(part.lower.u, c.p.u), std::min(part.lower.v, c.p.v)};
                 part.upper = {std::max(part.upper.u, c.p.u), std::max(part.upper.v, c.p.v)};
             }
-            const auto within = [](std::int64_t x, std::int64_t low, std::int64_t high) { return static_cast<double>(x - low) / static_cast<double>(high - low); };
-            part.patch = partOf(cell.patch, within(part.lower.u, cell.lower.u, cell.upper.u), within(part.upper.u, cell.lower.u, cell.upper.u),
-                                within(part.lower.v, cell.lower.v, cell.upper.v), within(part.upper.v, cell.lower.v, cell.upper.v));
+            const auto within = [](std::int64_t x, std::int64_t low, std::int64_t high) {
+                return static_cast<double>(x - low) / static_cast<double>(high - low);
+            };
+            part.patch = partOf(cell.patch, within(part.lower.u, cell.lower.u, cell.upper.u),
+                                within(part.upper.u, cell.lower.u, cell.upper.u),
+                                within(part.lower.v, cell.lower.v, cell.upper.v),
+                                within(part.upper.v, cell.lower.v, cell.upper.v));
             parts.push_back(std::move(part));
         }
         return parts;
@@ -341,9 +387,12 @@ private:
             const std::vector<LatticePoint>& cut = cuts_[here.cut];
             rim.push_back(here.p);
             if (here.p < next.p) {
-                for (auto p = std::upper_bound(cut.begin(), cut.end(), here.p); p != cut.end() && *p < next.p; ++p) rim.push_back(*p);
+                for (auto p = std::upper_bound(cut.begin(), cut.end(), here.p); p != cut.end() && *p < next.p; ++p)
+                    rim.push_back(*p);
             } else {
-                for (auto p = std::lower_bound(cut.begin(), cut.end(), here.p); p != cut.begin() && next.p < *(p - 1); --p) rim.push_back(*(p - 1));
+                for (auto p = std::lower_bound(cut.begin(), cut.end(), here.p); p != cut.begin() && next.p < *(p - 1);
+                     --p)
+                    rim.push_back(*(p - 1));
             }
         }
         if (rim.size() == 4 && cell.trims.empty()) {
@@ -351,7 +400,8 @@ private:
             // A quadrangle by its shorter diagonal; one with a side that is a point has one way only.
             const std::size_t first = (b - d).squaredNorm() < (a - c).squaredNorm() ? 1 : 0;
             for (const std::size_t k : {first, first + 2})
-                if (Expected<void> done = addTriangle({rim[k % 4], rim[(k + 1) % 4], rim[(k + 2) % 4]}, cell); !done) return done;
+                if (Expected<void> done = addTriangle({rim[k % 4], rim[(k + 1) % 4], rim[(k + 2) % 4]}, cell); !done)
+                    return done;
             return {};
         }
         CellTriangulation cellTriangles(rim, [this](const LatticePoint& p) { return placeAt(p); });
@@ -387,7 +437,10 @@ private:
                     return x % kLatticeSpan == 0 && s > begin ? s - 1 : s;
                 };
                 const std::size_t spanU = span(p.u, part_.beginU), spanV = span(p.v, part_.beginV);
-                found->second.place = evaluate(lattice_.patch(spanU, spanV), ParameterAxis::within(p.u, spanU), ParameterAxis::within(p.v, spanV)).point.array() + 0.0;
+                found->second.place = evaluate(lattice_.patch(spanU, spanV), ParameterAxis::within(p.u, spanU),
+                                               ParameterAxis::within(p.v, spanV))
+                                          .point.array() +
+                                      0.0;
             }
         }
         return found->second;
@@ -400,7 +453,8 @@ private:
         const std::uint64_t span = std::uint64_t{cell.spanV} << 32 | cell.spanU;
         for (const auto& [of, vertex] : place.vertices)
             if (of == span) return vertex;
-        const SurfacePoint at = evaluate(lattice_.patch(cell.spanU, cell.spanV), ParameterAxis::within(p.u, cell.spanU), ParameterAxis::within(p.v, cell.spanV));
+        const SurfacePoint at = evaluate(lattice_.patch(cell.spanU, cell.spanV), ParameterAxis::within(p.u, cell.spanU),
+                                         ParameterAxis::within(p.v, cell.spanV));
         constexpr double kSmooth = 1e-6;
         for (const auto& [of, vertex] : place.vertices)
             if ((made_.normals[vertex] - at.normal).norm() < kSmooth) {
@@ -439,11 +493,13 @@ void fillNormals(NurbsTriangles& made) {
         if (made.normals[i].isZero(0)) sums.resize(made.normals.size(), Vec3d::Zero());
     if (sums.empty()) return;
     for (const auto& t : made.triangles) {
-        const Vec3d across = (made.positions[t[1]] - made.positions[t[0]]).cross(made.positions[t[2]] - made.positions[t[0]]);
+        const Vec3d across =
+            (made.positions[t[1]] - made.positions[t[0]]).cross(made.positions[t[2]] - made.positions[t[0]]);
         for (const std::uint32_t v : t) sums[v] += across;
     }
     for (std::size_t i = 0; i < sums.size(); ++i)
-        if (made.normals[i].isZero(0)) made.normals[i] = sums[i].norm() > 0 ? sums[i].normalized() : Vec3d(Vec3d::UnitZ());
+        if (made.normals[i].isZero(0))
+            made.normals[i] = sums[i].norm() > 0 ? sums[i].normalized() : Vec3d(Vec3d::UnitZ());
 }
 
 /// Between which spans an axis jumps.
@@ -456,15 +512,20 @@ std::vector<std::pair<std::size_t, std::size_t>> joinedSpans(const std::vector<b
     return parts;
 }
 
-/// About the least tolerance whose triangles are not too many, of one whose are: there are up to two hundred times as many as cells for certain.
-/// Cells go with 1 / tolerance, those of what bends along one axis alone with its root. Where nothing is certain, one that is a hundred times as large.
-double toleranceThatDoes(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, std::size_t maxTriangles) {
+/// About the least tolerance whose triangles are not too many, of one whose are: there are up to two hundred times as
+/// many as cells for certain. Cells go with 1 / tolerance, those of what bends along one axis alone with its root.
+/// Where nothing is certain, one that is a hundred times as large.
+double toleranceThatDoes(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance,
+                         std::size_t maxTriangles) {
     constexpr double kTrianglesPerSureCell = 256, kFiner = 100;
     // Far below what is asked for, where the rims of rectangles do not count.
-    const double fine = leastCells(surface, lattice, tolerance / kFiner), finer = leastCells(surface, lattice, tolerance / kFiner / kFiner);
+    const double fine = leastCells(surface, lattice, tolerance / kFiner),
+                 finer = leastCells(surface, lattice, tolerance / kFiner / kFiner);
     if (!(fine > 0) || !(finer > fine)) return kFiner * tolerance;
     const double power = std::clamp(std::log(finer / fine) / std::log(kFiner), 0.5, 1.0);
-    return tolerance * std::max(2.0, std::pow(kTrianglesPerSureCell * fine / static_cast<double>(maxTriangles), 1 / power) / kFiner);
+    return tolerance *
+           std::max(2.0,
+                    std::pow(kTrianglesPerSureCell * fine / static_cast<double>(maxTriangles), 1 / power) / kFiner);
 }
 
 }  // namespace
@@ -477,9 +538,14 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
     if (!lattice) return tl::unexpected(lattice.error());
     const bool isTrimmed = !surface.region().loops().empty();
     // Known before anything is halved. Slivers along trims may be less than half of what there is.
-    if (const double least = (isTrimmed ? 0.5 : 1) * leastCells(surface, *lattice, tolerance); least > static_cast<double>(limits.maxTriangles))
-        return fail(ErrorCode::kLimit, fmt::format("a tolerance of {:.3g} takes at least {:.2g} triangles, and {} are the most: about {:.2g} would do", tolerance, least,
-                                                   limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
+    if (const double least = (isTrimmed ? 0.5 : 1) * leastCells(surface, *lattice, tolerance);
+        least > static_cast<double>(limits.maxTriangles))
+        return fail(
+            ErrorCode::kLimit,
+            fmt::format(
+                "a tolerance of {:.3g} takes at least {:.2g} triangles, and {} are the most: about {:.2g} would do",
+                tolerance, least, limits.maxTriangles,
+                toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
     TrimOutline outline;
     if (isTrimmed) {
         Expected<TrimOutline> made = outlineOf(surface, *lattice, 0.5 * tolerance, limits.maxTriangles);
@@ -491,13 +557,17 @@ Expected<NurbsTriangles> tessellate(const NurbsSurface& surface, double toleranc
         for (const auto& [beginU, endU] : joinedSpans(lattice->joinsU)) {
             const SpanRange part{beginU, endU, beginV, endV};
             // An eighth: however thin the cells along an edge are, twice their deviation leaves room for that across.
-            const Expected<SurfaceEdges> edges = SurfaceEdges::make(surface, *lattice, part, 0.125 * tolerance, limits.maxTriangles);
+            const Expected<SurfaceEdges> edges =
+                SurfaceEdges::make(surface, *lattice, part, 0.125 * tolerance, limits.maxTriangles);
             if (!edges) return tl::unexpected(edges.error());
             Tessellation of(*lattice, *edges, part, outline, isTrimmed, tolerance, limits.maxTriangles, sums, made);
             if (Expected<void> done = of.run(); !done) {
                 if (!of.wereTooMany()) return tl::unexpected(done.error());
-                return fail(ErrorCode::kLimit, fmt::format("a tolerance of {:.3g} takes more than {} triangles, the most that there may be: about {:.2g} would do", tolerance,
-                                                           limits.maxTriangles, toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
+                return fail(ErrorCode::kLimit,
+                            fmt::format("a tolerance of {:.3g} takes more than {} triangles, the most that there may "
+                                        "be: about {:.2g} would do",
+                                        tolerance, limits.maxTriangles,
+                                        toleranceThatDoes(surface, *lattice, tolerance, limits.maxTriangles)));
             }
         }
     fillNormals(made);

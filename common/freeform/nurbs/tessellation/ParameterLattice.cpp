@@ -10,7 +10,8 @@ namespace tessera {
 std::int64_t ParameterAxis::toLattice(double parameter) const {
     if (!(parameter > breaks_.front())) return 0;
     if (parameter >= breaks_.back()) return end();
-    const auto span = static_cast<std::size_t>(std::upper_bound(breaks_.begin(), breaks_.end(), parameter) - breaks_.begin()) - 1;
+    const auto span =
+        static_cast<std::size_t>(std::upper_bound(breaks_.begin(), breaks_.end(), parameter) - breaks_.begin()) - 1;
     const double part = (parameter - breaks_[span]) / (breaks_[span + 1] - breaks_[span]);
     return static_cast<std::int64_t>(span) * kLatticeSpan + std::llround(part * static_cast<double>(kLatticeSpan));
 }
@@ -38,7 +39,8 @@ Expected<LatticeSurface> onLattice(const NurbsSurface& surface) {
         for (const KnotSpan& s : spans) joined.push_back(s.joinsPrevious);
         return joined;
     };
-    const std::vector<KnotSpan> alongU = spansWithin(d.u, surface.domain().u), alongV = spansWithin(d.v, surface.domain().v);
+    const std::vector<KnotSpan> alongU = spansWithin(d.u, surface.domain().u),
+                                alongV = spansWithin(d.v, surface.domain().v);
     if (std::max(alongU.size(), alongV.size()) > kMostLatticeSpans)
         return fail(ErrorCode::kLimit, "more than " + std::to_string(kMostLatticeSpans) + " knot spans");
     LatticeSurface made{axis(alongU), axis(alongV), {}, joins(alongU), joins(alongV)};

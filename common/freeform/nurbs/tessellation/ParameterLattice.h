@@ -14,7 +14,8 @@
 namespace tessera {
 
 inline constexpr std::int64_t kLatticeSpan = std::int64_t{1} << 40;
-inline constexpr std::size_t kMostLatticeSpans = std::size_t{1} << 19;  ///< along one axis: no product of differences overflows
+inline constexpr std::size_t kMostLatticeSpans = std::size_t{1}
+                                                 << 19;  ///< along one axis: no product of differences overflows
 __extension__ using LatticeProduct = __int128;
 
 struct LatticePoint {
@@ -31,7 +32,9 @@ struct LatticePoint {
     return cross > 0 ? 1 : cross < 0 ? -1 : 0;
 }
 /// Of points on one line: whether p is strictly between the others.
-[[nodiscard]] inline bool isBetween(const LatticePoint& p, const LatticePoint& a, const LatticePoint& b) { return (a < p && p < b) || (b < p && p < a); }
+[[nodiscard]] inline bool isBetween(const LatticePoint& p, const LatticePoint& a, const LatticePoint& b) {
+    return (a < p && p < b) || (b < p && p < a);
+}
 
 /// The knots of one axis that begin and end spans.
 class ParameterAxis {
@@ -46,7 +49,8 @@ public:
     /// In which span it is, and where in it, 0 to 1; at a knot the span above, at the end the last.
     [[nodiscard]] std::size_t spanOf(std::int64_t unit) const;
     [[nodiscard]] static double within(std::int64_t unit, std::size_t span) {
-        return static_cast<double>(unit - static_cast<std::int64_t>(span) * kLatticeSpan) / static_cast<double>(kLatticeSpan);
+        return static_cast<double>(unit - static_cast<std::int64_t>(span) * kLatticeSpan) /
+               static_cast<double>(kLatticeSpan);
     }
 
 private:
@@ -56,10 +60,12 @@ private:
 /// A surface cut at its knots.
 struct LatticeSurface {
     ParameterAxis u, v;
-    std::vector<BezierPatch> patches;     ///< u fastest
-    std::vector<bool> joinsU, joinsV;     ///< per span: continuous with the one before
+    std::vector<BezierPatch> patches;  ///< u fastest
+    std::vector<bool> joinsU, joinsV;  ///< per span: continuous with the one before
 
-    [[nodiscard]] const BezierPatch& patch(std::size_t spanU, std::size_t spanV) const { return patches[spanV * u.spans() + spanU]; }
+    [[nodiscard]] const BezierPatch& patch(std::size_t spanU, std::size_t spanV) const {
+        return patches[spanV * u.spans() + spanU];
+    }
 };
 /// Refused (kLimit) beyond kMostLatticeSpans along an axis.
 [[nodiscard]] Expected<LatticeSurface> onLattice(const NurbsSurface& surface);

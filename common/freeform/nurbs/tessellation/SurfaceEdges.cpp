@@ -8,9 +8,12 @@ namespace tessera {
 namespace {
 
 /// No zero has a sign: equal places are equal bits.
-Vec3d edgePlace(const Vec4d& p) { return (p.head<3>() / p.w()).array() + 0.0; }
+Vec3d edgePlace(const Vec4d& p) {
+    return (p.head<3>() / p.w()).array() + 0.0;
+}
 
-/// How far a rational curve is from its chord at the same parameter (as bilinearDeviation, of one parameter): the same bits from either end.
+/// How far a rational curve is from its chord at the same parameter (as bilinearDeviation, of one parameter): the same
+/// bits from either end.
 double edgeDeviation(const std::vector<Vec4d>& points) {
     const std::size_t n = points.size() - 1;
     const Vec3d begin = edgePlace(points.front()), end = edgePlace(points.back());
@@ -49,10 +52,12 @@ Vec3d edgePoint(std::vector<Vec4d> points, double t) {
     return edgePlace(points.front());
 }
 
-/// A boundary row of control points as Bézier curves. Made from the end whose numbers come first: two surfaces that have it the other way
-/// round make the same bits.
+/// A boundary row of control points as Bézier curves. Made from the end whose numbers come first: two surfaces that
+/// have it the other way round make the same bits.
 std::vector<std::vector<Vec4d>> rowCurves(const KnotVector& knots, std::vector<Vec4d> row) {
-    const auto comesFirst = [](const Vec4d& a, const Vec4d& b) { return std::lexicographical_compare(a.data(), a.data() + 4, b.data(), b.data() + 4); };
+    const auto comesFirst = [](const Vec4d& a, const Vec4d& b) {
+        return std::lexicographical_compare(a.data(), a.data() + 4, b.data(), b.data() + 4);
+    };
     KnotVector used = knots;
     bool turned = false;
     for (std::size_t i = 0, k = row.size() - 1; i < k; ++i, --k)
@@ -70,7 +75,8 @@ std::vector<std::vector<Vec4d>> rowCurves(const KnotVector& knots, std::vector<V
     const std::size_t order = static_cast<std::size_t>(used.degree) + 1;
     std::vector<std::vector<Vec4d>> curves;
     for (std::size_t s = 0; s < spans.size(); ++s) {
-        curves.emplace_back(points.begin() + static_cast<std::ptrdiff_t>(s * order), points.begin() + static_cast<std::ptrdiff_t>((s + 1) * order));
+        curves.emplace_back(points.begin() + static_cast<std::ptrdiff_t>(s * order),
+                            points.begin() + static_cast<std::ptrdiff_t>((s + 1) * order));
         if (turned) std::reverse(curves.back().begin(), curves.back().end());
     }
     if (turned) std::reverse(curves.begin(), curves.end());
@@ -80,14 +86,16 @@ std::vector<std::vector<Vec4d>> rowCurves(const KnotVector& knots, std::vector<V
 /// Whether an end of the knots is where the surface has its control points.
 bool isClamped(const KnotVector& knots, bool high) {
     for (int i = 0; i < knots.degree; ++i)
-        if (high ? knots.at(knots.count() + i) != knots.at(knots.count() + i + 1) && i + 1 < knots.degree : knots.at(i + 1) != knots.at(knots.degree)) return false;
+        if (high ? knots.at(knots.count() + i) != knots.at(knots.count() + i + 1) && i + 1 < knots.degree
+                 : knots.at(i + 1) != knots.at(knots.degree))
+            return false;
     return true;
 }
 
 }  // namespace
 
-Expected<SurfaceEdges> SurfaceEdges::make(const NurbsSurface& surface, const LatticeSurface& lattice, const SpanRange& part, double tolerance,
-                                          std::size_t maxPoints) {
+Expected<SurfaceEdges> SurfaceEdges::make(const NurbsSurface& surface, const LatticeSurface& lattice,
+                                          const SpanRange& part, double tolerance, std::size_t maxPoints) {
     const NurbsDefinition& d = surface.definition();
     SurfaceEdges edges;
     edges.part_ = part;
@@ -109,19 +117,23 @@ Expected<SurfaceEdges> SurfaceEdges::make(const NurbsSurface& surface, const Lat
         curves.resize(last - first);
         // The control points of the edge itself, where it has some.
         const KnotVector &along = alongV ? d.v : d.u, &over = alongV ? d.u : d.v;
-        const ParameterRange domain = alongV ? surface.domain().v : surface.domain().u, overDomain = alongV ? surface.domain().u : surface.domain().v;
-        const bool outer = high ? across + 1 == spansAcross && overDomain.upper == over.domain().upper : across == 0 && overDomain.lower == over.domain().lower;
+        const ParameterRange domain = alongV ? surface.domain().v : surface.domain().u,
+                             overDomain = alongV ? surface.domain().u : surface.domain().v;
+        const bool outer = high ? across + 1 == spansAcross && overDomain.upper == over.domain().upper
+                                : across == 0 && overDomain.lower == over.domain().lower;
         if (outer && isClamped(over, high) && domain == along.domain()) {
             std::vector<Vec4d> row;
             for (std::size_t k = 0; k < (alongV ? countV : countU); ++k)
-                row.push_back(alongV ? d.points[k * countU + (high ? countU - 1 : 0)] : d.points[(high ? countV - 1 : 0) * countU + k]);
+                row.push_back(alongV ? d.points[k * countU + (high ? countU - 1 : 0)]
+                                     : d.points[(high ? countV - 1 : 0) * countU + k]);
             std::vector<std::vector<Vec4d>> whole = rowCurves(along, std::move(row));
             for (std::size_t s = first; s < last; ++s) curves[s - first].points = std::move(whole[s]);
         } else {
             for (std::size_t s = first; s < last; ++s) {
                 const BezierPatch& patch = alongV ? lattice.patch(across, s) : lattice.patch(s, across);
                 for (int k = 0; k <= (alongV ? patch.degreeV : patch.degreeU); ++k)
-                    curves[s - first].points.push_back(alongV ? patch.at(high ? patch.degreeU : 0, k) : patch.at(k, high ? patch.degreeV : 0));
+                    curves[s - first].points.push_back(alongV ? patch.at(high ? patch.degreeU : 0, k)
+                                                              : patch.at(k, high ? patch.degreeV : 0));
             }
         }
     }
@@ -143,8 +155,9 @@ Expected<SurfaceEdges> SurfaceEdges::make(const NurbsSurface& surface, const Lat
         for (std::size_t s = 0; s < curves.size(); ++s) {
             SpanCurve& curve = curves[s];
             const Vec3d place = edgePlace(curve.points.front());
-            const bool isPoint = std::all_of(curve.points.begin(), curve.points.end(),
-                                             [&](const Vec4d& p) { return (edgePlace(p) - place).cwiseAbs().maxCoeff() <= nothing; });
+            const bool isPoint = std::all_of(curve.points.begin(), curve.points.end(), [&](const Vec4d& p) {
+                return (edgePlace(p) - place).cwiseAbs().maxCoeff() <= nothing;
+            });
             if (isPoint) {
                 curve.pole = s > 0 && curves[s - 1].pole ? *curves[s - 1].pole : place;
                 continue;
@@ -162,10 +175,13 @@ Expected<SurfaceEdges> SurfaceEdges::make(const NurbsSurface& surface, const Lat
                         curve.cuts.push_back(piece.begin);
                         curve.places.push_back(edgePlace(piece.points.front()));
                     }
-                    if (++made > maxPoints) return fail(ErrorCode::kLimit, "an edge needs more than " + std::to_string(maxPoints) + " points for this tolerance");
+                    if (++made > maxPoints)
+                        return fail(ErrorCode::kLimit, "an edge needs more than " + std::to_string(maxPoints) +
+                                                           " points for this tolerance");
                     continue;
                 }
-                if (piece.size == 1) return fail(ErrorCode::kLimit, "an edge bends too much within 2^-40 of a knot span");
+                if (piece.size == 1)
+                    return fail(ErrorCode::kLimit, "an edge bends too much within 2^-40 of a knot span");
                 std::array<std::vector<Vec4d>, 2> half = edgeHalves(std::move(piece.points));
                 open.push_back({std::move(half[1]), piece.begin + piece.size / 2, piece.size / 2});
                 open.push_back({std::move(half[0]), piece.begin, piece.size / 2});
@@ -180,14 +196,18 @@ bool SurfaceEdges::mayHave(Edge edge, const LatticePoint& p) const {
     if (along % kLatticeSpan == 0) return true;
     const auto span = static_cast<std::size_t>(along / kLatticeSpan);
     const SpanCurve& c = curve(edge, span);
-    return c.pole || std::binary_search(c.cuts.begin(), c.cuts.end(), along - static_cast<std::int64_t>(span) * kLatticeSpan);
+    return c.pole ||
+           std::binary_search(c.cuts.begin(), c.cuts.end(), along - static_cast<std::int64_t>(span) * kLatticeSpan);
 }
 
 std::vector<LatticePoint> SurfaceEdges::cutsWithin(Edge edge, std::size_t span) const {
     std::vector<LatticePoint> points;
     for (const std::int64_t cut : curve(edge, span).cuts) {
         const std::int64_t along = static_cast<std::int64_t>(span) * kLatticeSpan + cut;
-        points.push_back(edge == kLowU ? LatticePoint{lowU_, along} : edge == kHighU ? LatticePoint{highU_, along} : edge == kLowV ? LatticePoint{along, lowV_} : LatticePoint{along, highV_});
+        points.push_back(edge == kLowU    ? LatticePoint{lowU_, along}
+                         : edge == kHighU ? LatticePoint{highU_, along}
+                         : edge == kLowV  ? LatticePoint{along, lowV_}
+                                          : LatticePoint{along, highV_});
     }
     return points;
 }

@@ -1,4 +1,5 @@
-/// The four edges of a surface, or of a part of it between places where it jumps: where they are cut, and the points there.
+/// The four edges of a surface, or of a part of it between places where it jumps: where they are cut, and the points
+/// there.
 ///
 /// An edge's curve alone decides, the same from either end. Values only; any thread.
 #pragma once
@@ -22,11 +23,13 @@ class SurfaceEdges {
 public:
     enum Edge { kLowU = 0, kHighU = 1, kLowV = 2, kHighV = 3 };
 
-    /// Chords are within `tolerance` of the edges' curves, at the same parameter. Refused (kLimit) beyond `maxPoints` points.
-    [[nodiscard]] static Expected<SurfaceEdges> make(const NurbsSurface& surface, const LatticeSurface& lattice, const SpanRange& part, double tolerance,
-                                                     std::size_t maxPoints);
+    /// Chords are within `tolerance` of the edges' curves, at the same parameter. Refused (kLimit) beyond `maxPoints`
+    /// points.
+    [[nodiscard]] static Expected<SurfaceEdges> make(const NurbsSurface& surface, const LatticeSurface& lattice,
+                                                     const SpanRange& part, double tolerance, std::size_t maxPoints);
 
-    /// Whether the edges that pass through it may have a vertex there: where they are cut, and anywhere on an edge that is one point.
+    /// Whether the edges that pass through it may have a vertex there: where they are cut, and anywhere on an edge that
+    /// is one point.
     [[nodiscard]] bool mayHave(Edge edge, const LatticePoint& p) const;
     /// Where an edge is cut within a span, ascending.
     [[nodiscard]] std::vector<LatticePoint> cutsWithin(Edge edge, std::size_t span) const;
@@ -45,7 +48,9 @@ private:
         std::vector<Vec3d> places;       ///< of the cuts
         std::optional<Vec3d> pole;       ///< all of it is this place
     };
-    [[nodiscard]] const SpanCurve& curve(Edge edge, std::size_t span) const { return curves_[edge][span - (edge <= kHighU ? part_.beginV : part_.beginU)]; }
+    [[nodiscard]] const SpanCurve& curve(Edge edge, std::size_t span) const {
+        return curves_[edge][span - (edge <= kHighU ? part_.beginV : part_.beginU)];
+    }
 
     SpanRange part_;
     std::int64_t lowU_ = 0, highU_ = 0, lowV_ = 0, highV_ = 0;

@@ -24,28 +24,36 @@ struct TrimPiece {
 
 std::string trimPlaceText(const LatticeSurface& lattice, const LatticePoint& p) {
     std::array<char, 80> text;
-    char* at = std::to_chars(text.data(), text.data() + 32, lattice.u.toParameter(p.u), std::chars_format::general, 6).ptr;
+    char* at =
+        std::to_chars(text.data(), text.data() + 32, lattice.u.toParameter(p.u), std::chars_format::general, 6).ptr;
     *at++ = ' ';
-    return "(" + std::string(text.data(), std::to_chars(at, at + 32, lattice.v.toParameter(p.v), std::chars_format::general, 6).ptr) + ")";
+    return "(" +
+           std::string(text.data(),
+                       std::to_chars(at, at + 32, lattice.v.toParameter(p.v), std::chars_format::general, 6).ptr) +
+           ")";
 }
 
 /// In spans, not rounded: what a distance in the lattice is measured by.
-double inSpans(const ParameterAxis& axis, double parameter) { return static_cast<double>(axis.toLattice(parameter)) / static_cast<double>(kLatticeSpan); }
+double inSpans(const ParameterAxis& axis, double parameter) {
+    return static_cast<double>(axis.toLattice(parameter)) / static_cast<double>(kLatticeSpan);
+}
 
 /// How far the surface moves at most per span of u and of v, within a rectangle given in spans.
 struct SurfaceRates {
     double u = 0, v = 0;
 };
 double rateAlong(const BezierPatch& part, PatchAxis axis) {
-    const int n = axis == PatchAxis::kU ? part.degreeU : part.degreeV, m = axis == PatchAxis::kU ? part.degreeV : part.degreeU;
+    const int n = axis == PatchAxis::kU ? part.degreeU : part.degreeV,
+              m = axis == PatchAxis::kU ? part.degreeV : part.degreeU;
     double least = std::numeric_limits<double>::infinity(), most = 0, step = 0;
     const auto at = [&](int i, int j) -> const Vec4d& { return axis == PatchAxis::kU ? part.at(i, j) : part.at(j, i); };
     for (const Vec4d& p : part.points) {
         least = std::min(least, p.w());
         most = std::max(most, p.w());
     }
-    // Of a rational curve's derivative (Floater 1992): degree · (most / least weight)² · the longest step. Along u at a given v the curve's
-    // control points are means of those of the columns, so steps between any of two neighbouring columns count.
+    // Of a rational curve's derivative (Floater 1992): degree · (most / least weight)² · the longest step. Along u at a
+    // given v the curve's control points are means of those of the columns, so steps between any of two neighbouring
+    // columns count.
     const bool polynomial = least == most;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j <= m; ++j) {
@@ -57,13 +65,18 @@ double rateAlong(const BezierPatch& part, PatchAxis axis) {
 }
 SurfaceRates ratesWithin(const LatticeSurface& lattice, const Vec2d& lower, const Vec2d& upper) {
     SurfaceRates rates;
-    const auto span = [](const ParameterAxis& axis, double x) { return std::min(static_cast<std::size_t>(std::max(x, 0.0)), axis.spans() - 1); };
+    const auto span = [](const ParameterAxis& axis, double x) {
+        return std::min(static_cast<std::size_t>(std::max(x, 0.0)), axis.spans() - 1);
+    };
     for (std::size_t j = span(lattice.v, lower.y()); j <= span(lattice.v, upper.y()); ++j)
         for (std::size_t i = span(lattice.u, lower.x()); i <= span(lattice.u, upper.x()); ++i) {
             // Some width, however thin the rectangle is.
             constexpr double kThin = 1e-9;
-            const auto within = [](double x, std::size_t k) { return std::min(std::max(x - static_cast<double>(k), 0.0), 1.0); };
-            double u0 = within(lower.x(), i), u1 = within(upper.x(), i), v0 = within(lower.y(), j), v1 = within(upper.y(), j);
+            const auto within = [](double x, std::size_t k) {
+                return std::min(std::max(x - static_cast<double>(k), 0.0), 1.0);
+            };
+            double u0 = within(lower.x(), i), u1 = within(upper.x(), i), v0 = within(lower.y(), j),
+                   v1 = within(upper.y(), j);
             const auto widen = [](double& low, double& high) {
                 if (high - low >= kThin) return;
                 low = std::max(0.0, low - kThin);
@@ -90,7 +103,8 @@ public:
             whole.push_back({s.points, onLatticeAt(s.begin), onLatticeAt(s.end), s.loop, 0});
         }
         Expected<std::vector<TrimPiece>> pieces = halvedUntilNear(whole);
-        // Thin places ask for pieces as fine as they are: chords that cross are halved until they do not, or the curves do.
+        // Thin places ask for pieces as fine as they are: chords that cross are halved until they do not, or the curves
+        // do.
         while (pieces) {
             std::vector<bool> crossed(pieces->size());
             const Expected<bool> any = findCrossings(*pieces, crossed);
@@ -102,9 +116,13 @@ public:
     }
 
 private:
-    [[nodiscard]] LatticePoint onLatticeAt(const Vec2d& p) const { return {lattice_.u.toLattice(p.x()), lattice_.v.toLattice(p.y())}; }
+    [[nodiscard]] LatticePoint onLatticeAt(const Vec2d& p) const {
+        return {lattice_.u.toLattice(p.x()), lattice_.v.toLattice(p.y())};
+    }
     static Vec2d plainOf(const Vec3d& p) { return p.head<2>() / p.z(); }
-    [[nodiscard]] Vec2d spansAt(const Vec2d& p) const { return {inSpans(lattice_.u, p.x()), inSpans(lattice_.v, p.y())}; }
+    [[nodiscard]] Vec2d spansAt(const Vec2d& p) const {
+        return {inSpans(lattice_.u, p.x()), inSpans(lattice_.v, p.y())};
+    }
 
     Expected<void> checkInside(const TrimRegion::Segment& s) const {
         const ParameterRectangle& d = surface_.domain();
@@ -117,8 +135,10 @@ private:
             bool inside = true;
             for (const Vec3d& p : points) inside = inside && isInside(plainOf(p), near);
             if (inside) continue;
-            if (!isInside(plainOf(points.front()), near) || !isInside(plainOf(points.back()), near) || depth == kMostHalvings)
-                return fail(ErrorCode::kBadInput, nameOf(s.loop) + " leaves the surface's domain near " + trimPlaceText(lattice_, onLatticeAt(plainOf(points.back()))));
+            if (!isInside(plainOf(points.front()), near) || !isInside(plainOf(points.back()), near) ||
+                depth == kMostHalvings)
+                return fail(ErrorCode::kBadInput, nameOf(s.loop) + " leaves the surface's domain near " +
+                                                      trimPlaceText(lattice_, onLatticeAt(plainOf(points.back()))));
             auto [first, second] = halves(points);
             open.emplace_back(std::move(first), depth + 1);
             open.emplace_back(std::move(second), depth + 1);
@@ -127,10 +147,12 @@ private:
     }
     [[nodiscard]] bool isInside(const Vec2d& p, const Vec2d& near) const {
         const ParameterRectangle& d = surface_.domain();
-        return p.x() >= d.u.lower - near.x() && p.x() <= d.u.upper + near.x() && p.y() >= d.v.lower - near.y() && p.y() <= d.v.upper + near.y();
+        return p.x() >= d.u.lower - near.x() && p.x() <= d.u.upper + near.x() && p.y() >= d.v.lower - near.y() &&
+               p.y() <= d.v.upper + near.y();
     }
     [[nodiscard]] std::string nameOf(std::uint32_t loop) const {
-        return std::string(surface_.region().loops()[loop] == LoopRole::kHole ? "hole" : "outer loop") + " (loop " + std::to_string(loop + 1) + ")";
+        return std::string(surface_.region().loops()[loop] == LoopRole::kHole ? "hole" : "outer loop") + " (loop " +
+               std::to_string(loop + 1) + ")";
     }
 
     static std::pair<std::vector<Vec3d>, std::vector<Vec3d>> halves(std::vector<Vec3d> points) {
@@ -150,7 +172,8 @@ private:
         std::vector<Vec2d> off;
         for (const Vec3d& control : piece.points) {
             const Vec2d p = spansAt(plainOf(control));
-            const double length = (b - a).squaredNorm(), t = length > 0 ? std::min(std::max((p - a).dot(b - a) / length, 0.0), 1.0) : 0.0;
+            const double length = (b - a).squaredNorm(),
+                         t = length > 0 ? std::min(std::max((p - a).dot(b - a) / length, 0.0), 1.0) : 0.0;
             off.push_back((p - a - t * (b - a)).cwiseAbs());
             most = most.cwiseMax(off.back());
             lower = lower.cwiseMin(p);
@@ -170,14 +193,17 @@ private:
     }
 
     [[nodiscard]] tl::unexpected<Error> tooMany() const {
-        return fail(ErrorCode::kLimit, "trims need more than " + std::to_string(maxPieces_) + " pieces for this tolerance");
+        return fail(ErrorCode::kLimit,
+                    "trims need more than " + std::to_string(maxPieces_) + " pieces for this tolerance");
     }
     [[nodiscard]] std::array<TrimPiece, 2> halvesOf(const TrimPiece& p) const {
         auto [first, second] = halves(p.points);
         const LatticePoint middle = onLatticeAt(plainOf(second.front()));
-        return {TrimPiece{std::move(first), p.begin, middle, p.loop, p.halvings + 1}, TrimPiece{std::move(second), middle, p.end, p.loop, p.halvings + 1}};
+        return {TrimPiece{std::move(first), p.begin, middle, p.loop, p.halvings + 1},
+                TrimPiece{std::move(second), middle, p.end, p.loop, p.halvings + 1}};
     }
-    Expected<std::vector<TrimPiece>> halvedOnce(const std::vector<TrimPiece>& pieces, const std::vector<bool>& wanted) const {
+    Expected<std::vector<TrimPiece>> halvedOnce(const std::vector<TrimPiece>& pieces,
+                                                const std::vector<bool>& wanted) const {
         std::vector<TrimPiece> made;
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             if (made.size() + 2 > maxPieces_) return tooMany();
@@ -225,7 +251,8 @@ private:
         constexpr double kNothing = 1e-11;
         for (const Vec3d& control : p.points) {
             const Vec2d at = spansAt(plainOf(control));
-            const double length = (b - a).squaredNorm(), t = length > 0 ? std::min(std::max((at - a).dot(b - a) / length, 0.0), 1.0) : 0.0;
+            const double length = (b - a).squaredNorm(),
+                         t = length > 0 ? std::min(std::max((at - a).dot(b - a) / length, 0.0), 1.0) : 0.0;
             if ((at - a - t * (b - a)).cwiseAbs().maxCoeff() > kNothing) return false;
         }
         return true;
@@ -236,19 +263,24 @@ private:
         std::vector<std::uint32_t> order(pieces.size()), active;
         for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
         const auto low = [&](std::uint32_t i) { return std::min(pieces[i].begin.u, pieces[i].end.u); };
-        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return std::pair(low(a), a) < std::pair(low(b), b); });
+        std::sort(order.begin(), order.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return std::pair(low(a), a) < std::pair(low(b), b); });
         std::size_t pairs = 0;
         bool any = false;
         for (const std::uint32_t i : order) {
             const TrimPiece& a = pieces[i];
-            std::erase_if(active, [&](std::uint32_t k) { return std::max(pieces[k].begin.u, pieces[k].end.u) < low(i); });
+            std::erase_if(active,
+                          [&](std::uint32_t k) { return std::max(pieces[k].begin.u, pieces[k].end.u) < low(i); });
             pairs += active.size();
             if (pairs > kMostPairs) return fail(ErrorCode::kLimit, "trims have too many pieces beside each other");
             for (const std::uint32_t k : active) {
                 const TrimPiece& b = pieces[k];
-                if (std::max(a.begin.v, a.end.v) < std::min(b.begin.v, b.end.v) || std::max(b.begin.v, b.end.v) < std::min(a.begin.v, a.end.v)) continue;
+                if (std::max(a.begin.v, a.end.v) < std::min(b.begin.v, b.end.v) ||
+                    std::max(b.begin.v, b.end.v) < std::min(a.begin.v, a.end.v))
+                    continue;
                 if (a.begin == a.end || b.begin == b.end || !meet(a, b)) continue;
-                const bool straightA = a.halvings >= kMostHalvings || isStraight(a), straightB = b.halvings >= kMostHalvings || isStraight(b);
+                const bool straightA = a.halvings >= kMostHalvings || isStraight(a),
+                           straightB = b.halvings >= kMostHalvings || isStraight(b);
                 if (straightA && straightB) return crossingOf(a, b);
                 crossed[i] = crossed[i] || !straightA;
                 crossed[k] = crossed[k] || !straightB;
@@ -260,8 +292,11 @@ private:
     }
     [[nodiscard]] tl::unexpected<Error> crossingOf(const TrimPiece& a, const TrimPiece& b) const {
         const std::string where = " near " + trimPlaceText(lattice_, a.begin);
-        if (a.loop == b.loop) return fail(ErrorCode::kBadInput, nameOf(a.loop) + " crosses itself, or runs along itself," + where);
-        return fail(ErrorCode::kBadInput, nameOf(std::min(a.loop, b.loop)) + " and " + nameOf(std::max(a.loop, b.loop)) + " cross, or run along each other," + where);
+        if (a.loop == b.loop)
+            return fail(ErrorCode::kBadInput, nameOf(a.loop) + " crosses itself, or runs along itself," + where);
+        return fail(ErrorCode::kBadInput, nameOf(std::min(a.loop, b.loop)) + " and " +
+                                              nameOf(std::max(a.loop, b.loop)) + " cross, or run along each other," +
+                                              where);
     }
 
     Expected<TrimOutline> oriented(const std::vector<TrimPiece>& pieces) const {
@@ -269,7 +304,8 @@ private:
         std::vector<std::vector<LatticePoint>> loops(roles.size());
         for (const TrimPiece& p : pieces)
             if (p.begin != p.end) loops[p.loop].push_back(p.begin);
-        TrimOutline outline{.loops = {}, .keepsOutside = std::find(roles.begin(), roles.end(), LoopRole::kOuter) == roles.end()};
+        TrimOutline outline{.loops = {},
+                            .keepsOutside = std::find(roles.begin(), roles.end(), LoopRole::kOuter) == roles.end()};
         for (std::size_t l = 0; l < loops.size(); ++l) {
             if (loops[l].size() < 3) continue;  // a point
             int outside = outline.keepsOutside ? 1 : 0;
@@ -288,18 +324,23 @@ private:
     /// The edges of the domain are cut where their own curves say: neighbours cut them at the same places.
     void dropAlongEdges(std::vector<LatticePoint>& loop) const {
         const auto isOnEdge = [&](const LatticePoint& a, const LatticePoint& b) {
-            return (a.u == b.u && (a.u == 0 || a.u == lattice_.u.end())) || (a.v == b.v && (a.v == 0 || a.v == lattice_.v.end()));
+            return (a.u == b.u && (a.u == 0 || a.u == lattice_.u.end())) ||
+                   (a.v == b.v && (a.v == 0 || a.v == lattice_.v.end()));
         };
         std::vector<LatticePoint> left;
         for (std::size_t i = 0; i < loop.size(); ++i) {
-            const LatticePoint &here = loop[i], &next = loop[(i + 1) % loop.size()], &previous = left.empty() ? loop.back() : left.back();
-            if (!(isOnEdge(previous, here) && isOnEdge(here, next) && isBetween(here, previous, next) && turnOf(previous, here, next) == 0)) left.push_back(here);
+            const LatticePoint &here = loop[i], &next = loop[(i + 1) % loop.size()],
+                               &previous = left.empty() ? loop.back() : left.back();
+            if (!(isOnEdge(previous, here) && isOnEdge(here, next) && isBetween(here, previous, next) &&
+                  turnOf(previous, here, next) == 0))
+                left.push_back(here);
         }
         loop = std::move(left);
     }
 
     static bool isCounterclockwise(const std::vector<LatticePoint>& loop) {
-        const std::size_t n = loop.size(), k = static_cast<std::size_t>(std::min_element(loop.begin(), loop.end()) - loop.begin());
+        const std::size_t n = loop.size(),
+                          k = static_cast<std::size_t>(std::min_element(loop.begin(), loop.end()) - loop.begin());
         return turnOf(loop[(k + n - 1) % n], loop[k], loop[(k + 1) % n]) > 0;
     }
     static int windingAround(const std::vector<LatticePoint>& loop, const LatticePoint& p, bool& onIt) {
@@ -343,7 +384,8 @@ bool TrimOutline::keeps(const LatticePoint& p) const {
     return around > 0;
 }
 
-Expected<TrimOutline> outlineOf(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, std::size_t maxPieces) {
+Expected<TrimOutline> outlineOf(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance,
+                                std::size_t maxPieces) {
     return TrimFlattening(surface, lattice, tolerance, maxPieces).make();
 }
 

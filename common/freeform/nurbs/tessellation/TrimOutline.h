@@ -1,4 +1,5 @@
-/// A surface's trims as polylines on the lattice, near enough to the curves that the surface shows no difference, and never across each other.
+/// A surface's trims as polylines on the lattice, near enough to the curves that the surface shows no difference, and
+/// never across each other.
 ///
 /// Values only; any thread.
 #pragma once
@@ -20,9 +21,11 @@ struct TrimOutline {
     [[nodiscard]] bool keeps(const LatticePoint& p) const;
 };
 
-/// Each piece of a curve and its chord are so near that the surface between them is nowhere farther than `tolerance` from the chord's points.
-/// Refused by name: loops that cross each other or themselves, or run along each other; a loop that leaves the domain by more than 1e-5 of
-/// its size (nearer it is moved to the edge). Loops that cross by less than the tolerance may pass as some that do not. kLimit beyond `maxPieces`.
-[[nodiscard]] Expected<TrimOutline> outlineOf(const NurbsSurface& surface, const LatticeSurface& lattice, double tolerance, std::size_t maxPieces);
+/// Each piece of a curve and its chord are so near that the surface between them is nowhere farther than `tolerance`
+/// from the chord's points. Refused by name: loops that cross each other or themselves, or run along each other; a loop
+/// that leaves the domain by more than 1e-5 of its size (nearer it is moved to the edge). Loops that cross by less than
+/// the tolerance may pass as some that do not. kLimit beyond `maxPieces`.
+[[nodiscard]] Expected<TrimOutline> outlineOf(const NurbsSurface& surface, const LatticeSurface& lattice,
+                                              double tolerance, std::size_t maxPieces);
 
 }  // namespace tessera

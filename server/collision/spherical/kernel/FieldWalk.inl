@@ -7,11 +7,16 @@ namespace {
 /// Sixteen boxes in a part's coordinates: centres, half sides as vectors, extents along the axes.
 struct alignas(64) LookedUp {
     float q[3][kWidth], a[3][3][kWidth], e[3][kWidth], distance[kWidth], reach[kWidth];
-    std::uint32_t faces[kWidth];  ///< one bit for each face of the cube that a box may be seen through; 0: farther than all
+    std::uint32_t
+        faces[kWidth];  ///< one bit for each face of the cube that a box may be seen through; 0: farther than all
 };
 
-inline float absolute(float x) { return __builtin_fabsf(x); }
-inline float larger(float a, float b) { return a > b ? a : b; }
+inline float absolute(float x) {
+    return __builtin_fabsf(x);
+}
+inline float larger(float a, float b) {
+    return a > b ? a : b;
+}
 
 /// The texels of one face that a box may be seen through: level, and ranges along s and t.
 struct TexelRange {
@@ -32,7 +37,8 @@ inline int clampedTexel(float place, int last) {
 /// What of a box (centre q, extents e > 0) is in the pyramid of a face. False: nothing.
 /// For any point p of the box and z = p_c > 0: |p_a / p_c - q_a / q_c| <= (e_a + |q_a / q_c| e_c) / (q_c - e_c).
 /// `forced`: at that level, else at one where the range is a few texels.
-inline bool rangeOn(unsigned face, const float* q, const float* e, unsigned finest, float perHalf, bool forced, TexelRange& out) {
+inline bool rangeOn(unsigned face, const float* q, const float* e, unsigned finest, float perHalf, bool forced,
+                    TexelRange& out) {
     const unsigned c = face >> 1, a = c == 2 ? 0 : c + 1, b = a == 2 ? 0 : a + 1;
     const float z = (face & 1u) != 0 ? -q[c] : q[c];
     const float most = z + e[c];
@@ -81,7 +87,8 @@ bool mayMeet(const LookedUp& at, unsigned lane, const FieldPart& part, float sla
         const FieldTexel* const texels = part.texels[range.level] + (std::size_t{face} << (2 * range.level));
         for (int t = range.t0; t <= range.t1; ++t)
             for (int s = range.s0; s <= range.s1; ++s) {
-                const FieldTexel& texel = texels[(static_cast<std::size_t>(t) << range.level) + static_cast<std::size_t>(s)];
+                const FieldTexel& texel =
+                    texels[(static_cast<std::size_t>(t) << range.level) + static_cast<std::size_t>(s)];
                 if (texel.lower > texel.upper) continue;
                 ++sink.texelTests;
                 const float n[3] = {static_cast<float>(texel.normal[0]) * part.normalUnit,
@@ -104,8 +111,9 @@ bool mayMeet(const LookedUp& at, unsigned lane, const FieldPart& part, float sla
 using Bits = std::uint32_t;
 
 /// Which of sixteen balls are within reach of a place.
-inline Bits nearBalls(const std::int16_t* __restrict x, const std::int16_t* __restrict y, const std::int16_t* __restrict z,
-                      const std::uint16_t* __restrict r, float unit, const float* __restrict q, float reach) {
+inline Bits nearBalls(const std::int16_t* __restrict x, const std::int16_t* __restrict y,
+                      const std::int16_t* __restrict z, const std::uint16_t* __restrict r, float unit,
+                      const float* __restrict q, float reach) {
     float gap[kWidth];
     const float q0 = q[0], q1 = q[1], q2 = q[2];
     for (unsigned k = 0; k < kWidth; ++k) {
@@ -142,14 +150,16 @@ struct Walking {
                 out.e[r][k] = absolute(out.a[0][r][k]) + absolute(out.a[1][r][k]) + absolute(out.a[2][r][k]) + f.slack;
         }
         for (unsigned k = 0; k < kWidth; ++k) {
-            // Half a diagonal, whether or not the box is still square: no corner is farther than the sum of the vectors'
-            // lengths; where they are square to each other that is loose, so the extents' box bounds it too.
+            // Half a diagonal, whether or not the box is still square: no corner is farther than the sum of the
+            // vectors' lengths; where they are square to each other that is loose, so the extents' box bounds it too.
             const float box = out.e[0][k] * out.e[0][k] + out.e[1][k] * out.e[1][k] + out.e[2][k] * out.e[2][k];
             out.reach[k] = __builtin_sqrtf(box) * 1.00001f + f.slack;
-            out.distance[k] = __builtin_sqrtf(out.q[0][k] * out.q[0][k] + out.q[1][k] * out.q[1][k] + out.q[2][k] * out.q[2][k]);
+            out.distance[k] =
+                __builtin_sqrtf(out.q[0][k] * out.q[0][k] + out.q[1][k] * out.q[1][k] + out.q[2][k] * out.q[2][k]);
         }
         for (unsigned k = 0; k < kWidth; ++k) {
-            const float x = absolute(out.q[0][k]) - out.e[0][k], y = absolute(out.q[1][k]) - out.e[1][k], z = absolute(out.q[2][k]) - out.e[2][k];
+            const float x = absolute(out.q[0][k]) - out.e[0][k], y = absolute(out.q[1][k]) - out.e[1][k],
+                        z = absolute(out.q[2][k]) - out.e[2][k];
             const float xy = larger(x, y), yz = larger(y, z), zx = larger(z, x);
             std::uint32_t seen = 0;
             seen |= out.q[0][k] + out.e[0][k] >= yz ? 1u : 0u;
@@ -174,7 +184,8 @@ struct Walking {
     bool meetTriangle(std::uint32_t face, const float (*p)[3], const FieldPart& part) {
         float q[3], e[3], reach = 0;
         for (unsigned r = 0; r < 3; ++r) {
-            const float low = p[0][r] < p[1][r] ? (p[0][r] < p[2][r] ? p[0][r] : p[2][r]) : (p[1][r] < p[2][r] ? p[1][r] : p[2][r]);
+            const float low =
+                p[0][r] < p[1][r] ? (p[0][r] < p[2][r] ? p[0][r] : p[2][r]) : (p[1][r] < p[2][r] ? p[1][r] : p[2][r]);
             const float high = larger(larger(p[0][r], p[1][r]), p[2][r]);
             q[r] = 0.5f * (low + high);
             e[r] = 0.5f * (high - low) + f.slack;
@@ -192,7 +203,8 @@ struct Walking {
         int texelsInAll = 0;
         for (unsigned side = 0; side < kCubeFaces; ++side) {
             on[side] = rangeOn(side, q, e, part.finest, 1, true, ranges[side]);
-            if (on[side]) texelsInAll += (ranges[side].s1 - ranges[side].s0 + 1) * (ranges[side].t1 - ranges[side].t0 + 1);
+            if (on[side])
+                texelsInAll += (ranges[side].s1 - ranges[side].s0 + 1) * (ranges[side].t1 - ranges[side].t0 + 1);
         }
         if (texelsInAll > kMostTexels) return leaveOpen(face);
         std::uint32_t firstOfFace = sink.count;
@@ -202,7 +214,8 @@ struct Walking {
             const std::size_t first = std::size_t{side} << (2 * range.level);
             for (int t = range.t0; t <= range.t1; ++t)
                 for (int s = range.s0; s <= range.s1; ++s) {
-                    const std::size_t place = first + (static_cast<std::size_t>(t) << range.level) + static_cast<std::size_t>(s);
+                    const std::size_t place =
+                        first + (static_cast<std::size_t>(t) << range.level) + static_cast<std::size_t>(s);
                     const FieldTexel& texel = part.texels[range.level][place];
                     if (texel.lower > texel.upper) continue;
                     ++sink.texelTests;
@@ -210,25 +223,29 @@ struct Walking {
                     if (distance + reach < static_cast<float>(texel.inner) * part.radiusUnit) continue;
                     float low = 3e38f, high = -3e38f;
                     for (unsigned k = 0; k < 3; ++k) {
-                        const float d = (static_cast<float>(texel.normal[0]) * p[k][0] + static_cast<float>(texel.normal[1]) * p[k][1] +
-                                         static_cast<float>(texel.normal[2]) * p[k][2]) * part.normalUnit;
+                        const float d = (static_cast<float>(texel.normal[0]) * p[k][0] +
+                                         static_cast<float>(texel.normal[1]) * p[k][1] +
+                                         static_cast<float>(texel.normal[2]) * p[k][2]) *
+                                        part.normalUnit;
                         low = d < low ? d : low;
                         high = d > high ? d : high;
                     }
                     if (low - f.slack > static_cast<float>(texel.upper) * part.planeUnit) continue;
                     if (high + f.slack < static_cast<float>(texel.lower) * part.planeUnit) continue;
-                    if (meetList(face, q, reach, part, part.start[place], part.start[place + 1], firstOfFace)) return true;
+                    if (meetList(face, q, reach, part, part.start[place], part.start[place + 1], firstOfFace))
+                        return true;
                 }
         }
         return false;
     }
 
-    bool meetList(std::uint32_t face, const float* q, float reach, const FieldPart& part, std::uint32_t first, std::uint32_t end,
-                  std::uint32_t& firstOfFace) {
+    bool meetList(std::uint32_t face, const float* q, float reach, const FieldPart& part, std::uint32_t first,
+                  std::uint32_t end, std::uint32_t& firstOfFace) {
         sink.triangleTests += end - first;
         for (; first < end; first += kWidth) {
             // Lists are padded: lanes beyond the end are some other list's.
-            const Bits near = nearBalls(part.ballX + first, part.ballY + first, part.ballZ + first, part.ballR + first, part.ballUnit, q, reach);
+            const Bits near = nearBalls(part.ballX + first, part.ballY + first, part.ballZ + first, part.ballR + first,
+                                        part.ballUnit, q, reach);
             const unsigned count = end - first < kWidth ? end - first : kWidth;
             for (Bits left = near & ((1u << count) - 1); left != 0; left &= left - 1) {
                 const std::uint32_t other = part.faces[first + static_cast<unsigned>(__builtin_ctz(left))];
@@ -290,7 +307,6 @@ struct Walking {
         }
         return false;
     }
-
 };
 
 bool walkField(const FieldWalkFrame& frame, FieldWalkSink& sink) {

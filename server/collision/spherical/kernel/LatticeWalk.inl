@@ -4,10 +4,12 @@
 namespace tessera::kernel::TESSERA_KERNELS {
 namespace {
 
-inline float dot3(const float* a, const float* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline float dot3(const float* a, const float* b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
-/// Squared distance of a point from a triangle (C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5: by the regions
-/// of the triangle's corners and sides). Of a triangle without area: of its sides.
+/// Squared distance of a point from a triangle (C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5: by the
+/// regions of the triangle's corners and sides). Of a triangle without area: of its sides.
 inline float squareToTriangle(const float* p, const float* a, const float* b, const float* c) {
     float ab[3], ac[3], bc[3], ap[3], bp[3];
     for (unsigned r = 0; r < 3; ++r) {
@@ -36,7 +38,8 @@ inline float squareToTriangle(const float* p, const float* a, const float* b, co
     // Above the inside: the foot is left of every side.
     const auto left = [&](const float* from, const float* side) {
         return (side[1] * from[2] - side[2] * from[1]) * n[0] + (side[2] * from[0] - side[0] * from[2]) * n[1] +
-                   (side[0] * from[1] - side[1] * from[0]) * n[2] >= 0;
+                   (side[0] * from[1] - side[1] * from[0]) * n[2] >=
+               0;
     };
     float ca[3], cp[3];
     for (unsigned r = 0; r < 3; ++r) {
@@ -63,7 +66,8 @@ struct PointSearch {
             const float* const axis = rows + (3 + 3 * i) * kWidth;
             const float* const half = rows + (12 + i) * kWidth;
             for (unsigned k = 0; k < kWidth; ++k) {
-                const float along = (p[0] - rows[k]) * axis[k] + (p[1] - rows[kWidth + k]) * axis[kWidth + k] + (p[2] - rows[2 * kWidth + k]) * axis[2 * kWidth + k];
+                const float along = (p[0] - rows[k]) * axis[k] + (p[1] - rows[kWidth + k]) * axis[kWidth + k] +
+                                    (p[2] - rows[2 * kWidth + k]) * axis[2 * kWidth + k];
                 const float out = absolute(along) - half[k];
                 const float outside = out > 0 ? out : 0;
                 square[k] += outside * outside;
@@ -125,8 +129,11 @@ inline DistanceBounds boundsAt(const LatticeView& v, const float* q) {
         box += out > 0 ? out * out : 0;
     }
     away = __builtin_sqrtf(away);
-    const std::int16_t* const base = v.values + (static_cast<std::size_t>(cell[2]) * static_cast<std::size_t>(v.size[1]) + static_cast<std::size_t>(cell[1])) *
-                                                   static_cast<std::size_t>(v.size[0]) + static_cast<std::size_t>(cell[0]);
+    const std::int16_t* const base =
+        v.values +
+        (static_cast<std::size_t>(cell[2]) * static_cast<std::size_t>(v.size[1]) + static_cast<std::size_t>(cell[1])) *
+            static_cast<std::size_t>(v.size[0]) +
+        static_cast<std::size_t>(cell[0]);
     const std::size_t row = static_cast<std::size_t>(v.size[0]), plane = row * static_cast<std::size_t>(v.size[1]);
     float x[2], y[2], z[2];
     x[0] = inside[0] * inside[0];
@@ -137,7 +144,8 @@ inline DistanceBounds boundsAt(const LatticeView& v, const float* q) {
     z[1] = (v.spacing - inside[2]) * (v.spacing - inside[2]);
     DistanceBounds out{-3e38f, 3e38f};
     for (unsigned corner = 0; corner < 8; ++corner) {
-        const float signedly = static_cast<float>(base[(corner & 1) + ((corner >> 1) & 1) * row + (corner >> 2) * plane]) * v.unit;
+        const float signedly =
+            static_cast<float>(base[(corner & 1) + ((corner >> 1) & 1) * row + (corner >> 2) * plane]) * v.unit;
         const float known = v.isSigned ? signedly : absolute(signedly);
         const float way = __builtin_sqrtf(x[corner & 1] + y[(corner >> 1) & 1] + z[corner >> 2]);
         out.lower = larger(out.lower, known - way);
@@ -153,7 +161,8 @@ inline DistanceBounds boundsAt(const LatticeView& v, const float* q) {
 }
 
 /// The same for sixteen places at once.
-inline void boundsOfMany(const LatticeView& v, const float (*__restrict q)[kWidth], float* __restrict lower, float* __restrict upper) {
+inline void boundsOfMany(const LatticeView& v, const float (*__restrict q)[kWidth], float* __restrict lower,
+                         float* __restrict upper) {
     alignas(64) float square[3][2][kWidth], away[kWidth], box[kWidth];
     alignas(64) std::int32_t base[kWidth];
     for (unsigned k = 0; k < kWidth; ++k) {
@@ -163,7 +172,8 @@ inline void boundsOfMany(const LatticeView& v, const float (*__restrict q)[kWidt
     const std::int32_t step[3] = {1, v.size[0], v.size[0] * v.size[1]};
     const float per = 1 / v.spacing;
     for (unsigned r = 0; r < 3; ++r) {
-        const float last = static_cast<float>(v.size[r] - 1), origin = v.origin[r], spacing = v.spacing, low = v.boxLower[r], high = v.boxUpper[r];
+        const float last = static_cast<float>(v.size[r] - 1), origin = v.origin[r], spacing = v.spacing,
+                    low = v.boxLower[r], high = v.boxUpper[r];
         const std::int32_t most = v.size[r] - 2, stride = step[r];
         for (unsigned k = 0; k < kWidth; ++k) {
             const float place = (q[r][k] - origin) * per;
@@ -188,8 +198,10 @@ inline void boundsOfMany(const LatticeView& v, const float (*__restrict q)[kWidt
         upper[k] = 3e38f;
     }
     for (unsigned corner = 0; corner < 8; ++corner) {
-        const std::int16_t* const values = v.values + (corner & 1) * step[0] + ((corner >> 1) & 1) * step[1] + (corner >> 2) * step[2];
-        const float *const x = square[0][corner & 1], *const y = square[1][(corner >> 1) & 1], *const z = square[2][corner >> 2];
+        const std::int16_t* const values =
+            v.values + (corner & 1) * step[0] + ((corner >> 1) & 1) * step[1] + (corner >> 2) * step[2];
+        const float *const x = square[0][corner & 1], *const y = square[1][(corner >> 1) & 1],
+                           *const z = square[2][corner >> 2];
         alignas(64) std::int32_t found[kWidth];
         for (unsigned k = 0; k < kWidth; ++k) found[k] = values[base[k]];
         if (!v.isSigned)  // of a closed surface, too, where its sides are of no interest
@@ -219,7 +231,8 @@ struct LatticeWalking {
 
     void map(const float* p, float* out) const {
         for (unsigned r = 0; r < 3; ++r)
-            out[r] = f.linear[3 * r] * p[0] + f.linear[3 * r + 1] * p[1] + f.linear[3 * r + 2] * p[2] + f.translation[r];
+            out[r] =
+                f.linear[3 * r] * p[0] + f.linear[3 * r + 1] * p[1] + f.linear[3 * r + 2] * p[2] + f.translation[r];
     }
     void takeUpper(float upper, const float* q) {
         if (upper >= sink.upper) return;
@@ -261,7 +274,8 @@ struct LatticeWalking {
             for (unsigned end = 0; end < 2; ++end) {
                 for (unsigned k = 0; k < 3; ++k)
                     for (unsigned r = 0; r < 3; ++r) half[k][r] = p[k][r];
-                for (unsigned r = 0; r < 3; ++r) half[end == 0 ? next : longest][r] = 0.5f * (p[longest][r] + p[next][r]);
+                for (unsigned r = 0; r < 3; ++r)
+                    half[end == 0 ? next : longest][r] = 0.5f * (p[longest][r] + p[next][r]);
                 if (sink.nodeTests + sink.triangleTests >= sink.limit) {
                     sink.exhausted = true;
                     return leave(lowest);
@@ -275,8 +289,10 @@ struct LatticeWalking {
         const float distance = pointDistance(f.surface, q, known + f.slack, 0);
         const float doubt = f.slack + 1e-5f * distance;
         // On which side the lattice says, where it can.
-        const bool mayBeInside = f.lattice.isSigned && -distance >= at.lower - doubt, mayBeOutside = distance <= at.upper + doubt;
-        const float lower = (mayBeInside ? -distance : distance) - doubt, upper = (mayBeOutside ? distance : -distance) + doubt;
+        const bool mayBeInside = f.lattice.isSigned && -distance >= at.lower - doubt,
+                   mayBeOutside = distance <= at.upper + doubt;
+        const float lower = (mayBeInside ? -distance : distance) - doubt,
+                    upper = (mayBeOutside ? distance : -distance) + doubt;
         takeUpper(upper, q);
         leave(least(lower - reach));
     }
@@ -287,7 +303,8 @@ struct LatticeWalking {
         alignas(64) float q[3][kWidth], reach[kWidth], lower[kWidth], upper[kWidth];
         for (unsigned r = 0; r < 3; ++r)
             for (unsigned k = 0; k < kWidth; ++k)
-                q[r][k] = f.linear[3 * r] * rows[k] + f.linear[3 * r + 1] * rows[kWidth + k] + f.linear[3 * r + 2] * rows[2 * kWidth + k] + f.translation[r];
+                q[r][k] = f.linear[3 * r] * rows[k] + f.linear[3 * r + 1] * rows[kWidth + k] +
+                          f.linear[3 * r + 2] * rows[2 * kWidth + k] + f.translation[r];
         for (unsigned k = 0; k < kWidth; ++k) {
             const float a = rows[12 * kWidth + k], b = rows[13 * kWidth + k], c = rows[14 * kWidth + k];
             reach[k] = __builtin_sqrtf(a * a + b * b + c * c) * f.scale * 1.00001f + f.slack;
@@ -327,11 +344,13 @@ struct LatticeWalking {
                 walk(ref);
                 continue;
             }
-            const float* const corners = f.tree.corners + ((ref & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces};
+            const float* const corners =
+                f.tree.corners + ((ref & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces};
             for (unsigned t = 0; t <= (ref & 3); ++t) {
                 float p[3][3];
                 for (unsigned c = 0; c < 3; ++c) {
-                    const float own[3] = {corners[(3 * c) * kLeafFaces + t], corners[(3 * c + 1) * kLeafFaces + t], corners[(3 * c + 2) * kLeafFaces + t]};
+                    const float own[3] = {corners[(3 * c) * kLeafFaces + t], corners[(3 * c + 1) * kLeafFaces + t],
+                                          corners[(3 * c + 2) * kLeafFaces + t]};
                     map(own, p[c]);
                 }
                 triangle(p, 0);

@@ -1,17 +1,21 @@
-// Branch and bound for the nearest triangles (Quinlan 1994; Larsen et al. 1999). Float distances, each with its error, only
-// decide what to look at; `decide` measures what is left in double. Included by kernel/Kernels.inl only.
+// Branch and bound for the nearest triangles (Quinlan 1994; Larsen et al. 1999). Float distances, each with its error,
+// only decide what to look at; `decide` measures what is left in double. Included by kernel/Kernels.inl only.
 
-inline F clamped01(F x) { return min(max(x, F{}), splat(1.0f)); }
+inline F clamped01(F x) {
+    return min(max(x, F{}), splat(1.0f));
+}
 /// x / y, and 0 for y = 0.
-inline F ratio(F x, F y) { return x / max(y, splat(1e-30f)); }
+inline F ratio(F x, F y) {
+    return x / max(y, splat(1e-30f));
+}
 
 /// Edges that meet at less than some two degrees: sin² below this.
 constexpr float kParallel = 1e-3f;
 
 /// Squared distance of two segments a + s u and b + t v, s and t in [0, 1] (Ericson 2005, 5.1.9). s is known to
-/// 8ε |b - a| / (|u| sin²), ε = 2^-24, so the way found is longer than the shortest by x²/2d at most, x = 8ε |b - a| / sin,
-/// and by x where d is less; always by min(x, |u| sin) ≤ 1e-3 sqrt(|b - a| |u|). `parallel` becomes positive where sin²
-/// is below kParallel.
+/// 8ε |b - a| / (|u| sin²), ε = 2^-24, so the way found is longer than the shortest by x²/2d at most, x = 8ε |b - a| /
+/// sin, and by x where d is less; always by min(x, |u| sin) ≤ 1e-3 sqrt(|b - a| |u|). `parallel` becomes positive where
+/// sin² is below kParallel.
 inline F segments2(const V3& a, const V3& u, F uu, const V3& b, const V3& v, F vv, F& parallel) {
     const V3 r = a - b;
     const F uv = dot(u, v), ur = dot(u, r), vr = dot(v, r);
@@ -46,7 +50,7 @@ struct Facet {
         normal = cross(edge[0], edge[1]);
         normal2 = dot(normal, normal);
         size2 = max(max(edge2[0], edge2[1]), edge2[2]);
-        const F thin = size2 * size2 * 1e-3f - normal2;  // positive: |normal| < 0.03 size²
+        const F thin = size2 * size2 * 1e-3f - normal2;    // positive: |normal| < 0.03 size²
         sliver = choose(-thin, splat(0.0f), splat(1.0f));  // a point too, of which both are 0
         height = sqrt(normal2) / sqrt(max(size2, splat(1e-30f)));
     }
@@ -63,11 +67,12 @@ struct Facet {
     }
 };
 
-/// No points of the two are nearer: the gap between two slabs square to the line between the centres. For triangles that
-/// are small against their distance it is nearly the distance itself, at a tenth of its cost.
+/// No points of the two are nearer: the gap between two slabs square to the line between the centres. For triangles
+/// that are small against their distance it is nearly the distance itself, at a tenth of its cost.
 inline F atLeastApart(const T3& a, const T3& b, F slack) {
     const V3 u = (b.a + b.b + b.c) - (a.a + a.b + a.c);
-    const F low = min(min(dot(u, b.a), dot(u, b.b)), dot(u, b.c)), high = max(max(dot(u, a.a), dot(u, a.b)), dot(u, a.c));
+    const F low = min(min(dot(u, b.a), dot(u, b.b)), dot(u, b.c)),
+            high = max(max(dot(u, a.a), dot(u, a.b)), dot(u, a.c));
     return (low - high) / sqrt(max(dot(u, u), splat(1e-30f))) - 4 * slack;
 }
 
@@ -109,14 +114,20 @@ struct Nearing {
 
     /// Lower bounds of the distances, in A's lengths, rounding taken off.
     F boundA(const float* placedB, const float* ownA) const {
-        if constexpr (std::is_same_v<V, Obb>) return V::template distance<true>(placedB, ownA, f) - f.slack;
-        else if constexpr (std::is_same_v<V, Sphere>) return V::gap(placedB, ownA, f) - f.slack;
-        else return V::distance(placedB, ownA) - f.slack;
+        if constexpr (std::is_same_v<V, Obb>)
+            return V::template distance<true>(placedB, ownA, f) - f.slack;
+        else if constexpr (std::is_same_v<V, Sphere>)
+            return V::gap(placedB, ownA, f) - f.slack;
+        else
+            return V::distance(placedB, ownA) - f.slack;
     }
     F boundB(const float* ownA, const float* placedB) const {
-        if constexpr (std::is_same_v<V, Obb>) return V::template distance<false>(ownA, placedB, f) - f.slack;
-        else if constexpr (std::is_same_v<V, Sphere>) return V::gap(ownA, placedB, f) - f.slack;
-        else return V::distance(ownA, placedB) - f.slack;
+        if constexpr (std::is_same_v<V, Obb>)
+            return V::template distance<false>(ownA, placedB, f) - f.slack;
+        else if constexpr (std::is_same_v<V, Sphere>)
+            return V::gap(ownA, placedB, f) - f.slack;
+        else
+            return V::distance(ownA, placedB) - f.slack;
     }
 
     void leaves(ChildRef refA, ChildRef refB) {
@@ -124,7 +135,8 @@ struct Nearing {
         const unsigned countA = (refA & 3) + 1, countB = (refB & 3) + 1;
         sink.triangleTests += countA * countB;
         const Bits both = (((1u << countB) - 1) * 0x1111u) & ((1u << 4 * countA) - 1);
-        const T3 ta = spreadLeaf(a.corners + leafA * kLeafRows * kLeafFaces), tb = repeatLeaf(b.corners + leafB * kLeafRows * kLeafFaces, f);
+        const T3 ta = spreadLeaf(a.corners + leafA * kLeafRows * kLeafFaces),
+                 tb = repeatLeaf(b.corners + leafB * kLeafRows * kLeafFaces, f);
         const Bits near = both & ~greater(atLeastApart(ta, tb, splat(f.slack)), splat(sink.bound));
         if (near == 0) return;
         const Apart found = apart(ta, tb, splat(f.slack));

@@ -1,6 +1,6 @@
-// What dividing a mesh costs most of its time in: one pass over the triangles of a part per cut, and the cuts among the few
-// of a lowest node. Every instruction set gives the same division, to the bit: there are only sums, differences, products
-// that are rounded on their own, and comparisons. Included by kernel/Kernels.inl only.
+// What dividing a mesh costs most of its time in: one pass over the triangles of a part per cut, and the cuts among the
+// few of a lowest node. Every instruction set gives the same division, to the bit: there are only sums, differences,
+// products that are rounded on their own, and comparisons. Included by kernel/Kernels.inl only.
 
 /// Eight floats: the six sides of a box.
 #if defined(__AVX2__)
@@ -8,11 +8,15 @@ struct Sides8 {
     __m256 all;
     TESSERA_INLINE static Sides8 load(const float* p) { return {_mm256_load_ps(p)}; }
     TESSERA_INLINE void store(float* p) const { _mm256_store_ps(p, all); }
-    TESSERA_INLINE static Sides8 join(__m128 low, __m128 high) { return {_mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1)}; }
+    TESSERA_INLINE static Sides8 join(__m128 low, __m128 high) {
+        return {_mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1)};
+    }
     [[nodiscard]] TESSERA_INLINE __m128 low() const { return _mm256_castps256_ps128(all); }
     [[nodiscard]] TESSERA_INLINE __m128 high() const { return _mm256_extractf128_ps(all, 1); }
 };
-TESSERA_INLINE Sides8 max(const Sides8& a, const Sides8& b) { return {_mm256_max_ps(a.all, b.all)}; }
+TESSERA_INLINE Sides8 max(const Sides8& a, const Sides8& b) {
+    return {_mm256_max_ps(a.all, b.all)};
+}
 #else
 struct Sides8 {
     __m128 a, b;
@@ -25,7 +29,9 @@ struct Sides8 {
     [[nodiscard]] TESSERA_INLINE __m128 low() const { return a; }
     [[nodiscard]] TESSERA_INLINE __m128 high() const { return b; }
 };
-TESSERA_INLINE Sides8 max(const Sides8& a, const Sides8& b) { return {_mm_max_ps(a.a, b.a), _mm_max_ps(a.b, b.b)}; }
+TESSERA_INLINE Sides8 max(const Sides8& a, const Sides8& b) {
+    return {_mm_max_ps(a.a, b.a), _mm_max_ps(a.b, b.b)};
+}
 #endif
 
 TESSERA_INLINE void addToBin(BoxBin& bin, const Sides8& item) {
@@ -81,10 +87,10 @@ struct Parting {
     }
 };
 
-/// Puts the items of bins before `firstRight` to `left` and the others to `right`, in their order, and all into the bins of
-/// their new parts where these have some.
-inline void partItems(const BoxItem* from, std::uint32_t count, const Cut& cut, BoxItem* left, BoxItem* right, Bins* binsLeft,
-                      Bins* binsRight) {
+/// Puts the items of bins before `firstRight` to `left` and the others to `right`, in their order, and all into the
+/// bins of their new parts where these have some.
+inline void partItems(const BoxItem* from, std::uint32_t count, const Cut& cut, BoxItem* left, BoxItem* right,
+                      Bins* binsLeft, Bins* binsRight) {
     if (binsLeft == nullptr && binsRight == nullptr) {
         Parting{cut, {left, right}, {}}.takeAll<false>(from, count);
         return;
@@ -97,13 +103,15 @@ inline void partItems(const BoxItem* from, std::uint32_t count, const Cut& cut, 
             unused.counts[turn][0] = 0;
             for (float& side : unused.box[turn][0].side) side = 0;
         }
-    Parting{cut, {left, right}, {binsLeft != nullptr ? binsLeft : &unused, binsRight != nullptr ? binsRight : &unused}}.takeAll<true>(from, count);
+    Parting{cut, {left, right}, {binsLeft != nullptr ? binsLeft : &unused, binsRight != nullptr ? binsRight : &unused}}
+        .takeAll<true>(from, count);
 }
 
 /// Divides the triangles of one lowest node into leaves.
 class LeafDivider {
 public:
-    LeafDivider(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out) : items_(items), rule_(rule), out_(out) {
+    LeafDivider(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out)
+        : items_(items), rule_(rule), out_(out) {
         out.leaves = 0;
         Sides8 all = Sides8::load(items[0].side);
         for (unsigned i = 0; i < count; ++i) {
@@ -156,10 +164,14 @@ private:
             for (unsigned axis = 0; axis < 3; ++axis)
                 if (axis != cut.axis) part(sorted_[axis] + first, count, cut.left);
         }
-        if (cut.left > kLeafFaces) divide(first, cut.left, cut.sizeLeft);
-        else leaf(at, cut.left);
-        if (right > kLeafFaces) divide(first + cut.left, right, cut.sizeRight);
-        else leaf(at + cut.left, right);
+        if (cut.left > kLeafFaces)
+            divide(first, cut.left, cut.sizeLeft);
+        else
+            leaf(at, cut.left);
+        if (right > kLeafFaces)
+            divide(first + cut.left, right, cut.sizeRight);
+        else
+            leaf(at + cut.left, right);
     }
     /// Of the longest side: cuts across shorter ones are not tried.
     static constexpr float kWorthCutting = 0.4f;
@@ -206,7 +218,8 @@ private:
 #if defined(__AVX512F__)
                 const __m512i rank = reinterpret_cast<__m512i>(above[r]);
                 above[r] = reinterpret_cast<IntPart>(_mm512_mask_add_epi32(
-                    rank, _mm512_cmpgt_epi32_mask(reinterpret_cast<__m512i>(own[r]), _mm512_set1_epi32(keys[j])), rank, _mm512_set1_epi32(1)));
+                    rank, _mm512_cmpgt_epi32_mask(reinterpret_cast<__m512i>(own[r]), _mm512_set1_epi32(keys[j])), rank,
+                    _mm512_set1_epi32(1)));
 #else
                 above[r] -= own[r] > IntPart{} + keys[j];
 #endif
@@ -214,12 +227,14 @@ private:
         for (unsigned r = 0; r < Registers; ++r) *reinterpret_cast<IntPart*>(ranks + begin + r * kInts) = above[r];
     }
 
-    /// Takes the cut between whole leaves of least (size of the part's box) · (its leaves), if it is better than `best`.
+    /// Takes the cut between whole leaves of least (size of the part's box) · (its leaves), if it is better than
+    /// `best`.
     void bestCut(unsigned axis, unsigned first, unsigned count, Found& best) const {
         const std::uint8_t* const sorted = sorted_[axis] + first;
         const unsigned leaves = (count + kLeafFaces - 1) / kLeafFaces;
         if (leaves == 2) {
-            const __m128 left = sizeOf(leafBox(sorted, kLeafFaces)), right = sizeOf(leafBox(sorted + kLeafFaces, count - kLeafFaces));
+            const __m128 left = sizeOf(leafBox(sorted, kLeafFaces)),
+                         right = sizeOf(leafBox(sorted + kLeafFaces, count - kLeafFaces));
             const float cost = measure(left) + measure(right);
             if (cost < best.cost) best = {axis, kLeafFaces, cost, left, right};
             return;
@@ -258,7 +273,9 @@ private:
         for (unsigned j = 1; j < kLeafFaces; ++j) box = max(box, Sides8::load(items_[at[j < count ? j : 0]].side));
         return box;
     }
-    TESSERA_INLINE static __m128 sizeOf(const Sides8& box) { return _mm_add_ps(box.low(), box.high()); }
+    TESSERA_INLINE static __m128 sizeOf(const Sides8& box) {
+        return _mm_add_ps(box.low(), box.high());
+    }
     /// The value as it is, rounded: no product melts into the sum that follows.
     TESSERA_INLINE static __m128 rounded(__m128 x) {
         asm("" : "+x"(x));
@@ -282,8 +299,9 @@ private:
     TESSERA_INLINE float measure(__m128 s) const {
         const __m128 products = rounded(_mm_mul_ps(s, _mm_shuffle_ps(s, s, _MM_SHUFFLE(3, 0, 2, 1))));  // xy yz zx
         if (rule_ == CutRule::kVolume) return _mm_cvtss_f32(_mm_mul_ss(products, _mm_movehl_ps(s, s)));
-        return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1))),
-                                        _mm_movehl_ps(products, products)));
+        return _mm_cvtss_f32(
+            _mm_add_ss(_mm_add_ss(products, _mm_shuffle_ps(products, products, _MM_SHUFFLE(1, 1, 1, 1))),
+                       _mm_movehl_ps(products, products)));
     }
 
     /// Between whole leaves near the middle, by count or by the mean of the centres.
@@ -313,4 +331,6 @@ private:
 };
 
 /// More than a leaf's.
-inline void divideIntoLeaves(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out) { LeafDivider(items, count, rule, out); }
+inline void divideIntoLeaves(const BoxItem* items, unsigned count, CutRule rule, LeafDivision& out) {
+    LeafDivider(items, count, rule, out);
+}

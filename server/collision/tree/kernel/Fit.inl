@@ -1,9 +1,10 @@
 // Bounding volumes around the triangles below every slot, from the leaves up. A node's slots that are leaves are fitted
-// side by side, a leaf per lane; of a slot with a subtree either the volumes of the children are joined (k-DOPs), or all
-// corners below are looked at again, four to a leaf and some leaves side by side. Included by kernel/Kernels.inl only.
+// side by side, a leaf per lane; of a slot with a subtree either the volumes of the children are joined (k-DOPs), or
+// all corners below are looked at again, four to a leaf and some leaves side by side. Included by kernel/Kernels.inl
+// only.
 //
-// Positions are floats of at most 1 in size, each coordinate wrong by half a unit in the last place; with u = 2^-24 what
-// is computed from them is wrong by some u, and volumes are widened by that.
+// Positions are floats of at most 1 in size, each coordinate wrong by half a unit in the last place; with u = 2^-24
+// what is computed from them is wrong by some u, and volumes are widened by that.
 
 using P = FloatPart;
 using P3 = Vector3<P>;
@@ -13,9 +14,15 @@ constexpr float kUnitRoundoff = 0x1p-24f;
 /// Where there is no child: overlaps nothing.
 constexpr float kNever = -1e30f;
 
-TESSERA_INLINE P splatPart(float x) { return Lanes<P>::splat(x); }
-TESSERA_INLINE P loadPart(const float* p) { return Lanes<P>::load(p); }
-TESSERA_INLINE void storePart(float* p, P x) { Lanes<P>::store(p, x); }
+TESSERA_INLINE P splatPart(float x) {
+    return Lanes<P>::splat(x);
+}
+TESSERA_INLINE P loadPart(const float* p) {
+    return Lanes<P>::load(p);
+}
+TESSERA_INLINE void storePart(float* p, P x) {
+    Lanes<P>::store(p, x);
+}
 
 /// Four floats from each of some places, and 4 x 4 blocks turned over.
 #if defined(__AVX512F__)
@@ -26,8 +33,8 @@ TESSERA_INLINE P join(const float* const* at) {
     return reinterpret_cast<P>(_mm512_maskz_insertf32x4(0xffff, three, _mm_load_ps(at[3]), 3));
 }
 TESSERA_INLINE void transpose(P (&v)[4]) {
-    const __m512 a = reinterpret_cast<__m512>(v[0]), b = reinterpret_cast<__m512>(v[1]), c = reinterpret_cast<__m512>(v[2]),
-                 d = reinterpret_cast<__m512>(v[3]);
+    const __m512 a = reinterpret_cast<__m512>(v[0]), b = reinterpret_cast<__m512>(v[1]),
+                 c = reinterpret_cast<__m512>(v[2]), d = reinterpret_cast<__m512>(v[3]);
     const __m512 ab = _mm512_maskz_unpacklo_ps(0xffff, a, b), AB = _mm512_maskz_unpackhi_ps(0xffff, a, b),
                  cd = _mm512_maskz_unpacklo_ps(0xffff, c, d), CD = _mm512_maskz_unpackhi_ps(0xffff, c, d);
     v[0] = reinterpret_cast<P>(_mm512_maskz_shuffle_ps(0xffff, ab, cd, 0x44));
@@ -40,15 +47,17 @@ TESSERA_INLINE P join(const float* const* at) {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(at[0])), _mm_load_ps(at[1]), 1);
 }
 TESSERA_INLINE void transpose(P (&v)[4]) {
-    const __m256 ab = _mm256_unpacklo_ps(v[0], v[1]), AB = _mm256_unpackhi_ps(v[0], v[1]), cd = _mm256_unpacklo_ps(v[2], v[3]),
-                 CD = _mm256_unpackhi_ps(v[2], v[3]);
+    const __m256 ab = _mm256_unpacklo_ps(v[0], v[1]), AB = _mm256_unpackhi_ps(v[0], v[1]),
+                 cd = _mm256_unpacklo_ps(v[2], v[3]), CD = _mm256_unpackhi_ps(v[2], v[3]);
     v[0] = _mm256_shuffle_ps(ab, cd, 0x44);
     v[1] = _mm256_shuffle_ps(ab, cd, 0xee);
     v[2] = _mm256_shuffle_ps(AB, CD, 0x44);
     v[3] = _mm256_shuffle_ps(AB, CD, 0xee);
 }
 #else
-TESSERA_INLINE P join(const float* const* at) { return _mm_load_ps(at[0]); }
+TESSERA_INLINE P join(const float* const* at) {
+    return _mm_load_ps(at[0]);
+}
 TESSERA_INLINE void transpose(P (&v)[4]) {
     const __m128 ab = _mm_unpacklo_ps(v[0], v[1]), AB = _mm_unpackhi_ps(v[0], v[1]), cd = _mm_unpacklo_ps(v[2], v[3]),
                  CD = _mm_unpackhi_ps(v[2], v[3]);
@@ -120,7 +129,9 @@ TESSERA_INLINE float sumOfLanes(P x) {
     for (unsigned i = 0; i < kLanes; ++i) sum += lane[i];
     return sum;
 }
-TESSERA_INLINE P halfArea(const P3& size) { return size.x * size.y + size.y * size.z + size.z * size.x; }
+TESSERA_INLINE P halfArea(const P3& size) {
+    return size.x * size.y + size.y * size.z + size.z * size.x;
+}
 
 /// What the slots of one node are: which lanes are leaves, and where.
 struct SlotLanes {
@@ -157,7 +168,9 @@ struct SlotLanes {
         }
     }
     [[nodiscard]] Bits used() const { return leaves | subtrees; }
-    [[nodiscard]] static Bits ofPart(Bits lanes, unsigned part) { return lanes >> part * kLanes & ((1u << kLanes) - 1); }
+    [[nodiscard]] static Bits ofPart(Bits lanes, unsigned part) {
+        return lanes >> part * kLanes & ((1u << kLanes) - 1);
+    }
 };
 
 template <typename Use>

@@ -3,7 +3,8 @@
 template <unsigned K>
 struct DopFit {
     static constexpr unsigned kRows = K, kHalf = K / 2;
-    /// Three coordinates, each wrong by u, and two sums of at most 3 of them: less than 7 u with this one's own rounding.
+    /// Three coordinates, each wrong by u, and two sums of at most 3 of them: less than 7 u with this one's own
+    /// rounding.
     static constexpr float kPad = 8 * kUnitRoundoff;
 
     TESSERA_INLINE static void project(const P3& p, P (&out)[kHalf]) {
@@ -66,7 +67,8 @@ struct DopFit {
             leafLanes(leaves, rows + part * kLanes);
         }
         forLanes(slots.subtrees, [&](unsigned lane) {
-            const float* const below = job.volumes + std::size_t{job.children[std::size_t{node} * kWidth + lane]} * kRows * kWidth;
+            const float* const below =
+                job.volumes + std::size_t{job.children[std::size_t{node} * kWidth + lane]} * kRows * kWidth;
             for (unsigned row = 0; row < kRows; row += 4) {
                 const float* four[4];
                 for (unsigned i = 0; i < 4; ++i) four[i] = below + (row + i < kRows ? row + i : kRows - 1) * kWidth;
@@ -82,7 +84,9 @@ struct DopFit {
 
     /// The surface of its axis-aligned box.
     TESSERA_INLINE static P size(const float* rows) {
-        const auto side = [&](unsigned i) { return loadPart(rows + i * kWidth) + loadPart(rows + (i + kHalf) * kWidth); };
+        const auto side = [&](unsigned i) {
+            return loadPart(rows + i * kWidth) + loadPart(rows + (i + kHalf) * kWidth);
+        };
         return halfArea({side(0), side(1), side(2)}) * 2.0f;
     }
 };

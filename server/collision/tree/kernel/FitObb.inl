@@ -12,7 +12,8 @@ struct Moments {
         P3 sum{area, area, area};
         for (P& s : spread) s = area;
         for (unsigned face = 0; face < kLeafFaces; ++face) {
-            const P3 a = leaves.corner(face, 0) - origin, b = leaves.corner(face, 1) - origin, c = leaves.corner(face, 2) - origin;
+            const P3 a = leaves.corner(face, 0) - origin, b = leaves.corner(face, 1) - origin,
+                     c = leaves.corner(face, 2) - origin;
             const P3 e = b - a, g = c - a, n = cross(e, g), s = a + b + c;
             // A little for the edges, so that triangles without area count.
             P weight = sqrt(dot(n, n)) + (dot(e, e) + dot(g, g)) * 1e-4f;
@@ -29,7 +30,8 @@ struct Moments {
         }
         const P over = 1.0f / max(area, splatPart(1e-37f));
         mean = {sum.x * over, sum.y * over, sum.z * over};
-        const P square[6] = {mean.x * mean.x, mean.y * mean.y, mean.z * mean.z, mean.x * mean.y, mean.x * mean.z, mean.y * mean.z};
+        const P square[6] = {mean.x * mean.x, mean.y * mean.y, mean.z * mean.z,
+                             mean.x * mean.y, mean.x * mean.z, mean.y * mean.z};
         for (unsigned i = 0; i < 6; ++i) spread[i] = spread[i] * over - square[i];
         mean = mean + origin;
     }
@@ -52,7 +54,8 @@ struct Moments {
         P spread[6] = {splatPart(0), splatPart(0), splatPart(0), splatPart(0), splatPart(0), splatPart(0)};
         for (unsigned at = 0; at < kWidth; at += kLanes) {
             const P weight = loadPart(lanes[0] + at);
-            const P3 d{loadPart(lanes[1] + at) - out[1], loadPart(lanes[2] + at) - out[2], loadPart(lanes[3] + at) - out[3]};
+            const P3 d{loadPart(lanes[1] + at) - out[1], loadPart(lanes[2] + at) - out[2],
+                       loadPart(lanes[3] + at) - out[3]};
             const P square[6] = {d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.x * d.z, d.y * d.z};
             for (unsigned i = 0; i < 6; ++i) spread[i] += weight * (loadPart(lanes[4 + i] + at) + square[i]);
         }
@@ -60,8 +63,8 @@ struct Moments {
     }
 };
 
-/// One Jacobi rotation of a symmetric matrix: makes `pq` vanish. `pr`, `qr` are the other two beside it; p, q are rows of
-/// the transposed eigenvectors.
+/// One Jacobi rotation of a symmetric matrix: makes `pq` vanish. `pr`, `qr` are the other two beside it; p, q are rows
+/// of the transposed eigenvectors.
 TESSERA_INLINE void rotate(P& pp, P& qq, P& pq, P& pr, P& qr, P3& p, P3& q) {
     const P half = (qq - pp) * 0.5f;
     const P root = sqrt(half * half + pq * pq) + 1e-30f;
@@ -80,13 +83,14 @@ TESSERA_INLINE void rotate(P& pp, P& qq, P& pq, P& pr, P& qr, P3& p, P3& q) {
 
 struct ObbFit {
     static constexpr unsigned kRows = 15;
-    /// A projection of a position of length 1 and of the box's centre, of length √3: 3 (1 + √3) u; their difference, of at
-    /// most 2.8; the position itself: all below 13 u.
+    /// A projection of a position of length 1 and of the box's centre, of length √3: 3 (1 + √3) u; their difference, of
+    /// at most 2.8; the position itself: all below 13 u.
     static constexpr float kPad = 16 * kUnitRoundoff;
     /// Of the box's own size: its axes are unit and orthogonal to some u.
     static constexpr float kPadOfSize = 8 * kUnitRoundoff;
 
-    /// Principal axes (Gottschalk, Lin, Manocha 1996), by so many Jacobi sweeps as float needs; orthonormal to rounding.
+    /// Principal axes (Gottschalk, Lin, Manocha 1996), by so many Jacobi sweeps as float needs; orthonormal to
+    /// rounding.
     static void axesOf(const Moments& moments, P3 (&axes)[3]) {
         const P scale = 1.0f / (moments.spread[0] + moments.spread[1] + moments.spread[2] + 1e-37f);
         P m[6];
@@ -144,7 +148,8 @@ struct ObbFit {
         for (unsigned at = 0; at < kWidth; at += kLanes) {
             const unsigned part = at / kLanes;
             LeafLanes leaves;
-            const bool anyLeaf = SlotLanes::ofPart(slots.leaves, part) != 0, anySubtree = SlotLanes::ofPart(slots.subtrees, part) != 0;
+            const bool anyLeaf = SlotLanes::ofPart(slots.leaves, part) != 0,
+                       anySubtree = SlotLanes::ofPart(slots.subtrees, part) != 0;
             if (!anyLeaf && !anySubtree) {
                 for (float(&row)[kWidth] : moments) storePart(row + at, splatPart(0));
                 continue;
@@ -181,7 +186,8 @@ struct ObbFit {
                     storePart(table.high[i] + at, extents.high[i]);
                 }
             }
-            forLanes(SlotLanes::ofPart(slots.subtrees, part), [&](unsigned lane) { around(job, node, at + lane, table); });
+            forLanes(SlotLanes::ofPart(slots.subtrees, part),
+                     [&](unsigned lane) { around(job, node, at + lane, table); });
             finish(table, at, rows);
         }
         Moments::together(moments, job.nodes[node].moments);
@@ -195,7 +201,8 @@ struct ObbFit {
         const FitNode& below = job.nodes[job.children[std::size_t{node} * kWidth + lane]];
         P3 axes[3];
         for (unsigned i = 0; i < 3; ++i)
-            axes[i] = {splatPart(table.axes[3 * i][lane]), splatPart(table.axes[3 * i + 1][lane]), splatPart(table.axes[3 * i + 2][lane])};
+            axes[i] = {splatPart(table.axes[3 * i][lane]), splatPart(table.axes[3 * i + 1][lane]),
+                       splatPart(table.axes[3 * i + 2][lane])};
         const float* const first = job.corners + std::size_t{below.firstLeaf} * kLeafSize;
         Extents extents({splatPart(first[0]), splatPart(first[kLeafFaces]), splatPart(first[2 * kLeafFaces])}, axes);
         forCornersOf(job.corners, below.firstLeaf, below.endLeaf, [&](const P3& p) { extents.extend(p, axes); });
@@ -221,7 +228,8 @@ struct ObbFit {
             low[i] = choose(better, low[i], low[i + 3]);
             high[i] = choose(better, high[i], high[i + 3]);
             const P middle = (low[i] + high[i]) * 0.5f;
-            centre = {centre.x + middle * axes[3 * i], centre.y + middle * axes[3 * i + 1], centre.z + middle * axes[3 * i + 2]};
+            centre = {centre.x + middle * axes[3 * i], centre.y + middle * axes[3 * i + 1],
+                      centre.z + middle * axes[3 * i + 2]};
         }
         storePart(rows + at, centre.x);
         storePart(rows + kWidth + at, centre.y);
@@ -240,6 +248,7 @@ struct ObbFit {
     }
 
     TESSERA_INLINE static P size(const float* rows) {
-        return halfArea({loadPart(rows + 12 * kWidth), loadPart(rows + 13 * kWidth), loadPart(rows + 14 * kWidth)}) * 8.0f;
+        return halfArea({loadPart(rows + 12 * kWidth), loadPart(rows + 13 * kWidth), loadPart(rows + 14 * kWidth)}) *
+               8.0f;
     }
 };

@@ -17,9 +17,11 @@ struct SphereFit {
             const P away = farthest(centre, place);
             const P better = least - away;
             least = choose(better, away, least);
-            best = {choose(better, centre.x, best.x), choose(better, centre.y, best.y), choose(better, centre.z, best.z)};
+            best = {choose(better, centre.x, best.x), choose(better, centre.y, best.y),
+                    choose(better, centre.z, best.z)};
             const float way = 1.0f / static_cast<float>(step + 2);
-            centre = {centre.x + (place.x - centre.x) * way, centre.y + (place.y - centre.y) * way, centre.z + (place.z - centre.z) * way};
+            centre = {centre.x + (place.x - centre.x) * way, centre.y + (place.y - centre.y) * way,
+                      centre.z + (place.z - centre.z) * way};
         }
         out[0] = best.x;
         out[1] = best.y;
@@ -50,14 +52,15 @@ struct SphereFit {
                 high = {max(high.x, p.x), max(high.y, p.y), max(high.z, p.z)};
             });
             P out[4];
-            around({(low.x + high.x) * 0.5f, (low.y + high.y) * 0.5f, (low.z + high.z) * 0.5f},
-                   [&](const P3& centre, P3& place) {
-                       Far far{centre, splatPart(-1), centre};
-                       leaves.forCorners([&](const P3& p) { far.look(p); });
-                       place = far.place;
-                       return far.away;
-                   },
-                   out);
+            around(
+                {(low.x + high.x) * 0.5f, (low.y + high.y) * 0.5f, (low.z + high.z) * 0.5f},
+                [&](const P3& centre, P3& place) {
+                    Far far{centre, splatPart(-1), centre};
+                    leaves.forCorners([&](const P3& p) { far.look(p); });
+                    place = far.place;
+                    return far.away;
+                },
+                out);
             for (unsigned i = 0; i < 4; ++i) storePart(rows + i * kWidth + at, out[i]);
         }
         forLanes(slots.subtrees, [&](unsigned lane) {
@@ -70,13 +73,14 @@ struct SphereFit {
             });
             const auto middle = [](P l, P h) { return splatPart((largestLane(h) - largestLane(-l)) * 0.5f); };
             P out[4];
-            around({middle(low.x, high.x), middle(low.y, high.y), middle(low.z, high.z)},
-                   [&](const P3& centre, P3& place) {
-                       Far far{centre, splatPart(-1), centre};
-                       forCornersOf(job.corners, below.firstLeaf, below.endLeaf, [&](const P3& p) { far.look(p); });
-                       return farthestLane(far, place);
-                   },
-                   out);
+            around(
+                {middle(low.x, high.x), middle(low.y, high.y), middle(low.z, high.z)},
+                [&](const P3& centre, P3& place) {
+                    Far far{centre, splatPart(-1), centre};
+                    forCornersOf(job.corners, below.firstLeaf, below.endLeaf, [&](const P3& p) { far.look(p); });
+                    return farthestLane(far, place);
+                },
+                out);
             for (unsigned i = 0; i < 4; ++i) {
                 alignas(64) float lanes[kLanes];
                 storePart(lanes, out[i]);

@@ -1,11 +1,17 @@
-// Between which bounds are the distances of eight pairs of triangles? In double: nearly always one pair alone is left to be
-// measured. As the float version (Distance.inl), each edge with each and each corner with the other's plane, but with an error
-// so small that it is taken as a millionth of all that takes part. Included by kernel/Kernels.inl only.
+// Between which bounds are the distances of eight pairs of triangles? In double: nearly always one pair alone is left
+// to be measured. As the float version (Distance.inl), each edge with each and each corner with the other's plane, but
+// with an error so small that it is taken as a millionth of all that takes part. Included by kernel/Kernels.inl only.
 
-inline D least(D a, D b) { return -max(-a, -b); }
-inline D within01(D x) { return least(max(x, D{}), splatDouble(1.0)); }
+inline D least(D a, D b) {
+    return -max(-a, -b);
+}
+inline D within01(D x) {
+    return least(max(x, D{}), splatDouble(1.0));
+}
 /// x / y, and 0 for 0 / 0.
-inline D quotient(D x, D y) { return x / max(y, splatDouble(1e-300)); }
+inline D quotient(D x, D y) {
+    return x / max(y, splatDouble(1e-300));
+}
 
 /// As segments2. The way found is longer than the shortest by sqrt(8ε |b - a| |u|) at most, ε = 2^-53: 3e-8 of both.
 inline D squareBetween(const W3& a, const W3& u, D uu, const W3& b, const W3& v, D vv) {
@@ -46,13 +52,16 @@ struct MeasuredFace {
 
 inline void measureEight(const Corners& ofA, const Corners& ofB, const PairMap& map, double* atLeast, double* atMost) {
     const W3 origin = ofA.corner(0);
-    const auto fromB = [&](unsigned i) { return offset(mapped<D>(map.linear, ofB.corner(i)), map.translation) - origin; };
+    const auto fromB = [&](unsigned i) {
+        return offset(mapped<D>(map.linear, ofB.corner(i)), map.translation) - origin;
+    };
     const MeasuredFace a(W3{}, ofA.corner(1) - origin, ofA.corner(2) - origin), b(fromB(0), fromB(1), fromB(2));
     D square = max(a.above(b.corner[0]), D{});
     for (unsigned i = 0; i < 3; ++i) {
         square = least(square, least(a.above(b.corner[i]), b.above(a.corner[i])));
         for (unsigned j = 0; j < 3; ++j)
-            square = least(square, squareBetween(a.corner[i], a.edge[i], a.edge2[i], b.corner[j], b.edge[j], b.edge2[j]));
+            square =
+                least(square, squareBetween(a.corner[i], a.edge[i], a.edge2[i], b.corner[j], b.edge[j], b.edge2[j]));
     }
     D far = max(largest(a.corner[1]), largest(a.corner[2]));
     for (const W3& p : b.corner) far = max(far, largest(p));

@@ -1,11 +1,12 @@
-// Do eight pairs of triangles meet? In double, with a bound of every error: what is decided here is what the exact predicate
-// would say. Guigue and Devillers 2003, as in mesh/TriangleTriangle.cpp, where no orientation is near 0; other pairs are
-// left undecided. Included by kernel/Kernels.inl only.
+// Do eight pairs of triangles meet? In double, with a bound of every error: what is decided here is what the exact
+// predicate would say. Guigue and Devillers 2003, as in mesh/TriangleTriangle.cpp, where no orientation is near 0;
+// other pairs are left undecided. Included by kernel/Kernels.inl only.
 
 using W3 = Vector3<D>;
 
 inline W3 pick(D test, const W3& whereNegative, const W3& otherwise) {
-    return {pick(test, whereNegative.x, otherwise.x), pick(test, whereNegative.y, otherwise.y), pick(test, whereNegative.z, otherwise.z)};
+    return {pick(test, whereNegative.x, otherwise.x), pick(test, whereNegative.y, otherwise.y),
+            pick(test, whereNegative.z, otherwise.z)};
 }
 
 constexpr unsigned kPairs = 8;  ///< at once
@@ -18,11 +19,14 @@ struct alignas(64) Corners {
         return {loadDouble(p), loadDouble(p + kPairs), loadDouble(p + 2 * kPairs)};
     }
     void gather(const MeshView& mesh, const std::uint32_t* faces, unsigned count) {
-        if (mesh.positions != nullptr) gatherFrom(mesh.positions, mesh.indices, faces, count);
-        else gatherFrom(mesh.floats, mesh.indices, faces, count);
+        if (mesh.positions != nullptr)
+            gatherFrom(mesh.positions, mesh.indices, faces, count);
+        else
+            gatherFrom(mesh.floats, mesh.indices, faces, count);
     }
     template <typename Scalar>
-    TESSERA_INLINE void gatherFrom(const Scalar* positions, const std::uint32_t* indices, const std::uint32_t* faces, unsigned count) {
+    TESSERA_INLINE void gatherFrom(const Scalar* positions, const std::uint32_t* indices, const std::uint32_t* faces,
+                                   unsigned count) {
         for (unsigned lane = 0; lane < kPairs; ++lane) {
             const std::uint32_t* const index = indices + std::size_t{3} * faces[lane < count ? lane : 0];
             for (unsigned i = 0; i < 3; ++i) {
@@ -61,11 +65,15 @@ struct Sides {
 };
 
 /// (d - a) · ((b - a) × (c - a))
-inline D orientation(const W3& a, const W3& b, const W3& c, const W3& d) { return dot(d - a, cross(b - a, c - a)); }
+inline D orientation(const W3& a, const W3& b, const W3& c, const W3& d) {
+    return dot(d - a, cross(b - a, c - a));
+}
 
 inline void decideEight(const Corners& ofA, const Corners& ofB, const PairMap& map, Bits& meeting, Bits& open) {
     const W3 origin = ofA.corner(0);
-    const auto fromB = [&](unsigned i) { return offset(mapped<D>(map.linear, ofB.corner(i)), map.translation) - origin; };
+    const auto fromB = [&](unsigned i) {
+        return offset(mapped<D>(map.linear, ofB.corner(i)), map.translation) - origin;
+    };
     W3 a0{}, a1 = ofA.corner(1) - origin, a2 = ofA.corner(2) - origin;
     W3 b0 = fromB(0), b1 = fromB(1), b2 = fromB(2);
     const D far = max(max(max(largest(a1), largest(a2)), max(largest(b0), largest(b1))), largest(b2));

@@ -9,8 +9,8 @@ struct Touching {
     const TreeView& b;
     const PairFrame& f;
     TouchSink& sink;
-    /// Pairs of leaves to look at. They come a few at a time, from anywhere in memory; done in one go, their corners have
-    /// arrived, and the walk has gone on meanwhile.
+    /// Pairs of leaves to look at. They come a few at a time, from anywhere in memory; done in one go, their corners
+    /// have arrived, and the walk has gone on meanwhile.
     static constexpr unsigned kMostLeaves = 16;
     unsigned waiting;
     ChildRef waitingA[kMostLeaves + kWidth], waitingB[kMostLeaves + kWidth];
@@ -20,12 +20,18 @@ struct Touching {
 
     const float* nodeA(Slot slot) const { return a.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
     const float* nodeB(Slot slot) const { return b.volumes + std::size_t{slot / kWidth} * kRows * kWidth; }
-    const float* cornersA(ChildRef leaf) const { return a.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
-    const float* cornersB(ChildRef leaf) const { return b.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces}; }
+    const float* cornersA(ChildRef leaf) const {
+        return a.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces};
+    }
+    const float* cornersB(ChildRef leaf) const {
+        return b.corners + ((leaf & ~kLeafBit) >> 2) * std::size_t{kLeafRows * kLeafFaces};
+    }
     void placeB(const float* node, Block& out) const {
         const auto number = [&] { return static_cast<std::size_t>(node - b.volumes) / (kRows * kWidth); };
-        if constexpr (requires { &V::placeNode; }) V::placeNode(b, number(), *f.lookups, out.row);
-        else V::place(node, f, f.bInA, out.row);
+        if constexpr (requires { &V::placeNode; })
+            V::placeNode(b, number(), *f.lookups, out.row);
+        else
+            V::place(node, f, f.bInA, out.row);
         if (sink.placed != nullptr) sink.placed(out.row, b.children + number() * kWidth, sink.placedContext);
     }
     void placeA(const float* node, Block& out) const { V::place(node, f, f.aInB, out.row); }
@@ -33,14 +39,19 @@ struct Touching {
 
     /// Gaps between A's node and one volume of B, placed in A's frame.
     F gapsA(const float* placedB, const float* ownA) const {
-        if constexpr (std::is_same_v<V, Obb>) return V::template gap<true>(placedB, ownA, f);
-        else if constexpr (std::is_same_v<V, Sphere>) return V::gap(placedB, ownA, f);
-        else return V::gap(placedB, ownA);
+        if constexpr (std::is_same_v<V, Obb>)
+            return V::template gap<true>(placedB, ownA, f);
+        else if constexpr (std::is_same_v<V, Sphere>)
+            return V::gap(placedB, ownA, f);
+        else
+            return V::gap(placedB, ownA);
     }
     /// Gaps between B's node, placed in A's frame, and one volume of A.
     F gapsB(const float* ownA, const float* placedB) const {
-        if constexpr (std::is_same_v<V, Obb>) return V::template gap<false>(ownA, placedB, f);
-        else return gapsA(ownA, placedB);
+        if constexpr (std::is_same_v<V, Obb>)
+            return V::template gap<false>(ownA, placedB, f);
+        else
+            return gapsA(ownA, placedB);
     }
     Bits overlaps(F gaps) const { return 0xffffu & ~greater(gaps, splat(f.slack)); }
 
@@ -58,8 +69,10 @@ struct Touching {
 
     /// Lanes where one volume and many overlap in B's frame too.
     Bits overlapInB(const float* one, const float* many) const {
-        if constexpr (V::kBothWays) return ~greater(V::gap(one, many), splat(f.slackB));
-        else return ~0u;
+        if constexpr (V::kBothWays)
+            return ~greater(V::gap(one, many), splat(f.slackB));
+        else
+            return ~0u;
     }
 
     static void prefetchLeaf(const float* corners) {
@@ -108,8 +121,8 @@ struct Touching {
         return true;
     }
 
-    /// Some slots of one of A's nodes overlap a slot of B. blockB: the node of slotB placed in A's frame; blockA: that of A's
-    /// slots in B's, where both frames are looked at. What is B's is placed once for all of them.
+    /// Some slots of one of A's nodes overlap a slot of B. blockB: the node of slotB placed in A's frame; blockA: that
+    /// of A's slots in B's, where both frames are looked at. What is B's is placed once for all of them.
     bool descend(Slot firstA, Bits lanesA, Slot slotB, const Block& blockA, const Block& blockB, unsigned levels) {
         // Where a map fits no float (PairFrame.cpp) empty lanes overlap too.
         const ChildRef refB = b.children[slotB];
@@ -165,7 +178,8 @@ struct Touching {
         if (bothWays() && lanesB != 0) lanesB &= overlapInB(blockA.row + laneA, ownB);
         if ((refA & kLeafBit) != 0) {
             for (; lanesB != 0; lanesB &= lanesB - 1)
-                if (descend(slotA - laneA, 1u << laneA, firstB + static_cast<unsigned>(__builtin_ctz(lanesB)), blockA, placedB, levels))
+                if (descend(slotA - laneA, 1u << laneA, firstB + static_cast<unsigned>(__builtin_ctz(lanesB)), blockA,
+                            placedB, levels))
                     return true;
             return false;
         }
@@ -191,7 +205,8 @@ struct Touching {
         return false;
     }
 
-    static bool walk(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair start, unsigned levels, TouchSink& sink) {
+    static bool walk(const TreeView& a, const TreeView& b, const PairFrame& f, SlotPair start, unsigned levels,
+                     TouchSink& sink) {
         Touching touching(a, b, f, sink);
         Block blockA, blockB;
         if (touching.bothWays()) touching.placeA(touching.nodeA(start.a), blockA);
@@ -208,7 +223,8 @@ struct Touching {
         Block block;
         touching.placeB(touching.nodeB(pair.b), block);
         const unsigned laneA = pair.a % kWidth, laneB = pair.b % kWidth;
-        if ((touching.overlaps(touching.gapsA(block.row + laneB, touching.nodeA(pair.a))) >> laneA & 1u) == 0) return false;
+        if ((touching.overlaps(touching.gapsA(block.row + laneB, touching.nodeA(pair.a))) >> laneA & 1u) == 0)
+            return false;
         if (!touching.bothWays()) return true;
         touching.placeA(touching.nodeA(pair.a), block);
         return (touching.overlapInB(touching.nodeB(pair.b) + laneB, block.row) >> laneA & 1u) != 0;

@@ -1,6 +1,6 @@
-// Four triangles against four: which of the sixteen pairs may meet? Float positions, each wrong by at most `slack`; a pair
-// is dropped only where a plane of one triangle leaves the other wholly on one side by more than all rounding together.
-// Included by kernel/Kernels.inl only.
+// Four triangles against four: which of the sixteen pairs may meet? Float positions, each wrong by at most `slack`; a
+// pair is dropped only where a plane of one triangle leaves the other wholly on one side by more than all rounding
+// together. Included by kernel/Kernels.inl only.
 
 struct T3 {
     V3 a, b, c;
@@ -26,7 +26,9 @@ inline T3 spreadLeaf(const float* rows) {
 }
 inline T3 repeatLeaf(const float* rows, const PairFrame& f) {
     const auto row = [&](unsigned i) { return repeat(load4(rows + i * kLeafFaces)); };
-    const auto corner = [&](unsigned i) { return offset(mapped(f.linear, V3{row(i), row(i + 1), row(i + 2)}), f.translation); };
+    const auto corner = [&](unsigned i) {
+        return offset(mapped(f.linear, V3{row(i), row(i + 1), row(i + 2)}), f.translation);
+    };
     return {corner(0), corner(3), corner(6)};
 }
 
@@ -39,14 +41,14 @@ TESSERA_INLINE void boxAlong(unsigned axis, F4 a, F4 b, F4 c, Boxes4& boxes) {
     boxes.high[axis] = max(max(a, b), c);
 }
 
-/// Between two planes across the mean normal of a leaf of B, in A's frame. Leaves are flat mostly, and of two that lie close
-/// to each other this parts most that k-DOPs along other directions do not, before their triangles are looked at.
+/// Between two planes across the mean normal of a leaf of B, in A's frame. Leaves are flat mostly, and of two that lie
+/// close to each other this parts most that k-DOPs along other directions do not, before their triangles are looked at.
 struct LeafSlab {
     F4 normal[3], low, high;
 
     LeafSlab() = default;
-    /// `at(i)`: row i of the leaf's corners. Positions are wrong by at most `slack`, dot products by less than that; what is
-    /// added is for products that underflow.
+    /// `at(i)`: row i of the leaf's corners. Positions are wrong by at most `slack`, dot products by less than that;
+    /// what is added is for products that underflow.
     template <typename Row>
     TESSERA_INLINE LeafSlab(const Row& at, float slack) {
         const auto edge = [&](unsigned corner, unsigned axis) { return at(corner + axis) - at(axis); };
@@ -91,7 +93,8 @@ struct PlacedLeaf {
         for (unsigned axis = 0; axis < 3; ++axis) {
             const float* const m = f.linear + 3 * axis;
             const auto place = [&](unsigned corner) {
-                const F4 p = m[0] * row(corner) + m[1] * row(corner + 1) + (m[2] * row(corner + 2) + f.translation[axis]);
+                const F4 p =
+                    m[0] * row(corner) + m[1] * row(corner + 1) + (m[2] * row(corner + 2) + f.translation[axis]);
                 *reinterpret_cast<F4*>(rows + (corner + axis) * kLeafFaces) = p;
                 return p;
             };

@@ -12,7 +12,8 @@ struct Sphere {
     static constexpr bool kBothWays = false;
 
     TESSERA_INLINE static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
-        const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        const V3 c =
+            offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
         store(out + 2 * kWidth, c.z);
@@ -25,14 +26,15 @@ struct Sphere {
     }
 };
 
-/// Separating axes: the faces of both boxes (Gottschalk, Lin, Manocha 1996). Crossed edges are left out: they settle few
-/// pairs and cost as much as all faces together.
+/// Separating axes: the faces of both boxes (Gottschalk, Lin, Manocha 1996). Crossed edges are left out: they settle
+/// few pairs and cost as much as all faces together.
 struct Obb {
     static constexpr unsigned kRows = 15;
     static constexpr bool kBothWays = false;
 
     TESSERA_INLINE static void place(const float* node, const PairFrame& f, const Realigned&, float* out) {
-        const V3 c = offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
+        const V3 c =
+            offset(mapped(f.linear, V3{load(node), load(node + kWidth), load(node + 2 * kWidth)}), f.translation);
         store(out, c.x);
         store(out + kWidth, c.y);
         store(out + 2 * kWidth, c.z);
@@ -55,8 +57,9 @@ struct Obb {
         return widest;
     }
 
-    /// No points of the two are nearer: gaps along the square axes of one box make the distance of two boxes that hold them;
-    /// so does the gap along the line between the centres, which is the better bound for boxes small against their distance.
+    /// No points of the two are nearer: gaps along the square axes of one box make the distance of two boxes that hold
+    /// them; so does the gap along the line between the centres, which is the better bound for boxes small against
+    /// their distance.
     template <bool PlacedIsOne>
     static F distance(const float* one, const float* many, const PairFrame& f) {
         F sum[2] = {}, reach = {};
@@ -70,8 +73,9 @@ struct Obb {
         return max(sqrt(max(sum[0], sum[1])), (square - reach) / sqrt(max(square, splat(1e-30f))));
     }
 
-    /// take(0, gap, along) for each axis of `many`, take(1, gap, along) for each of `one`: the gap along it, or nothing to go by
-    /// (far below 0), and how far the half side reaches along the line between the centres, times that line's length.
+    /// take(0, gap, along) for each axis of `many`, take(1, gap, along) for each of `one`: the gap along it, or nothing
+    /// to go by (far below 0), and how far the half side reaches along the line between the centres, times that line's
+    /// length.
     template <bool PlacedIsOne, typename Take>
     TESSERA_INLINE static void gaps(const float* one, const float* many, const PairFrame& f, const Take& take) {
         const V3 t{load(many) - one[0], load(many + kWidth) - one[kWidth], load(many + 2 * kWidth) - one[2 * kWidth]};
@@ -109,7 +113,8 @@ struct Dop {
     TESSERA_INLINE static void place(const float* node, const PairFrame&, const Realigned& to, float* out) {
 #pragma GCC unroll 26
         for (unsigned i = 0; i < K; ++i)
-            store(out + i * kWidth, load(node + to.row[i][0]) * to.weight[i][0] + load(node + to.row[i][1]) * to.weight[i][1] +
+            store(out + i * kWidth, load(node + to.row[i][0]) * to.weight[i][0] +
+                                        load(node + to.row[i][1]) * to.weight[i][1] +
                                         (load(node + to.row[i][2]) * to.weight[i][2] + to.offset[i]));
     }
 
@@ -130,7 +135,8 @@ struct Dop {
         constexpr unsigned kHalf = K / 2;
         F square = {}, widest = splat(-3e38f);
         for (unsigned i = 0; i < kHalf; ++i) {
-            const F gap = -min(load(many + i * kWidth) + one[(i + kHalf) * kWidth], load(many + (i + kHalf) * kWidth) + one[i * kWidth]);
+            const F gap = -min(load(many + i * kWidth) + one[(i + kHalf) * kWidth],
+                               load(many + (i + kHalf) * kWidth) + one[i * kWidth]);
             if (i < 3) {
                 const F g = max(gap, F{});
                 square += g * g;
@@ -156,7 +162,8 @@ struct DopByTable : Dop<K, false> {
         const V3 centre{load(rows), load(rows + kWidth), load(rows + 2 * kWidth)};
         const F step = load(rows + 3 * kWidth);
         for (unsigned i = 0; i < K; ++i)
-            store(out + i * kWidth, centre.x * to.vector[i][0] + centre.y * to.vector[i][1] + centre.z * to.vector[i][2] +
-                                        step * loadBytes(tables + to.entry[i] * std::size_t{kWidth}) * to.length[i] + to.offset[i]);
+            store(out + i * kWidth,
+                  centre.x * to.vector[i][0] + centre.y * to.vector[i][1] + centre.z * to.vector[i][2] +
+                      step * loadBytes(tables + to.entry[i] * std::size_t{kWidth}) * to.length[i] + to.offset[i]);
     }
 };

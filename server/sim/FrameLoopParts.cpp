@@ -1,0 +1,163 @@
+#include "server/sim/FrameLoopParts.h"
+
+#include <fmt/format.h>
+
+#include "server/sim/desk/FilmFiles.h"
+#include "server/sim/journal/NextEpoch.h"
+
+namespace tessera {
+
+FrameLoop::Impl::Impl(ServerOptions o, Log& l)
+    : options(std::move(o)),
+      log(l),
+      opened(openJournal()),
+      simulation({.threads = options.threads}),
+      view(options.wall, options.camera, firstView()),
+      steering(
+          {.wall = options.wall,
+           .simulation = simulation,
+           .view = view,
+           .takesInput = options.takesInput,
+           .drags = &drags,
+           .beside = {
+               .look =
+                   [this](LooksBeside::Look look) {
+                       lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
+                   },
+               .work = [this](LooksBeside::Work work) { workbench.add([work] { return withoutWord(work()); }); }}}),
+      report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
+      tracking(options.wall),
+      trackers(options.wall.tracking, log),
+      poses(tracking.poses(FrameNumber(0), View())),
+      files(std::make_shared<SceneFiles>(options.import, options.allowed,
+                                         goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
+      actors(options.wall, drags, filmOpener(files), options.notices),
+      maker({.simulation = simulation,
+             .view = view,
+             .blobs = blobs,
+             .report = report,
+             .log = log,
+             .journal = journal(),
+             .moveHeads = [this] { moveHeads(); },
+             .showing = &options.showing,
+             .steering = &steering}),
+      pacing(options.rateHz),
+      startScene(options.scenes, options.placing),
+      peers(
+          sessionConfig(), blobs,
+          [this](LinkEvent event) {
+              const LinkId link = linkOf(event);
+              inbox.push(link.value, std::move(event));
+          },
+          options.keys, [this](const std::string& words) { log.warning(words); }),
+      loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
+      workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
+      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
+      uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
+      snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
+      marks(blobs, peers.session()),
+      desk({.wall = options.wall,
+            .blobs = blobs,
+            .session = peers.session(),
+            .simulation = simulation,
+            .view = view,
+            .loader = loader,
+            .uploads = &uploads,
+            .drags = drags,
+            .journal = options.journalPath,
+            .editsRefused = [this] { return trouble(); },
+            .describeWaits =
+                [this](answer::Status& status) {
+                    report.describeWaits(status);
+                    peers.describe(status);
+                    if (journal()) status.journalBytes = journal()->writtenBytes();
+                },
+            .describeTrackers = [this] { return describeTrackers(); },
+            .describePrograms = [this] { return actors.programs.troubles(simulation.scene()); },
+            .filmLength = [this](ObjectId movie) { return actors.films.lengthOf(movie); },
+            .poses = [this] { return poses; },
+            .showing = &options.showing,
+            .steering = &steering,
+            .inlines = &actors.inlines,
+            .orderSurvey = [this] { orderSurvey(); },
+            .orderCopy =
+                [this](Preparation order) {
+                    lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
+                        const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
+                        return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
+                    });
+                },
+            .lookBeside = [this](DeskSurroundings::Look look) { lookBeside(std::move(look)); },
+            .workBeside = [this](std::function<WorkedOut()> work) { workbench.add(std::move(work)); },
+            .listBeside = [this](std::function<WorkedOut()> work) { listings.add(std::move(work)); },
+            .files = files.get(),
+            .budget = &actors.budget,
+            .watchesFiles = options.reload,
+            .deliver = [this](WorkedOut then) { deliver(BesideDone{std::move(then)}); },
+            .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
+            .audit = options.audit}),
+      actions({.peers = peers,
+               .pacing = pacing,
+               .snapshots = snapshots,
+               .desk = desk,
+               .steering = steering,
+               .report = report,
+               .budget = actors.budget,
+               .programs = actors.programs,
+               .log = log,
+               .onReleased =
+                   [this](std::uint64_t frames) {
+                       if (options.onProgress) options.onProgress(frames, options.frames);
+                   },
+               .onAnswered =
+                   [this](ServerActions told) {
+                       // What was said about the view is not in a frame yet.
+                       return journal() && journal()->viewIs(view) ? untilWritten(std::move(told)) : told;
+                   },
+               .onEpochRaised =
+                   [this](Epoch epoch) {
+                       if (journal()) journal()->epochRaised(epoch);
+                   },
+               .deliver = [this](StateCompared found) { deliver(std::move(found)); }}) {
+    inbox.setRank(kOurselves, Inbox::Rank::kFirst);
+    simulation.actWith(actors);
+    view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });
+}
+
+Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
+    if (options.journalPath.empty()) return Journal::Opened();
+    return Journal::open(
+        {.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log,
+        [this] { deliver(JournalProgress{}); });
+}
+
+/// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.
+FirstView FrameLoop::Impl::firstView() const {
+    bool inMetres = !options.scenes.empty() && options.placing.isInMetres();
+    if (goesOn()) {
+        const std::string words = opened->state.placing();
+        inMetres = words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos;
+    }
+    return inMetres ? FirstView::kOfWall : FirstView::kOfScene;
+}
+
+/// Files within files of what stands in metres keep their cameras to themselves, as those do.
+ImportOptions FrameLoop::Impl::importOptions() const {
+    ImportOptions import = options.import;
+    import.camerasEnabled = firstView() == FirstView::kOfScene;
+    return import;
+}
+
+ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
+    const auto now = std::chrono::system_clock::now();
+    ServerSessionConfig config = sessionConfigOf(options.wall, journal() ? journal()->epoch() : nextEpoch({}, now));
+    config.furthestSeen = furthestEpoch(now);
+    config.access = options.access;
+    config.owner = options.owner;
+    config.insecure = options.insecure;
+    config.panelOf = options.panelOf;
+    if (journal()) config.firstFrame = opened->state.nextFrame;
+    return config;
+}
+
+}  // namespace tessera
