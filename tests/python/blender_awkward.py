@@ -4,6 +4,7 @@ import os
 import time
 
 import bpy
+import tessera
 from blender_cases import OnAWall, principled
 from blender_side import PERIOD, add, box, settle, start, until, update
 
@@ -246,9 +247,10 @@ class Awkward(OnAWall):
         until("they are here again", lambda: len(self.stage.objects) == 1001)
         settle()
         self.assertEqual((len(self.marks()), link.notes), (1001, {}))
-        bpy.ops.ed.undo()
-        settle()
-        self.assertEqual((len(self.marks()), len(link.collection.objects), link.notes), (1001, 1001, {}))
+        for count in (1, 1001):  # that they came is a step, too
+            bpy.ops.ed.undo()
+            settle()
+            self.assertEqual((len(self.marks()), len(link.collection.objects), link.notes), (count, count, {}))
 
     def test_pythons_collection_looks_at_nothing_twice(self):
         for at in range(2000):
@@ -382,7 +384,7 @@ class Whole(OnAWall):
             remove()
             until("it is gone", lambda: len(link.objects) == 1)
             settle()
-            link.courier.again("a test")
+            link.courier._broken = tessera.NetworkError("a test")
             until("it has gone", lambda: link.courier.state == "reconnecting")
             until("it is linked again", lambda: link.courier.state == "linked")
             settle()

@@ -56,7 +56,7 @@ class Courier:
         self._view = None
         self._closing = threading.Event()
         self._follow = threading.Event()
-        self._broken = None
+        self._broken, self._anew = None, False
         self._server = 0  # its epoch
         self._epoch = 0  # of sessions: what was made for another one has numbers that mean something else
         self._thread = threading.Thread(target=self._run, name="tessera link", daemon=True)
@@ -91,9 +91,9 @@ class Courier:
             found, self._news = self._news, {}
         return found
 
-    def again(self, why):
-        """Dials anew, and finds what is there."""
-        self._broken = self._tessera.NetworkError(why)
+    def look_again(self):
+        """At what is there, as after dialling."""
+        self._anew = True
         self._jobs.put(None)
 
     def close(self):
@@ -129,7 +129,6 @@ class Courier:
     def _session(self):
         """Until it is closed, or breaks."""
         self.watched, self._sorted, self._broken = {}, np.zeros(0, "<u8"), None
-        self._follow.clear()
         with self._tessera.connect(**self._way, name="blender", redial=0) as wall:
             role = wall.whoami().role
             if role == "viewer":
@@ -137,21 +136,28 @@ class Courier:
                                             f"and not edit; ask for an editor's")
             changes = wall.follow("changes", most=_UNREAD)
             try:
-                found = self._take_up(wall, role)
-                self._epoch += 1
-                found.epoch = self._epoch
-                with self._lock:
-                    self._news = {}
-                self._events.append(("found", found))
+                self._look(wall, role)
                 self._say("linked", f"linked with the wall at {wall.address}")
                 follower = threading.Thread(target=self._listen, args=(changes,), name="tessera changes", daemon=True)
                 follower.start()
-                self._serve(wall)
+                self._serve(wall, role)
             finally:
                 changes.close()
                 self._follow.set()
 
-    def _serve(self, wall):
+    def _look(self, wall, role):
+        """At what is there; what others change from then on waits until that has been taken up."""
+        with self._gate:
+            self._follow.clear()
+            self._anew = False
+            found = self._take_up(wall, role)
+            self._epoch += 1
+            found.epoch = self._epoch
+            with self._lock:
+                self._news = {}
+            self._events.append(("found", found))
+
+    def _serve(self, wall, role):
         while not self._closing.is_set():
             try:
                 batch = self._jobs.get(timeout=0.2)
@@ -167,6 +173,8 @@ class Courier:
                     wall.view(**view)
                 except (self._tessera.Refused, self._tessera.BadInput) as error:
                     self._events.append(("note", "view", str(error)))
+            if self._anew:
+                self._look(wall, role)
             if batch is not None and batch.epoch == self._epoch:
                 self._do(wall, batch)
 
@@ -308,18 +316,26 @@ class Courier:
     # ---- what others change
 
     def _listen(self, changes):
-        self._follow.wait()
         try:
             for change in changes:
                 if changes.missed or changes.gaps:
                     raise self._tessera.NetworkError("changes of the wall were missed")
-                with self._gate:
-                    self._look_at(change)
+                while not self._hear(change):
+                    pass
         except self._tessera.TesseraError as error:
             self._broken = error
         else:
             self._broken = self._tessera.NetworkError("the wall is over")
         self._jobs.put(None)
+
+    def _hear(self, change):
+        """False: what was found has not been taken up yet."""
+        self._follow.wait()
+        with self._gate:
+            known = self._follow.is_set()
+            if known:
+                self._look_at(change)
+        return known
 
     def _ours(self, numbers):
         """Which of these are watched, by place."""

@@ -17,7 +17,7 @@ from .whole import Whole
 BUDGET = 0.004  # s of Blender's thread, each time
 _MOST_CHANGES = 4000  # in one batch
 _MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
-_TAKEN_UP_AFTER = 0.5  # s without another node of ours that others made
+_TAKEN_UP_AFTER = 0.5  # s of rest
 _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
 _KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
@@ -46,6 +46,7 @@ class Link:
         self.removals, self.rescan, self._news, self._placed = [], True, {}, {}
         self._under_way, self._taking_up, self._scanning = None, None, None
         self._looked = False  # through all that is linked, once
+        self._unknown = {}  # names by which Blender told of changes and that were not known, and whether of shapes
         self._fresh = {}  # that came, and of which nothing is known yet
         self._epoch = 0
         self.gestures = Gestures()
@@ -104,6 +105,7 @@ class Link:
         thing = subject.get() if subject is not None else None
         if thing is None or known_as(thing) != known:
             self.rescan = True
+            self._unknown[known] = geometry or self._unknown.get(known, False)
             return
         self.dirty(subject)
         if geometry:
@@ -114,6 +116,7 @@ class Link:
     def mark_all(self, undone=False):
         """Anything may have changed; `undone`: by Blender's undo."""
         self.rescan, self.undone = True, self.undone or undone
+        self.look_again_soon()
         self._whole.seek(undone=True)
         self._scanning = None  # it holds objects that may not be touched any more
         for subject in (*self.objects.values(), *self.removed_there.values(), *self.deleted_here.values()):
@@ -142,12 +145,10 @@ class Link:
             self._still = True
             return
         if self._still:
-            self._still, self._epoch, self.rescan = False, 0, True
-            self.courier.again("the collection is here again")  # nobody has listened meanwhile
-            return
+            self._still, self._again_at, self.rescan = False, 0.0, True  # nobody has listened meanwhile
         if self._again_at is not None and time.monotonic() > self._again_at and self._under_way is None:
-            self._again_at = None
-            self.courier.again("another Blender shows the same objects")
+            self._again_at, self._epoch = None, 0
+            self.courier.look_again()
         if self.rescan and self._scanning is None and self._epoch:
             self._scanning = self._scan()
         for event in events:
@@ -155,6 +156,8 @@ class Link:
         self._scanning = self._go_on(self._scanning, end)
         if self._scanning is None and not self.rescan:
             self._taking_up = self._go_on(self._taking_up, end)
+            if self.rescan:
+                self.look_again_soon()  # it was given up
         busy = self._scanning or self._taking_up or self.rescan
         if self._epoch and not busy and self.courier.state == "linked":
             self._take_news(end)
@@ -176,7 +179,7 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None
+        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None or not self._epoch
         leaving = self._under_way or self.removals or self.superfluous or any(self._dirty.values())
         return self.courier.state == "linked" and not (looking or leaving or self._news or self._placed)
 
@@ -267,6 +270,10 @@ class Link:
             if at % SLICE == 0:
                 yield
         self._looked = True
+        unknown, self._unknown = self._unknown, {}
+        for known, geometry in unknown.items():
+            if known in self.by_name:
+                self._mark_object(known, geometry)
 
     def _key_for(self, thing, taken):
         """Of what the collection had when it was linked: the same in each Blender that has the same file open."""
@@ -435,6 +442,8 @@ class Link:
             for mirror in batch.mirrors():
                 held = {name: mirror.there[name] for name in mirror.sending if name in mirror.there}
                 mirror.done(sequence)
+                if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
+                    mirror.owner.was = self.stamp
                 if mirror.type == "Transform" and isinstance(mirror.owner, ObjectSubject):
                     mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:
@@ -517,6 +526,7 @@ class Link:
         mirror.gone()
         subject = mirror.owner
         if isinstance(subject, ObjectSubject) and mirror is subject.node:
+            self.look_again_soon()
             self.note(("refused", subject.key), "")
             if subject.key in self.objects and not self.root_lost:
                 self.removed(subject)
@@ -550,6 +560,7 @@ class Link:
             mirror.number = number
         if mirror is self.root:
             self._found_root()
+        self.look_again_soon()
         subject = mirror.owner
         if not isinstance(subject, ObjectSubject) or mirror is not subject.node or mirror.number != number:
             return
@@ -562,12 +573,19 @@ class Link:
         """A node with the key of an object: another Blender with this file made it, or undo of what was done before we
         were here."""
         if key in self.objects or key in self.removed_there or key in self.deleted_here:
-            self._again_at = time.monotonic() + _TAKEN_UP_AFTER
+            self.look_again_soon()
+
+    def look_again_soon(self):
+        """Where both sides hung, removed and took back at once, what is there decides, and not what each heard of the
+        other. At rest: each call puts it off."""
+        self._again_at = time.monotonic() + _TAKEN_UP_AFTER
 
     def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""
         if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
             self._placed[mirror.owner] = (parent, sequence)
+            if sequence > mirror.owner.hung_at and self._under_way is None:
+                self.look_again_soon()
 
     def _take_places(self):
         """Once it is known which is the newer one: where it was hung here, or there."""
@@ -578,10 +596,15 @@ class Link:
             if subject.key in self.objects and sequence > subject.hung_at and not self.root_lost:
                 self._hang_as_there(subject, parent)
 
+    def hung_elsewhere(self, subject, parent):
+        """At the wall, as was found there."""
+        self._placed[subject] = (parent, subject.hung_at + 1)
+
     def hangs_below_others(self, subject, parent):
         """At the wall, below a node that is none of ours: here it stays where it is, and that is said."""
         others = self.at(parent) is None and parent != self.root.number
-        self.note(("others'", subject.key), f"{subject.name} hangs below another node at the wall than here" if others else "")
+        said = f"{subject.name} hangs below another node at the wall than here"
+        self.note(("others'", subject.key), said if others else "")
         return others
 
     def _hang_as_there(self, subject, parent):

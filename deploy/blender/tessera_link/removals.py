@@ -58,8 +58,8 @@ def make_again(link, subject):
 
 
 def step_of_undo(said):
-    """For objects that were made or hung elsewhere behind Blender's last step. Its undo keeps as it stands what both steps have alike: with a
-    pointer to an object that the earlier step does not know, Blender 3.4 crashes."""
+    """For objects that were made or hung elsewhere behind Blender's last step. Its undo keeps as it stands what is the
+    same in both steps: with a pointer to an object that the earlier step does not know, Blender 3.4 crashes."""
     bpy.ops.ed.undo_push(message=said)
 
 

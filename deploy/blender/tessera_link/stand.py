@@ -81,6 +81,19 @@ def is_held(wanted, now):
     return sizes and all(math.isfinite(part) for value in now.values() for part in value)
 
 
+def alike(one, other):
+    """Whether both are one place, but for rounding: what is mirrored has several turns and sizes."""
+    if any(name not in fields for name in FIELDS for fields in (one, other)):
+        return False
+    size = max(1.0, *map(abs, other["translation"]))
+    if any(abs(a - b) > SHEAR * size for a, b in zip(one["translation"], other["translation"])):
+        return False
+    if all(abs(a - b) <= _SCALE_NOISE for name in ("rotation", "scale") for a, b in zip(one[name], other[name])):
+        return True
+    columns = [matrix_of(fields)[:3, :3] for fields in (one, other)]
+    return bool(np.abs(columns[0] - columns[1]).max() <= SHEAR * max(1.0, np.abs(columns[1]).max()))
+
+
 def together(news, now, core):
     """Turn and sizes, if one of them is news and they are not the wall's, number by number, as those of what is
     mirrored."""

@@ -317,7 +317,7 @@ class ObjectSubject(Subject):
         batch.create(self.core, now)
         batch.node(self.node, self.parent.node if self.parent else link.root, self.name, self.core)
         batch.node(self.mark, self.node, MARK + self.key, link.marks)
-        self.hung, self.was = self.parent, link.stamp
+        self.hung = self.parent
         link.grown += 1
         waiting, self.waiting = self.waiting, {}
         link.dirty_all("objects", [each for each in waiting if link.objects.get(each.key) is each])
@@ -402,8 +402,24 @@ class ObjectSubject(Subject):
         self.core.there.update(held)
         self.put(link, held)
 
+    def watch(self, link):
+        for mirror in (self.node, self.core, self.mark, *self.parts, *(part.core for part in self.parts)):
+            link.courier.watch(mirror)
+
+    def is_as(self, link, found):
+        """Nothing is news: it was looked at again."""
+        mirrors = (self.node, self.core, self.mark, *self.parts)
+        numbers = [found.node, found.core, found.mark, *(part[0] for part in found.parts)]
+        if numbers != [mirror.number for mirror in mirrors] or any(mirror.sending for mirror in mirrors) or self.passed:
+            return False
+        if link.at(found.parent) is not self.hung or (self.hung is None and found.parent != link.root.number):
+            return False
+        same = self.core.there == found.stand and self.node.there.get("name") == found.name
+        return same and stand.alike(self.core.here, self.core.there)
+
     def adopt(self, link, found):
         """The wall has it already. Who has changed it since both were last in step?"""
+        before = self.hung if self.was == link.stamp and self.hung is self.parent else False
         self.node.number, self.core.number, self.mark.number = found.node, found.core, found.mark
         self.node.core, self.mark.core = self.core, link.marks
         self.parts = []
@@ -414,9 +430,7 @@ class ObjectSubject(Subject):
             self.parts.append(part)
         for mirror in (self.node, self.core, self.mark, *self.parts):
             mirror.refused()  # what was under way may have been granted or not
-            link.courier.watch(mirror)
-        for part in self.parts:
-            link.courier.watch(part.core)
+        self.watch(link)
         self.was = link.stamp
         link.grown += 1
         thing = self.get()
@@ -431,10 +445,15 @@ class ObjectSubject(Subject):
         self.own = _remembered(self.own, {**now, **self.core.here})
         self.hung, self.hung_at = link.at(found.parent), 0
         link.hangs_below_others(self, found.parent)
+        if before is not False and before is not self.hung:  # changed there alone
+            self.hung = before
+            link.hung_elsewhere(self, found.parent)
         there = {name: value for name, value in found.stand.items() if self.core.there.get(name) != value}
         now = self.now(link, thing)
         self.put(link, {name: value for name, value in there.items() if now[name] == self.core.here.get(name)})
         self.core.there.update(there)
+        if not stand.alike(self.core.here, self.core.there) and ("held", self.key) not in link.notes:
+            self.core.here = {}  # one of both was not heard: Blender's counts
         if self.node.there.get("name") != found.name and self.node.here.get("name") == self.name:
             self.take(link, self.node, "name", found.name)
         self.node.there = {"name": found.name}

@@ -34,10 +34,16 @@ def take_up(link, found):
             subject.node.number = found.objects[key].node
             link.courier.watch(subject.node)
     yield
+    skipped = itertools.count(1)
     for key, subject in numbers:
         if link.objects.get(key) is not subject or subject.get() is None:
             continue
         each = found.objects.pop(key, None)
+        if each is not None and subject.is_as(link, each):
+            subject.watch(link)
+            if next(skipped) % 64 == 0:
+                yield
+            continue
         if each is not None:
             subject.adopt(link, each)
         elif found.root and found.stamp == (subject.was or (subject.kept or {}).get("root")):
