@@ -159,15 +159,15 @@ TEST(Actors, SpeakInTheOrderThatTheReadmesSay) {
     std::vector<std::string> rows;
     for (const Actor& actor : simulation.actors().rows()) rows.emplace_back(actor.name);
 
-    const std::string said = paragraphAt(pageOf("server/sim/frame/README.md"), "- **Who wins.**");
+    const std::string said = paragraphAt(pageOf("server/sim/frame/README.md"), "- **Order.**");
     std::vector<std::string> inReadme;
     const std::regex quoted("`([a-z ]+)`");
     for (std::sregex_iterator word(said.begin(), said.end(), quoted), end; word != end; ++word)
         if (std::ranges::find(rows, (*word)[1].str()) != rows.end()) inReadme.push_back((*word)[1]);
     EXPECT_EQ(inReadme, rows) << said;
 
-    for (const auto& [page, begin] : {std::pair("deploy/using.md", "Each frame, motions"),
-                                      std::pair("common/application/README.md", "**Where two want the same node.**")}) {
+    for (const auto& [page, begin] : {std::pair("deploy/using.md", "In each frame motions"),
+                                      std::pair("common/application/README.md", "**Conflicts.**")}) {
         const std::string text = paragraphAt(pageOf(page), begin);
         const std::size_t motions = text.find("motions"), animations = text.find("animations"),
                           people = std::min(text.find("then edits"), text.find("then the proposals"));
