@@ -58,7 +58,7 @@ struct Arguments {
     unsigned threads = 1;
     bool noInput = false, noNotices = false, reload = false;
     bool progress = false;
-    bool testPicture = false;
+    bool testPicture = false, plain = false;
     bool allowUnconfined = false;
     bool insecure = false;
 };
@@ -292,6 +292,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.journalPath = arguments.journal;
     options.threads = arguments.threads;
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
+    options.studio = !arguments.plain;
     options.takesInput = !arguments.noInput;
     options.notices = !arguments.noNotices;
     options.reload = arguments.reload;
@@ -474,6 +475,8 @@ int main(int argc, char** argv) {
         .check(named);
     options.option("--threads", arguments.threads, "Of the collision pipeline (1)").typeName("N").range(1, 256);
     options.flag("--test-picture", arguments.testPicture, "Show the test picture at first (tessera-ctl show)");
+    options.flag("--plain", arguments.plain,
+                 "Models without light stand in no studio: as they\nare, on a plain background");
     options.flag("--no-input", arguments.noInput,
                  "Nobody flies: windows and applications move the\nview by `view` alone");
     options.flag("--no-notices", arguments.noNotices,

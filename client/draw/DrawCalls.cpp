@@ -94,6 +94,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
     lookBlocks_.clear();
     for (auto& indices : lookIndices_) indices.clear();
     scoped_ = std::ranges::any_of(list.lights, [](const LightItem& light) { return light.scope != 0; });
+    inStudio_ = list.studio.has_value();
     counts_ = {.items = list.opaque.size()};
     materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
     meshes.beginDraw();
@@ -146,7 +147,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
                 continue;
             }
             DrawCall& over = calls_.emplace_back(part);
-            over.look = look(aspect, pass, scoped_ ? item.scopes : 0, true, textures);
+            over.look = look(aspect, pass, scoped_ ? item.scopes : 0, LookOf::kSurface, textures);
         }
     }
 }
@@ -160,8 +161,11 @@ bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const Screen
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;
     if (!fits || mesh->indexCount == 0) return false;
-    const std::uint32_t index =
-        look(aspect, item.material, scoped_ ? item.scopes : 0, rowOf(item.kind).surface, textures);
+    const std::uint32_t index = look(aspect, item.material, scoped_ ? item.scopes : 0,
+                                     !rowOf(item.kind).surface       ? LookOf::kNoSurface
+                                     : inStudio_ && !mesh->hasColors ? LookOf::kStudioSurface
+                                                                     : LookOf::kSurface,
+                                     textures);
     const DrawLook& look = looks_[index];
     if (look.incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
@@ -234,15 +238,20 @@ const DrawItem& DrawCalls::passOf(const Aspect& aspect, const DrawItem& item, Ob
     return copy;
 }
 
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, bool surface,
+std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, LookOf of,
                               TextureCache& textures) {
-    auto& known = lookIndices_[surface][id];
+    auto& known = lookIndices_[static_cast<std::size_t>(of)][id];
+    const bool surface = of != LookOf::kNoSurface;
     for (const auto& [in, index] : known)
         if (in == scopes) return index;
     known.emplace_back(scopes, static_cast<std::uint32_t>(looks_.size()));
-    static const Material kDefault, kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
+    static const Material kDefault, kGrey{.baseColor = {0.42f, 0.42f, 0.42f, 1}, .roughness = 0.5f},
+        kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
-    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError : own ? *own : kDefault;
+    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError
+                               : own                                      ? *own
+                               : of == LookOf::kStudioSurface             ? kGrey
+                                                                          : kDefault;
     DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
     LookBlock block{};
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
@@ -384,6 +393,11 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
                 static_cast<float>(world_T_eye(r, c));
     block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
                           2.0f / static_cast<float>(camera.pixels.height), 0, 0};
+    if (list.studio) {
+        const Vec3d up = eye_R_world.col(1), middle = camera.eye_T_world * list.studio->middle;
+        block.studio[0] = four(up.cast<float>(), static_cast<float>(-up.dot(middle)));
+        block.studio[1] = four(middle.cast<float>(), static_cast<float>(1 / (list.studio->reach * scale)));
+    }
     const Vec3d head = camera.eye_T_world * camera.headWorld;
     block.head = four(head.cast<float>(), 0);
     block.pixelRays = pixelRaysOf(camera, 0, 0);

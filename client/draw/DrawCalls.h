@@ -92,8 +92,10 @@ private:
     const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
     /// The same thing with one of its material's passes: kept here, as calls point to their items.
     const DrawItem& passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass);
+    /// What has no material and no colours is of a middle grey in a studio.
+    enum class LookOf : std::uint8_t { kNoSurface, kSurface, kStudioSurface };
     /// `scopes`: DrawItem's.
-    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, bool surface,
+    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, LookOf of,
                        TextureCache& textures);
     static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look,
                           LookBlock& block);
@@ -114,8 +116,9 @@ private:
     std::unordered_map<ObjectId, Part> parts_;
     std::vector<DrawLook> looks_;
     std::vector<LookBlock> lookBlocks_;
-    /// Of what has no surface, of what has one: by material, and by the scopes that it lies in.
-    std::array<std::unordered_map<ObjectId, std::vector<std::pair<std::uint32_t, std::uint32_t>>>, 2> lookIndices_;
+    /// By material, and by the scopes that it lies in.
+    std::array<std::unordered_map<ObjectId, std::vector<std::pair<std::uint32_t, std::uint32_t>>>, 3> lookIndices_;
+    bool inStudio_ = false;
     bool scoped_ = false;  ///< some light has a scope
     std::size_t opaqueCount_ = 0;
     double widestLineReachPx_ = 0;

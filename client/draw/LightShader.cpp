@@ -88,6 +88,10 @@ struct Lit {
 #endif
 };
 
+#ifdef STUDIO
+bool onGround;  // it is the studio's that is lit
+#endif
+
 layout(binding = 9) uniform samplerBuffer lightTexels;
 layout(binding = 10) uniform usamplerBuffer lightLists;
 
@@ -185,6 +189,26 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
     return known ? 0.25 * sum : 1.0;
 }
+#ifdef STUDIO
+// The same on the studio's ground, from the coarsest view alone: as soft everywhere. Taps on a spiral lie at as many
+// distances from any straight edge. The loop ends at once where no pixel of a stamp is on the ground.
+float arrivesSoftly(int at, vec3 position) {
+    at += 12;
+    vec4 p = vec4(position, 1.0);
+    vec3 q = vec3(dot(texelFetch(lightTexels, at), p), dot(texelFetch(lightTexels, at + 1), p),
+                  clamp(dot(texelFetch(lightTexels, at + 2), p), 0.0, 1.0));
+    float layer = texelFetch(lightTexels, at + 4).z;
+    vec4 inside = texelFetch(lightTexels, at + 5);
+    bool known = onGround && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
+    float taps = known ? 24.0 : 0.0, sum = 0.0;
+    vec2 towards = vec2(1.0, 0.0);
+    for (float i = 0.5; i < taps; i += 1.0) {
+        sum += texture(shadowMaps, vec4(q.xy + towards * (14.0 * sqrt(i / 24.0) * shadows.z), layer, q.z));
+        towards = mat2(-0.7374, 0.6755, -0.6755, -0.7374) * towards;  // the golden angle
+    }
+    return known ? sum / 24.0 : 1.0;
+}
+#endif
 #endif
 
 /// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
@@ -245,7 +269,12 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         int at = int(shadows.x) + 22 * int(one);
         vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
         vec3 towards = normalize(place.xyz - position * place.w);
-        radiance.rgb *= arrives(at + 4, position, n, towards);
+        float arriving = arrives(at + 4, position, n, towards);
+#ifdef STUDIO
+        float softly = arrivesSoftly(at + 4, position);
+        arriving = onGround ? softly : arriving;
+#endif
+        radiance.rgb *= arriving;
         addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3));
     } while (++one < uint(shadows.y));
 #endif

@@ -61,7 +61,11 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     if (auto good = checkRect(camera, rect); !good) return good;
     samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
     tile.useSamples(samples);
-    scene = {.detail = list.detailed, .coated = list.coated, .glossy = list.glossy, .samples = samples};
+    scene = {.detail = list.detailed,
+             .coated = list.coated,
+             .glossy = list.glossy,
+             .studio = list.studio.has_value(),
+             .samples = samples};
     calls.persons().beginDraw();
     const auto stale = shadows.begin(list.casters);
     if (!stale) return tl::unexpected(stale.error());
@@ -165,7 +169,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     runs.clear();
     const TileProjection projection(cell.camera, {.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx});
     ScreenBlocks blocks(scissor), transparent(scissor);
-    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || !projection.usable() || surroundings.seen();
+    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || !projection.usable() || backgroundIsLit();
     if (everywhere) blocks.addAll();
     for (const DrawCall& call : calls.calls()) {
         const auto first = static_cast<std::uint32_t>(runs.size());
@@ -203,6 +207,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     FrameBlock block = makeFrameBlock(list, cell.camera);
     block.slices = lights.beginCell(cell.camera, scissor);
     block.surroundings = surroundings.block();
+    if (scene.studio) block.surroundings[1][3] = 1;
     const auto [from, count] = lights.shadowed();
     const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
     block.shadows = {from, count, pixelWidth, pixelHeight};
@@ -238,6 +243,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     }
     if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces)
         kind.detail = scene.detail;
+    if (lightsSurfaces) kind.studio = scene.studio;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
         use != Use::kCopy && use != Use::kClear)
         kind.samples = samples;

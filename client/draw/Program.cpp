@@ -42,7 +42,7 @@ bool readsSurface(const ProgramKind& kind) {
 const char* screenDepthOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     if (kind.use == Use::kLightOne && kind.samples == 1)
-        return kind.environment ? "(frame.surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
+        return kind.studio ? "0.0" : kind.environment ? "(frame.surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
     if (kind.use == Use::kClear) return "0.0";
     return kind.use == Use::kLightRest ? "0.9" : kind.use == Use::kLight ? "0.6" : "0.5";
 }
@@ -86,6 +86,7 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.glossy, "GLOSSY");
     define(kind.scoped, "SCOPED");
     define(kind.environment, "ENVIRONMENT");
+    define(kind.studio, "STUDIO");
     define(kind.use == Use::kNodeIds, "NODE");
     define(kind.use == Use::kBlend, "BLENDED");
     define(kind.use == Use::kShadow, "SHADOW");
@@ -238,6 +239,7 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, b
     kind.lists = lists;
     kind.scoped = scoped;
     kind.environment = environment;
+    kind.studio = false;
     return kind;
 }
 

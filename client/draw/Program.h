@@ -38,8 +38,11 @@ struct FrameBlock {
     /// Of a pixel's place in the framebuffer: scale, offset; where its ray is a metre before the eye, or where it
     /// begins, of parallel ones.
     std::array<float, 4> pixelRays;
+    /// Upwards in eye space, and how high above the ground the eye is, in metres; the ground's middle in eye space, and
+    /// 1 / its reach in metres.
+    std::array<std::array<float, 4>, 2> studio;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48 + 16);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48 + 16 + 32);
 
 /// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one
 /// call, and those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and
@@ -180,13 +183,14 @@ struct ProgramKind {
     bool scoped = false;  ///< some light does not light everything
     LightLists lists = LightLists::kNone;
     bool environment = false;  ///< light from everywhere is a picture's
+    bool studio = false;       ///< where nothing is there is a ground
     int samples = 1;           ///< of those that read samples, choose some, or find each one's depth
     auto operator<=>(const ProgramKind&) const = default;
 };
 
 /// Whether light is computed in it.
 [[nodiscard]] bool isLit(ProgramKind::Use use);
-/// The same for other lights, or other surroundings.
+/// The same for other lights, or other surroundings; in no studio.
 [[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, bool scoped);
 /// Of a surface: what draws the same thing as a light sees it.
 [[nodiscard]] ProgramKind shadowOf(const ProgramKind& surface);

@@ -49,6 +49,11 @@ void Renderer::Impl::met(Pass pass, const ProgramKind& kind, std::uint32_t look)
 void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look) {
     if (pass == Pass::kSurfaces && rowOf(kind.items).castsShadows) expect(Pass::kShadow, shadowOf(kind), look);
     if (!isLit(kind.use)) return;
+    if (kind.studio) {  // without shadows, where detail is left away
+        ProgramKind shadowless = kind;
+        shadowless.lists = LightLists::kSuns;
+        expect(pass, shadowless, look);
+    }
     for (const bool environment : {kind.environment, !kind.environment})
         for (const LightLists lists : kAllLightLists) {
             expect(pass, otherwiseLit(kind, lists, environment, false), look);

@@ -99,6 +99,8 @@ struct Renderer::Impl {
     void expect(Pass pass, const ProgramKind& kind, std::uint32_t look);
     [[nodiscard]] Expected<void> make(Pass pass, const ProgramKind& kind, std::uint32_t look);
     void bindSurfaces();
+    /// Pixels where nothing is are lit as others are: surroundings are seen there, or a studio.
+    [[nodiscard]] bool backgroundIsLit() const { return surroundings.seen() || scene.studio; }
     /// Draws until no person's program holds it up (see RendererOptions::programsMost).
     [[nodiscard]] Expected<void> drawInTime(const std::function<Expected<void>()>& once);
     /// Whether what is drawn with it is watched.

@@ -133,7 +133,7 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
     std::int64_t covered = 0;
     for (const PixelRect& part : shown) covered += std::int64_t{part.width} * part.height;
-    const bool depthAlone = samples == 1 && !surroundings.seen();
+    const bool depthAlone = samples == 1 && !backgroundIsLit();
     const Pass wanted = depthAlone ? Pass::kClearDepth : Pass::kClear;
     if (samples == 1)
         if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;

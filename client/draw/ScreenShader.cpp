@@ -10,6 +10,9 @@ PASSED vec4 worldRow0, worldRow1, worldRow2, sky, ground;
 #ifdef ENVIRONMENT
 PASSED vec4 surround[9];
 #endif
+#ifdef STUDIO
+PASSED vec4 studio[2];
+#endif
 #if LIGHTS >= 3
 PASSED vec4 suns[6], toCorner, acrossPixel, upPixel;  // the way to a place in the picture, of any length
 #else
@@ -29,6 +32,9 @@ void main() {
     ground = frame.ground;
 #ifdef ENVIRONMENT
     surround = frame.surround;
+#endif
+#ifdef STUDIO
+    studio = frame.studio;
 #endif
 #if LIGHTS >= 3
     suns = frame.suns;
@@ -237,6 +243,19 @@ void main() {
     // (kUtmostCoordinate).
     vec3 position = eye.xyz / max(eye.w, 1e-17);
 #endif
+#ifdef STUDIO
+    // Where nothing is one sees the studio's ground, or farther away its backdrop.
+    onGround = material == 0u;
+    vec3 way = normalize(position);
+    float falls = -dot(studio[0].xyz, way);
+    vec3 foot = way * (studio[0].w / max(falls, 1e-4));
+    // In reaches of the model.
+    float away = distance(foot, studio[1].xyz) * studio[1].w, high = studio[0].w * studio[1].w;
+    float lies = falls > 0.0 ? (1.0 - smoothstep(1.0, 6.0, away)) * clamp(20.0 * high, 0.0, 1.0) : 0.0;
+    position = onGround ? foot : position;
+    n = onGround ? studio[0].xyz : n;
+    base = onGround ? vec3(0.42) : base;
+#endif
     vec4 emissiveAndRoughness = texelFetch(materials, int(4u * material));
     vec4 metallicLitAndCoat = texelFetch(materials, int(4u * material + 1u));
     Gloss gloss = kPlainGloss;
@@ -266,6 +285,10 @@ void main() {
     vec3 d = vec3(dot(worldRow0.xyz, position), dot(worldRow1.xyz, position), dot(worldRow2.xyz, position));
     c = seen ? mapOf(onSquare(d), 0.0) : c;
     litness = seen ? 0.0 : litness;
+#endif
+#ifdef STUDIO
+    vec3 backdrop = emissiveAndRoughness.rgb * (1.0 + 0.6 * smoothstep(-0.5, 0.3, falls));
+    c = onGround ? mix(backdrop, lit.diffuse, lies) : c;
 #endif
     c = litness < 0.0 ? base : toneMap(c);
     outColor = vec4(encodeSrgb(c), share);

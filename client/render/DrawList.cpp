@@ -41,14 +41,14 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
            sameBits(a.environment.background, b.environment.background) && a.environment.image == b.environment.image &&
            a.environment.strength == b.environment.strength && a.environment.turn == b.environment.turn &&
            a.environment.showImage == b.environment.showImage && a.detailed == b.detailed && a.coated == b.coated &&
-           a.glossy == b.glossy;
+           a.glossy == b.glossy && a.studio == b.studio;
 }
 
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
            a.pixels.height == b.pixels.height && a.user == b.user && a.detail == b.detail &&
-           sameBits(a.headWorld, b.headWorld);
+           sameBits(a.headWorld, b.headWorld) && a.studio == b.studio;
 }
 
 }  // namespace tessera

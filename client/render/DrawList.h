@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -106,6 +107,7 @@ struct DrawList {
     /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
     std::shared_ptr<const ShadowCasters> casters;
     Environment environment;
+    std::optional<Studio> studio;  ///< its ground is drawn where nothing is
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer

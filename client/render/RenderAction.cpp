@@ -227,6 +227,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     result.scopesLeftOut = scene.scopesLeftOut;
     if (shadows) result.casters = scene.shadowCasters(camera);
     result.environment = scene.environment;
+    result.studio = scene.studio;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;
     result.glossy = scene.glossyItems > 0;

@@ -18,21 +18,6 @@ Vec3d unitOr(const Vec3d& v, const Vec3d& fallback) {
 
 }  // namespace
 
-std::vector<LightItem> defaultLights() {
-    const auto directional = [](const Vec3d& travels, const Vec3f& radiance) {
-        LightItem light;
-        light.kind = LightItem::Kind::kDirectional;
-        light.direction = travels.normalized();
-        light.radiance = radiance;
-        return light;
-    };
-    // A key from the upper left in front (a default view looks along -Z), a weak cool fill from the right, a rim from
-    // behind.
-    return {directional({0.5, -0.8, -0.6}, {0.66f, 0.63f, 0.58f}),
-            directional({-0.8, -0.15, -0.5}, {0.07f, 0.09f, 0.12f}),
-            directional({0.1, -0.4, 0.9}, {0.15f, 0.15f, 0.15f})};
-}
-
 RenderScene::RenderScene() : impl_(std::make_unique<Impl>()) {}
 RenderScene::~RenderScene() = default;
 

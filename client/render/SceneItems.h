@@ -121,6 +121,7 @@ struct RenderScene::Impl {
     std::vector<LightItem> lights;
     std::uint64_t lightsLeftOut = 0;  ///< shown, and beyond DrawList::kMaxLights
     Environment environment;
+    std::optional<Studio> studio;  ///< where the view has one, and the scene neither light nor surroundings
     std::uint64_t shadowsLeftOut = 0;
     std::uint64_t scopesLeftOut = 0;                      ///< see DrawList
     std::array<ObjectId, DrawList::kMaxScopes> scopes{};  ///< by bit; no node: the bit is free
@@ -273,6 +274,7 @@ private:
     std::set<std::uint32_t> billboards_;  ///< shown, and below no other
     bool turnsStale_ = false;
     std::uint8_t userBit_ = 1;
+    std::optional<Studio> studioOfView_;
     Vec3d head_ = Vec3d::Zero();
     std::unordered_map<ObjectId, std::set<std::uint32_t>>
         lentTo_;  ///< materials of groups → places of the items that have them
@@ -305,8 +307,5 @@ void collectInFrustum(const RenderScene::Impl& scene, const Frustum& frustum, st
 /// that allows. Not at all where that means nothing: a head on the axis or at the origin, +Z along the axis,
 /// coordinates that are not finite or have no inverse. IEEE's four operations and roots alone, as ScreenMeasure.
 [[nodiscard]] Mat3d turnTowards(const Vec3d& headWorld, const Vec3d& axis, const Affine3d& world_T_node);
-
-/// The light of a scene that brings none: three directional lights that are fixed in the world.
-[[nodiscard]] std::vector<LightItem> defaultLights();
 
 }  // namespace tessera

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "client/render/SceneItems.h"
+#include "client/render/StudioLook.h"
 
 namespace tessera {
 namespace {
@@ -211,7 +212,9 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
         const bool sun = light.kind == LightItem::Kind::kDirectional;
         // What a spot's depths begin with says what is about it.
         const Box about = sun ? shaded : boundsWithin(shadedAround(light.position, kMiddleMetres, unitsPerMetre));
-        const ScreenCamera camera = shadowCamera(light, about.empty() ? shaded : about);
+        Box around = about.empty() ? shaded : about;
+        if (sun && studio) around.extend(studioFloor(*studio));
+        const ScreenCamera camera = shadowCamera(light, around);
         if (sun) {
             now->sun = now->views.size();
             const ScreenCamera aroundHead = middle.empty() ? camera : shadowCamera(light, middle);

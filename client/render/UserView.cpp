@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/render/SceneItems.h"
+#include "client/render/StudioLook.h"
 #include "common/cores/Billboard.h"
 
 namespace tessera {
@@ -50,6 +51,10 @@ void RenderScene::Impl::showTo(const ScreenCamera& camera) {
         for (const std::uint32_t item : byUser_)
             if (((items[item].seenBy & before) != 0) != ((items[item].seenBy & bit) != 0)) placeItem(item);
         if (lightsByUser_) chooseLights();
+    }
+    if (studioOfView_ != camera.studio) {
+        studioOfView_ = camera.studio;
+        chooseLights();
     }
     if (turnsStale_ || (!billboards_.empty() && head_ != camera.headWorld)) {
         head_ = camera.headWorld;
@@ -134,10 +139,11 @@ void RenderScene::Impl::chooseLights() {
         }
         lights.push_back(light);
     }
-    if (attachedLights_ == 0) lights = defaultLights();
+    studio = attachedLights_ == 0 && seenEnvironments_.empty() ? studioOfView_ : std::nullopt;
+    if (attachedLights_ == 0) lights = studio ? studioLights() : defaultLights();
     const auto first =
         std::ranges::find_if(seenEnvironments_, [&](const auto& seen) { return (seen.second & userBit_) != 0; });
-    environment = first == seenEnvironments_.end() ? Environment() : first->first;
+    environment = first != seenEnvironments_.end() ? first->first : studio ? studioEnvironment() : Environment();
 }
 
 }  // namespace tessera

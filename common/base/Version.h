@@ -7,7 +7,7 @@ namespace tessera {
 
 inline constexpr const char* kVersion = "0.1.0";
 /// Version of everything on the wire. A peer with another one is refused with both numbers in the message.
-inline constexpr unsigned kProtocolVersion = 17;
+inline constexpr unsigned kProtocolVersion = 18;
 
 /// e.g. "tessera-server 0.1.0 (protocol 1)".
 [[nodiscard]] inline std::string versionText(const std::string& program) {

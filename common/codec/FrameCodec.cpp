@@ -97,6 +97,10 @@ Bytes encodeFrame(const FramePayload& payload) {
     if (payload.collision != FrameCollision()) write(*head.mutable_collision(), payload.collision);
     head.set_showing(static_cast<std::uint32_t>(payload.showing));
     head.set_detail(payload.view.detail);
+    if (payload.view.studio) {
+        write(*head.mutable_studio()->mutable_middle(), payload.view.studio->middle);
+        head.mutable_studio()->set_reach(payload.view.studio->reach);
+    }
     return joinParts(head, {});
 }
 
@@ -133,6 +137,13 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
     if (head.detail() >= kDetailSteps.size())
         return badFrame(fmt::format("frame: step {} of detail, of {}", head.detail(), kDetailSteps.size()));
     payload.view.detail = head.detail();
+    if (head.has_studio()) {
+        const auto middle = readPosition(head.studio().middle());
+        if (!middle) return tl::unexpected(middle.error());
+        if (!(head.studio().reach() > 0) || !std::isfinite(head.studio().reach()))
+            return badFrame("frame: the reach of its studio is not a positive number");
+        payload.view.studio = Studio{.middle = *middle, .reach = head.studio().reach()};
+    }
     return payload;
 }
 

@@ -41,6 +41,13 @@ const User& userOf(const Wall& wall, const View& view, std::string_view name) {
     return *user;
 }
 
+/// For whom the first screen is drawn.
+const User& firstUserOf(const Wall& wall, const View& view) {
+    for (const Tile& tile : layoutTiles(wall))
+        if (tile.screen == wall.screens.front().name) return userOf(wall, view, tile.user);
+    return wall.users.front();
+}
+
 const Screen& screenOf(const Wall& wall, const Tile& tile) {
     const Screen* screen = wall.findScreen(tile.screen);
     TESSERA_CHECK(screen != nullptr, "a tile names a screen that its wall does not have: checkWall was not called");
@@ -70,6 +77,7 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     camera.eyeWorld = world_T_wall * eyeWall;
     camera.headWorld = world_T_wall * user.eye(Eye::kCenter);
     camera.detail = view.detail;
+    camera.studio = view.studio;
 
     // wall_T_world = scale^-1 · rotation^T · (p - position); then onto the screen's axes from the eye.
     Mat3d screen_R_wall;
@@ -164,14 +172,8 @@ View uprightView(const Wall& wall, const Box& sceneBounds) {
     if (!sceneBounds.lower.allFinite() || !sceneBounds.upper.allFinite()) return view;
 
     const Screen& screen = wall.screens.front();
-    const User* user = &wall.users.front();
-    for (const Tile& tile : layoutTiles(wall)) {
-        if (tile.screen != screen.name) continue;
-        user = &userOf(wall, view, tile.user);
-        break;
-    }
     const ScreenAxes axes = axesOf(screen);
-    const Vec3d eye = eyeInFrontOf(screen, axes, *user, Eye::kCenter);
+    const Vec3d eye = eyeInFrontOf(screen, axes, firstUserOf(wall, view), Eye::kCenter);
     const Vec3d upperRight = screen.lowerRight + screen.upperLeft - screen.lowerLeft;
     const Vec3d corners[4] = {screen.lowerLeft, screen.lowerRight, upperRight, screen.upperLeft};
     const Vec3d center = 0.5 * (screen.lowerLeft + upperRight);
@@ -197,6 +199,60 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
         Quatd(Eigen::AngleAxisd(30 * kDegree, Vec3d::UnitY()) * Eigen::AngleAxisd(-25 * kDegree, Vec3d::UnitX()));
     const Vec3d middle = sceneBounds.center();
     view.position = middle + view.orientation * (view.position - middle);
+    return view;
+}
+
+namespace {
+
+/// What a screen shows of points, in shares of it from its middle: -0.5 to 0.5 of its width and height.
+struct Shown {
+    Eigen::Vector2d lower = Eigen::Vector2d::Constant(1e300), upper = Eigen::Vector2d::Constant(-1e300);
+    double nearest = 1e300;  ///< before the eye, in shares of its distance to the screen
+};
+
+}  // namespace
+
+View studioView(const Wall& wall, const Box& sceneBounds, std::span<const Vec3d> points) {
+    View view = defaultView(wall, sceneBounds);
+    if (points.empty() || wall.screens.empty() || wall.users.empty() || !checkStand(view)) return view;
+    const Screen& screen = wall.screens.front();
+    const ScreenAxes axes = axesOf(screen);
+    const Vec3d eye = eyeInFrontOf(screen, axes, firstUserOf(wall, view), Eye::kCenter);
+    const Vec3d across = screen.lowerRight - screen.lowerLeft, upwards = screen.upperLeft - screen.lowerLeft;
+    const Vec3d middle = screen.lowerLeft + 0.5 * (across + upwards);
+    const double distance = axes.normal.dot(eye - screen.lowerLeft);
+    const auto shownBy = [&](const View& by) {
+        const Affine3d wall_T_world = by.world_T_wall().inverse();
+        Shown shown;
+        for (const Vec3d& point : points) {
+            const Vec3d way = wall_T_world * point - eye;
+            const double depth = -axes.normal.dot(way) / distance;
+            shown.nearest = std::min(shown.nearest, depth);
+            if (!(depth > 0)) continue;
+            const Vec3d at = eye + way / depth - middle;
+            const Eigen::Vector2d share(at.dot(axes.right) / across.norm(), at.dot(axes.up) / upwards.norm());
+            shown.lower = shown.lower.cwiseMin(share);
+            shown.upper = shown.upper.cwiseMax(share);
+        }
+        return shown;
+    };
+    // Each step is right for what is far away; what is near comes nearer with it.
+    constexpr double kFilled = 0.75, kNearest = 0.2;
+    constexpr int kSteps = 12;
+    for (int step = 0; step < kSteps; ++step) {
+        const Shown shown = shownBy(view);
+        const double filled = (shown.upper - shown.lower).maxCoeff();
+        if (!(shown.nearest > 0) || !(filled > 1e-9)) return defaultView(wall, sceneBounds);
+        View next = view;
+        const Eigen::Vector2d off = 0.5 * (shown.upper + shown.lower);
+        next.position += next.worldUnitsPerMetre * (next.orientation * (off.x() * across + off.y() * upwards));
+        // About the middle of the screen, where the model is.
+        const double closer = std::clamp(filled / kFilled, 0.5, 2.0);
+        next.position += next.worldUnitsPerMetre * (1 - closer) * (next.orientation * middle);
+        next.worldUnitsPerMetre *= closer;
+        if (!(shownBy(next).nearest >= kNearest) || !checkStand(next)) return view;
+        view = next;
+    }
     return view;
 }
 

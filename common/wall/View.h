@@ -1,12 +1,15 @@
 /// From eyes and screens to matrices.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "common/math/Box.h"
 #include "common/math/Frustum.h"
 #include "common/math/Ray.h"
+#include "common/wall/Studio.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -18,6 +21,7 @@ struct View {
     double worldUnitsPerMetre = 1.0;
     std::vector<User> users;  ///< as in the wall, moved by head tracking or `tessera-ctl view`
     unsigned detail = 0;      ///< of kDetailSteps (Detail.h)
+    std::optional<Studio> studio = {};
 
     [[nodiscard]] Affine3d world_T_wall() const;
     [[nodiscard]] const User* findUser(std::string_view name) const;
@@ -31,9 +35,10 @@ struct ScreenCamera {
     Mat4d clip_T_eye;      ///< off-axis projection of the whole screen, OpenGL clip space (Kooima 2008); without an end
     ScreenPixels pixels;
     // Who looks: the same for all screens and both eyes of a user. Matters where a scene shows users different things.
-    unsigned user = 0;                ///< their place among the wall's users
-    Vec3d headWorld = Vec3d::Zero();  ///< between the eyes, where it is, in front of the screen or not; world units
-    unsigned detail = 0;              ///< the view's
+    unsigned user = 0;                  ///< their place among the wall's users
+    Vec3d headWorld = Vec3d::Zero();    ///< between the eyes, where it is, in front of the screen or not; world units
+    unsigned detail = 0;                ///< the view's
+    std::optional<Studio> studio = {};  ///< the view's
 };
 
 /// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre,
@@ -61,6 +66,10 @@ inline constexpr double kFrustumMarginPx = 1;
 /// The same from three quarters above: 30 degrees to the right of the scene's front, +Z, and 25 above. The camera of a
 /// scene that has none.
 [[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
+
+/// From the same direction, and nearer: what `points` say of a model fills three quarters of the first screen, across
+/// or upwards, whichever comes first. None of them: the same as above.
+[[nodiscard]] View studioView(const Wall& wall, const Box& sceneBounds, std::span<const Vec3d> points);
 
 /// Where a wall may stand: beyond, the numbers of what it shows are none any more.
 inline constexpr double kMaxViewCoordinate = 1e15, kMinWorldUnitsPerMetre = 1e-9, kMaxWorldUnitsPerMetre = 1e9;

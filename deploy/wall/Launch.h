@@ -47,6 +47,7 @@ struct LaunchOptions {
     bool insecure = false;     ///< nobody needs any
     std::string ssh = "ssh";
     bool testPicture = false;  ///< instead of the scene
+    bool plain = false;        ///< of the server: no studio
     bool noInput = false;      ///< of the server: nobody flies
     bool noNotices = false;    ///< and the wall says nothing of bad programs
     bool reload = false;       ///< and takes files in again that have changed

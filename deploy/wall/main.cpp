@@ -136,6 +136,8 @@ int main(int argc, char** argv) {
         .check(named)
         .needs(start);
     commandLine.flag("--test-picture", options.testPicture, "Show the test picture; a scene is not needed");
+    commandLine.flag("--plain", options.plain,
+                     "Models without light stand in no studio: as they\nare, on a plain background");
     commandLine.flag("--restart", options.restart, "Start a client again that has died");
     commandLine.flag("--no-input", options.noInput,
                      "Nobody flies: windows and applications move the\nview by `view` alone");

@@ -219,7 +219,7 @@ Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
 void FrameLoop::Impl::orderSurvey() {
     if (std::exchange(surveying, true)) return;
     lookBeside([this, at = simulation.sequence()](const Aspect& scene) -> WorkedOut {
-        return [this, at, bounds = animatedBounds(scene).box](TimePoint) {
+        return [this, at, bounds = animatedBounds(scene)](TimePoint) {
             surveying = false;
             view.surveyed(bounds, at);
             ServerActions told = desk.surveyed(bounds, at);

@@ -40,6 +40,7 @@ struct ServerOptions {
     Showing showing = Showing::kScene;  ///< until somebody asks for something else
     bool takesInput = true;             ///< of windows and applications: false: the view moves by hand alone
     bool notices = true;                ///< walls say what is wrong with programs of materials
+    bool studio = true;                 ///< models that bring no light are shown in one (common/wall/Studio.h)
     bool reload = false;                ///< files that change on disk are taken in again
     unsigned threads = 1;               ///< of the collision pipeline; what comes out does not depend on it
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "server/sim/desk/FilmFiles.h"
 #include "server/sim/journal/NextEpoch.h"
 
@@ -12,7 +14,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       log(l),
       opened(openJournal()),
       simulation({.threads = options.threads}),
-      view(options.wall, options.camera, firstView()),
+      view(options.wall, options.camera, firstView(), stage()),
       steering(
           {.wall = options.wall,
            .simulation = simulation,
@@ -139,6 +141,15 @@ FirstView FrameLoop::Impl::firstView() const {
         inMetres = words.find("--at ") != std::string::npos || words.find("--fit ") != std::string::npos;
     }
     return inMetres ? FirstView::kOfWall : FirstView::kOfScene;
+}
+
+/// Scenes in Tessera's own formats look as they are written.
+Stage FrameLoop::Impl::stage() const {
+    const std::vector<std::string> scenes = goesOn() ? opened->state.sceneFiles() : options.scenes;
+    const bool models = !scenes.empty() && std::ranges::none_of(scenes, [](const std::string& scene) {
+        return scene.ends_with(".tsc") || scene.ends_with(".tsct");
+    });
+    return options.studio && models ? Stage::kStudio : Stage::kPlain;
 }
 
 /// Files within files of what stands in metres keep their cameras to themselves, as those do.

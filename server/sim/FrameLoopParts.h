@@ -66,6 +66,7 @@ struct FrameLoop::Impl {
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
     [[nodiscard]] FirstView firstView() const;
+    [[nodiscard]] Stage stage() const;
     [[nodiscard]] ImportOptions importOptions() const;
     [[nodiscard]] Expected<void> goOnFromJournal();
     [[nodiscard]] ServerSessionConfig sessionConfig() const;

@@ -42,7 +42,9 @@ public:
                                                             : desk_.images.imageReceived(image);
     }
     /// What was ordered by `orderSurvey`.
-    [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at) { return desk_.views.surveyed(bounds, at); }
+    [[nodiscard]] ServerActions surveyed(const AnimatedBounds& bounds, Sequence at) {
+        return desk_.views.surveyed(bounds, at);
+    }
     [[nodiscard]] ServerActions advance(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
     /// `from`: the other end of its link. `panel`: the text of the one whose fields it reaches alone; null: none.

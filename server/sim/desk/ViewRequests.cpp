@@ -11,7 +11,7 @@ ServerActions ViewRequests::ask(const Asker& asker, const ViewWish& wish) {
     return goOn();
 }
 
-ServerActions ViewRequests::surveyed(const Box& bounds, Sequence at) {
+ServerActions ViewRequests::surveyed(const AnimatedBounds& bounds, Sequence at) {
     ordered_ = false;
     known_ = {at, bounds};
     return goOn();
@@ -31,7 +31,7 @@ ServerActions ViewRequests::goOn() {
     return actions;
 }
 
-ServerActions ViewRequests::set(const Asker& asker, const ViewWish& wish, const Box* bounds) {
+ServerActions ViewRequests::set(const Asker& asker, const ViewWish& wish, const AnimatedBounds* bounds) {
     const Expected<void> set = view_.set(simulation_.scene(), wish, bounds);
     if (!set) return answers_.to(asker, tl::unexpected(set.error()));
     return answers_.to(asker, ApplicationAnswer(answer::Done{}));

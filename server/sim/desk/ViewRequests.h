@@ -27,7 +27,7 @@ public:
 
     [[nodiscard]] ServerActions ask(const Asker& asker, const ViewWish& wish);
     /// `at`: the list up to which the scene had come.
-    [[nodiscard]] ServerActions surveyed(const Box& bounds, Sequence at);
+    [[nodiscard]] ServerActions surveyed(const AnimatedBounds& bounds, Sequence at);
     /// What it waits for does not happen.
     void applicationLeft(ConnectionId connection);
     /// Of one application.
@@ -42,7 +42,7 @@ private:
     [[nodiscard]] bool needsSurvey(const ViewWish& wish) const {
         return survey_ && wish.reset && !view_.hasCamera() && view_.framesScene();
     }
-    [[nodiscard]] ServerActions set(const Asker& asker, const ViewWish& wish, const Box* bounds);
+    [[nodiscard]] ServerActions set(const Asker& asker, const ViewWish& wish, const AnimatedBounds* bounds);
     /// As far as what is known goes.
     [[nodiscard]] ServerActions goOn();
 
@@ -52,7 +52,7 @@ private:
     Survey survey_;
     bool ordered_ = false;
     std::deque<Waiting> waiting_;
-    std::optional<std::pair<Sequence, Box>> known_;  ///< of the last survey
+    std::optional<std::pair<Sequence, AnimatedBounds>> known_;  ///< of the last survey
 };
 
 }  // namespace tessera

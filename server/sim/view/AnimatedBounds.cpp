@@ -112,7 +112,10 @@ public:
     AnimatedBounds run() {
         result_.box = sceneBounds(scene_);
         findPlayers();
-        if (players_.empty() && weightTracks_.empty()) return result_;
+        if (players_.empty() && weightTracks_.empty()) {
+            takeSamples();
+            return result_;
+        }
         findMoving();
         findDrawn();
         if (moving_.empty()) return result_;
@@ -121,6 +124,32 @@ public:
     }
 
 private:
+    void takeSamples() {
+        std::size_t all = 0;
+        const auto visitEach = [&](const auto& take) {
+            Action action;
+            action.onNode([&](const Visit& visit) {
+                if (visit.node.ofServer) return Descend::kPast;
+                if (const Drawable drawable = drawableOf(scene_, visit.node); drawable && drawable.resident())
+                    take(drawable.arrays().positions.as<float>(), visit.world_T_node);
+                return Descend::kInto;
+            });
+            action.run(scene_);
+        };
+        visitEach([&](std::span<const float> positions, const Affine3d&) { all += positions.size() / 3; });
+        const std::size_t step = all / kMostSamples + 1;
+        std::size_t next = 0;  // among those that are still to come
+        visitEach([&](std::span<const float> positions, const Affine3d& world_T_node) {
+            const std::size_t count = positions.size() / 3;
+            for (; next < count; next += step) {
+                const Vec3d at =
+                    world_T_node * Vec3d(positions[3 * next], positions[3 * next + 1], positions[3 * next + 2]);
+                if (at.allFinite()) result_.samples.push_back(at);
+            }
+            next -= count;
+        });
+    }
+
     void findPlayers() {
         for (const ObjectId id : scene_.ids()) {
             const Object object = scene_.find(id);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "common/math/Box.h"
 #include "common/scene/Aspect.h"
@@ -9,7 +10,9 @@
 namespace tessera {
 
 struct AnimatedBounds {
-    Box box;                   ///< world
+    Box box;  ///< world
+    /// Some of the places of what is drawn, evenly among all, at most about kMostSamples; none where something moves.
+    std::vector<Vec3d> samples = {};
     std::uint64_t looks = 0;   ///< times that were looked at
     std::uint64_t placed = 0;  ///< nodes that were placed for them
 };
@@ -32,7 +35,7 @@ struct AnimatedBounds {
 /// kFewestLooksAlone). 0.2 s for 20,000 keys and up to 10,000 nodes, 1.4 s for 200,000 (unit_sim
 /// --gtest_filter='AnimatedBounds.Cost*' --gtest_output=xml).
 inline constexpr std::uint64_t kMostPlaced = 2'000'000, kFewestLooks = 32, kFewestLooksAlone = 8;
-inline constexpr std::size_t kMostAlone = 16;
+inline constexpr std::size_t kMostAlone = 16, kMostSamples = 16'384;
 [[nodiscard]] AnimatedBounds animatedBounds(const Aspect& scene);
 
 }  // namespace tessera

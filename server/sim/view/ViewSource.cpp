@@ -7,7 +7,6 @@
 #include "common/cores/Camera.h"
 #include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
-#include "server/sim/view/AnimatedBounds.h"
 
 namespace tessera {
 namespace {
@@ -29,8 +28,8 @@ Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const C
 
 }  // namespace
 
-ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView)
-    : wall_(wall), firstView_(firstView), users_(wall.users) {
+ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView, Stage stage)
+    : wall_(wall), firstView_(firstView), stage_(stage), users_(wall.users) {
     if (cameraPath.empty()) return;
     named_.emplace(cameraPath);
     update(Aspect(), nullptr);
@@ -60,6 +59,7 @@ Expected<View> ViewSource::view(const Aspect& scene) {
     Expected<View> result = override_ ? Expected<View>(*override_) : home(scene);
     if (!result) return result;
     result->users = usersNow();
+    result->studio = stage_ == Stage::kStudio && default_ ? default_->studio : std::nullopt;
     last_ = *result;
     return result;
 }
@@ -75,7 +75,7 @@ Expected<View> ViewSource::home(const Aspect& scene) {
             if (!ordered_) ordered_ = order_();
             result = *last_;
         } else {
-            if (!default_) stand(surveys ? animatedBounds(scene).box : Box());
+            if (!default_) stand(surveys || stage_ == Stage::kStudio ? animatedBounds(scene) : AnimatedBounds());
             // A scene of no finite size has no place from where all of it is seen.
             result = checkStand(*default_) ? *default_ : View();
         }
@@ -84,12 +84,16 @@ Expected<View> ViewSource::home(const Aspect& scene) {
     return result;
 }
 
-void ViewSource::stand(const Box& bounds) {
-    default_ = firstView_ == FirstView::kOfWall ? View() : defaultView(wall_, bounds);
+void ViewSource::stand(const AnimatedBounds& bounds) {
+    const bool inStudio = stage_ == Stage::kStudio;
+    default_ = firstView_ == FirstView::kOfWall ? View()
+               : inStudio                       ? studioView(wall_, bounds.box, bounds.samples)
+                                                : defaultView(wall_, bounds.box);
+    if (inStudio) default_->studio = studioBelow(bounds.box);
     ++version_;
 }
 
-void ViewSource::surveyed(const Box& bounds, Sequence at) {
+void ViewSource::surveyed(const AnimatedBounds& bounds, Sequence at) {
     if (!ordered_) return;
     // Somebody else's, which began before.
     if (!default_ && at < *ordered_) return static_cast<void>(order_());
@@ -153,10 +157,11 @@ void ViewSource::goOnFrom(const ViewState& state) {
     if (checkWall(moved)) users_ = std::move(moved.users);
 }
 
-Expected<void> ViewSource::set(const Aspect& scene, const ViewWish& wish, const Box* bounds) {
+Expected<void> ViewSource::set(const Aspect& scene, const ViewWish& wish, const AnimatedBounds* bounds) {
     if (wish.reset) {
         override_.reset();
-        default_.reset();
+        // The wall's own place is always the same, and so is its studio.
+        if (firstView_ == FirstView::kOfScene) default_.reset();
         ordered_.reset();
         if (bounds) stand(*bounds);
         users_ = wall_.users;

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "common/math/Box.h"
 #include "common/request/ViewRequests.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/View.h"
+#include "server/sim/view/AnimatedBounds.h"
 #include "server/sim/view/FirstCamera.h"
 #include "server/sim/view/NamedNode.h"
 #include "server/sim/view/TrackedHead.h"
@@ -24,6 +24,8 @@ using Bookmarks = std::array<std::optional<View>, 9>;
 /// Where a wall stands that nobody has moved and no camera leads. kOfScene: where all of the scene is seen; kOfWall:
 /// the world's coordinates are the wall's own, a unit a metre, as things stand in metres of it.
 enum class FirstView : std::uint8_t { kOfScene, kOfWall };
+/// Whether what stands for want of a camera stands in a studio (common/wall/Studio.h).
+enum class Stage : std::uint8_t { kPlain, kStudio };
 
 /// What a ViewSource knows and the scene does not.
 struct ViewState {
@@ -43,7 +45,8 @@ struct ViewState {
 class ViewSource {
 public:
     /// `cameraPath`: a node as findNode takes it; empty: the first enabled camera.
-    ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView = FirstView::kOfScene);
+    ViewSource(const Wall& wall, const std::string& cameraPath, FirstView firstView = FirstView::kOfScene,
+               Stage stage = Stage::kPlain);
 
     /// After each list applied to the scene (or several compacted into one), with that list; null: anything may have
     /// changed. An empty scene needs no call.
@@ -53,7 +56,7 @@ public:
     [[nodiscard]] Expected<View> view(const Aspect& scene);
     /// `bounds`: of the scene as its animations take it (AnimatedBounds), for who goes back to the default camera;
     /// null: it is found when the next view is.
-    [[nodiscard]] Expected<void> set(const Aspect& scene, const ViewWish& wish, const Box* bounds = nullptr);
+    [[nodiscard]] Expected<void> set(const Aspect& scene, const ViewWish& wish, const AnimatedBounds* bounds = nullptr);
     /// The scene's camera counts unless somebody has moved the wall: no default one is needed.
     /// Without a camera all of the scene is to be seen: else the wall stands in its own place.
     [[nodiscard]] bool framesScene() const { return firstView_ == FirstView::kOfScene; }
@@ -63,7 +66,7 @@ public:
     /// called, and the wall stands where it stood until `surveyed` is told them. Not more than one order is open.
     /// `order` says how far the scene has come: a survey of an older one does not serve, and another is ordered.
     void surveyElsewhere(std::function<Sequence()> order) { order_ = std::move(order); }
-    void surveyed(const Box& bounds, Sequence at);
+    void surveyed(const AnimatedBounds& bounds, Sequence at);
     /// False: `home` is where the wall stands, until bounds that are found elsewhere are known.
     [[nodiscard]] bool homeKnown() const {
         return !camera_ || *camera_ || default_ || firstView_ != FirstView::kOfScene || !order_ || !last_;
@@ -96,20 +99,21 @@ public:
     [[nodiscard]] const FirstCamera& firstCamera() const { return first_; }
 
 private:
-    void stand(const Box& bounds);
+    void stand(const AnimatedBounds& bounds);
     [[nodiscard]] std::vector<User> usersNow() const;
     [[nodiscard]] Expected<std::optional<View>> cameraView(const Aspect& scene) const;
 
     Wall wall_;
     FirstView firstView_;
+    Stage stage_;
     std::vector<User> users_;
     std::vector<TrackedHead> tracked_;
     std::optional<NamedNode> named_;  ///< none: the first camera counts
     FirstCamera first_;
     Expected<std::optional<View>> camera_ = std::optional<View>();
     std::optional<View> override_;
-    std::optional<View> default_;
-    std::optional<View> last_;  ///< that was told
+    std::optional<View> default_;  ///< its studio is that of all views
+    std::optional<View> last_;     ///< that was told
     std::function<Sequence()> order_;
     std::optional<Sequence> ordered_;  ///< how far the scene had come then
     Bookmarks bookmarks_;

@@ -57,6 +57,21 @@ TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
     EXPECT_NE(error([](View& v) { v.users.resize(65); }).find("65 users"), std::string::npos);
 }
 
+TEST(FrameCodec, CarriesAStudioAndNothingWhereThereIsNone) {
+    FramePayload payload{someView()};
+    const std::size_t bare = encodeFrame(payload).size();
+    EXPECT_FALSE(decodeFrame(encodeFrame(payload))->view.studio);
+    payload.view.studio = Studio{.middle = Vec3d(1, -2.5, 3e9), .reach = 0.1};
+    EXPECT_EQ(decodeFrame(encodeFrame(payload))->view.studio, payload.view.studio);
+    EXPECT_LE(encodeFrame(payload).size(), bare + 40) << "it goes to every host in every frame";
+    for (const double none : {0.0, -1.0, double{NAN}, double{INFINITY}}) {
+        payload.view.studio->reach = none;
+        EXPECT_FALSE(decodeFrame(encodeFrame(payload))) << none;
+    }
+    payload.view.studio = Studio{.middle = Vec3d(0, NAN, 0), .reach = 1};
+    EXPECT_FALSE(decodeFrame(encodeFrame(payload)));
+}
+
 TEST(FrameCodec, CarriesWhatIsShown) {
     for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
         EXPECT_EQ(decodeFrame(encodeFrame({.view = someView(), .showing = showing}))->showing, showing);

@@ -70,7 +70,9 @@ inline View someView() {
 }
 
 inline FramePayload someFrame() {
-    return {someView(), {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}, Showing::kTestPicture};
+    View view = someView();
+    view.studio = Studio{.middle = Vec3d(1.5, -2, 1e7), .reach = 0.75};
+    return {view, {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}, Showing::kTestPicture};
 }
 
 inline SharedBytes some(std::size_t size) {

@@ -30,7 +30,7 @@ protected:
     void ask(ConnectionId who, const ViewWish& wish) { server.take(views.ask({who, ++asked}, wish)); }
     void find() {
         const Sequence at = simulation.sequence();
-        server.take(views.surveyed(animatedBounds(simulation.scene()).box, at));
+        server.take(views.surveyed(animatedBounds(simulation.scene()), at));
     }
     std::size_t answers(ConnectionId who) { return server.sent<message::Reply>(who).size(); }
 
@@ -75,7 +75,7 @@ TEST_F(ViewWishes, OneLookServesAllWhoAskedBeforeIt) {
     for (int i = 0; i < 100; ++i) ask(i % 2 ? ada : bob, {.reset = true});
     EXPECT_EQ(orders, 1);
     const Sequence old = simulation.sequence();
-    const Box bounds = animatedBounds(simulation.scene()).box;
+    const AnimatedBounds bounds = animatedBounds(simulation.scene());
     grow(300);
     ask(ada, {.reset = true});
     server.take(views.surveyed(bounds, old));

@@ -335,16 +335,58 @@ TEST(ViewSource, AfterTheFirstViewBoundsAreFoundElsewhereAndTheWallStandsUntilTh
     EXPECT_EQ(orders, 1);
     EXPECT_FALSE(elsewhere.homeKnown());
     // Somebody else's survey, of the scene as it was before the far box came, says nothing of where all of it is seen.
-    elsewhere.surveyed(Box{.lower = Vec3d(4, -1, -1), .upper = Vec3d(6, 1, 1)}, Sequence{6});
+    elsewhere.surveyed({.box = {.lower = Vec3d(4, -1, -1), .upper = Vec3d(6, 1, 1)}}, Sequence{6});
     EXPECT_EQ(elsewhere.view(committer.scene()).value().position, first.position);
     EXPECT_EQ(orders, 2);
-    elsewhere.surveyed(animatedBounds(committer.scene()).box, now);
+    elsewhere.surveyed(animatedBounds(committer.scene()), now);
     EXPECT_TRUE(elsewhere.homeKnown());
     const View second = elsewhere.view(committer.scene()).value();
     EXPECT_NE(second.position, first.position);
     EXPECT_EQ(second.position, here.view(committer.scene()).value().position);
-    elsewhere.surveyed(Box(), now);  // nobody has ordered one
+    elsewhere.surveyed({}, now);  // nobody has ordered one
     EXPECT_EQ(elsewhere.view(committer.scene()).value().position, second.position);
+}
+
+/// Moves the node "place".
+void moveTo(Committer& committer, ViewSource& view, const Vec3d& where) {
+    const ObjectId place = findNode(committer.scene(), "/place").value();
+    ChangeListBuilder builder;
+    setField<&Transform::translation>(builder, committer.scene().get<Node>(place)->core, where);
+    const Expected<Committer::Applied> applied = committer.apply(builder.take());
+    ASSERT_TRUE(applied);
+    view.update(committer.scene(), applied->list.get());
+}
+
+TEST(ViewSource, AStudioStandsBelowTheModelAsItWasWhereverThatGoes) {
+    Committer committer;
+    ViewSource plain(oneScreen(), ""), studio(oneScreen(), "", FirstView::kOfScene, Stage::kStudio),
+        inMetres(oneScreen(), "", FirstView::kOfWall, Stage::kStudio);
+    const ChangeListPtr list = boxAt(committer, 5);
+    for (ViewSource* view : {&plain, &studio, &inMetres}) view->update(committer.scene(), list.get());
+    EXPECT_FALSE(plain.view(committer.scene())->studio);
+    const Studio below{.middle = Vec3d(5, -0.5, 0), .reach = std::sqrt(0.75)};
+    const View first = studio.view(committer.scene()).value();
+    ASSERT_TRUE(first.studio);
+    EXPECT_EQ(first.studio->middle, below.middle);
+    EXPECT_NEAR(first.studio->reach, below.reach, 1e-12);
+    EXPECT_EQ(inMetres.view(committer.scene())->studio, first.studio);
+    EXPECT_EQ(inMetres.view(committer.scene())->position, Vec3d(0, 0, 0));
+    for (ViewSource* view : {&studio, &inMetres}) {
+        moveTo(committer, *view, Vec3d(5, 3, 1));
+        EXPECT_EQ(view->view(committer.scene())->studio, first.studio) << "it stays where the model stood";
+        ASSERT_TRUE(view->set(committer.scene(), {.position = Vec3d(1, 2, 3)}));
+        EXPECT_EQ(view->view(committer.scene())->studio, first.studio) << "whoever moves the wall";
+    }
+    // A wall that goes on from a journal has it too.
+    ViewSource again(oneScreen(), "", FirstView::kOfScene, Stage::kStudio), plainAgain(oneScreen(), "");
+    again.goOnFrom(studio.state());
+    plainAgain.goOnFrom(studio.state());
+    EXPECT_EQ(again.view(committer.scene())->studio, first.studio);
+    EXPECT_FALSE(plainAgain.view(committer.scene())->studio);
+    // Who goes back to see all of the scene gets one below it as it is now; of a wall in metres it stays.
+    for (ViewSource* view : {&studio, &inMetres}) ASSERT_TRUE(view->set(committer.scene(), {.reset = true}));
+    EXPECT_EQ(studio.view(committer.scene())->studio->middle, Vec3d(5, 2.5, 1));
+    EXPECT_EQ(inMetres.view(committer.scene())->studio, first.studio);
 }
 
 }  // namespace

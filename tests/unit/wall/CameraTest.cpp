@@ -281,6 +281,46 @@ TEST(DefaultView, FillsTheFirstScreenWithTheScenesSphere) {
     }
 }
 
+TEST(StudioView, FillsThreeQuartersOfTheFirstScreenWithTheModel) {
+    const auto ball = [](const Vec3d& middle, const Vec3d& half) {
+        std::vector<Vec3d> points;
+        for (double u = 0; u < 3.14; u += 0.1)
+            for (double v = 0; v < 6.28; v += 0.1)
+                points.emplace_back(middle + half.cwiseProduct(Vec3d(std::sin(u) * std::cos(v), std::cos(u),
+                                                                     std::sin(u) * std::sin(v))));
+        return points;
+    };
+    // A ball, a plate that lies, one that stands, a rod, and something small far away.
+    const std::pair<Vec3d, Vec3d> models[] = {{{0, 0, 0}, {1, 1, 1}},       {{5, 5, 5}, {3, 0, 2}},
+                                              {{5, 5, 5}, {0, 3, 2}},       {{-9, 0, 1}, {0.1, 40, 0.1}},
+                                              {{-9, 0, 1}, {0.1, 0.1, 40}}, {{4e6, 5e6, 300}, {0.01, 0.02, 0.01}}};
+    for (const Wall& wall : {flatWall(2, 2), caveWall(), flatWall(1, 1, 300, 900)})
+        for (const auto& [middle, half] : models) {
+            const std::vector<Vec3d> points = ball(middle, half);
+            Box bounds;
+            for (const Vec3d& point : points) bounds.extend(point);
+            const View view = studioView(wall, bounds, points);
+            const ScreenCamera camera = screenCamera(wall.screens[0], wall.users[0], Eye::kCenter, view);
+            const Vec2d size(camera.pixels.width, camera.pixels.height);
+            Vec2d lower = size, upper = Vec2d::Zero();
+            for (const Vec3d& point : points) {
+                const Vec2d at = pixelOf(camera, view, view.world_T_wall().inverse() * point).head<2>();
+                lower = lower.cwiseMin(at);
+                upper = upper.cwiseMax(at);
+            }
+            const Vec2d filled = (upper - lower).cwiseQuotient(size);
+            EXPECT_NEAR(filled.maxCoeff(), 0.75, 0.01) << wall.name << " " << half.transpose();
+            EXPECT_LT((0.5 * (lower + upper) - 0.5 * size).norm(), 0.01 * size.norm()) << "in the middle";
+            EXPECT_TRUE(view.orientation.isApprox(defaultView(wall, bounds).orientation));
+        }
+    // Without a model: as a scene.
+    Box bounds;
+    bounds.extend(Vec3d(-1, -1, -1));
+    bounds.extend(Vec3d(1, 1, 1));
+    EXPECT_EQ(studioView(flatWall(2, 2), bounds, {}).position, defaultView(flatWall(2, 2), bounds).position);
+    EXPECT_EQ(studioView(flatWall(2, 2), Box(), {}).worldUnitsPerMetre, 1);
+}
+
 TEST(DefaultView, IsTheIdentityForAnEmptyScene) {
     const View view = defaultView(flatWall(2, 2), Box());
     EXPECT_EQ(view.worldUnitsPerMetre, 1);
