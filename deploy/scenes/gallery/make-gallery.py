@@ -6,14 +6,30 @@ seen. Its first line, a comment, is its title. The camera walks along the rooms:
 stays for three.
 """
 import pathlib
+import textwrap
 
 HERE = pathlib.Path(__file__).resolve().parent
 APART = 4.0  # metres from room to room
 PACE = 4.0  # seconds
+# A metre of the wall is so much of a room, and the middle of its screen lies at the middle of what is shown: so
+# exhibits fill the picture.
+SCALE = 0.82
+RAISED = 1.56 - 1.5 * SCALE  # metres
+WIDEST_LINE = 62  # letters of a caption's second line
+
 
 def title(path):
-    first = path.read_text().splitlines()[0]
-    return first.lstrip("# ").split(":")[0], first.lstrip("# ")
+    """The name of what is shown, and the rest of a room's first line, as lines."""
+    first = path.read_text().splitlines()[0].lstrip("# ")
+    name, _, rest = first.partition(":")
+    return name, textwrap.wrap(rest.strip(), WIDEST_LINE)
+
+
+def caption(text, height, size):
+    text = text.replace('"', '\\"')
+    return (f'  node {{ transform {{ translation {{ y: {height:g} z: -1.39 }} }} material: "label" text {{ text: '
+            f'"{text}" font: "DejaVu Sans" size: {size:g} alignment: CENTER }} }}')
+
 
 def main():
     exhibits = sorted(HERE.glob("*.tsct"))
@@ -28,19 +44,24 @@ def main():
            'definition { name: "room"',
            '  node { material: "wall" transform { translation { y: 1.6 z: -1.45 } } box { size { x: 4 y: 3.2 z: 0.1 } '
            '} }',
-           '  node { material: "wall" transform { translation { x: -2 y: 1.6 z: -0.5 } } box { size { x: 0.1 y: 3.2 '
-           'z: 2 } } }',
+           '  node { material: "wall" transform { translation { x: -2 y: 1.6 z: -0.8 } } box { size { x: 0.1 y: 3.2 '
+           'z: 1.3 } } }',
            '  node { material: "stone" transform { translation { y: 0.35 z: -0.5 } } box { size { x: 3.9 y: 0.7 z: '
            '1.6 } } }',
            "}",
            "",
            'node { name: "air" environment { sky { r: 0.30 g: 0.32 b: 0.36 } ground { r: 0.12 g: 0.11 b: 0.10 } '
-           'background { r: 0.03 g: 0.03 b: 0.04 } } }',
-           'node { name: "sun" transform { rotation { axis { x: -0.85 y: 0.5 } angle_deg: 42 } } directional_light { '
+           'background { r: 0.03 g: 0.03 b: 0.04 } '
+           'gravity { y: -9.81 } } }',
+           "# From the front: no wall throws its shadow into a room.",
+           'node { name: "sun" transform { rotation { axis { x: -0.65 y: 0.1 } angle_deg: 40 } } directional_light { '
            'color { r: 1 g: 0.95 b: 0.88 } intensity: 1.2 shadows: true } }',
+           'node { name: "fill" transform { rotation { axis { y: -1 } angle_deg: 70 } } directional_light { color { '
+           'r: 0.8 g: 0.9 b: 1 } intensity: 0.25 } }',
            "",
            'node { name: "tour" transform {}',
-           "  node { camera {} }",
+           f"  node {{ transform {{ translation {{ y: {RAISED:g} }} }} "
+           f"node {{ camera {{ world_units_per_metre: {SCALE:g} }} }} }}",
            "  node { name: \"walk\" animation { mode: LOOP channel { target: \"/tour\" field: \"translation\""]
     times, places = [], []
     for i, _ in enumerate(exhibits):
@@ -51,16 +72,17 @@ def main():
     out.append("}")
     out.append("")
     for i, path in enumerate(exhibits):
-        short, whole = title(path)
+        what, lines = title(path)
         name = path.stem.split("-", 1)[1]
         out.append(f'node {{ name: "{name}" transform {{ translation {{ x: {APART * i:g} }} }}')
         out.append('  node { instance: "room" }')
-        out.append(f'  node {{ transform {{ translation {{ y: 2.56 z: -1.39 }} }} material: "label" text {{ text: '
-                   f'"{whole}" font: "DejaVu Sans" size: 0.085 alignment: CENTER }} }}')
+        out.append(caption(what, 2.5, 0.16))
+        if lines:
+            out.append(caption("\\n".join(lines), 2.37, 0.095))
         out.append(f'  node {{ import {{ uri: "gallery/{path.name}" }} }}')
         out.append("}")
-    out.append(f'node {{ name: "end" transform {{ translation {{ x: {APART * len(exhibits) - 2:g} y: 1.6 z: -0.5 }} '
-               f'}} material: "wall" box {{ size {{ x: 0.1 y: 3.2 z: 2 }} }} }}')
+    out.append(f'node {{ name: "end" transform {{ translation {{ x: {APART * len(exhibits) - 2:g} y: 1.6 z: -0.8 }} '
+               f'}} material: "wall" box {{ size {{ x: 0.1 y: 3.2 z: 1.3 }} }} }}')
     (HERE.parent / "gallery.tsct").write_text("\n".join(out) + "\n")
 
 main()
