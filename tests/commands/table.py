@@ -103,10 +103,16 @@ ROWS = {
     "./deploy/run-wall --gallery": Row("Gallery",
                                        "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall "
                                        "1x1 --size 96x54", needs=("gm",), slow=True, says=" rooms",
-                                       leaves=("out/gallery.png",)),
+                                       leaves=("out/gallery.png", "out/gallery.html")),
     "./deploy/run-wall --scene MODEL.glb": Row(
         "Options", "./deploy/run-wall --no-install --frames 2 --size 64x36 --wall 1x1 "
                    "--scene /usr/share/assimp/models/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"),
+    "./deploy/run-wall --scene MODEL.stl": Row(
+        "Options", "./deploy/run-wall --no-install --scene tests/data/models/wedge.stl --wall 1x1 --size 64x36 "
+                   "--frames 2 --output $T", says="2 frames"),
+    "./deploy/run-wall --scene MODEL.stl --plain": Row(
+        "Options", "./deploy/run-wall --no-install --scene tests/data/models/wedge.stl --plain --wall 1x1 --size 64x36 "
+                   "--frames 2 --output $T", says="2 frames"),
     "./deploy/run-wall --scene MODEL.stl --up z --fit 2 --wall cave4": Row(
         "Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/STL/Spider_ascii.stl --up z --fit "
                    "2 --frames 2 --size 64x36 --wall cave4"),
