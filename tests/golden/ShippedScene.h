@@ -78,7 +78,7 @@ inline constexpr const char* kAssimpModels = "/usr/share/assimp/models";
         if (!frames || !tour || frames->target != scene.get<Node>(*tour)->core) continue;
         const std::span<const double> places = frames->values.as<double>();
         if (6 * room + 2 < places.size())
-            view.position += Vec3d(places[6 * room], places[6 * room + 1], places[6 * room + 2]);
+            view.position = {places[6 * room], places[6 * room + 1], places[6 * room + 2]};
     }
     return view;
 }

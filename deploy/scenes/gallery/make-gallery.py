@@ -60,15 +60,14 @@ def main():
            'r: 0.8 g: 0.9 b: 1 } intensity: 0.25 } }',
            "",
            'node { name: "tour" transform {}',
-           f"  node {{ transform {{ translation {{ y: {RAISED:g} }} }} "
-           f"node {{ camera {{ world_units_per_metre: {SCALE:g} }} }} }}",
+           f"  node {{ camera {{ world_units_per_metre: {SCALE:g} }} }}",
            "  node { name: \"walk\" animation { mode: LOOP channel { target: \"/tour\" field: \"translation\""]
     times, places = [], []
     for i, _ in enumerate(exhibits):
         times += [PACE * i, PACE * i + PACE - 1]
         places += [APART * i] * 2
     out.append("    time: [" + ", ".join(f"{t:g}" for t in times) + "]")
-    out.append("    value: [" + ", ".join(f"{x:g},0,0" for x in places) + "] } } }")
+    out.append("    value: [" + ", ".join(f"{x:g},{RAISED:g},0" for x in places) + "] } } }")
     out.append("}")
     out.append("")
     for i, path in enumerate(exhibits):
