@@ -16,6 +16,7 @@
 
 #include "common/access/LocalWalls.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceManager.h"
 #include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
@@ -61,6 +62,7 @@ struct Arguments {
     bool testPicture = false;
     bool allowUnconfined = false;
     bool insecure = false;
+    ServiceManager* service = nullptr;
 };
 
 Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
@@ -290,6 +292,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.recordPath = arguments.record;
     options.journalPath = arguments.journal;
     options.threads = arguments.threads;
+    options.service = arguments.service;
+    if (!arguments.journal.empty()) arguments.service->status("reads the journal");
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.takesInput = !arguments.noInput;
     options.notices = !arguments.noNotices;
@@ -337,6 +341,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         entrance.describe();
         std::fflush(stdout);
+        // Hosts may dial in. A long scene still loads: the wall waits, and no unit that needs this one has to.
+        arguments.service->ready();
     };
     if (arguments.progress)
         options.onProgress = [](std::uint64_t done, std::uint64_t total) {
@@ -376,7 +382,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     keepBlocks();
-    Arguments arguments;
+    ServiceManager service = ServiceManager::ofThisProcess();
+    Arguments arguments{.service = &service};
     Options options("tessera-server", "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
                     versionText("tessera-server"));
     options.option("--wall", arguments.wall, "Wall file, or a shipped wall's name (1x1)").typeName("W");

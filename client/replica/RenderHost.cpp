@@ -31,7 +31,7 @@ Expected<std::uint64_t> RenderHost::probe() {
     // Four samples whatever the wall will want: hosts are compared before they know the wall.
     if (!surface_) return std::uint64_t{0};
     samples_ = 4;
-    auto renderer = Renderer::create(*surface_, {.samples = samples_});
+    auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     auto probe = renderer_->pixelProbe();
@@ -181,7 +181,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
         samples_ = wall_.samples;
         uploads_ = {};
         renderer_.reset();
-        auto renderer = Renderer::create(*surface_, {.samples = samples_});
+        auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }

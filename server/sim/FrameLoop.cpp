@@ -72,14 +72,15 @@ struct FrameLoop::Impl {
     [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
     void lookAtTheClock(TimePoint now);
 
-    Expected<void> take(const LinkEvent& event);
+    Expected<void> take(const LinkEvent& event) { return done(peers.handle(event)); }
     Expected<void> take(Preparation made);
-    Expected<void> take(SnapshotMade made);
+    Expected<void> take(SnapshotMade made) { return done(snapshots.made(std::move(made), Clock::now())); }
     Expected<void> take(const StateCompared& found);
-    Expected<void> take(const BesideDone& done);
+    Expected<void> take(const BesideDone& made) { return done(made.then(Clock::now())); }
     void lookBeside(DeskSurroundings::Look look);
     void orderSurvey();
-    Expected<void> take(UploadFinished finished);
+    Expected<void> take(UploadFinished finished) { return done(desk.uploaded(std::move(finished), Clock::now())); }
+    Expected<void> done(ServerActions wanted) { return actions.carryOut(std::move(wanted)), Expected<void>(); }
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -106,6 +107,7 @@ struct FrameLoop::Impl {
     void makeFrame(TimePoint now);
     void moveHeads();
     [[nodiscard]] answer::Trackers describeTrackers() const;
+    [[nodiscard]] std::string serviceStatus(TimePoint now);
 
     ServerOptions options;
     Log& log;
@@ -127,6 +129,7 @@ struct FrameLoop::Impl {
     OutsideActors actors;
     FrameMaker maker;
     FramePacing pacing;
+    PaceOfFrames pace;  ///< told to the service manager
     StartScene startScene;
     bool sceneReady = false, actorsReady = false;
     bool surveyWanted = false, surveying = false;
@@ -313,6 +316,7 @@ Expected<void> FrameLoop::Impl::run() {
             actions.carryOut(peers.session().finish(turned.error().message));
             return failed(std::move(turned));
         }
+    if (options.service) options.service->stopping();
     sayGoodbye();
     return end();
 }
@@ -395,6 +399,8 @@ Expected<void> FrameLoop::Impl::turn() {
     lookAtTheClock(Clock::now());
     if (const TimePoint now = Clock::now(); frameIsDue(now)) makeFrame(now);
     openGate();
+    if (const TimePoint now = Clock::now(); options.service)
+        options.service->turned(now, true, [&] { return serviceStatus(now); });
     return {};
 }
 
@@ -448,11 +454,6 @@ Expected<void> FrameLoop::Impl::end() {
     return {};
 }
 
-Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
-    actions.carryOut(peers.handle(event));
-    return {};
-}
-
 Expected<void> FrameLoop::Impl::take(Preparation made) {
     if (made.ticket != RequestDesk::kStartScene)
         return actions.carryOut(desk.prepared(std::move(made), Clock::now())), Expected<void>();
@@ -464,11 +465,6 @@ Expected<void> FrameLoop::Impl::take(Preparation made) {
     snapshots.follow(*loaded);
     for (FileInScene& file : startScene.takeFiles()) desk.remember(std::move(file));
     sceneIsThere();
-    return {};
-}
-
-Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
-    actions.carryOut(snapshots.made(std::move(made), Clock::now()));
     return {};
 }
 
@@ -497,14 +493,13 @@ void FrameLoop::Impl::lookBeside(DeskSurroundings::Look look) {
     });
 }
 
-Expected<void> FrameLoop::Impl::take(const BesideDone& done) {
-    actions.carryOut(done.then(Clock::now()));
-    return {};
-}
-
-Expected<void> FrameLoop::Impl::take(UploadFinished finished) {
-    actions.carryOut(desk.uploaded(std::move(finished), Clock::now()));
-    return {};
+/// A line for the service manager.
+std::string FrameLoop::Impl::serviceStatus(TimePoint now) {
+    if (!sceneReady) return fmt::format("loads {}", fmt::join(options.scenes, ", "));
+    const std::vector<ServerSession::HostStatus> hosts = peers.session().hosts();
+    const auto live = std::ranges::count(hosts, HostState::kLive, &ServerSession::HostStatus::state);
+    pace.shown(pacing.framesReleased());
+    return fmt::format("{} of {} hosts live, {}", live, hosts.size(), pace.text(now));
 }
 
 void FrameLoop::Impl::sceneIsThere() {
