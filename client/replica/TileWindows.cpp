@@ -136,7 +136,8 @@ private:
             }
             if (size != static_cast<ssize_t>(sizeof(InputState)) || ++heard > kMaxStatesPerSecond) {
                 log_.warning(fmt::format("the window of tile {} says {}: it is heard no longer", tile_,
-                                         size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"));
+                                         size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"),
+                             {.tile = tile_});
                 break;
             }
             std::memcpy(&last, bytes.data(), sizeof last);
@@ -154,9 +155,9 @@ private:
         }
         if (ending_) return;
         if (end.si_code == CLD_EXITED && end.si_status == 0)
-            return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_));
+            return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_), {.tile = tile_});
         log_.warning(fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before", tile_,
-                                 end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal", end.si_status));
+                                 end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal", end.si_status), {.tile = tile_});
     }
 
     std::string tile_;
@@ -231,7 +232,7 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
         if (started)
             windows_.push_back(std::move(*started));
         else
-            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
+            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message), {.tile = tile.name});
     }
     if (wallIsNew && index < options_.monitors.size())
         log_.warning(fmt::format("{} monitors are named, and there {} to show", options_.monitors.size(), index == 1 ? "is 1 output" : fmt::format("are {} outputs", index)));
