@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "common/access/LocalWalls.h"
+#include "common/base/JournalStream.h"
 #include "common/base/Log.h"
 #include "common/base/ServiceManager.h"
 #include "common/base/ShippedFiles.h"
@@ -166,10 +167,15 @@ public:
         uploads_ = std::move(uploads);
         onFile_ = std::move(onFile);
     }
+    /// A link lets in whoever has it: the journal's readers are others than the server's people.
     void describe() const {
-        if (door_) fmt::print("console: {}\n", door_->link());
-        for (const ServedPanel& panel : panels_)
-            if (door_) fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        if (door_ && leadsToJournal(STDOUT_FILENO)) {
+            fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
+        } else if (door_) {
+            fmt::print("console: {}\n", door_->link());
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        }
         if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
     }
 

@@ -1,6 +1,7 @@
 """Started by a service manager: what systemd hears of server and client at its socket, and when it hears nothing more."""
 import os
 import pathlib
+import re
 import select
 import signal
 import socket
@@ -135,6 +136,23 @@ class Service(unittest.TestCase):
         at_server.wait_for("STOPPING=1")
         self.assertEqual(server.wait(PATIENCE), 0)
         self.assertEqual(client.wait(PATIENCE), 0)
+
+    def test_what_it_says_in_the_journal_lets_nobody_in(self):
+        """Its standard output, as the journal would have it; readers of the journal are others than the wall's people."""
+        for is_journal in (True, False):
+            ours, theirs = socket.socketpair()
+            info = os.fstat(theirs.fileno())
+            server = subprocess.Popen([str(BIN / "tessera-server"), "--wall", "1x1"], stdout=theirs, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                                      env={**os.environ, "JOURNAL_STREAM": f"{info.st_dev}:{info.st_ino + (not is_journal)}"})
+            self.addCleanup(server.wait)
+            self.addCleanup(server.kill)
+            theirs.close()
+            ours.settimeout(PATIENCE)
+            said = ""
+            while not re.search(r"^console: .*\n", said, re.M):
+                said += ours.recv(4096).decode()
+            ours.close()
+            self.assertEqual("token=" in said, not is_journal, said)
 
     def test_a_client_whose_draw_thread_hangs_starves_its_watchdog(self):
         at_server, at_client = self.manager("server"), self.manager("client")

@@ -50,7 +50,7 @@ private:
 
 std::string freshName(const std::string& what) { return "@tessera-test-" + what + "-" + std::to_string(::getpid()); }
 
-constexpr TimePoint kStart = TimePoint(1000s);
+constexpr TimePoint kFirstTurn = TimePoint(1000s);
 const auto kNothingNew = [] { return std::string(); };
 
 TEST(ServiceManager, SaysWhatItIsToldAtAPathAndAtAnAbstractName) {
@@ -84,18 +84,18 @@ TEST(ServiceManager, FeedsTheWatchdogThreeTimesInItsTimeAndOnlyWhileTheWorkGoesO
     ServiceManager manager = ServiceManager::ofThisProcess();
     int fed = 0;
     for (Duration at = 0s; at < 30s; at += 10ms) {
-        manager.turned(kStart + at, true, kNothingNew);
+        manager.turned(kFirstTurn + at, true, kNothingNew);
         fed += listener.next() == "WATCHDOG=1\n";
     }
     EXPECT_EQ(fed, 3);
     // What was done since it was fed last counts once; then it starves.
     fed = 0;
     for (Duration at = 30s; at < 90s; at += 10ms) {
-        manager.turned(kStart + at, false, kNothingNew);
+        manager.turned(kFirstTurn + at, false, kNothingNew);
         fed += listener.next() == "WATCHDOG=1\n";
     }
     EXPECT_EQ(fed, 1);
-    manager.turned(kStart + 90s, true, kNothingNew);
+    manager.turned(kFirstTurn + 90s, true, kNothingNew);
     EXPECT_EQ(listener.next(), "WATCHDOG=1\n");
 }
 
@@ -104,7 +104,7 @@ TEST(ServiceManager, DescribesItselfNowAndThen) {
     ServiceManager manager = ServiceManager::ofThisProcess();
     int asked = 0;
     for (Duration at = 0s; at < 10s; at += 10ms)
-        manager.turned(kStart + at, true, [&] { return "frame " + std::to_string(++asked); });
+        manager.turned(kFirstTurn + at, true, [&] { return "frame " + std::to_string(++asked); });
     EXPECT_EQ(asked, 5);
     EXPECT_EQ(listener.next(), "STATUS=frame 1\n") << "without WATCHDOG_USEC no watchdog is fed";
 }
@@ -117,7 +117,7 @@ TEST(ServiceManager, AWatchdogOfAnotherProcessIsNotFed) {
         ::setenv("WATCHDOG_USEC", usec, 1);
         ::setenv("WATCHDOG_PID", pid, 1);
         ServiceManager manager = ServiceManager::ofThisProcess();
-        manager.turned(kStart, true, kNothingNew);
+        manager.turned(kFirstTurn, true, kNothingNew);
         EXPECT_EQ(listener.next(), "") << usec << " " << pid;
     }
 }
@@ -129,7 +129,7 @@ TEST(ServiceManager, WithoutASocketNothingIsSaidOrAsked) {
         ServiceManager manager = ServiceManager::ofThisProcess();
         EXPECT_FALSE(manager.isThere()) << name;
         manager.ready();
-        manager.turned(kStart, true, [&] { return ADD_FAILURE() << name, std::string(); });
+        manager.turned(kFirstTurn, true, [&] { return ADD_FAILURE() << name, std::string(); });
     }
     // Nobody listens (any more).
     ::setenv("NOTIFY_SOCKET", "/nonexistent/notify", 1);
@@ -138,13 +138,13 @@ TEST(ServiceManager, WithoutASocketNothingIsSaidOrAsked) {
 
 TEST(PaceOfFrames, IsWhatHasComeSinceItWasAskedBefore) {
     PaceOfFrames pace;
-    EXPECT_EQ(pace.text(kStart), "no frame yet");
+    EXPECT_EQ(pace.text(kFirstTurn), "no frame yet");
     pace.shown(1000);  // a journal goes on with it
-    EXPECT_EQ(pace.text(kStart + 2s), "frame 1000");
+    EXPECT_EQ(pace.text(kFirstTurn + 2s), "frame 1000");
     pace.shown(1120);
-    EXPECT_EQ(pace.text(kStart + 4s), "frame 1120, 60 a second");
+    EXPECT_EQ(pace.text(kFirstTurn + 4s), "frame 1120, 60 a second");
     pace.shown(20);  // of a server that begins anew
-    EXPECT_EQ(pace.text(kStart + 6s), "frame 20, 0 a second");
+    EXPECT_EQ(pace.text(kFirstTurn + 6s), "frame 20, 0 a second");
 }
 
 }  // namespace
