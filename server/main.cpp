@@ -171,6 +171,8 @@ public:
     void describe() const {
         if (door_ && leadsToJournal(STDOUT_FILENO)) {
             fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n", panel.file);
         } else if (door_) {
             fmt::print("console: {}\n", door_->link());
             for (const ServedPanel& panel : panels_)
