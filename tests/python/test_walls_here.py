@@ -67,7 +67,7 @@ class WallsHere(unittest.TestCase):
             export TMPDIR="$1"
             ask() { setpriv --reuid=12345 --regid=12345 "$@" 2>&1 || true; }
             ask --groups=games "$2/tessera-ctl" whoami
-            ask --groups=games python3 -c 'import tessera; print(tessera.connect().whoami().role)'
+            ask --groups=games /usr/bin/python3 -c 'import tessera; print(tessera.connect().whoami().role)'
             ask --clear-groups "$2/tessera-ctl" whoami
             kill $!
         """
@@ -76,7 +76,6 @@ class WallsHere(unittest.TestCase):
         said = subprocess.run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", steps, "_", str(others), str(BIN), str(YARD)],
                               env=environment, capture_output=True, text=True, timeout=120)
         self.assertEqual(said.returncode, 0, said.stderr)
-        print(said.stdout)
         member, python, stranger = said.stdout.splitlines()[:3]
         self.assertIn("operator", member)
         self.assertIn("operator", python.lower())
