@@ -43,18 +43,20 @@ public:
     static std::shared_ptr<const Socket> to(const std::string& name) {
         auto made = std::make_shared<Socket>();
         sockaddr_un& address = made->address_;
-        if (name.size() < 2 || name.size() >= sizeof address.sun_path || (name[0] != '/' && name[0] != '@')) return nullptr;
+        if (name.size() < 2 || name.size() >= sizeof address.sun_path || (name[0] != '/' && name[0] != '@'))
+            return nullptr;
         address.sun_family = AF_UNIX;
         std::memcpy(address.sun_path, name.data(), name.size());
         if (name[0] == '@') address.sun_path[0] = '\0';
         // An abstract name is as long as it says; a path ends with a zero.
-        made->length_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size() + (name[0] == '/' ? 1 : 0));
+        made->length_ =
+            static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size() + (name[0] == '/' ? 1 : 0));
         made->file_ = FileHandle(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
         return made->file_.get() >= 0 ? made : nullptr;
     }
     void send(std::string_view words) const {
-        (void)::sendto(file_.get(), words.data(), words.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address_),
-                       length_);
+        (void)::sendto(file_.get(), words.data(), words.size(), MSG_NOSIGNAL,
+                       reinterpret_cast<const sockaddr*>(&address_), length_);
     }
 
 private:
@@ -80,9 +82,13 @@ void ServiceManager::say(std::string_view words) const {
     if (socket_) socket_->send(words);
 }
 
-void ServiceManager::ready() { say("READY=1\nWATCHDOG=1\n"); }
+void ServiceManager::ready() {
+    say("READY=1\nWATCHDOG=1\n");
+}
 
-void ServiceManager::stopping() const { say("STOPPING=1\n"); }
+void ServiceManager::stopping() const {
+    say("STOPPING=1\n");
+}
 
 void ServiceManager::status(const std::string& text) {
     if (!socket_ || text == said_) return;

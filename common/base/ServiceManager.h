@@ -1,4 +1,5 @@
-/// What a program tells the service manager that has started it and watches it: sd_notify(3) of systemd, in a few lines.
+/// What a program tells the service manager that has started it and watches it: sd_notify(3) of systemd, in a few
+/// lines.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +13,17 @@
 
 namespace tessera {
 
-/// Datagrams to the socket that NOTIFY_SOCKET names. Where there is none nothing is said, and each call costs nothing. One
-/// that is not taken at once is lost: nobody waits.
+/// Datagrams to the socket that NOTIFY_SOCKET names. Where there is none nothing is said, and each call costs nothing.
+/// One that is not taken at once is lost: nobody waits.
 ///
-/// The watchdog is fed by whoever does the work, in `turned`: a thread that hangs starves it, and systemd starts the program
-/// anew. For one thread, but for `stopping`.
+/// The watchdog is fed by whoever does the work, in `turned`: a thread that hangs starves it, and systemd starts the
+/// program anew. For one thread, but for `stopping`.
 class ServiceManager {
 public:
     /// Nobody.
     ServiceManager() = default;
-    /// Of this process, by its environment, which loses these variables: children do not speak for it. While the process
-    /// has one thread.
+    /// Of this process, by its environment, which loses these variables: children do not speak for it. While the
+    /// process has one thread.
     [[nodiscard]] static ServiceManager ofThisProcess();
 
     [[nodiscard]] bool isThere() const { return socket_ != nullptr; }
@@ -33,8 +34,8 @@ public:
     void stopping() const;
     /// What it does, in a line.
     void status(const std::string& text);
-    /// Each turn of the loop that is watched. `works`: it gets on, or has nothing to do; without that since the watchdog was
-    /// fed last it is not fed again. `describe` is asked every two seconds at most.
+    /// Each turn of the loop that is watched. `works`: it gets on, or has nothing to do; without that since the
+    /// watchdog was fed last it is not fed again. `describe` is asked every two seconds at most.
     void turned(TimePoint now, bool works, const std::function<std::string()>& describe);
 
 private:

@@ -126,7 +126,8 @@ MachineFinding files() {
     if (::access(path.c_str(), X_OK) != 0)
         return {"reading files", State::kLacks, fmt::format("{} is missing", path), "apt install tessera-server"};
     const std::vector<std::string> missing = missingForConfinement();
-    if (missing.empty()) return {"reading files", State::kGood, "in a child that is confined by seccomp and Landlock", {}};
+    if (missing.empty())
+        return {"reading files", State::kGood, "in a child that is confined by seccomp and Landlock", {}};
     return {"reading files", State::kLacks, missing.front(),
             "use Linux 5.13 or later with lsm=landlock among its options"};
 }
@@ -162,12 +163,14 @@ MachineFinding priority() {
     (void)::getrlimit(RLIMIT_RTPRIO, &limit);
     if (limit.rlim_cur >= 2 || ::geteuid() == 0)
         return {"priority", State::kGood, "pictures may be shown ahead of what is drawn", {}};
-    return {"priority", State::kNote, "threads that show pictures run like any other: beside other load they may be late",
+    return {"priority", State::kNote,
+            "threads that show pictures run like any other: beside other load they may be late",
             "`rtprio 2` in /etc/security/limits.conf; units have it"};
 }
 
 MachineFinding memory() {
-    const auto bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    const auto bytes =
+        static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
     const std::string what = fmt::format("{:.1f} GiB, {} processors", static_cast<double>(bytes) / (1 << 30),
                                          std::max(1u, std::thread::hardware_concurrency()));
     if (bytes >= kMemoryWanted) return {"memory", State::kGood, what, {}};
@@ -217,8 +220,8 @@ std::string lineOf(const MachineFinding& finding, bool json) {
                    {{"thing", finding.thing}, {"state", state}, {"what", finding.what}, {"cure", finding.cure}})
             .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     const std::string cure = finding.cure.empty() ? "" : fmt::format("\n{:<21}-> {}", "", finding.cure);
-    return fmt::format("{:<14} {:<6}{}{}", finding.thing, finding.state == State::kLacks ? "LACKS" : state, finding.what,
-                       cure);
+    return fmt::format("{:<14} {:<6}{}{}", finding.thing, finding.state == State::kLacks ? "LACKS" : state,
+                       finding.what, cure);
 }
 
 }  // namespace tessera

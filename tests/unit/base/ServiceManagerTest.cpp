@@ -21,7 +21,8 @@ using namespace std::chrono_literals;
 /// Where the manager would listen.
 class Listener {
 public:
-    explicit Listener(const std::string& name) : file_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    explicit Listener(const std::string& name)
+        : file_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
         std::memcpy(address.sun_path, name.data(), name.size());
@@ -48,7 +49,9 @@ private:
     std::string path_;
 };
 
-std::string freshName(const std::string& what) { return "@tessera-test-" + what + "-" + std::to_string(::getpid()); }
+std::string freshName(const std::string& what) {
+    return "@tessera-test-" + what + "-" + std::to_string(::getpid());
+}
 
 constexpr TimePoint kFirstTurn = TimePoint(1000s);
 const auto kNothingNew = [] { return std::string(); };
@@ -110,9 +113,9 @@ TEST(ServiceManager, DescribesItselfNowAndThen) {
 }
 
 TEST(ServiceManager, AWatchdogOfAnotherProcessIsNotFed) {
-    for (const auto& [usec, pid] : {std::pair("30000000", "1"), std::pair("30000000", "x"), std::pair("soon", ""),
-                                    std::pair("", ""), std::pair("-1", ""), std::pair("0", ""),
-                                    std::pair("99999999999999999999", "")}) {
+    for (const auto& [usec, pid] :
+         {std::pair("30000000", "1"), std::pair("30000000", "x"), std::pair("soon", ""), std::pair("", ""),
+          std::pair("-1", ""), std::pair("0", ""), std::pair("99999999999999999999", "")}) {
         Listener listener(freshName("other"));
         ::setenv("WATCHDOG_USEC", usec, 1);
         ::setenv("WATCHDOG_PID", pid, 1);
