@@ -31,6 +31,7 @@ struct Arguments {
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false;
+    ServiceManager* service = nullptr;
     int threads = -1, device = -1, whileInput = 0;
 };
 
@@ -142,7 +143,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
                         .culler = culler,
                         .cache = arguments.cache,
-                        .keepFrames = arguments.keepFrames};
+                        .keepFrames = arguments.keepFrames,
+                        .service = arguments.service};
     if (!arguments.inject.empty()) {
         const auto injection = parseInjection(arguments.inject);
         if (!injection) return tl::unexpected(injection.error());
@@ -186,7 +188,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments;
+    ServiceManager service = ServiceManager::ofThisProcess();
+    Arguments arguments{.service = &service};
     Options options(
         "tessera-client",
         "One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have "

@@ -15,7 +15,9 @@
 #include <fmt/format.h>
 
 #include "common/access/LocalWalls.h"
+#include "common/base/JournalStream.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceManager.h"
 #include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
@@ -61,6 +63,7 @@ struct Arguments {
     bool testPicture = false;
     bool allowUnconfined = false;
     bool insecure = false;
+    ServiceManager* service = nullptr;
 };
 
 Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
@@ -165,10 +168,18 @@ public:
         uploads_ = std::move(uploads);
         onFile_ = std::move(onFile);
     }
+    /// A link lets in whoever has it: the journal's readers are others than the server's people.
     void describe() const {
-        if (door_) fmt::print("console: {}\n", door_->link());
-        for (const ServedPanel& panel : panels_)
-            if (door_) fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        if (door_ && leadsToJournal(STDOUT_FILENO)) {
+            fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
+                           panel.file);
+        } else if (door_) {
+            fmt::print("console: {}\n", door_->link());
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        }
         if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
     }
 
@@ -291,6 +302,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.recordPath = arguments.record;
     options.journalPath = arguments.journal;
     options.threads = arguments.threads;
+    options.service = arguments.service;
+    if (!arguments.journal.empty()) arguments.service->status("reads the journal");
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.takesInput = !arguments.noInput;
     options.notices = !arguments.noNotices;
@@ -342,6 +355,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         entrance.describe();
         std::fflush(stdout);
+        // Hosts may dial in. A long scene still loads: the wall waits, and no unit that needs this one has to.
+        arguments.service->ready();
     };
     if (arguments.progress)
         options.onProgress = [](std::uint64_t done, std::uint64_t total) {
@@ -381,7 +396,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     keepBlocks();
-    Arguments arguments;
+    ServiceManager service = ServiceManager::ofThisProcess();
+    Arguments arguments{.service = &service};
     Options options("tessera-server",
                     "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
                     versionText("tessera-server"));

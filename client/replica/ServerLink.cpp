@@ -49,6 +49,7 @@ HostEnd ServerLink::run() {
         if (dialAt_ && now >= *dialAt_) dial();
         if (arrays_) arrays_->step(now);
         sendInput(now);
+        tellService(now);
         if (end_ && now >= giveUpAt_) {
             log_.error("the draw thread does not finish; giving it up");
             end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
@@ -59,6 +60,21 @@ HostEnd ServerLink::run() {
     events_.close();
     transport_->end();
     return *end_;
+}
+
+void ServerLink::tellService(TimePoint now) {
+    if (!options_.service) return;
+    const std::uint64_t steps = options_.drawSteps ? options_.drawSteps->load(std::memory_order_relaxed) : 0;
+    const bool works = work_.idle() || std::exchange(stepsSeen_, steps) != steps;
+    options_.service->turned(now, works, [&] { return describe(now); });
+}
+
+std::string ServerLink::describe(TimePoint now) {
+    const std::string server = toString(options_.server);
+    if (end_) return "ends";
+    if (!welcomed_ && lastReason_.empty()) return fmt::format("dials {}", server);
+    if (!welcomed_) return fmt::format("dials {}: {}", server, lastReason_);
+    return fmt::format("joined {}: {}", server, pace_.text(now));
 }
 
 void ServerLink::askToRunAhead() {
@@ -269,6 +285,7 @@ void ServerLink::carryOut(client_action::Show&& show) {
         doneHere_.push_back({attempt_, outcome::Broken{shown.error()}});
         return;
     }
+    pace_.shown(show.frame.value);
     doneHere_.push_back({attempt_, outcome::Shown{show.frame, clockNow()}});
     give(work::Shown{show.frame});
 }

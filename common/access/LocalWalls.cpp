@@ -22,6 +22,8 @@ namespace {
 constexpr std::string_view kEnding = ".wall";
 constexpr int kMostPlaces = 100;          ///< of one wall
 constexpr std::size_t kMostBytes = 4096;  ///< of a place
+/// Of a server that the system runs (deploy/units): nobody but root makes a folder there.
+constexpr const char* kServiceFolder = "/run/tessera";
 
 Error systemError(std::string_view what, const std::string& path) {
     return {ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
@@ -114,9 +116,13 @@ Expected<void> giveToGroup(int file, const std::string& folder, const std::strin
     struct group* known = nullptr;
     if (getgrnam_r(group.c_str(), &found, room.data(), room.size(), &known) != 0 || known == nullptr)
         return fail(ErrorCode::kNotFound, fmt::format("--group {}: this machine has no such group", group));
-    constexpr mode_t kMayPass = 0711, kMayRead = 0640;  // nobody lists the folder
-    if (chmod(folder.c_str(), kMayPass) != 0 || fchown(file, static_cast<uid_t>(-1), known->gr_gid) != 0 ||
-        fchmod(file, kMayRead) != 0)
+    constexpr mode_t kMayPass = 0711, kMayRead = 0640, kMayList = 0050;
+    // Nobody lists the folder, but where it is the group's and they may already.
+    struct stat info {};
+    const bool mayList =
+        stat(folder.c_str(), &info) == 0 && info.st_gid == known->gr_gid && (info.st_mode & kMayList) == kMayList;
+    if ((!mayList && chmod(folder.c_str(), kMayPass) != 0) ||
+        fchown(file, static_cast<uid_t>(-1), known->gr_gid) != 0 || fchmod(file, kMayRead) != 0)
         return fail(ErrorCode::kRefused, fmt::format("--group {}: {}: {}", group, folder, std::strerror(errno)));
     if (const std::optional<std::string> barred = barredFolder(folder, known->gr_gid))
         return fail(
@@ -136,11 +142,11 @@ bool leadsTo(const Address& peer, const Address& listening) {
 }
 
 /// Open, this user's own, and nobody's to read but a group's.
-int openOwn(const std::string& path, int flags) {
+int openOwn(const std::string& path, int flags, uid_t owner = geteuid()) {
     const int file = open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600);
     if (file < 0) return -1;
     struct stat info {};
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0037) == 0)
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == owner && (info.st_mode & 0037) == 0)
         return file;
     close(file);
     errno = EPERM;
@@ -161,24 +167,25 @@ Expected<std::string> runFolder() {
         return tl::unexpected(systemError("a folder for this user's walls", folder));
     struct stat info {};
     if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
-    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0066) != 0)
+    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0026) != 0)
         return fail(ErrorCode::kRefused,
                     fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
                                 folder));
     return folder;
 }
 
-Expected<std::vector<LocalWall>> localWalls() {
-    const Expected<std::string> folder = runFolder();
-    if (!folder) return tl::unexpected(folder.error());
+namespace {
+
+/// Those that `owner` has left in a folder, and this user may read.
+std::vector<LocalWall> wallsIn(const std::string& folder, uid_t owner) {
     std::vector<LocalWall> walls;
     std::vector<std::string> names;
     std::error_code error;
-    for (std::filesystem::directory_iterator each(*folder, error), none; !error && each != none; each.increment(error))
+    for (std::filesystem::directory_iterator each(folder, error), none; !error && each != none; each.increment(error))
         if (const std::string name = each->path().filename(); name.ends_with(kEnding)) names.push_back(name);
     std::ranges::sort(names);
     for (const std::string& name : names) {
-        const int file = openOwn(*folder + "/" + name, O_RDONLY);
+        const int file = openOwn(folder + "/" + name, O_RDONLY, owner);
         if (file < 0) continue;
         const std::map<std::string, std::string> lines =
             isLocked(file) ? readLines(file) : std::map<std::string, std::string>();
@@ -191,6 +198,18 @@ Expected<std::vector<LocalWall>> localWalls() {
                          .tokens = tokensIn(lines),
                          .authority = lines.contains("authority") ? lines.at("authority") : ""});
     }
+    return walls;
+}
+
+}  // namespace
+
+Expected<std::vector<LocalWall>> localWalls() {
+    const Expected<std::string> folder = runFolder();
+    if (!folder) return tl::unexpected(folder.error());
+    std::vector<LocalWall> walls = wallsIn(*folder, geteuid());
+    struct stat service {};
+    if (*folder == kServiceFolder || lstat(kServiceFolder, &service) != 0 || !S_ISDIR(service.st_mode)) return walls;
+    std::ranges::move(wallsIn(kServiceFolder, service.st_uid), std::back_inserter(walls));
     return walls;
 }
 

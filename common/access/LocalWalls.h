@@ -29,7 +29,8 @@ struct LocalWall {
 /// kFailed: it cannot be made.
 [[nodiscard]] Expected<std::string> runFolder();
 
-/// Those of this user, in the order of their names. What servers have left that no longer run does not count.
+/// Those of this user, in the order of their names; then those of the system's service (/run/tessera), where this user
+/// may read them: a member of its group. What servers have left that no longer run does not count.
 [[nodiscard]] Expected<std::vector<LocalWall>> localWalls();
 /// The only one. kNotFound: none runs, kUsage: several do; the message says which, and how to name one.
 [[nodiscard]] Expected<LocalWall> onlyLocalWall();

@@ -274,7 +274,7 @@ int judge(const WallRunResult& run, bool untilStopped, Console& console) {
     }
     if (run.deserted) return run.desertedCode;
     if (run.server.good()) return 0;
-    console.error(fmt::format("the server {}", describe(run.server)));
+    console.error(fmt::format("the server {}{}", describe(run.server), adviceAfter(run.server, "tessera-server")));
     return run.server.signalled ? exitCode(ErrorCode::kFailed) : run.server.value;
 }
 

@@ -243,7 +243,8 @@ private:
             std::string text =
                 client.remote != nullptr
                     ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
-                    : fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
+                    : fmt::format("client of host {} (pid {}) {}", client.host, pid,
+                                  describe(*end) + adviceAfter(*end, "tessera-client"));
             // A wrong option or configuration would be wrong again.
             const bool hopeless =
                 !end->signalled &&

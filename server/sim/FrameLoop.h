@@ -8,6 +8,7 @@
 
 #include "common/base/AccessToken.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceManager.h"
 #include "common/net/Transport.h"
 #include "common/tls/KeyRing.h"
 #include "common/wall/Showing.h"
@@ -42,6 +43,7 @@ struct ServerOptions {
     bool notices = true;                ///< walls say what is wrong with programs of materials
     bool reload = false;                ///< files that change on disk are taken in again
     unsigned threads = 1;               ///< of the collision pipeline; what comes out does not depend on it
+    ServiceManager* service = nullptr;  ///< that watches the frame thread; null: nobody does
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onBound = {};  ///< before anybody can connect; may be empty
     std::function<void(const Address&)> onListening;

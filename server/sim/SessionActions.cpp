@@ -48,7 +48,8 @@ ServerActions SessionActions::on(const server_action::Fault& fault) {
     walks_.erase(fault.host);
     around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame.value,
                                     fault.host, nameOf(fault.kind), toMilliseconds(fault.detectedAfter),
-                                    fault.detail.empty() ? "" : " (" + fault.detail + ")"));
+                                    fault.detail.empty() ? "" : " (" + fault.detail + ")"),
+                        {.frame = fault.frame.value, .host = fault.host});
     return {};
 }
 

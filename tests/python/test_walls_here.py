@@ -1,10 +1,12 @@
 """The wall that is meant: one that is said, TESSERA_SERVER, or the only one of this user on this machine."""
 import os
+import pathlib
+import subprocess
 import tempfile
 import unittest
 
 import tessera
-from live import Live
+from live import BIN, BUILD, YARD, Live
 
 
 class WallsHere(unittest.TestCase):
@@ -45,6 +47,39 @@ class WallsHere(unittest.TestCase):
             with Live() as live:
                 links.append([line for line in live.log("server").split("\n") if line.startswith("console: ")][0])
         self.assertEqual(links[0], links[1])
+
+    def test_the_systems_server_is_found_by_its_group(self):
+        """/run/tessera, as tessera-server.service has it: in a mount space of the test's own."""
+        if os.geteuid() != 0:
+            self.skipTest("other users and a /run of its own want root")
+        others = pathlib.Path(self._folder.name)
+        others.chmod(0o777)
+        if subprocess.run(["setpriv", "--reuid=65534", "--clear-groups", "test", "-x", str(BIN / "tessera-ctl")]).returncode:
+            self.skipTest(f"other users do not reach {BIN}")
+        steps = """
+            set -e
+            mount --make-rprivate / && mount -t tmpfs -o mode=755 tmpfs /run
+            install -d -o nobody -g games -m 750 /run/tessera
+            cd "$1"
+            XDG_RUNTIME_DIR=/run setpriv --reuid=nobody --regid=games --clear-groups "$2/tessera-server" --group games --no-console \\
+                --scene "$3" >server.log 2>&1 &
+            for _ in $(seq 600); do ! grep -q "token file" server.log || break; sleep 0.1; done
+            export TMPDIR="$1"
+            ask() { setpriv --reuid=12345 --regid=12345 "$@" 2>&1 || true; }
+            ask --groups=games "$2/tessera-ctl" whoami
+            ask --groups=games /usr/bin/python3 -c 'import tessera; print(tessera.connect().whoami().role)'
+            ask --clear-groups "$2/tessera-ctl" whoami
+            kill $!
+        """
+        environment = {**os.environ, "PYTHONPATH": str(BUILD / "python")}
+        environment.pop("XDG_RUNTIME_DIR")
+        said = subprocess.run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", steps, "_", str(others), str(BIN), str(YARD)],
+                              env=environment, capture_output=True, text=True, timeout=120)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        member, python, stranger = said.stdout.splitlines()[:3]
+        self.assertIn("operator", member)
+        self.assertIn("operator", python.lower())
+        self.assertIn("no server of this user", stranger)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from typing import NamedTuple, Optional
 from .errors import BadInput, NotFound
 
 _MOST_BYTES = 4096
+_SERVICE_FOLDER = "/run/tessera"  # of a server that the system runs
 _TOKEN = re.compile("[A-Za-z0-9_-]{16,128}")
 
 
@@ -50,16 +51,16 @@ def _lines(text: str) -> dict[str, str]:
     return {word: rest for word, space, rest in (line.partition(" ") for line in text.split("\n")) if space}
 
 
-def _read(path: str) -> dict[str, str]:
-    """The lines of a server that runs now; of any other nothing."""
+def _read(path: str, owner: int) -> dict[str, str]:
+    """The lines of a server of `owner` that runs now; of any other nothing."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError:
         return {}
     try:
         info = os.fstat(file)
-        # A group may read it, and nobody but this user has written it.
-        if not stat.S_ISREG(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o037:
+        # A group may read it, and nobody but its owner has written it.
+        if not stat.S_ISREG(info.st_mode) or info.st_uid != owner or info.st_mode & 0o037:
             return {}
         # A struct flock: who holds a lock on all of it? The server does as long as it runs.
         asked = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
@@ -72,19 +73,26 @@ def _read(path: str) -> dict[str, str]:
     return {} if lock[0] == fcntl.F_UNLCK else _lines(text)
 
 
-def local_walls() -> list[LocalWall]:
-    """Those of this machine and user, in the order of their names."""
-    folder = _run_folder()
+def _walls_in(folder: str, owner: Optional[int]) -> list[LocalWall]:
+    """`owner`: of all of them; none: that of the folder."""
     try:
         info = os.lstat(folder)
-        if not stat.S_ISDIR(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o066:
+        if not stat.S_ISDIR(info.st_mode) or owner not in (None, info.st_uid) or info.st_mode & 0o026:
             return []
         names = sorted(name for name in os.listdir(folder) if name.endswith(".wall"))
     except OSError:
         return []
-    told = [_read(os.path.join(folder, name)) for name in names]
+    told = [_read(os.path.join(folder, name), info.st_uid) for name in names]
     return [LocalWall(each["server"], each["token"]) for each in told if "server" in each
             and is_token(each.get("token", ""))]
+
+
+def local_walls() -> list[LocalWall]:
+    """Those of this machine and user, in the order of their names; then those of the system's service, where this user
+    may read them."""
+    folder = _run_folder()
+    own = _walls_in(folder, os.geteuid())
+    return own if folder == _SERVICE_FOLDER else own + _walls_in(_SERVICE_FOLDER, None)
 
 
 def address_of(address: Optional[str]) -> str:
