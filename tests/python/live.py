@@ -24,7 +24,7 @@ def run_folder():
     """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers
     without."""
     with (tempfile.TemporaryDirectory(prefix="tessera-run-") as folder,
-          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder})):
+          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder, "XDG_CONFIG_HOME": folder})):
         for name in ("TESSERA_SERVER", "TESSERA_TOKEN", "TESSERA_TOKEN_FILE"):
             os.environ.pop(name, None)
         yield pathlib.Path(folder)
