@@ -128,6 +128,12 @@ Expected<void> Application::onPoses(std::function<void(const notice::Poses&)> ca
     return impl_->subscribe();
 }
 
+Expected<void> Application::onStates(std::function<void(const notice::States&)> callback) {
+    impl_->statesCallback = std::move(callback);
+    impl_->subscription.states = impl_->statesCallback != nullptr;
+    return impl_->subscribe();
+}
+
 void Application::onLost(std::function<void(const Error&)> callback) {
     impl_->lostCallback = std::move(callback);
 }
@@ -309,6 +315,9 @@ Expected<answer::Identity> Application::whoAmI() {
 }
 Expected<answer::People> Application::people() {
     return impl_->ask(request::GetPeople{});
+}
+Expected<answer::WallPlan> Application::plan() {
+    return impl_->ask(request::GetWall{});
 }
 Expected<answer::Steps> Application::steps() {
     return impl_->ask(request::GetSteps{});

@@ -128,6 +128,9 @@ public:
     /// Whenever the wall has shown a frame.
     [[nodiscard]] Expected<void> onFrame(std::function<void(const notice::Frame&)> callback);
 
+    /// How hosts are, whether edits are taken, who has come or gone: at once, then whenever one of these is another.
+    [[nodiscard]] Expected<void> onStates(std::function<void(const notice::States&)> callback);
+
     /// Heads and wands of every frame, as it is made, before it is drawn; a wall without trackers tells of its users
     /// alone.
     [[nodiscard]] Expected<void> onPoses(std::function<void(const notice::Poses&)> callback);
@@ -229,6 +232,8 @@ public:
     /// As whom the server knows this application, and what it may do.
     [[nodiscard]] Expected<answer::Identity> whoAmI();
     [[nodiscard]] Expected<answer::People> people();
+    /// Where the wall's screens, tiles and users are, and where the wall itself stands in the world now.
+    [[nodiscard]] Expected<answer::WallPlan> plan();
     /// What `undo` and `redo` would do, if nobody edits before.
     [[nodiscard]] Expected<answer::Steps> steps();
     /// The tiles as they are shown now, all of the same frame.

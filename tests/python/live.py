@@ -40,6 +40,7 @@ class Live:
         if journal:
             self._options += ["--journal", str(self.folder / "journal")]
         self._processes = []
+        self.hosts = {}  # the newest process of each
         self.server = None
         self.keys = None
 
@@ -125,8 +126,9 @@ class Live:
         self.address, self._port = found.group(1), int(found.group(2))
 
     def start_host(self, host):
-        return self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface,
-                            "--threads", "0"], host)
+        self.hosts[host] = self._start(["tessera-client", "--server", self.address, "--host", host, "--surface",
+                                        self._surface, "--threads", "0"], host)
+        return self.hosts[host]
 
     def kill_server(self):
         self.server.kill()

@@ -103,7 +103,9 @@ TEST_F(LocalWalls, TheServerMayStandInAFileOfTheUser) {
     const auto withText = [&](const std::string& text) {
         std::ofstream(file) << text;
         const Expected<ServerMeant> server = serverMeant("");
-        if (server) EXPECT_EQ(server->namedBy, file);
+        if (server) {
+            EXPECT_EQ(server->namedBy, file);
+        }
         return server ? toString(server->address) : server.error().message;
     };
     EXPECT_EQ(withText("master:7001\n"), "master:7001");
