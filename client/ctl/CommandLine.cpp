@@ -93,14 +93,14 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         "SHOWN and HELD count frames since the last table. WAITED FOR looks at the last\n"
         "512 frames: in how many the others waited, how long, what took the host longest.");
     when(top, [&] { return in.top; });
-    CLI::App* watch = app.add_subcommand("watch", "What happens: hosts, people, edits, faults; a line each");
+    CLI::App* watch = app.add_subcommand("watch", "What happens: hosts, people, edits, faults");
     watch->add_option("--seconds", in.watch.seconds, "So long (0: until interrupted)")
         ->type_name("S")
         ->check(CLI::Range(0.0, 1e7))
         ->check(numberFault);
     watch->footer(
         "host     what has become of one       frame    one that holds an earlier frame\n"
-        "person   who came or went             edit     the newest step, and what is undone\n"
+        "person   who came or went             edit     the newest step, or an undone one\n"
         "journal  whether edits are taken      program  one of a material that is bad\n"
         "detail   what the budget leaves away  link     that to the server\n"
         "Edits are looked for once a second: of several the last is told.");
@@ -111,8 +111,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     trace->footer(
         "A slice for each frame, from when it was made to when the hosts had shown it, as\n"
         "the server's news of both came here. Below it, for each host: what it showed or\n"
-        "held, its state, how long the others wait for it. What a host does within a frame\n"
-        "is not told.");
+        "held, its state, how long the others wait for it. What a host does within a\n"
+        "frame is not told.");
     when(trace, [&] {
         in.trace.patience = in.line.timeout;
         return in.trace;

@@ -106,7 +106,7 @@ public:
         std::size_t at = 0;
         for (int row = 0; row < size.ws_row && at < lines.size(); ++row) {
             const std::size_t end = std::min(lines.find('\n', at), lines.size());
-            drawn += (row > 0 ? "\r\n" : "") + firstCharacters(lines.substr(at, end - at), size.ws_col) + "\x1b[K";
+            drawn += (row > 0 ? "\n" : "") + firstCharacters(lines.substr(at, end - at), size.ws_col) + "\x1b[K";
             at = end + 1;
         }
         write(drawn + "\x1b[J");

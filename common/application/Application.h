@@ -30,8 +30,9 @@ namespace tessera {
 class Application {
 public:
     struct Options {
-        std::string address;  ///< "HOST:PORT" of the server; empty: TESSERA_SERVER, else the one server of this user on
-                              ///< this machine
+        /// "HOST:PORT" of the server; empty: TESSERA_SERVER, else that in this user's file (common/access), else the
+        /// one server of this user on this machine.
+        std::string address;
         std::string name = "application";  ///< for the server's log and status
         std::string tokenFile = {};  ///< whose first line lets it in; empty: TESSERA_TOKEN_FILE, else what the server
                                      ///< of this user has left on this machine
