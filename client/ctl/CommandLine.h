@@ -22,6 +22,20 @@ struct People {};
 struct Link {
     Role role = Role::kOperator;
 };
+/// The wall's figures, drawn anew all the time.
+struct Top {
+    double everySeconds = 1;
+};
+/// What happens to the wall, a line each.
+struct Watch {
+    double seconds = 0;  ///< 0: until interrupted
+};
+/// Frames as events, in a file.
+struct Trace {
+    std::string file;
+    std::int64_t frames = 300;
+    std::chrono::milliseconds patience{10'000};  ///< for the first frame
+};
 struct Tree {
     std::string node = "/";
     int depth = -1;  ///< levels below the node; -1: all
@@ -65,6 +79,7 @@ struct Redo {};
 struct Steps {};
 struct View {
     ViewWish view;
+    bool by = false;  ///< from where the wall stands
 };
 /// What a key at a window would ask for. `node`: of a fit; empty: the whole scene.
 struct Navigate {
@@ -149,7 +164,7 @@ using Verb =
                  verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
                  verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                  verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                 verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
+                 verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

@@ -16,6 +16,9 @@ struct VerbWords {
     double timeoutSeconds = 10;
     std::string role;
     bool asSchema = false;
+    verb::Top top;
+    verb::Watch watch;
+    verb::Trace trace;
     verb::Tree tree;
     verb::Load load;
     std::vector<double> loadAt;
@@ -38,6 +41,7 @@ struct VerbWords {
     std::optional<double> moveScale;
     std::vector<double> position, lookAt, orientation;
     double scale = 1;
+    bool viewBy = false;
     std::vector<std::string> head;
     bool reset = false;
     std::string measureFrom, measureTo;

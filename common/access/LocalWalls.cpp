@@ -25,6 +25,38 @@ constexpr std::size_t kMostBytes = 4096;  ///< of a place
 /// Of a server that the system runs (deploy/units): nobody but root makes a folder there.
 constexpr const char* kServiceFolder = "/run/tessera";
 
+/// The line of a file that names a server; nothing where there is no such file.
+Expected<std::optional<std::string>> lineOfServerFile(const std::string& path) {
+    if (path.empty()) return std::nullopt;
+    const auto wrong = [&](std::string_view why) {
+        return fail(ErrorCode::kUsage, fmt::format("{}: {}; write a line ADDR:PORT, or take the file away", path, why));
+    };
+    const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (opened < 0) {
+        if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+        return wrong(std::strerror(errno));
+    }
+    std::string text(kMostBytes + 1, '\0');
+    const ssize_t got = pread(opened, text.data(), text.size(), 0);
+    const int fault = errno;
+    close(opened);
+    if (got < 0) return wrong(std::strerror(fault));
+    text.resize(static_cast<std::size_t>(got));
+    if (text.size() > kMostBytes) return wrong(fmt::format("it has more than {} bytes", kMostBytes));
+    std::optional<std::string> named;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        std::string_view line = std::string_view(text).substr(at, end - at);
+        at = end + 1;
+        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
+        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back()))) line.remove_suffix(1);
+        if (line.empty() || line.front() == '#') continue;
+        if (named) return wrong("it names more than one server");
+        named = std::string(line);
+    }
+    return named ? Expected<std::optional<std::string>>(std::move(named)) : wrong("it names no server");
+}
+
 Error systemError(std::string_view what, const std::string& path) {
     return {ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
 }
@@ -226,14 +258,30 @@ Expected<LocalWall> onlyLocalWall() {
                 fmt::format("{} servers of this user run on this machine: say which: {}", walls->size(), all));
 }
 
-Expected<Address> serverMeant(const std::string& said) {
-    if (!said.empty()) return parseAddress(said);
-    if (const char* named = std::getenv("TESSERA_SERVER"); named != nullptr && named[0] != '\0') {
-        Expected<Address> address = parseAddress(named);
-        return address ? address : failWith("TESSERA_SERVER", address.error());
-    }
+std::string serverFile() {
+    std::string folder;
+    if (const char* said = std::getenv("XDG_CONFIG_HOME"); said != nullptr && said[0] == '/')
+        folder = said;
+    else if (const char* home = std::getenv("HOME"); home != nullptr && home[0] == '/')
+        folder = std::string(home) + "/.config";
+    return folder.empty() ? folder : folder + "/tessera/server";
+}
+
+Expected<ServerMeant> serverMeant(const std::string& said) {
+    const auto named = [](const std::string& address, const std::string& by) -> Expected<ServerMeant> {
+        const Expected<Address> parsed = parseAddress(address);
+        if (!parsed) return by.empty() ? tl::unexpected(parsed.error()) : failWith(by, parsed.error());
+        return ServerMeant{*parsed, by};
+    };
+    if (!said.empty()) return named(said, "");
+    if (const char* variable = std::getenv("TESSERA_SERVER"); variable != nullptr && variable[0] != '\0')
+        return named(variable, "TESSERA_SERVER");
+    const std::string file = serverFile();
+    const Expected<std::optional<std::string>> line = lineOfServerFile(file);
+    if (!line) return tl::unexpected(line.error());
+    if (*line) return named(**line, file);
     const Expected<LocalWall> only = onlyLocalWall();
-    return only ? Expected<Address>(only->server) : tl::unexpected(only.error());
+    return only ? Expected<ServerMeant>(ServerMeant{only->server, {}}) : tl::unexpected(only.error());
 }
 
 Expected<std::string> readToken(const std::string& file) {

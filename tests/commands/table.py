@@ -203,6 +203,11 @@ ROWS = {
     "tessera-ctl whoami": asked('ctl whoami && ctl --token-file "$(grep -l "server $WALL" '
                                 '$XDG_RUNTIME_DIR/tessera/*.wall)" whoami', says="operator of the wall"),
     "tessera-ctl people": asked("ctl people", says="operator"),
+    "tessera-ctl top": asked("ctl top --every 0.2", says="HOST"),
+    "tessera-ctl watch": asked("ctl watch --seconds 0.2"),
+    "tessera-ctl trace out/trace.json --frames 300": asked("ctl trace $T/trace.json --frames 3", says="3 frames of",
+                                                           leaves=("$T/trace.json",)),
+    "tessera-ctl view --by --position 0 0 -1": asked("ctl view --by --position 0 0 -1", says="stands at"),
     "tessera-ctl steps": asked("ctl move /post 1 0 0 && ctl steps", says="undo  sets Transform.translation of /post"),
     "tessera-ctl link": asked("ctl link", says="/?token="),
     "tessera-ctl link --role viewer": asked("ctl link --role viewer", says="/?token="),

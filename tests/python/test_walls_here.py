@@ -1,6 +1,8 @@
-"""The wall that is meant: one that is said, TESSERA_SERVER, or the only one of this user on this machine."""
+"""The wall that is meant: one that is said, TESSERA_SERVER, that in the user's file, or the only one of this user on
+this machine."""
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -11,9 +13,9 @@ from live import BIN, BUILD, YARD, Live
 
 class WallsHere(unittest.TestCase):
     def setUp(self):
-        self._before = {name: os.environ.pop(name, None) for name in ("XDG_RUNTIME_DIR", "TESSERA_SERVER")}
+        self._before = {name: os.environ.pop(name, None) for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")}
         self._folder = tempfile.TemporaryDirectory()
-        os.environ["XDG_RUNTIME_DIR"] = self._folder.name
+        os.environ["XDG_RUNTIME_DIR"] = os.environ["XDG_CONFIG_HOME"] = self._folder.name
 
     def tearDown(self):
         self._folder.cleanup()
@@ -37,9 +39,31 @@ class WallsHere(unittest.TestCase):
                 with tessera.connect() as wall:
                     self.assertEqual(wall.address, second.address)
                 del os.environ["TESSERA_SERVER"]
+                self.named_in_a_file(second)
                 second.kill_server()
                 with tessera.connect() as wall:
                     self.assertEqual(wall.address, first.address)
+
+    def named_in_a_file(self, meant):
+        """Programs in Python and in C++ read the same file, and refuse the same ones."""
+        file = pathlib.Path(self._folder.name) / "tessera" / "server"
+        file.write_text(f"# the wall downstairs\n{meant.address}\n")
+        with tessera.connect() as wall:
+            self.assertEqual(wall.address, meant.address)
+        self.assertEqual(meant.run("tessera-ctl", "status").returncode, 0)
+        file.write_text("127.0.0.1:9\n")
+        refused = meant.run("tessera-ctl", "status")
+        self.assertEqual((refused.returncode, refused.stderr),
+                         (4, f"tessera-ctl: cannot connect to 127.0.0.1:9 (named by {file}): Connection refused\n"))
+        for text, why in (("", "it names no server"), ("a:1\nb:2\n", "it names more than one server"),
+                          ("wall\n", '"wall" is not an address')):
+            file.write_text(text)
+            with self.assertRaisesRegex(tessera.BadInput, re.escape(f"{file}: {why}")):
+                tessera.connect()
+            refused = meant.run("tessera-ctl", "status")
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(f"{file}: {why}", refused.stderr)
+        file.unlink()
 
     def test_a_console_keeps_its_link(self):
         links = []

@@ -95,9 +95,45 @@ def local_walls() -> list[LocalWall]:
     return own if folder == _SERVICE_FOLDER else own + _walls_in(_SERVICE_FOLDER, None)
 
 
+def server_file() -> str:
+    """Where this user may name a server: `$XDG_CONFIG_HOME/tessera/server`, else `~/.config/tessera/server`; empty: this
+    user has no home."""
+    folder = os.environ.get("XDG_CONFIG_HOME", "")
+    if not folder.startswith("/"):
+        home = os.environ.get("HOME", "")
+        folder = home + "/.config" if home.startswith("/") else ""
+    return folder and folder + "/tessera/server"
+
+
+def _named_in_file(path: str) -> Optional[str]:
+    """A line ADDR:PORT, and lines that begin with #; None: there is no such file. BadInput: it names no server."""
+    if not path:
+        return None
+    advice = "; write a line ADDR:PORT, or take the file away"
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            text = os.pread(file, _MOST_BYTES + 1, 0)
+        finally:
+            os.close(file)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise BadInput(f"{path}: {error.strerror}{advice}") from None
+    if len(text) > _MOST_BYTES:
+        raise BadInput(f"{path}: it has more than {_MOST_BYTES} bytes{advice}")
+    lines = [line.strip() for line in text.decode("utf-8", "replace").split("\n")]
+    named = [line for line in lines if line and not line.startswith("#")]
+    if len(named) != 1:
+        raise BadInput(f"{path}: it names {'more than one' if named else 'no'} server{advice}")
+    if ":" not in named[0]:
+        raise BadInput(f"{path}: \"{named[0]}\" is not an address{advice}")
+    return named[0]
+
+
 def address_of(address: Optional[str]) -> str:
-    """The one that is said, else TESSERA_SERVER, else the one wall of this machine."""
-    said = address or os.environ.get("TESSERA_SERVER")
+    """The one that is said, else TESSERA_SERVER, else that in this user's file, else the one wall of this machine."""
+    said = address or os.environ.get("TESSERA_SERVER") or _named_in_file(server_file())
     if said:
         return said
     found = [wall.address for wall in local_walls()]
