@@ -57,7 +57,7 @@ struct Arguments {
     std::string journal, audit;
     unsigned threads = 1;
     bool noInput = false, noNotices = false, reload = false;
-    bool progress = false;
+    bool progress = false, quiet = false;
     bool testPicture = false;
     bool allowUnconfined = false;
     bool insecure = false;
@@ -453,6 +453,7 @@ int main(int argc, char** argv) {
     options.flag("--no-input", arguments.noInput, "Nobody flies: windows and applications move the\nview by `view` alone");
     options.flag("--no-notices", arguments.noNotices, "The wall does not say what is wrong with programs\nof materials (the log does)");
     options.flag("--reload", arguments.reload, "Files that change on disk, those of --scene and\nothers, are taken in again in their place; what\npeople changed since is kept");
+    options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");
@@ -467,6 +468,7 @@ int main(int argc, char** argv) {
         return exitCode(ErrorCode::kUsage);
     }
     Log log("tessera-server");
+    if (arguments.quiet) log.quieten();
     const Expected<void> served = serve(arguments, std::filesystem::read_symlink("/proc/self/exe").string(), log);
     if (served) return 0;
     log.error(served.error().message);

@@ -488,7 +488,7 @@ bool RenderHost::on(const work::Describe& describe) {
 
 bool RenderHost::on(const work::Finish&) {
     for (const auto& state : tiles_)
-        log_.info(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
+        log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
                               state->painted, state->again));
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)

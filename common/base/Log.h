@@ -28,6 +28,12 @@ public:
     Log& operator=(const Log&) = delete;
 
     void info(std::string_view text) { line("", text); }
+    /// What goes as it should: for a person who follows a program step by step.
+    void detail(std::string_view text) {
+        if (!quiet_) line("", text);
+    }
+    /// No details from now on. Before anybody else has the log.
+    void quieten() { quiet_ = true; }
     void warning(std::string_view text) { line("warning: ", text); }
     void error(std::string_view text) { line("", text); }
 
@@ -39,6 +45,7 @@ private:
     void line(std::string_view kind, std::string_view text);
 
     std::string program_;
+    bool quiet_ = false;
     std::shared_ptr<Writer> writer_;
 };
 
