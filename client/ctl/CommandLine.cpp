@@ -34,12 +34,20 @@ std::string requestsLine() {
     return jsonLine(json);
 }
 
+Expected<std::variant<CommandLine, HelpText>> typesAnswer(const std::string& type, bool json) {
+    if (type.empty()) return HelpText{json ? jsonLine(typesJson()) : typesText()};
+    const Expected<std::string> text = json ? typeLine(type) : typeText(type);
+    if (!text) return tl::unexpected(text.error());
+    return HelpText{*text};
+}
+
 /// What CLI11 fills in; the values of all verbs side by side.
 struct Words {
     CommandLine line;
     double timeoutSeconds = 10;
     std::string role;
     bool asSchema = false;
+    std::string type;
     verb::Tree tree;
     verb::Load load;
     std::vector<double> loadAt;
@@ -156,8 +164,6 @@ Expected<Verb> viewVerb(const Words& words, bool scaleGiven) {
         }
         view.head = head;
     }
-    if (!view.position && !view.orientation && !view.worldUnitsPerMetre && !view.head && !view.reset)
-        return fail(ErrorCode::kUsage, "view: say what to change; see tessera-ctl view --help");
     return verb::View{view};
 }
 
@@ -333,7 +339,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* clone = app.add_subcommand("clone", "A node and all below it once more, beside it");
     clone->add_option("NODE", in.clone.node, "/path/of/names or #id")->required();
     clone->add_option("--under", in.clone.under, "Below this node instead")->type_name("NODE");
-    clone->add_option("--name", in.clone.name, "Of the copy (as the original's)")->type_name("NAME");
+    clone->add_option("--name", in.clone.name, "Of the copy (the original's and a number)")->type_name("NAME");
     clone->add_flag("--deep", in.clone.deep, "Cores, materials, images too: else it shares them");
     clone->add_option("--share", in.clone.share, "With --deep: but for this type of core, material,\nimage …, or this node's core, or #id")
         ->type_name("TYPE|NODE");
@@ -348,6 +354,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     find->add_option("--limit", in.find.limit, "Nodes at most (all)")->type_name("N")->check(CLI::Range(0, 100'000'000));
 
     CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
+    types->add_option("TYPE", in.type, "This one alone, with a sentence for each field");
     types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
 
     CLI::App* requests = app.add_subcommand("requests", "All that an application may ask; needs no server");
@@ -358,7 +365,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     const CLI::App* redo = app.add_subcommand("redo", "Does again what was taken back last");
     const CLI::App* steps = app.add_subcommand("steps", "What undo and redo would do now");
 
-    CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
+    const CLI::App* materials = app.add_subcommand("materials", "What they look like, and who uses them");
+
+    CLI::App* view = app.add_subcommand("view", "Where the wall and heads are, or moves them");
     view->add_option("--position", in.position, "Of the wall's origin, world units")->type_name("X Y Z")->expected(3)->check(numberFault);
     view->add_option("--look-at", in.lookAt, "Turns the wall from --position to here")->type_name("X Y Z")->expected(3)->check(numberFault);
     view->add_option("--orientation", in.orientation, "Of the wall")->type_name("W X Y Z")->expected(4)->check(numberFault);
@@ -458,7 +467,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->required();
 
     try {
-        std::vector<std::string> reversed = withPlainNumbers(words);
+        std::vector<std::string> reversed = withVerbFirst(app, withPlainNumbers(words));
         std::ranges::reverse(reversed);  // as CLI11 wants them
         app.parse(std::move(reversed));
     } catch (const CLI::CallForHelp&) {
@@ -480,7 +489,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     if (requests->parsed())
         return HelpText{in.asSchema ? applicationSchema() : in.line.json ? requestsLine() : requestsText()};
-    if (types->parsed()) return HelpText{in.line.json ? jsonLine(typesJson()) : typesText()};
+    if (types->parsed()) return typesAnswer(in.type, in.line.json);
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto verb = [&]() -> Expected<Verb> {
         if (status->parsed()) return verb::Status{};
@@ -511,6 +520,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             return in.clone;
         }
         if (find->parsed()) return in.find;
+        if (materials->parsed()) return verb::Materials{};
         if (undo->parsed()) return verb::Undo{};
         if (steps->parsed()) return verb::Steps{};
         if (redo->parsed()) return verb::Redo{};

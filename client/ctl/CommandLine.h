@@ -49,7 +49,7 @@ struct Remove {
 struct Clone {
     std::string node;
     std::string under;  ///< a node; empty: beside the original
-    std::string name;   ///< empty: as the original's
+    std::string name;   ///< empty: the original's with a number behind it
     bool deep = false;
     std::vector<std::string> share;  ///< names of types, nodes and objects
 };
@@ -60,9 +60,11 @@ struct Find {
     std::uint32_t pageSize = 256;
     std::int64_t limit = -1;      ///< nodes; -1: all
 };
+struct Materials {};
 struct Undo {};
 struct Redo {};
 struct Steps {};
+/// One that wants nothing asks where all is.
 struct View {
     ViewWish view;
 };
@@ -148,7 +150,7 @@ using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, ve
                           verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly, verb::Pick,
                           verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
                           verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                          verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
+                          verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files, verb::Materials>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

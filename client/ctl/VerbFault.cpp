@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <string_view>
 
 #include "common/base/Nearest.h"
@@ -35,6 +36,23 @@ std::string verbFault(const CLI::App& app, const std::vector<std::string>& words
     for (const char* verb : {"status", "link", "tree", "load", "snapshot"})
         first += fmt::format("  tessera-ctl {:<10}  {}\n", verb, app.get_subcommand(verb)->get_description());
     return first + "see tessera-ctl --help for all verbs, tessera-ctl VERB --help for each";
+}
+
+std::vector<std::string> withVerbFirst(const CLI::App& app, std::vector<std::string> words) {
+    if (words.empty() || !words[0].starts_with('-')) return words;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (words[i].starts_with('-')) {
+            const CLI::Option* option = app.get_option_no_throw(words[i]);
+            if (option != nullptr && option->get_items_expected_max() > 0) ++i;
+            continue;
+        }
+        // Any other word is the value of an option that the verb knows.
+        if (app.get_subcommand_no_throw(words[i]) == nullptr) continue;
+        const auto verb = words.begin() + static_cast<std::ptrdiff_t>(i);
+        std::rotate(words.begin(), verb, verb + 1);
+        break;
+    }
+    return words;
 }
 
 }  // namespace tessera

@@ -13,4 +13,7 @@ namespace tessera {
 /// What is wrong with words of which none is a verb of `app`: the verb that was meant, or those that people need first.
 [[nodiscard]] std::string verbFault(const CLI::App& app, const std::vector<std::string>& words);
 
+/// Options of a verb may stand before it: where the words begin with an option, the verb is put in front.
+[[nodiscard]] std::vector<std::string> withVerbFirst(const CLI::App& app, std::vector<std::string> words);
+
 }  // namespace tessera

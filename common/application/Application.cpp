@@ -593,6 +593,9 @@ Expected<answer::People> Application::people() {
 Expected<answer::Steps> Application::steps() {
     return impl_->ask(request::GetSteps{});
 }
+Expected<answer::WallPlan> Application::wallPlan() {
+    return impl_->ask(request::GetWall{});
+}
 Expected<answer::Images> Application::images() {
     return impl_->ask(request::GetImages{});
 }

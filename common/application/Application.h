@@ -221,6 +221,8 @@ public:
     [[nodiscard]] Expected<answer::People> people();
     /// What `undo` and `redo` would do, if nobody edits before.
     [[nodiscard]] Expected<answer::Steps> steps();
+    /// Where screens, tiles and users are, and where the wall stands in the world now.
+    [[nodiscard]] Expected<answer::WallPlan> wallPlan();
     /// The tiles as they are shown now, all of the same frame.
     [[nodiscard]] Expected<answer::Images> images();
 

@@ -7,6 +7,7 @@
 #include "common/base/Hash.h"
 #include "common/base/Version.h"
 #include "common/json/ChangeJson.h"
+#include "common/json/FieldHelp.h"
 #include "common/request/Catalogue.h"
 #include "common/request/Requests.h"
 #include "common/scene/FieldTable.h"
@@ -70,7 +71,8 @@ Json fieldJson(const TypeInfo& type, const FieldEntry& field) {
                  {"number", field.id.value},
                  {"kind", nameOf(field.kind)},
                  {"width", field.width},
-                 {"unit", nameOf(field.measuredIn)}};
+                 {"unit", nameOf(field.measuredIn)},
+                 {"help", helpOfField(type.name, field.name)}};
     if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
     if (field.integersEach > 0) json[fmt::format("uint{}_each", 8 * field.integerBytes)] = field.integersEach;
     if (field.holdsRefs()) json["to"] = targetName(field);
@@ -123,7 +125,7 @@ Json typesJson() {
         Json fields = Json::array();
         for (const FieldEntry& field : type.fields) fields.push_back(fieldJson(type, field));
         types.push_back(
-            {{"name", type.name}, {"number", type.type.value}, {"core", type.isCore}, {"fields", std::move(fields)}});
+            {{"name", type.name}, {"number", type.type.value}, {"core", type.isCore}, {"help", helpOfType(type.name)}, {"fields", std::move(fields)}});
     }
     return {{"schema", toHex(schemaHash())}, {"types", std::move(types)}};
 }
