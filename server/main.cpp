@@ -22,6 +22,7 @@
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
+#include "common/wall/WallNotes.h"
 #include "server/door/Door.h"
 #include "server/door/UploadFolder.h"
 #include "server/panel/Panel.h"
@@ -268,6 +269,9 @@ Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, 
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
+    // Who says a size wants it so.
+    if (arguments.size.empty())
+        for (const std::string& note : wallNotes(*wall)) log.info(fmt::format("{}: {}", arguments.wall, note));
     const Expected<Address> address = parseAddress(arguments.listen);
     if (!address) return failWith("--listen", address.error());
 

@@ -8,16 +8,28 @@
 
 #include "common/base/Version.h"
 #include "common/options/Options.h"
+#include "common/wall/WallNotes.h"
 #include "common/codec/WallCodec.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/panel/PanelInScene.h"
+#include "server/import/ModelEndings.h"
 #include "server/tools/SceneImport.h"
 
 namespace tessera {
 
+namespace {
+
+std::string formatsText() {
+    std::string text;
+    for (const std::string_view ending : modelEndings()) text += fmt::format(".{}\n", ending);
+    return text;
+}
+
+}  // namespace
+
 Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
     CheckArguments out;
-    bool schema = false;
+    bool schema = false, formats = false;
     Options options(
         "tessera-check",
         "Says what is wrong with walls, panels and scenes, with line and column where\n"
@@ -29,11 +41,13 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     options.option("--scene", out.scene, "Panels are to have their nodes and fields in it").typeName("S");
     options.flag("--json", out.json, "One JSON object per file");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
+    options.flag("--formats", formats, "Prints the endings of all models that are read");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return CheckText{**instead};
     if (schema) return CheckText{sceneSchemaText()};
+    if (formats) return CheckText{formatsText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }
@@ -68,6 +82,7 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         std::size_t tiles = 0;
         for (const auto& host : wall->hosts) tiles += host.tiles.size();
         result.what = fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        result.notes = wallNotes(*wall);
         return result;
     }
     if (path.ends_with(".panel")) {

@@ -16,7 +16,7 @@ struct CheckArguments {
     bool json = false;
     bool allowUnconfined = false;
 };
-/// What --help, --version or --schema asked for.
+/// What --help, --version, --schema or --formats asked for.
 struct CheckText {
     std::string text;
 };
