@@ -133,7 +133,7 @@ private:
             if (line.starts_with(kListening) && address_.empty()) {
                 address_ = line.substr(kListening.size());
                 endServerAt_.reset();
-                console_.fact(line);
+                console_.passOn(false, line);
             } else if (line.starts_with(kProgress)) {
                 showProgress(std::string_view(line).substr(kProgress.size()));
             } else {

@@ -133,7 +133,7 @@ TEST_F(WallOfStartedMachines, LosesTheHostWhoseKeyIsRevokedAndGoesOn) {
     made({"init", "--wall", wall_});
     made({"host", "west"});
     made({"host", "east"});
-    const auto wall = start({"--keys", keys, "--verbose"});
+    const auto wall = start({"--keys", keys});
     const auto listening = wall->waitForText("listening on ", 60s);
     ASSERT_TRUE(listening) << wall->output() << sshdLogs();
     const auto status = [&] {
