@@ -42,6 +42,9 @@ SSH = Row("", elsewhere="needs sshd: integration.StartedBySsh runs it against on
 # The wall file of the guide on real screens, as the guide has it.
 MY_WALL = "tests/commands/made wall deploy/real-screens.md >$T/my.wall"
 
+# The scene with which the guide to writing scenes begins.
+TABLE = "sed -n 's/^    //p' server/import/WRITING.md | head -15 >$T/table.tsct"
+
 # Of a wall 1x1, with a key for its host.
 KEYS = "cd $T && tessera-keys init --wall 1x1 && tessera-keys host all"
 
@@ -187,6 +190,8 @@ ROWS = {
     # ------------------------------------------------------------------ servers and hosts by hand
     "tessera-server … --record show.tsr": Row("ByHand", f"cd $T && by_hand --record show.tsr && tessera-replay show.tsr", says="the same"),
     "tessera-server --record FILE": Row("", elsewhere="README.md has the whole line"),
+    "tessera-wall --scene table.tsct": Row("ByHand", f"{TABLE} && tessera-wall --wall 1x1 --size 64x36 --frames 2 --output $T --scene $T/table.tsct", leaves=("$T/wall.png",)),
+    "tessera-check table.tsct": file(f"{TABLE} && tessera-check $T/table.tsct", says="a scene of"),
     "tessera-wall --record FILE": Row("ByHand", "tessera-wall --wall 1x1 --size 64x36 --scene tests/data/scenes/yard.tsct --frames 3 --output $T --record $T/w.tsr && tessera-replay $T/w.tsr", says="the same"),
     # A wall that has begun knows its scene; a folder without one does not.
     "tessera-wall --journal": Row(
@@ -319,7 +324,7 @@ MORE_LINES = [
                 "--surface osmesa --share off --output $T/a --assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames --listen 127.0.0.1:$PORT --no-input --no-notices "
                 "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames 2 --journal $T/journal --surface egl --device 0 --output $T/b "
-                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads --uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --verbose --audit $T/audit.log --uploads $T/uploads --uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start --start-anyway --ssh /bin/false --output $T/c", ("$T/c/wall.png",)),
     ("Options", "./deploy/run-wall --no-install --version && ./deploy/run-wall --no-install --completion bash >$T/words && tessera-keys --keys $T/keys init --wall 1x1 && "
