@@ -1,5 +1,6 @@
 #include "common/json/FieldHelp.h"
 
+#include <iterator>
 #include <string>
 #include <unordered_map>
 #include <utility>
