@@ -47,7 +47,7 @@ std::vector<std::string> withVerbFirst(const CLI::App& app, std::vector<std::str
             continue;
         }
         // Any other word is the value of an option that the verb knows.
-        if (app.get_subcommand_no_throw(words[i]) == nullptr) continue;
+        if (app.get_subcommands([&](const CLI::App* verb) { return verb->get_name() == words[i]; }).empty()) continue;
         const auto verb = words.begin() + static_cast<std::ptrdiff_t>(i);
         std::rotate(words.begin(), verb, verb + 1);
         break;

@@ -60,8 +60,7 @@ struct Application::Impl {
                                            std::span<const Blob> arrays = {}) {
         using Answer = typename Request::Answer;
         if (const Expected<void> sound = checkRequest(request); !sound) return tl::unexpected(sound.error());
-        Expected<ApplicationAnswer> answer =
-            answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
+        Expected<ApplicationAnswer> answer = answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
         return fail(ErrorCode::kBadInput,
@@ -593,9 +592,7 @@ Expected<answer::People> Application::people() {
 Expected<answer::Steps> Application::steps() {
     return impl_->ask(request::GetSteps{});
 }
-Expected<answer::WallPlan> Application::wallPlan() {
-    return impl_->ask(request::GetWall{});
-}
+Expected<answer::WallPlan> Application::wallPlan() { return impl_->ask(request::GetWall{}); }
 Expected<answer::Images> Application::images() {
     return impl_->ask(request::GetImages{});
 }
