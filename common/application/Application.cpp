@@ -60,7 +60,7 @@ struct Application::Impl {
                                            std::span<const Blob> arrays = {}) {
         using Answer = typename Request::Answer;
         if (const Expected<void> sound = checkRequest(request); !sound) return tl::unexpected(sound.error());
-        Expected<ApplicationAnswer> answer = answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
+        auto answer = answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
         return fail(ErrorCode::kBadInput,
