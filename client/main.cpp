@@ -30,7 +30,7 @@ struct Arguments {
     std::string windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
-    bool check = false;
+    bool check = false, quiet = false;
     ServiceManager* service = nullptr;
     int threads = -1, device = -1, whileInput = 0;
 };
@@ -246,6 +246,7 @@ int main(int argc, char** argv) {
                 "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
         .typeName("S")
         .range(1, 86'400);
+    options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--check", arguments.check, "Say what this machine lacks for this, and end");
     // For tests of the rest of the wall; see client/replica/README.md.
     options.option("--inject", arguments.inject).hidden();
@@ -275,6 +276,7 @@ int main(int argc, char** argv) {
     // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
     std::signal(SIGXFSZ, SIG_IGN);
     Log log(arguments.check ? "tessera-client" : "tessera-client[" + arguments.host + "]");
+    if (arguments.quiet) log.quieten();
     const auto served = arguments.check ? check(arguments) : serve(arguments, log);
     if (served) return 0;
     Log("tessera-client").error(served.error().message);

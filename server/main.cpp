@@ -24,6 +24,7 @@
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
+#include "common/wall/WallNotes.h"
 #include "server/door/Door.h"
 #include "server/door/UploadFolder.h"
 #include "server/panel/Panel.h"
@@ -59,7 +60,7 @@ struct Arguments {
     std::string journal, audit;
     unsigned threads = 1;
     bool noInput = false, noNotices = false, reload = false;
-    bool progress = false;
+    bool progress = false, quiet = false;
     bool testPicture = false;
     bool allowUnconfined = false;
     bool insecure = false;
@@ -280,6 +281,9 @@ Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, 
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
+    // Who says a size wants it so.
+    if (arguments.size.empty())
+        for (const std::string& note : wallNotes(*wall)) log.info(fmt::format("{}: {}", arguments.wall, note));
     const Expected<Address> address = parseAddress(arguments.listen);
     if (!address) return failWith("--listen", address.error());
 
@@ -497,6 +501,7 @@ int main(int argc, char** argv) {
     options.flag("--reload", arguments.reload,
                  "Files that change on disk, those of --scene and\nothers, are taken in again in their place; "
                  "what\npeople changed since is kept");
+    options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");
@@ -511,6 +516,7 @@ int main(int argc, char** argv) {
         return exitCode(ErrorCode::kUsage);
     }
     Log log("tessera-server");
+    if (arguments.quiet) log.quieten();
     const Expected<void> served = serve(arguments, std::filesystem::read_symlink("/proc/self/exe").string(), log);
     if (served) return 0;
     log.error(served.error().message);

@@ -34,6 +34,13 @@ std::string requestsLine() {
     return jsonLine(json);
 }
 
+Expected<std::variant<CommandLine, HelpText>> typesAnswer(const std::string& type, bool json) {
+    if (type.empty()) return HelpText{json ? jsonLine(typesJson()) : typesText()};
+    const Expected<std::string> text = json ? typeLine(type) : typeText(type);
+    if (!text) return tl::unexpected(text.error());
+    return HelpText{*text};
+}
+
 }  // namespace
 
 Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector<std::string>& words) {
@@ -207,7 +214,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* clone = app.add_subcommand("clone", "A node and all below it once more, beside it");
     clone->add_option("NODE", in.clone.node, "/path/of/names or #id")->required();
     clone->add_option("--under", in.clone.under, "Below this node instead")->type_name("NODE");
-    clone->add_option("--name", in.clone.name, "Of the copy (as the original's)")->type_name("NAME");
+    clone->add_option("--name", in.clone.name, "Of the copy (the original's and a number)")->type_name("NAME");
     clone->add_flag("--deep", in.clone.deep, "Cores, materials, images too: else it shares them");
     clone
         ->add_option("--share", in.clone.share,
@@ -237,6 +244,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     when(find, [&] { return in.find; });
 
     CLI::App* types = app.add_subcommand("types", "All types and fields; needs no server");
+    types->add_option("TYPE", in.type, "This one alone, with a sentence for each field");
     types->add_flag("--json", in.line.json, "Answer in JSON");  // here too, as with the programs that need no server
 
     CLI::App* requests = app.add_subcommand("requests", "All that an application may ask; needs no server");
@@ -247,7 +255,9 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     verb("redo", "Does again what was taken back last", [] { return verb::Redo{}; });
     verb("steps", "What undo and redo would do now", [] { return verb::Steps{}; });
 
-    CLI::App* view = app.add_subcommand("view", "Moves the wall through the world, or a head before it");
+    verb("materials", "What they look like, and who uses them", [] { return verb::Materials{}; });
+
+    CLI::App* view = app.add_subcommand("view", "Where the wall and heads are, or moves them");
     view->add_option("--position", in.position, "Of the wall's origin, world units")
         ->type_name("X Y Z")
         ->expected(3)
@@ -415,7 +425,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     });
 
     try {
-        std::vector<std::string> reversed = withPlainNumbers(words);
+        std::vector<std::string> reversed = withVerbFirst(app, withPlainNumbers(words));
         std::ranges::reverse(reversed);  // as CLI11 wants them
         app.parse(std::move(reversed));
     } catch (const CLI::CallForHelp&) {
@@ -439,7 +449,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     if (requests->parsed())
         return HelpText{in.asSchema ? applicationSchema() : in.line.json ? requestsLine() : requestsText()};
-    if (types->parsed()) return HelpText{in.line.json ? jsonLine(typesJson()) : typesText()};
+    if (types->parsed()) return typesAnswer(in.type, in.line.json);
     in.line.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(in.timeoutSeconds * 1000));
     const auto said = std::ranges::find_if(verbs, [](const auto& one) { return one.first->parsed(); });
     TESSERA_CHECK(said != verbs.end(), "a verb is required, and each has said what it makes");

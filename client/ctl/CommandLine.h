@@ -63,7 +63,7 @@ struct Remove {
 struct Clone {
     std::string node;
     std::string under;  ///< a node; empty: beside the original
-    std::string name;   ///< empty: as the original's
+    std::string name;   ///< empty: the original's with a number behind it
     bool deep = false;
     std::vector<std::string> share;  ///< names of types, nodes and objects
 };
@@ -74,9 +74,11 @@ struct Find {
     std::uint32_t pageSize = 256;
     std::int64_t limit = -1;  ///< nodes; -1: all
 };
+struct Materials {};
 struct Undo {};
 struct Redo {};
 struct Steps {};
+/// One that wants nothing asks where all is.
 struct View {
     ViewWish view;
     bool by = false;  ///< from where the wall stands
@@ -159,12 +161,12 @@ struct Save {
 
 }  // namespace verb
 
-using Verb =
-    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move,
-                 verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
-                 verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                 verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                 verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace>;
+using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load,
+                          verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View,
+                          verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts,
+                          verb::Questions, verb::Respond, verb::Snapshot, verb::Save, verb::Trackers, verb::PlayTracker,
+                          verb::Show, verb::Budget, verb::Animations, verb::Inlines, verb::Play, verb::Clone,
+                          verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace, verb::Materials>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

@@ -208,6 +208,14 @@ const FieldInfo& showField() {
     return *findField(*findType(typeOf<Interest>()), fieldId<&Interest::show>);
 }
 
+std::string readableWordOf(const FieldInfo& field, const FieldValue& value) {
+    const auto* doubles = std::get_if<Doubles>(&value);
+    if (doubles == nullptr) return wordOf(field, value);
+    std::string text;
+    for (std::size_t i = 0; i < doubles->width; ++i) text += (i > 0 ? " " : "") + readable(doubles->values[i]);
+    return text;
+}
+
 std::string wordOf(const FieldInfo& field, const FieldValue& value) {
     if (const auto* number = std::get_if<std::int64_t>(&value))
         if (const std::optional<std::string> word = wordOfNumber(field, *number)) return *word;

@@ -52,4 +52,21 @@ std::string optionMeant(const CLI::App& verb, const std::vector<std::string>& wo
     return {};
 }
 
+std::vector<std::string> withVerbFirst(const CLI::App& app, std::vector<std::string> words) {
+    if (words.empty() || !words[0].starts_with('-')) return words;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (words[i].starts_with('-')) {
+            const CLI::Option* option = app.get_option_no_throw(words[i]);
+            if (option != nullptr && option->get_items_expected_max() > 0) ++i;
+            continue;
+        }
+        // Any other word is the value of an option that the verb knows.
+        if (app.get_subcommands([&](const CLI::App* verb) { return verb->get_name() == words[i]; }).empty()) continue;
+        const auto verb = words.begin() + static_cast<std::ptrdiff_t>(i);
+        std::rotate(words.begin(), verb, verb + 1);
+        break;
+    }
+    return words;
+}
+
 }  // namespace tessera

@@ -15,5 +15,7 @@ namespace tessera {
 
 /// " (did you mean '--by'?)" of the first word that is no option of this verb, or nothing.
 [[nodiscard]] std::string optionMeant(const CLI::App& verb, const std::vector<std::string>& words);
+/// Options of a verb may stand before it: where the words begin with an option, the verb is put in front.
+[[nodiscard]] std::vector<std::string> withVerbFirst(const CLI::App& app, std::vector<std::string> words);
 
 }  // namespace tessera

@@ -16,6 +16,7 @@ struct VerbWords {
     double timeoutSeconds = 10;
     std::string role;
     bool asSchema = false;
+    std::string type;
     verb::Top top;
     verb::Watch watch;
     verb::Trace trace;

@@ -17,6 +17,7 @@
 #include "client/ctl/FlyTerminal.h"
 #include "client/ctl/InlineVerbs.h"
 #include "client/ctl/LiveVerbs.h"
+#include "client/ctl/MaterialVerbs.h"
 #include "client/ctl/MeasureVerbs.h"
 #include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"
@@ -289,16 +290,26 @@ Expected<Answer> run(Application& application, const verb::Clone& clone) {
     return answer;
 }
 
+/// What was taken back is what redo would do now, and the other way round: unless somebody has edited meanwhile.
+Answer stepAnswer(Application& application, const answer::Committed& committed, std::string done,
+                  answer::StepPlan answer::Steps::*other, const std::string& otherwise) {
+    const Expected<answer::Steps> steps = application.steps();
+    const std::string what = steps ? ((*steps).*other).what : std::string();
+    Answer answer = committedAnswer(application, committed, what.empty() ? otherwise : done + what);
+    answer.json["what"] = what;
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::Undo&) {
     const Expected<answer::Committed> committed = application.undo();
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(application, *committed, "took back the last change");
+    return stepAnswer(application, *committed, "took back: ", &answer::Steps::redo, "took back the last change");
 }
 
 Expected<Answer> run(Application& application, const verb::Redo&) {
     const Expected<answer::Committed> committed = application.redo();
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(application, *committed, "did the last change again");
+    return stepAnswer(application, *committed, "did again: ", &answer::Steps::undo, "did the last change again");
 }
 
 Expected<Answer> run(Application& application, const verb::Steps&) {
@@ -469,6 +480,8 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
         options.wantBlobs = true;
         options.timeout = std::max<std::chrono::milliseconds>(options.timeout, std::chrono::minutes(2));
     }
+    // Any object may be a material: the scene is looked at whole, without its arrays.
+    options.followScene = options.followScene || std::holds_alternative<verb::Materials>(line.verb);
     Expected<std::unique_ptr<Application>> application = Application::connect(options);
     if (!application) return tl::unexpected(application.error());
     const std::string waiting = isEdit(line.verb) ? whyNoFrame(**application, line.server) : std::string();

@@ -6,6 +6,7 @@
 
 namespace tessera {
 
+/// A wish that wants nothing asks where all is.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::View& view);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Show& show);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Budget& budget);

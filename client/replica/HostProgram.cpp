@@ -174,10 +174,10 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
     session.join();
     if (neighbourhood) neighbourhood->stop();
     if (arrays && arrays->counts().own + arrays->counts().found > 0)
-        log.info(fmt::format(
-            "arrays: {} of {} MB lie in memory that other hosts here may share, {} of {} MB were found there",
-            arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
-            arrays->counts().foundBytes / 1'000'000));
+        log.detail(
+            fmt::format("{} arrays ({} MB) lie in memory that other hosts here may share, {} ({} MB) were found there",
+                        arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
+                        arrays->counts().foundBytes / 1'000'000));
     if (end.over) return {};
     return tl::unexpected(end.error);
 }

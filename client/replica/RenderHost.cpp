@@ -516,9 +516,9 @@ bool RenderHost::on(const work::Describe& describe) {
 
 bool RenderHost::on(const work::Finish&) {
     for (const auto& state : tiles_)
-        log_.info(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
-                              state->painted, state->again),
-                  {.tile = state->tile.name});
+        log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
+                                state->painted, state->again),
+                    {.tile = state->tile.name});
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
             if (state->shown) writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);

@@ -80,7 +80,7 @@ std::string ServerLink::describe(TimePoint now) {
 void ServerLink::askToRunAhead() {
     const PriorityAnswer answer = tessera::askToRunAhead(Urgency::kShowing);
     if (answer.refused.empty()) return;
-    log_.info(fmt::format(
+    log_.detail(fmt::format(
         "pictures are shown by a thread that {} (refused: {}); beside other load it may be late. CAP_SYS_NICE, or "
         "`rtprio 1` in /etc/security/limits.conf, puts it before all that draws",
         answer.got.empty() ? "runs like any other" : "has " + answer.got, answer.refused));
@@ -235,7 +235,7 @@ void ServerLink::carryOut(client_action::Configured&& configured) {
     const Message life = message::Heartbeat{};
     transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), configured.epoch,
                           share(encodeMessage(life)));
-    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
+    log_.detail(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
     give(std::move(configured));
     // A server that has not heard of these windows begins with how they are now.
     welcomed_ = true;
@@ -272,7 +272,7 @@ void ServerLink::noWayIn(const Error& why) {
 
 void ServerLink::carryOut(client_action::Finish&& finished) {
     hangUp("over");
-    log_.info(fmt::format("over: {}", finished.reason));
+    log_.detail(fmt::format("over: {}", finished.reason));
     end({.over = true});
 }
 

@@ -40,6 +40,12 @@ public:
     Log& operator=(const Log&) = delete;
 
     void info(std::string_view text, const LogAbout& about = {}) { say(Level::kInfo, text, about); }
+    /// What goes as it should: for a person who follows a program step by step.
+    void detail(std::string_view text, const LogAbout& about = {}) {
+        if (!quiet_) say(Level::kInfo, text, about);
+    }
+    /// No details from now on. Before anybody else has the log.
+    void quieten() { quiet_ = true; }
     void warning(std::string_view text, const LogAbout& about = {}) { say(Level::kWarning, text, about); }
     void error(std::string_view text, const LogAbout& about = {}) { say(Level::kError, text, about); }
 
@@ -53,6 +59,7 @@ private:
     void say(Level level, std::string_view text, const LogAbout& about);
 
     std::string program_;
+    bool quiet_ = false;
     std::shared_ptr<Writer> writer_;
 };
 

@@ -143,6 +143,8 @@ int main(int argc, char** argv) {
                      "The wall does not say what is wrong with programs\nof materials (the log does)");
     commandLine.flag("--reload", options.reload,
                      "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
+    commandLine.flag("--verbose", options.verbose,
+                     "Say what each process does; each start of one is a\nline for scripts, with its pid");
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,
                      "Import even where the importing process\ncannot be confined");
     if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;
@@ -160,7 +162,7 @@ int main(int argc, char** argv) {
         scene = std::move(*found);
     }
     if ((options.window || options.start) && !frames.given()) options.frames = 0;
-    Console console = Console::standard();
+    Console console = Console::standard(options.verbose);
     Expected<Signals> signals = Signals::take();
     if (!signals) {
         console.error(signals.error().message);

@@ -70,7 +70,7 @@ Expected<void> FrameLoop::Impl::begin() {
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
     if (const std::string refused = AheadForNow::refusal(); !refused.empty())
-        log.info(fmt::format(
+        log.detail(fmt::format(
             "frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a "
             "pause",

@@ -10,15 +10,27 @@
 #include "common/codec/WallCodec.h"
 #include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
+#include "common/wall/WallNotes.h"
+#include "server/import/ModelEndings.h"
 #include "server/panel/PanelInScene.h"
 #include "server/tools/MachineCheck.h"
 #include "server/tools/SceneImport.h"
 
 namespace tessera {
 
+namespace {
+
+std::string formatsText() {
+    std::string text;
+    for (const std::string_view ending : modelEndings()) text += fmt::format(".{}\n", ending);
+    return text;
+}
+
+}  // namespace
+
 Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
     CheckArguments out;
-    bool schema = false;
+    bool schema = false, formats = false;
     Options options("tessera-check",
                     "Says what is wrong with walls, panels and scenes, with line and column where\n"
                     "they are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
@@ -31,6 +43,7 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
                  "Says what this machine lacks for a wall, with\nthe cure; exits 1 where no wall would run");
     options.flag("--json", out.json, "One JSON object per file, or thing of the machine");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
+    options.flag("--formats", formats, "Prints the endings of all models that are read");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
@@ -38,6 +51,7 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     if (schema) return CheckText{sceneSchemaText()};
     if (out.machine && out.files.empty()) return out;
     if (out.machine) return fail(ErrorCode::kUsage, "--machine looks at this machine, and takes no FILE; see --help");
+    if (formats) return CheckText{formatsText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }
@@ -73,6 +87,7 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         for (const auto& host : wall->hosts) tiles += host.tiles.size();
         result.what =
             fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        result.notes = wallNotes(*wall);
         return result;
     }
     if (path.ends_with(".panel")) {

@@ -17,7 +17,7 @@ struct CheckArguments {
     bool machine = false;  ///< this machine is looked at, and no file
     bool allowUnconfined = false;
 };
-/// What --help, --version or --schema asked for.
+/// What --help, --version, --schema or --formats asked for.
 struct CheckText {
     std::string text;
 };

@@ -254,6 +254,8 @@ ROWS = {
         "Hall", says="was stopped by /hall/right row/machine", leaves=("$T/stops.png",),
         changes=(("--size 1600x900", "--size 64x36 --rate 5"), ("127.0.0.1:7000", "127.0.0.1:$PORT"),
                  ("--output out", "--output $T/out"), ("deploy/scenes/engine-stops.png", "$T/stops.png"))),
+    "build/bin/example-mover ADDR:PORT /carriage paced 600": Row(
+        "Rooms", "out/bin/example-mover $WALL /fair/hub paced 5", "deploy/examples/carousel/carousel.tsct"),
     "build/bin/example-carousel ADDR:PORT /fair/hub": Row("Rooms", "out/bin/example-carousel $WALL /fair/hub 0.02",
                                                           "deploy/examples/carousel/carousel.tsct"),
 
@@ -478,7 +480,7 @@ MORE_LINES = [
                 "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames "
                 "2 --journal $T/journal --surface egl --device 0 --output $T/b "
-                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads "
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --verbose --audit $T/audit.log --uploads $T/uploads "
                 "--uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start "

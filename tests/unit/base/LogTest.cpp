@@ -57,6 +57,16 @@ TEST(Log, WhatItQuotesIsNeitherACommandNorALineOfItsOwn) {
     EXPECT_EQ(pipe.readUntil("well\n"), "test: Größe\\x09of \\x1b[2J\\x7f\\x0dhost\n    tessera-server: all is well\n");
 }
 
+TEST(Log, SaysDetailsUntilItIsQuiet) {
+    Pipe pipe;
+    Log log("test", pipe.in);
+    log.detail("joined");
+    log.quieten();
+    log.detail("joined again");
+    log.info("news");
+    EXPECT_EQ(pipe.readUntil("news\n"), "test: joined\ntest: news\n");
+}
+
 /// A terminal may take these for commands, too, or write what follows from right to left.
 TEST(Log, WhatItQuotesLooksLikeNothingElse) {
     Pipe pipe;
