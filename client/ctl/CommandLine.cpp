@@ -11,6 +11,7 @@
 #include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/MeasureVerbs.h"
+#include "client/ctl/NewWall.h"
 #include "client/ctl/NumberText.h"
 #include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
@@ -75,6 +76,7 @@ struct Words {
     std::string decision;
     std::vector<double> respondTo;
     verb::PlayTracker play;
+    verb::NewWall newWall;
     verb::Play take;
     double seconds = 0, speed = 1;
     std::string playProtocol = "dtrack";
@@ -425,6 +427,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->check(CLI::Range(0.0, 1e6))
         ->check(numberFault);
 
+    const CLI::App* newWall = addNewWall(app, in.newWall);
+
     CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
     contacts->add_flag("--events", in.contacts.events, "Who began, goes on or ceased to touch");
     contacts->add_flag("--distances", in.contacts.distances, "Who is how near");
@@ -545,6 +549,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                 return fail(ErrorCode::kUsage, "play-tracker: --flystick is DTrack's; OSC has bodies here");
             return in.play;
         }
+        if (newWall->parsed()) return in.newWall;
         if (fly->parsed()) return verb::Fly{};
         if (navigate->parsed()) return navigateVerb(in);
         if (bookmark->parsed()) return verb::Navigate{bookmarkWish(in.bookmark, in.keep), {}};
