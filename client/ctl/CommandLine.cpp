@@ -10,6 +10,7 @@
 #include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
 #include "client/ctl/MeasureVerbs.h"
+#include "client/ctl/NewWall.h"
 #include "client/ctl/NumberText.h"
 #include "client/ctl/RequestsText.h"
 #include "client/ctl/TypesText.h"
@@ -373,6 +374,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
             return fail(ErrorCode::kUsage, "play-tracker: --flystick is DTrack's; OSC has bodies here");
         return in.play;
     });
+
+    when(addNewWall(app, in.newWall), [&] { return in.newWall; });
 
     CLI::App* contacts = app.add_subcommand("contacts", "What touches now");
     contacts->add_flag("--events", in.contacts.events, "Who began, goes on or ceased to touch");

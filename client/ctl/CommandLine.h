@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -120,6 +121,12 @@ struct PlayTracker {
     std::uint32_t buttons = 0;         ///< of the flystick
     double rateHz = 60, seconds = 10;  ///< 0 s: until interrupted
 };
+/// Writes a wall file; talks to no server.
+struct NewWall {
+    std::string file;
+    std::map<std::string, std::string> measures;  ///< by their names (NewWall.h); empty: not said
+    bool force = false;
+};
 /// What touches in the newest frame. `show`: draw it instead.
 struct Contacts {
     bool events = false, distances = false;  ///< these instead of the contacts themselves
@@ -166,7 +173,7 @@ using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, ve
                           verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts,
                           verb::Questions, verb::Respond, verb::Snapshot, verb::Save, verb::Trackers, verb::PlayTracker,
                           verb::Show, verb::Budget, verb::Animations, verb::Inlines, verb::Play, verb::Clone,
-                          verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace, verb::Materials>;
+                          verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

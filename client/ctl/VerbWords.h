@@ -56,6 +56,7 @@ struct VerbWords {
     std::string decision;
     std::vector<double> respondTo;
     verb::PlayTracker play;
+    verb::NewWall newWall;
     verb::Play take;
     double seconds = 0, speed = 1;
     std::string playProtocol = "dtrack";

@@ -19,6 +19,7 @@
 #include "client/ctl/LiveVerbs.h"
 #include "client/ctl/MaterialVerbs.h"
 #include "client/ctl/MeasureVerbs.h"
+#include "client/ctl/NewWall.h"
 #include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/SceneTree.h"
@@ -448,6 +449,7 @@ struct Runner {
     Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
     /// carryOut has done these without a server.
     Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
+    Expected<Answer> operator()(const verb::NewWall& wish) const { return makeNewWall(wish, print); }
     Expected<Answer> operator()(const verb::Link&) const { return {}; }
     Expected<Answer> operator()(const verb::Fly&) const { return flyByTerminal(application, print); }
     Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
@@ -464,6 +466,7 @@ struct Runner {
 
 Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     if (const auto* played = std::get_if<verb::PlayTracker>(&line.verb)) return play(*played);
+    if (const auto* wish = std::get_if<verb::NewWall>(&line.verb)) return makeNewWall(*wish, print);
     if (const auto* link = std::get_if<verb::Link>(&line.verb)) return linkOf(line, *link);
     Application::Options options;
     options.address = line.server;

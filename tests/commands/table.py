@@ -416,6 +416,21 @@ ROWS = {
     "tessera-convert calibration.mpcdi my.wall": file(
         "cd $T && $ROOT/tests/commands/made mpcdi calibration.mpcdi && tessera-convert calibration.mpcdi my.wall",
         leaves=("$T/my.wall",)),
+    "tessera-convert IN OUT.wall": file(
+        "tessera-convert tests/data/walls/room.xml $T/out.wall && tessera-check $T/out.wall", leaves=("$T/out.wall",)),
+    "tessera-convert hall.ndisplay hall.wall": file(
+        "tessera-convert tests/data/walls/room.ndisplay $T/hall.wall && tessera-check $T/hall.wall",
+        leaves=("$T/hall.wall",)),
+    "tessera-check hall.wall": file(
+        "tessera-convert tests/data/walls/room.json $T/hall.wall && tessera-check $T/hall.wall"),
+    "tessera-wall --wall hall.wall --test-picture --window": Row(
+        "Desk", "tessera-convert tests/data/walls/two-by-two.json $T/hall.wall && tessera-wall --wall $T/hall.wall "
+        "--test-picture --window --size 160x90 --frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
+    "tessera-ctl new-wall FILE.wall": Row("", elsewhere="asks at a terminal: python.other_walls answers"),
+    "tessera-ctl new-wall my.wall": Row("", elsewhere="asks at a terminal: python.other_walls answers"),
+    "tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5": file(
+        "cd $T && tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5 && "
+        "tessera-check my.wall", says="see it in windows", leaves=("$T/my.wall",)),
     "tessera-check --machine": file("tessera-check --machine; test $? -le 1", says="reading files"),
     "tessera-check FILE…": file("tessera-check tests/data/scenes/yard.tsct deploy/walls/2x2.wall"),
     "tessera-check FILE.wall": file("tessera-check deploy/walls/2x2.wall"),
