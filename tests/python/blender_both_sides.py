@@ -131,7 +131,8 @@ class AtOnce(OnAWall):
         bpy.data.objects.remove(other)
         settle()
         self.assertEqual([node.name for node in self.wall.find("/Stage/*", type="Transform")], ["box", "mother"])
-        until("it is as it was, as at the wall", lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
+        until("it is as it was, as at the wall",
+              lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
         settle()
         self.assertEqual((self.node("box").translation[0], link.notes), (0, {}))
 

@@ -1,4 +1,4 @@
-"""What is compiled runs on every processor of Debian's amd64: what asks for more is a kernel that is chosen at run time."""
+"""What is compiled runs on every processor of Debian's amd64: what asks for more is a kernel, chosen at run time."""
 import json
 import pathlib
 import re
@@ -32,7 +32,8 @@ class Baseline(unittest.TestCase):
                 continue
             words = shlex.split(command["command"])
             made = pathlib.Path(command["directory"]) / words[words.index("-o") + 1]
-            symbols = subprocess.run(["nm", "--defined-only", str(made)], capture_output=True, text=True, check=True).stdout
+            symbols = subprocess.run(["nm", "--defined-only", str(made)], capture_output=True, text=True,
+                                     check=True).stdout
             self.assertEqual([line for line in symbols.splitlines() if re.search(r" [WVu] ", line)], [], str(made))
 
 

@@ -56,7 +56,8 @@ class Examples(unittest.TestCase):
 
     def test_a_node_that_moves_by_either_clock(self):
         self.run_on_a_wall("mover", "/carriage", "--paced", "--count", "20", says="moved /carriage 20 times, paced")
-        self.run_on_a_wall("mover", "/carriage", "--queued", "--count", "20", says=r"moved /carriage ([2-9]|1\d|20) times, queued")
+        self.run_on_a_wall("mover", "/carriage", "--queued", "--count", "20",
+                           says=r"moved /carriage ([2-9]|1\d|20) times, queued")
 
     def cells(self):
         notebook = json.loads((EXAMPLES / "plot.ipynb").read_text())

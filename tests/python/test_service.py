@@ -1,4 +1,4 @@
-"""Started by a service manager: what systemd hears of server and client at its socket, and when it hears nothing more."""
+"""Started by a service manager: what systemd hears of server and client at its socket, and when it hears no more."""
 import os
 import pathlib
 import re
@@ -86,7 +86,8 @@ class Service(unittest.TestCase):
 
     def start(self, manager, program, *arguments):
         with open(self.folder / f"{program}.log", "w") as log:
-            process = subprocess.Popen([str(BIN / program), *map(str, arguments)], env=manager.environment(), stdout=log,
+            process = subprocess.Popen([str(BIN / program), *map(str, arguments)], env=manager.environment(),
+                                       stdout=log,
                                        stderr=log, stdin=subprocess.DEVNULL)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -99,7 +100,8 @@ class Service(unittest.TestCase):
         return process, log.split("listening on ")[1].split()[0]
 
     def start_client(self, manager, address, *options):
-        return self.start(manager, "tessera-client", "--server", address, "--host", "all", "--surface", "none", *options)
+        return self.start(manager, "tessera-client", "--server", address, "--host", "all", "--surface", "none",
+                          *options)
 
     def starves(self, manager):
         manager.drain()
@@ -142,8 +144,10 @@ class Service(unittest.TestCase):
         for is_journal in (True, False):
             ours, theirs = socket.socketpair()
             info = os.fstat(theirs.fileno())
-            server = subprocess.Popen([str(BIN / "tessera-server"), "--wall", "1x1"], stdout=theirs, stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
-                                      env={**os.environ, "JOURNAL_STREAM": f"{info.st_dev}:{info.st_ino + (not is_journal)}"})
+            stream = f"{info.st_dev}:{info.st_ino + (not is_journal)}"
+            server = subprocess.Popen([str(BIN / "tessera-server"), "--wall", "1x1"], stdout=theirs,
+                                      stderr=subprocess.DEVNULL, stdin=subprocess.DEVNULL,
+                                      env={**os.environ, "JOURNAL_STREAM": stream})
             self.addCleanup(server.wait)
             self.addCleanup(server.kill)
             theirs.close()

@@ -108,7 +108,8 @@ class Recorded(unittest.TestCase):
         (folder / "token").write_text(record.TOKEN)
         (folder / "thing.tsct").write_text(record.SCENE)
         asked = []
-        with Live(scene=folder / "thing.tsct", surface="none", size="64x36", options=["--token-file", str(folder / "token")]) as live:
+        with Live(scene=folder / "thing.tsct", surface="none", size="64x36",
+                  options=["--token-file", str(folder / "token")]) as live:
             host, port = live.address.rsplit(":", 1)
             with socket.create_connection((host, int(port)), PATIENCE) as connection:
                 epoch = 0

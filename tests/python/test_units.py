@@ -24,7 +24,8 @@ def analyze(*arguments):
         if not program.exists():
             raise unittest.SkipTest("systemd-analyze is not there (./deploy/set-up unpacks it)")
         environment["LD_LIBRARY_PATH"] = str(next(UNPACKED.glob("lib/*/systemd")))
-    return subprocess.run([str(program), "--no-pager", *map(str, arguments)], env=environment, capture_output=True, text=True, timeout=60)
+    return subprocess.run([str(program), "--no-pager", *map(str, arguments)], env=environment, capture_output=True,
+                          text=True, timeout=60)
 
 
 class Units(unittest.TestCase):
@@ -43,7 +44,8 @@ class Units(unittest.TestCase):
         self.assertEqual((told.returncode, told.stderr + told.stdout), (0, ""))
 
     def test_a_fault_would_be_found(self):
-        self.units[0].write_text(self.units[0].read_text().replace("ProtectClock=yes", "ProtectClock=perhaps\nProtectTime=yes"))
+        text = self.units[0].read_text()
+        self.units[0].write_text(text.replace("ProtectClock=yes", "ProtectClock=perhaps\nProtectTime=yes"))
         told = analyze("verify", "--man=no", self.units[0])
         self.assertRegex(told.stderr, "ProtectTime")
 
@@ -56,13 +58,16 @@ class Units(unittest.TestCase):
 
     def test_the_options_of_shipped_files_are_good(self):
         """The words of server.conf and client.conf, as systemd would split them, are taken by the programs."""
-        settings = dict(re.findall(r'^(\w+)="?(.*?)"?$', (UNITS / "server.conf").read_text() + (UNITS / "client.conf").read_text(), re.M))
+        text = (UNITS / "server.conf").read_text() + (UNITS / "client.conf").read_text()
+        settings = dict(re.findall(r'^(\w+)="?(.*?)"?$', text, re.M))
         with tempfile.TemporaryDirectory() as folder:
-            told = subprocess.run([str(BIN / "tessera-server"), *settings["TESSERA_SERVER_OPTIONS"].replace("1x1", "0x1").split()],
-                                  capture_output=True, text=True, env={**os.environ, "XDG_RUNTIME_DIR": folder}, timeout=60)
+            wrong = settings["TESSERA_SERVER_OPTIONS"].replace("1x1", "0x1").split()
+            told = subprocess.run([str(BIN / "tessera-server"), *wrong], capture_output=True, text=True, timeout=60,
+                                  env={**os.environ, "XDG_RUNTIME_DIR": folder})
         self.assertIn('there is no wall "0x1"', told.stderr)
         options = settings["TESSERA_CLIENT_OPTIONS"].split()
-        told = subprocess.run([str(BIN / "tessera-client"), "--check", "--surface", "none", "--server", settings["TESSERA_SERVER"], *options],
+        told = subprocess.run([str(BIN / "tessera-client"), "--check", "--surface", "none", "--server",
+                               settings["TESSERA_SERVER"], *options],
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(told.returncode, 0, told.stderr)
 
@@ -71,7 +76,8 @@ class Desktop(unittest.TestCase):
     def test_its_entry_is_good(self):
         if shutil.which("desktop-file-validate") is None:
             self.skipTest("desktop-file-validate is not installed (package desktop-file-utils)")
-        told = subprocess.run(["desktop-file-validate", ROOT / "deploy/desktop/tessera.desktop"], capture_output=True, text=True, timeout=60)
+        told = subprocess.run(["desktop-file-validate", ROOT / "deploy/desktop/tessera.desktop"], capture_output=True,
+                              text=True, timeout=60)
         self.assertEqual((told.returncode, told.stdout + told.stderr), (0, ""))
 
     def test_its_icon_is_there_and_says_its_size(self):

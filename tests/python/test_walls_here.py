@@ -13,7 +13,8 @@ from live import BIN, BUILD, YARD, Live
 
 class WallsHere(unittest.TestCase):
     def setUp(self):
-        self._before = {name: os.environ.pop(name, None) for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")}
+        names = ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")
+        self._before = {name: os.environ.pop(name, None) for name in names}
         self._folder = tempfile.TemporaryDirectory()
         os.environ["XDG_RUNTIME_DIR"] = os.environ["XDG_CONFIG_HOME"] = self._folder.name
 
@@ -78,14 +79,16 @@ class WallsHere(unittest.TestCase):
             self.skipTest("other users and a /run of its own want root")
         others = pathlib.Path(self._folder.name)
         others.chmod(0o777)
-        if subprocess.run(["setpriv", "--reuid=65534", "--clear-groups", "test", "-x", str(BIN / "tessera-ctl")]).returncode:
+        reached = ["setpriv", "--reuid=65534", "--clear-groups", "test", "-x", str(BIN / "tessera-ctl")]
+        if subprocess.run(reached).returncode:
             self.skipTest(f"other users do not reach {BIN}")
         steps = """
             set -e
             mount --make-rprivate / && mount -t tmpfs -o mode=755 tmpfs /run
             install -d -o nobody -g games -m 750 /run/tessera
             cd "$1"
-            XDG_RUNTIME_DIR=/run setpriv --reuid=nobody --regid=games --clear-groups "$2/tessera-server" --group games --no-console \\
+            XDG_RUNTIME_DIR=/run setpriv --reuid=nobody --regid=games --clear-groups \\
+                "$2/tessera-server" --group games --no-console \\
                 --scene "$3" >server.log 2>&1 &
             for _ in $(seq 600); do ! grep -q "token file" server.log || break; sleep 0.1; done
             export TMPDIR="$1"
@@ -97,7 +100,8 @@ class WallsHere(unittest.TestCase):
         """
         environment = {**os.environ, "PYTHONPATH": str(BUILD / "python")}
         environment.pop("XDG_RUNTIME_DIR")
-        said = subprocess.run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", steps, "_", str(others), str(BIN), str(YARD)],
+        said = subprocess.run(["unshare", "--mount", "--pid", "--fork", "--kill-child", "bash", "-c", steps, "_",
+                               str(others), str(BIN), str(YARD)],
                               env=environment, capture_output=True, text=True, timeout=120)
         self.assertEqual(said.returncode, 0, said.stderr)
         member, python, stranger = said.stdout.splitlines()[:3]

@@ -65,7 +65,8 @@ def queued(move, count):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("address", nargs="?", help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
+    options.add_argument("address", nargs="?",
+                         help="of the server, or a page's link; without: TESSERA_SERVER, or this machine's one wall")
     options.add_argument("node", help="with a Transform")
     manner = options.add_mutually_exclusive_group(required=True)
     manner.add_argument("--paced", action="store_true", help="in step with the wall")
