@@ -12,7 +12,8 @@ from live import Live
 
 class WallsHere(unittest.TestCase):
     def setUp(self):
-        self._before = {name: os.environ.pop(name, None) for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")}
+        self._before = {name: os.environ.pop(name, None)
+                        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")}
         self._folder = tempfile.TemporaryDirectory()
         os.environ["XDG_RUNTIME_DIR"] = os.environ["XDG_CONFIG_HOME"] = self._folder.name
 
