@@ -20,7 +20,7 @@ double FrameTrace::seconds() const {
     return std::max(0.0, microseconds(end_) / 1e6);
 }
 
-int FrameTrace::processOf(const std::string& host) {
+int FrameTrace::trackOf(const std::string& host) {
     return hosts_.try_emplace(host, kWall + 1 + static_cast<int>(hosts_.size())).first->second;
 }
 
@@ -46,9 +46,9 @@ void FrameTrace::shown(const notice::Frame& frame, TimePoint now) {
     slice(kWall, name, made->second, now,
           {{"frame", frame.frame.value}, {"shown_by", frame.shown}, {"held_by", frame.held}});
     for (const std::string& host : frame.shown)
-        slice(processOf(host), name, made->second, now, {{"frame", frame.frame.value}});
+        slice(trackOf(host), name, made->second, now, {{"frame", frame.frame.value}});
     for (const std::string& host : frame.held)
-        slice(processOf(host), "holds an earlier one", made->second, now, {{"frame", frame.frame.value}});
+        slice(trackOf(host), "holds an earlier one", made->second, now, {{"frame", frame.frame.value}});
     open_.erase(open_.begin(), std::next(made));
     ++frames_;
     end_ = now;
@@ -62,7 +62,7 @@ void FrameTrace::status(const answer::Status& status, TimePoint now) {
     for (const auto& [host, ms] : waits)
         events_.push_back(jsonLine({{"ph", "C"},
                                     {"name", "others wait, ms a frame"},
-                                    {"pid", processOf(host)},
+                                    {"pid", trackOf(host)},
                                     {"tid", 1},
                                     {"ts", microseconds(now)},
                                     {"args", {{"ms", ms / frames}}}}));
@@ -70,7 +70,7 @@ void FrameTrace::status(const answer::Status& status, TimePoint now) {
 
 void FrameTrace::states(const notice::States& states, TimePoint now) {
     for (const answer::HostInfo& host : states.hosts) {
-        const int process = processOf(host.name);
+        const int process = trackOf(host.name);
         std::string& known = states_[host.name];
         if (known == host.state) continue;
         known = host.state;

@@ -33,7 +33,7 @@ public:
 private:
     using Json = nlohmann::ordered_json;
     [[nodiscard]] double microseconds(TimePoint time) const;
-    [[nodiscard]] int processOf(const std::string& host);
+    [[nodiscard]] int trackOf(const std::string& host);
     void slice(int process, const std::string& name, TimePoint from, TimePoint to, Json arguments);
 
     std::string wall_;

@@ -23,8 +23,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using namespace std::chrono_literals;
 
-constexpr std::chrono::milliseconds kTick{100};  ///< a wish to leave is heard within it
-constexpr std::chrono::seconds kLook{1};         ///< between two looks at what nobody tells by itself
+constexpr std::chrono::milliseconds kListen{100};  ///< a wish to leave is heard within it
+constexpr std::chrono::seconds kLook{1};           ///< between two looks at what nobody tells by itself
 
 std::string hour(std::chrono::system_clock::time_point time) {
     return fmt::format("{:%H:%M:%S}", fmt::localtime(std::chrono::system_clock::to_time_t(time)));
@@ -128,7 +128,7 @@ private:
 Expected<Answer> topOnce(Application& application, WallFigures& figures, std::chrono::milliseconds every) {
     for (const TimePoint until = clockNow() + every; clockNow() < until && !WishToLeave::there();) {
         const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - clockNow());
-        const Expected<bool> told = application.poll(std::clamp<std::chrono::milliseconds>(left, 1ms, kTick));
+        const Expected<bool> told = application.poll(std::clamp<std::chrono::milliseconds>(left, 1ms, kListen));
         if (!told) return tl::unexpected(told.error());
     }
     const Expected<answer::Status> status = application.status();
@@ -158,7 +158,7 @@ Expected<Answer> run(Application& application, const verb::Top& top, bool json) 
     {
         const WholeTerminal screen;
         for (TimePoint drawAt = clockNow(); !WishToLeave::there();) {
-            const Expected<bool> there = room.poll(kTick);
+            const Expected<bool> there = room.poll(kListen);
             if (!there) return tl::unexpected(there.error());
             if (!*there) break;
             for (const WallEvent& event : room.take())
@@ -189,7 +189,7 @@ Expected<Answer> run(Application& application, const verb::Watch& watch, bool js
             : TimePoint::max();
     bool goesOn = true;
     while (goesOn && !WishToLeave::there() && clockNow() < end) {
-        const Expected<bool> there = room.poll(kTick);
+        const Expected<bool> there = room.poll(kListen);
         if (!there) return tl::unexpected(there.error());
         goesOn = *there;
         for (WallEvent& event : room.take()) {
@@ -229,7 +229,7 @@ Expected<Answer> run(Application& application, const verb::Trace& trace) {
             if (!status) return tl::unexpected(status.error());
             told.status(*status, now);
         }
-        const Expected<bool> polled = application.poll(kTick);
+        const Expected<bool> polled = application.poll(kListen);
         if (!polled && application.serverIsOver()) break;
         if (!polled) return tl::unexpected(polled.error());
         if (told.frames() == 0 && clockNow() > begin + trace.patience)

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
 volatile std::sig_atomic_t wished = 0;
-std::array<struct sigaction, kSignals.size()> before;
+std::array<struct sigaction, kSignals.size()> handlersBefore;
 
 }  // namespace
 
@@ -52,11 +52,11 @@ WishToLeave::WishToLeave() {
     wished = 0;
     struct sigaction noted {};
     noted.sa_handler = [](int) { wished = 1; };
-    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &noted, &before[i]);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &noted, &handlersBefore[i]);
 }
 
 WishToLeave::~WishToLeave() {
-    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &handlersBefore[i], nullptr);
 }
 
 bool WishToLeave::there() {

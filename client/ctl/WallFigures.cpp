@@ -69,7 +69,7 @@ Answer WallFigures::take(const answer::Status& status, TimePoint now) {
                                    kDetailSteps.size() - 1, status.budgetMs);
     if (!status.journalTrouble.empty())
         answer.text += fmt::format("journal   no edit is taken: {}\n", status.journalTrouble);
-    if (!status.waitingFor.empty())
+    if (!status.waitingFor.empty() && status.frames.count == 0)
         answer.text += fmt::format("waiting   for {} before the first frame\n", fmt::join(status.waitingFor, ", "));
     answer.text += "\n";
 

@@ -13,8 +13,8 @@ from live import BIN, BUILD, YARD, Live
 
 class WallsHere(unittest.TestCase):
     def setUp(self):
-        names = ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")
-        self._before = {name: os.environ.pop(name, None) for name in names}
+        self._before = {name: os.environ.pop(name, None)
+                        for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "TESSERA_SERVER")}
         self._folder = tempfile.TemporaryDirectory()
         os.environ["XDG_RUNTIME_DIR"] = os.environ["XDG_CONFIG_HOME"] = self._folder.name
 

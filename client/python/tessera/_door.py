@@ -96,8 +96,8 @@ def local_walls() -> list[LocalWall]:
 
 
 def server_file() -> str:
-    """Where this user may name a server: `$XDG_CONFIG_HOME/tessera/server`, else `~/.config/tessera/server`; empty: this
-    user has no home."""
+    """Where this user may name a server: `$XDG_CONFIG_HOME/tessera/server`, else `~/.config/tessera/server`; empty:
+    this user has no home."""
     folder = os.environ.get("XDG_CONFIG_HOME", "")
     if not folder.startswith("/"):
         home = os.environ.get("HOME", "")
