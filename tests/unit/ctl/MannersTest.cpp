@@ -32,7 +32,7 @@ TEST(Manners, OptionsStandInAnyPlace) {
     const std::string there = "hall  #2\n  crane  Transform at 1 2 3  #3  (1 below)\n";
     EXPECT_EQ(speak(server, {"--depth", "1", "tree", "/hall"}).out, there);
     EXPECT_EQ(speak(server, {"tree", "--depth", "1", "/hall"}).out, there);
-    EXPECT_EQ(speak(server, {"--timeout", "4", "--depth", "1", "tree", "/hall"}).out, there);
+    EXPECT_EQ(runCtl({"--timeout", "4", "--depth", "1", "--server", server.address(), "tree", "/hall"}).out, there);
     const auto named = speakJson(server, {"--name", "tower", "clone", "/hall/crane"});
     EXPECT_EQ(named["path"], "/hall/tower");
 }
