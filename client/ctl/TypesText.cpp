@@ -93,7 +93,8 @@ Expected<std::string> typeText(const std::string& name) {
 Expected<std::string> typeLine(const std::string& name) {
     const Expected<const TypeInfo*> found = typeOfName(name);
     if (!found) return tl::unexpected(found.error());
-    for (const Json& type : typesJson()["types"])
+    const Json all = typesJson();
+    for (const Json& type : all["types"])
         if (type["name"] == (*found)->name) return jsonLine(type);
     return fail(ErrorCode::kNotFound, "types: not told");
 }

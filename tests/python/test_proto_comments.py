@@ -4,7 +4,7 @@ import unittest
 
 from live import ROOT
 
-PRINTED = {"application.proto"}  # by tessera-ctl requests --proto, from the tables of common/request
+PRINTED = {"application.proto"}  # by tessera-ctl requests --proto; unit_codec looks at its members
 
 
 def uncommented(text):

@@ -14,15 +14,15 @@ namespace {
 
 using test::ScriptedServer;
 
-#define EXPECT_HAS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+#define EXPECT_SPOKEN(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
-CtlOutcome ctl(const ScriptedServer& server, std::vector<std::string> words) {
+CtlOutcome speak(const ScriptedServer& server, std::vector<std::string> words) {
     words.insert(words.end(), {"--timeout", "5", "--server", server.address()});
     return runCtl(words);
 }
-nlohmann::json askJson(const ScriptedServer& server, std::vector<std::string> words) {
+nlohmann::json speakJson(const ScriptedServer& server, std::vector<std::string> words) {
     words.emplace_back("--json");
-    const CtlOutcome outcome = ctl(server, std::move(words));
+    const CtlOutcome outcome = speak(server, std::move(words));
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     return nlohmann::json::parse(outcome.out, nullptr, false);
 }
@@ -30,20 +30,20 @@ nlohmann::json askJson(const ScriptedServer& server, std::vector<std::string> wo
 TEST(Manners, OptionsStandInAnyPlace) {
     const ScriptedServer server;
     const std::string there = "hall  #2\n  crane  Transform at 1 2 3  #3  (1 below)\n";
-    EXPECT_EQ(ctl(server, {"--depth", "1", "tree", "/hall"}).out, there);
-    EXPECT_EQ(ctl(server, {"tree", "--depth", "1", "/hall"}).out, there);
-    EXPECT_EQ(ctl(server, {"--timeout", "4", "--depth", "1", "tree", "/hall"}).out, there);
-    const auto named = askJson(server, {"--name", "tower", "clone", "/hall/crane"});
+    EXPECT_EQ(speak(server, {"--depth", "1", "tree", "/hall"}).out, there);
+    EXPECT_EQ(speak(server, {"tree", "--depth", "1", "/hall"}).out, there);
+    EXPECT_EQ(runCtl({"--timeout", "4", "--depth", "1", "--server", server.address(), "tree", "/hall"}).out, there);
+    const auto named = speakJson(server, {"--name", "tower", "clone", "/hall/crane"});
     EXPECT_EQ(named["path"], "/hall/tower");
 }
 
 TEST(Manners, CopiesGetNamesOfTheirOwn) {
     const ScriptedServer server;
-    EXPECT_EQ(askJson(server, {"clone", "/hall/crane"})["path"], "/hall/crane 2");
-    EXPECT_EQ(askJson(server, {"clone", "/hall/crane"})["path"], "/hall/crane 3");
-    EXPECT_EQ(askJson(server, {"clone", "/hall/crane 2"})["path"], "/hall/crane 4");
-    EXPECT_EQ(askJson(server, {"clone", "/hall/crane", "--under", "/"})["path"], "/crane 2");
-    EXPECT_EQ(askJson(server, {"clone", "/hall"})["path"], "/hall 2") << "at the top, too";
+    EXPECT_EQ(speakJson(server, {"clone", "/hall/crane"})["path"], "/hall/crane 2");
+    EXPECT_EQ(speakJson(server, {"clone", "/hall/crane"})["path"], "/hall/crane 3");
+    EXPECT_EQ(speakJson(server, {"clone", "/hall/crane 2"})["path"], "/hall/crane 4");
+    EXPECT_EQ(speakJson(server, {"clone", "/hall/crane", "--under", "/"})["path"], "/crane 2");
+    EXPECT_EQ(speakJson(server, {"clone", "/hall"})["path"], "/hall 2") << "at the top, too";
 }
 
 TEST(Manners, UndoAndRedoSayWhat) {
@@ -55,39 +55,39 @@ TEST(Manners, UndoAndRedoSayWhat) {
                                  .redo = {.what = "sets Transform.translation of /hall/crane"}};
         return fail(ErrorCode::kFailed, "unexpected");
     });
-    ASSERT_EQ(ctl(server, {"move", "/hall/crane", "1", "0", "0"}).exitCode, 0);
-    EXPECT_HAS(ctl(server, {"undo"}).out, "took back: sets Transform.translation of /hall/crane (change ");
+    ASSERT_EQ(speak(server, {"move", "/hall/crane", "1", "0", "0"}).exitCode, 0);
+    EXPECT_SPOKEN(speak(server, {"undo"}).out, "took back: sets Transform.translation of /hall/crane (change ");
 }
 
 TEST(Manners, SearchThatFindsNothingSaysSo) {
     const ScriptedServer server;
-    const CtlOutcome type = ctl(server, {"find", "//transform"});
+    const CtlOutcome type = speak(server, {"find", "//transform"});
     EXPECT_EQ(type.exitCode, 0);
     EXPECT_EQ(type.out, "");
-    EXPECT_HAS(type.err, "a type goes in brackets: '//*[Transform]'");
-    EXPECT_HAS(ctl(server, {"find", "lorry"}).err, "nothing found");
-    EXPECT_EQ(ctl(server, {"find", "crane"}).err, "");
+    EXPECT_SPOKEN(type.err, "a type goes in brackets: '//*[Transform]'");
+    EXPECT_SPOKEN(speak(server, {"find", "lorry"}).err, "nothing found");
+    EXPECT_EQ(speak(server, {"find", "crane"}).err, "");
 }
 
 TEST(Manners, OneTypeIsToldWithASentenceForEachField) {
     const CtlOutcome one = runCtl({"types", "Material"});
-    EXPECT_HAS(one.out, "Material (5): What a surface looks like.");
-    EXPECT_HAS(one.out, "roughness            float, 0 to 1  [0.6]\n      How blurred reflections are");
+    EXPECT_SPOKEN(one.out, "Material (5): What a surface looks like.");
+    EXPECT_SPOKEN(one.out, "roughness            float, 0 to 1  [0.6]\n      How blurred reflections are");
     EXPECT_EQ(one.out.find("Transform"), std::string::npos);
     const CtlOutcome wrong = runCtl({"types", "Materiel"});
     EXPECT_EQ(wrong.exitCode, 3);
-    EXPECT_HAS(wrong.err, "did you mean Material?");
+    EXPECT_SPOKEN(wrong.err, "did you mean Material?");
     EXPECT_EQ(nlohmann::json::parse(runCtl({"types", "Camera", "--json"}).out)["name"], "Camera");
 }
 
 TEST(Manners, MaterialsAreToldWithLooksAndUsers) {
     const ScriptedServer server;
-    const CtlOutcome told = ctl(server, {"materials"});
+    const CtlOutcome told = speak(server, {"materials"});
     ASSERT_EQ(told.exitCode, 0) << told.err;
-    EXPECT_HAS(told.out, "#7");
-    EXPECT_HAS(told.out, "light grey");
-    EXPECT_HAS(told.out, "/hall/crane/hook");
-    const auto json = askJson(server, {"materials"});
+    EXPECT_SPOKEN(told.out, "#7");
+    EXPECT_SPOKEN(told.out, "light grey");
+    EXPECT_SPOKEN(told.out, "/hall/crane/hook");
+    const auto json = speakJson(server, {"materials"});
     ASSERT_EQ(json["materials"].size(), 1u);
     EXPECT_EQ(json["materials"][0]["material"], 7);
     EXPECT_EQ(json["materials"][0]["nodes"][0], "/hall/crane/hook");
@@ -130,12 +130,12 @@ TEST(Manners, ViewIsReadOut) {
         plan.worldUnitsPerMetre = 2;
         return plan;
     });
-    const CtlOutcome told = ctl(server, {"view"});
+    const CtlOutcome told = speak(server, {"view"});
     ASSERT_EQ(told.exitCode, 0) << told.err;
     EXPECT_EQ(told.out,
               "position  3 0 5\nlook-at   3 0 3\nscale     2 world units per metre\n"
               "head      viewer at 0.3 1.8 2.1 m of the wall\nhead      guest at 1 1.5 3 m of the wall\n");
-    const auto json = askJson(server, {"view"});
+    const auto json = speakJson(server, {"view"});
     EXPECT_EQ(json["position"][2].get<double>(), 5.000000000000003) << "programs get all digits";
     EXPECT_EQ(json["heads"][1]["user"], "guest");
 }
