@@ -2,12 +2,14 @@
 import gc
 import os
 import time
+from unittest import mock
 
 import bpy
 import tessera
 from blender_cases import OnAWall, principled
 from blender_side import PERIOD, add, box, settle, start, until, update
 
+from tessera_link import link as link_module
 from tessera_link import pump
 
 
@@ -261,6 +263,23 @@ class Awkward(OnAWall):
         self.assertLess(len(gc.get_objects(generation=2)), 20000)
         pump.stop()
         self.assertEqual(gc.get_freeze_count(), 0)
+
+    def test_all_are_looked_through_slice_by_slice(self):
+        """After undo: a pump without any time looks at few."""
+        for at in range(1000):
+            add(self.stage, f"{at}", bpy.data.meshes.get("a") or box("a"))
+        update()
+        bpy.ops.ed.undo_push(message="begin")
+        self.link()
+        bpy.ops.ed.undo_push(message="once more")
+        bpy.ops.ed.undo()
+        known_as, looked_at, most = link_module.known_as, [], 0
+        with mock.patch.object(link_module, "known_as", lambda thing: looked_at.append(None) or known_as(thing)):
+            while pump.link.rescan or pump.link._scanning:
+                pump.link.pump(budget=0)
+                most = max(most, len(looked_at))
+                looked_at.clear()
+        self.assertLess(most, 4 * link_module.SLICE)
 
     def test_copies_of_collections_show_themselves(self):
         """What is drawn is said; instances are not."""

@@ -229,7 +229,9 @@ class Link:
                 yield
             groups[self._key_for(thing, groups)] = [thing]
         present = {}
-        for key, things in groups.items():
+        for at, (key, things) in enumerate(groups.items()):
+            if at % SLICE == 0:
+                yield
             subject = self.objects.get(key)
             # A copy in Blender has the key, too: the one with the name that is known keeps it.
             first = next((thing for thing in things if subject is not None and known_as(thing) == subject.known_as),
