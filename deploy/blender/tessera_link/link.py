@@ -10,6 +10,7 @@ from .courier import ROOT_MARK, Courier
 from .gestures import Gestures
 from .mirror import Batch, Mirror
 from .removals import make_again, put_back, step_of_undo, take_out
+from .rest import Rest
 from .take_up import take_up
 from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_by_name, key_of, known_as, new_key
 from .whole import Whole
@@ -17,7 +18,6 @@ from .whole import Whole
 BUDGET = 0.004  # s of Blender's thread, each time
 _MOST_CHANGES = 4000  # in one batch
 _MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
-_TAKEN_UP_AFTER = 0.5  # s of rest
 _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
 _KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
@@ -39,7 +39,7 @@ class Link:
         self.removed_there, self.deleted_here = {}, {}  # by key
         self.staying = {}  # keys of a library's objects that were removed there
         self.notes, self.refused = {}, {}
-        self.stamp, self.superfluous, self._again_at = "", [], None
+        self.stamp, self.superfluous, self._rest = "", [], Rest()
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
@@ -102,12 +102,13 @@ class Link:
 
     def _mark_object(self, known, geometry):
         subject = self.by_name.get(known)
-        thing = subject.get() if subject is not None else None
+        thing = subject.get() if subject is not None and not self.rescan else None  # after undo none is known as it was
         if thing is None or known_as(thing) != known:
             self.rescan = True
             self._unknown[known] = geometry or self._unknown.get(known, False)
             return
         self.dirty(subject)
+        self._rest.touch(subject)
         if geometry:
             self.contents.choose(subject, thing)
             if isinstance(subject.content, MeshSubject):
@@ -145,19 +146,19 @@ class Link:
             self._still = True
             return
         if self._still:
-            self._still, self._again_at, self.rescan = False, 0.0, True  # nobody has listened meanwhile
-        if self._again_at is not None and time.monotonic() > self._again_at and self._under_way is None:
-            self._again_at, self._epoch = None, 0
-            self.courier.look_again()
+            self._still, self.rescan = False, True
+            self._rest.at_once()  # nobody has listened meanwhile
         if self.rescan and self._scanning is None and self._epoch:
             self._scanning = self._scan()
         for event in events:
             getattr(self, f"_on_{event[0]}")(*event[1:])
+        if self._rest.is_due and self._under_way is None and self._taking_up is None and self._epoch:
+            patient = self._rest.begin()
+            self._epoch = self._epoch if patient else 0
+            self.courier.look_again(patient)
         self._scanning = self._go_on(self._scanning, end)
-        if self._scanning is None and not self.rescan:
-            self._taking_up = self._go_on(self._taking_up, end)
-            if self.rescan:
-                self.look_again_soon()  # it was given up
+        if self._taking_up is not None and self._scanning is None and not self.rescan:
+            self._go_on_taking_up(end)
         busy = self._scanning or self._taking_up or self.rescan
         if self._epoch and not busy and self.courier.state == "linked":
             self._take_news(end)
@@ -165,6 +166,18 @@ class Link:
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
+
+    def _go_on_taking_up(self, end):
+        if self._rest.patient and (self.courier.is_disturbed or self._rest.is_moved(self)):
+            self._taking_up = None
+            self._rest.disturbed()
+            self.courier.begin()
+            return
+        self._taking_up = self._go_on(self._taking_up, end)
+        if self.rescan:
+            self.look_again_soon()  # it was given up
+        elif self._taking_up is None:
+            self._rest.done()
 
     def _go_on(self, work, end):
         """With what is done slice by slice; None: it is done."""
@@ -179,7 +192,7 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None or not self._epoch
+        looking = self._taking_up or self._scanning or self.rescan or self._rest.is_awaited or not self._epoch
         leaving = self._under_way or self.removals or self.superfluous or any(self._dirty.values())
         return self.courier.state == "linked" and not (looking or leaving or self._news or self._placed)
 
@@ -272,8 +285,12 @@ class Link:
             if at % SLICE == 0:
                 yield
         self._looked = True
-        unknown, self._unknown = self._unknown, {}
-        for known, geometry in unknown.items():
+        for at, known in enumerate(list(self._unknown)):
+            if at % SLICE == 0:
+                yield
+            if self.rescan:
+                return  # they are looked for again
+            geometry = self._unknown.pop(known)
             if known in self.by_name:
                 self._mark_object(known, geometry)
 
@@ -363,6 +380,7 @@ class Link:
         batch.gesture = self.gestures.name_for(frozenset(batch.subjects))
         if batch:
             self._under_way = batch
+            self._rest.put_off()
             self.counts["sent"] += batch.changes
             self.counts["batches"] += 1
             self.courier.send(batch)
@@ -426,6 +444,9 @@ class Link:
         """What is under way: it may be granted or not, and what is found tells."""
         if self._under_way is not None:
             self.superfluous += [node for node in self._under_way.removed if node.owner is None]
+            for subject, before in self._under_way.hung.items():
+                subject.hung = before
+                self.dirty(subject)
             self._under_way = None
 
     def _on_note(self, key, text):
@@ -435,8 +456,12 @@ class Link:
         self._epoch, self.plan = found.epoch, found.plan
         if found.root or not found.same:
             self._found_root()
+        self._rest.found(found.patient and self._under_way is None)
         self._lose()
         self._news, self._placed, self._taking_up = {}, {}, take_up(self, found)
+
+    def _on_disturbed(self):
+        self._rest.disturbed()
 
     def _on_done(self, batch, sequence, stopped):
         if batch is self._under_way:
@@ -499,6 +524,7 @@ class Link:
             if sequence < mirror.granted or (there.number if isinstance(there, Mirror) else there) == value:
                 continue
             self.counts["taken"] += 1
+            self._rest.put_off()
             if isinstance(mirror.owner, Link):
                 mirror.in_step({name: value}, {name: value})
             else:
@@ -580,7 +606,7 @@ class Link:
     def look_again_soon(self):
         """Where both sides hung, removed and took back at once, what is there decides, and not what each heard of the
         other. At rest: each call puts it off."""
-        self._again_at = time.monotonic() + _TAKEN_UP_AFTER
+        self._rest.soon()
 
     def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""
