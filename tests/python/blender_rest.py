@@ -83,6 +83,30 @@ class Rest(OnAWall):
         with self.slow_taking_up():
             self.moves_are_not_held_up()
 
+    def test_while_all_are_looked_through_after_undo(self):
+        first = link_module.Link._scan
+
+        def scan(link):
+            yield from self.lasts()
+            yield from first(link)
+
+        with mock.patch.object(link_module.Link, "_scan", scan):
+            bpy.ops.ed.undo()
+            until("all are looked through", lambda: self.began == 1)
+            bpy.data.objects["1"].location.z = 5
+            until("the move is granted", lambda: self.wall["/Stage/1"].translation[2] == 5, MOST)
+            self.ends = True
+            settle()
+        self.assertEqual(pump.link.notes, {})
+
+    def test_what_another_blender_adds_is_said(self):
+        with self.wall.edit() as edit:
+            node = edit.add(self.wall["/Stage"], "new", edit.object("Transform"))
+            edit.add(node, f"blender:{'1' * 32}", edit.object("ApplicationData"))
+        until("it is said", lambda: pump.link.notes)
+        (said,) = pump.link.notes.values()
+        self.assertEqual(said, "1 nodes below the collection at the wall are not of this file")
+
     def test_it_is_made_although_something_moves_all_the_time(self):
         with self.slow_taking_up(), mock.patch("tessera_link.rest._PATIENCE", 1.0):
             self.ends = True

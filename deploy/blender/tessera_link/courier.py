@@ -36,6 +36,7 @@ class Found:
         self.stamp = ""  # of the root: another one was made anew, and what is not below it was not removed
         self.objects = {}  # by key
         self.epoch = 0
+        self.twins = {}  # paths of other roots with this key, by their numbers and stamps
         self.twice = set()  # nodes of keys that others have already
         self.others = 0  # nodes below the root that are not of Blender
 
@@ -280,9 +281,11 @@ class Courier:
         found, status = Found(role, wall.ask("GetWall"), patient), wall.status()
         found.same, self._server = status.epoch == self._server or bool(status.journal), status.epoch
         marks = wall.find(f"/**/{ROOT_MARK}{self._key}")
-        root = next((mark.parent for mark in sorted(marks, key=lambda mark: mark.id)), None)
-        if root is None:
+        marks.sort(key=lambda mark: mark.id)
+        if not marks:
             return found
+        root = marks[0].parent
+        found.twins = {(mark.parent.id, getattr(mark.core, "key", "")): mark.parent.path for mark in marks[1:]}
         names, cores, parents, values, types, stamps = {}, {}, {}, {}, {}, {}
         for rows, content in self._undisturbed(wall.tree(root), patient):
             parents.update(zip(rows["node"].tolist(), rows["parent"].tolist()))
@@ -390,7 +393,7 @@ class Courier:
             if (column.type.name, column.field.name) == ("Node", "name"):
                 for number, name in zip(column.ids.tolist(), column.values):
                     if name.startswith(MARK) and number not in self.watched:
-                        self._events.append(("marked", name[len(MARK):]))
+                        self._events.append(("marked",))
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:
                 continue

@@ -22,11 +22,14 @@ _MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
 _KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
 _GROWN = 256  # objects
+_FEW = 16  # objects that a person moves: they go first
 SLICE = 64  # objects, between two looks at the clock
 
 
 class Link:
     """`pump` does all that is to be done now, within its budget; nothing here waits for the network."""
+
+    stamps = {}  # of all roots that this Blender has made
 
     def __init__(self, tessera, way, collection, link_key):
         self.key, self._whole = link_key, Whole(collection, link_key)
@@ -48,6 +51,7 @@ class Link:
         self._looked = False  # through all that is linked, once
         self._unknown = {}  # names by which Blender told of changes and that were not known, and whether of shapes
         self._fresh = {}  # that came, and of which nothing is known yet
+        self._moved = {}
         self._epoch = 0
         self.gestures = Gestures()
         self._camera = None
@@ -74,10 +78,13 @@ class Link:
 
     def mark(self, updates):
         """What a depsgraph has updated."""
+        few = len(updates) <= _FEW
         for update in updates:
             thing = update.id
             if isinstance(thing, bpy.types.Object):
                 self._mark_object(known_as(thing), update.is_updated_geometry)
+                if few and known_as(thing) in self.by_name:
+                    self._moved[self.by_name[known_as(thing)]] = None
             elif isinstance(thing, bpy.types.Material):
                 self.contents.mark_material(known_as(thing))
                 # It may have been the material
@@ -166,6 +173,9 @@ class Link:
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
+        elif self._epoch and self._moved and not self._taking_up and self.courier.state == "linked":
+            if self._under_way is None and not self.root_lost:
+                self._send_moved()
 
     def _go_on_taking_up(self, end):
         if self._rest.patient and (self.courier.is_disturbed or self._rest.is_moved(self)):
@@ -361,6 +371,7 @@ class Link:
             return
         batch.create(self.root_core, {"translation": (0.0, 0.0, 0.0), "rotation": stand.UP, "scale": (1.0, 1.0, 1.0)})
         self.stamp = f"blender {new_key()}"
+        self.stamps[self.stamp] = None
         batch.create(self.marks, {"key": self.stamp})
         self.root.owner = self
         top = Mirror("Node")
@@ -372,11 +383,30 @@ class Link:
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
         looked_at = 0
+        first = {subject: None for subject in self._moved if subject in self._dirty["objects"]}
+        self._moved = {}
+        if first:
+            self._dirty["objects"] = {**first, **self._dirty["objects"]}
         for kind in _KINDS:
             looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
             self._remove(batch)
+        self._give(batch)
+
+    def _send_moved(self):
+        """While all are looked through, which takes as long as there are objects."""
+        batch = Batch(self._epoch, self.root)
+        moved, self._moved = self._moved, {}
+        for subject in moved:
+            if self.objects.get(subject.key) is subject and subject.node.number and not subject.alone:
+                before = len(batch.steps) + len(batch.removed)
+                subject.collect(self, batch)
+                if len(batch.steps) + len(batch.removed) > before:
+                    batch.subjects[subject] = None
+        self._give(batch)
+
+    def _give(self, batch):
         batch.gesture = self.gestures.name_for(frozenset(batch.subjects))
         if batch:
             self._under_way = batch
@@ -597,11 +627,10 @@ class Link:
         elif self.deleted_here.pop(subject.key, None) is not None:
             make_again(self, subject)
 
-    def _on_marked(self, key):
+    def _on_marked(self):
         """A node with the key of an object: another Blender with this file made it, or undo of what was done before we
-        were here."""
-        if key in self.objects or key in self.removed_there or key in self.deleted_here:
-            self.look_again_soon()
+        were here. What is not of this file is said."""
+        self.look_again_soon()
 
     def look_again_soon(self):
         """Where both sides hung, removed and took back at once, what is there decides, and not what each heard of the
