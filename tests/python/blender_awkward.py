@@ -9,8 +9,7 @@ import tessera
 from blender_cases import OnAWall, principled
 from blender_side import PERIOD, add, box, settle, start, until, update
 
-from tessera_link import link as link_module
-from tessera_link import pump
+from tessera_link import pump, scan
 from tessera_link.courier import Courier, Found
 from tessera_link.subjects import ObjectSubject, key_of
 
@@ -284,14 +283,14 @@ class Awkward(OnAWall):
         with mock.patch.object(ObjectSubject, "get", counted):
             bpy.ops.ed.undo()
             update()
-        known_as, looked_at, most = link_module.known_as, [], 0
+        known_as, looked_at, most = scan.known_as, [], 0
         self.assertEqual(by_name, [])
-        with mock.patch.object(link_module, "known_as", lambda thing: looked_at.append(None) or known_as(thing)):
+        with mock.patch.object(scan, "known_as", lambda thing: looked_at.append(None) or known_as(thing)):
             while pump.link.rescan or pump.link._scanning:
                 pump.link.pump(budget=0)
                 most = max(most, len(looked_at))
                 looked_at.clear()
-        self.assertLess(most, 4 * link_module.SLICE)
+        self.assertLess(most, 4 * scan.SLICE)
 
     def test_copies_of_collections_show_themselves(self):
         """What is drawn is said; instances are not."""
