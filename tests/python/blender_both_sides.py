@@ -243,6 +243,24 @@ class Crash(unittest.TestCase):
                 self.assertEqual((wall["/Stage/box"].translation, wall["/Stage/box"].scale, thing.location.x),
                                  ((1, 2, 3), (2, 2, 2), 1))
 
+    def test_another_parent_was_under_way(self):
+        with run_folder(), Live(surface="none", journal=True) as live:
+            stage = only()
+            above, thing = add(stage, "above", box("a")), add(stage, "box", bpy.data.meshes["a"])
+            link = start(stage, live.address)
+            os.kill(live.server.pid, signal.SIGSTOP)
+            thing.parent = above
+            batches = link.counts["batches"]
+            until("it is under way", lambda: link.counts["batches"] > batches)
+            live.kill_server()
+            until("that is said", lambda: link.courier.state == "reconnecting")
+            live.start_server()
+            until("linked again", lambda: link.courier.state == "linked")
+            settle()
+            with live.connect() as wall:
+                self.assertIn("/Stage/above/box", wall)
+                self.assertEqual(thing.parent, above)
+
     def test_the_removal_of_what_is_there_twice_was_under_way(self):
         with run_folder(), Live(surface="none", journal=True) as live:
             stage = only()

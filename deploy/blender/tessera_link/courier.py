@@ -27,16 +27,22 @@ class FoundObject:
 class Found:
     """What a wall has of a collection: taken up instead of made again."""
 
-    def __init__(self, role, plan):
+    def __init__(self, role, plan, patient):
         self.role, self.plan = role, plan
+        self.patient = patient  # whoever changes something meanwhile goes first
         self.root = self.root_core = self.marks = 0
         self.root_stand = None
         self.same = False  # numbers mean what they meant
         self.stamp = ""  # of the root: another one was made anew, and what is not below it was not removed
         self.objects = {}  # by key
         self.epoch = 0
+        self.twins = {}  # paths of other roots with this key, by their numbers and stamps
         self.twice = set()  # nodes of keys that others have already
         self.others = 0  # nodes below the root that are not of Blender
+
+
+class _Disturbed(Exception):
+    """While both sides were compared."""
 
 
 class Courier:
@@ -56,7 +62,8 @@ class Courier:
         self._view = None
         self._closing = threading.Event()
         self._follow = threading.Event()
-        self._broken, self._anew = None, False
+        self._broken, self._anew = None, None
+        self._disturbed = threading.Event()  # something is sent, or changed at the wall, while both are compared
         self._server = 0  # its epoch
         self._epoch = 0  # of sessions: what was made for another one has numbers that mean something else
         self._thread = threading.Thread(target=self._run, name="tessera link", daemon=True)
@@ -65,6 +72,7 @@ class Courier:
     # ---- what Blender's thread calls: nothing here waits
 
     def send(self, batch):
+        self._disturbed.set()
         self._jobs.put(batch)
 
     def look(self, view):
@@ -91,10 +99,15 @@ class Courier:
             found, self._news = self._news, {}
         return found
 
-    def look_again(self):
-        """At what is there, as after dialling."""
-        self._anew = True
+    def look_again(self, patient):
+        """At what is there, as after dialling. `patient`: that is given up for whatever is sent meanwhile."""
+        self._disturbed.clear()
+        self._anew = patient
         self._jobs.put(None)
+
+    @property
+    def is_disturbed(self):
+        return self._disturbed.is_set()
 
     def close(self):
         self._closing.set()
@@ -128,7 +141,7 @@ class Courier:
 
     def _session(self):
         """Until it is closed, or breaks."""
-        self.watched, self._sorted, self._broken = {}, np.zeros(0, "<u8"), None
+        self.watched, self._sorted, self._broken, self._anew = {}, np.zeros(0, "<u8"), None, None
         with self._tessera.connect(**self._way, name="blender", redial=0) as wall:
             role = wall.whoami().role
             if role == "viewer":
@@ -145,12 +158,17 @@ class Courier:
                 changes.close()
                 self._follow.set()
 
-    def _look(self, wall, role):
+    def _look(self, wall, role, patient=False):
         """At what is there; what others change from then on waits until that has been taken up."""
         with self._gate:
             self._follow.clear()
-            self._anew = False
-            found = self._take_up(wall, role)
+            self._anew = None
+            try:
+                found = self._take_up(wall, role, patient)
+            except _Disturbed:
+                self._follow.set()
+                self._events.append(("disturbed",))
+                return
             self._epoch += 1
             found.epoch = self._epoch
             with self._lock:
@@ -173,8 +191,8 @@ class Courier:
                     wall.view(**view)
                 except (self._tessera.Refused, self._tessera.BadInput) as error:
                     self._events.append(("note", "view", str(error)))
-            if self._anew:
-                self._look(wall, role)
+            if self._anew is not None:
+                self._look(wall, role, self._anew)
             if batch is not None and batch.epoch == self._epoch:
                 self._do(wall, batch)
 
@@ -253,15 +271,23 @@ class Courier:
 
     # ---- what is there
 
-    def _take_up(self, wall, role):
-        found, status = Found(role, wall.ask("GetWall")), wall.status()
+    def _undisturbed(self, rows, patient):
+        for row in rows:
+            if patient and self._disturbed.is_set():
+                raise _Disturbed
+            yield row
+
+    def _take_up(self, wall, role, patient=False):
+        found, status = Found(role, wall.ask("GetWall"), patient), wall.status()
         found.same, self._server = status.epoch == self._server or bool(status.journal), status.epoch
         marks = wall.find(f"/**/{ROOT_MARK}{self._key}")
-        root = next((mark.parent for mark in sorted(marks, key=lambda mark: mark.id)), None)
-        if root is None:
+        marks.sort(key=lambda mark: mark.id)
+        if not marks:
             return found
+        root = marks[0].parent
+        found.twins = {(mark.parent.id, getattr(mark.core, "key", "")): mark.parent.path for mark in marks[1:]}
         names, cores, parents, values, types, stamps = {}, {}, {}, {}, {}, {}
-        for rows, content in wall.tree(root):
+        for rows, content in self._undisturbed(wall.tree(root), patient):
             parents.update(zip(rows["node"].tolist(), rows["parent"].tolist()))
             types.update(zip(content.created["id"].tolist(), content.created["type"].tolist()))
             for column in content.columns:
@@ -287,7 +313,8 @@ class Courier:
         found.root, found.root_core = root.id, cores.get(root.id, 0)
         found.root_stand = stand_of(found.root_core)
         ours = {root.id}
-        for number in sorted(names):  # the first one keeps the key: copies that people made at the wall are theirs
+        # The first one keeps the key: copies that people made at the wall are theirs
+        for number in self._undisturbed(sorted(names), patient):
             name, parent = names[number], parents.get(number, 0)
             key = name[len(MARK):]
             if number == root.id or not is_type(cores.get(number, 0), "ApplicationData"):
@@ -304,7 +331,7 @@ class Courier:
                 found.objects[key] = each
                 ours.update((number, parent))
         by_node = {each.node: each for each in found.objects.values()}
-        for number, parent in sorted(parents.items()):
+        for number, parent in self._undisturbed(sorted(parents.items()), patient):
             core = cores.get(number, 0)
             if number not in ours and parent in by_node and core in types and kinds[types[core]].name in _CONTENT:
                 by_node[parent].parts.append((number, core, kinds[types[core]].name,
@@ -330,6 +357,8 @@ class Courier:
 
     def _hear(self, change):
         """False: what was found has not been taken up yet."""
+        if not self._follow.is_set() and self._concerns_us(change):
+            self._disturbed.set()
         self._follow.wait()
         with self._gate:
             known = self._follow.is_set()
@@ -348,6 +377,10 @@ class Courier:
         at = np.minimum(np.searchsorted(self._sorted, numbers), len(self._sorted) - 1)
         return np.flatnonzero(self._sorted[at] == numbers).tolist()
 
+    def _concerns_us(self, change):
+        rows = (change.created["id"], change.placed["node"], change.destroyed, *(each.ids for each in change.columns))
+        return any(len(self._ours(numbers)) for numbers in rows)
+
     def _look_at(self, change):
         for at in self._ours(change.created["id"]):
             number = int(change.created["id"][at])
@@ -360,7 +393,7 @@ class Courier:
             if (column.type.name, column.field.name) == ("Node", "name"):
                 for number, name in zip(column.ids.tolist(), column.values):
                     if name.startswith(MARK) and number not in self.watched:
-                        self._events.append(("marked", name[len(MARK):]))
+                        self._events.append(("marked",))
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:
                 continue
