@@ -1,16 +1,21 @@
 """Within Blender: what both sides change at once, and what one side has numbers for and the other has not."""
+import math
 import os
 import signal
+import threading
 import unittest
+import unittest.mock
 
 import bpy
 import numpy as np
+import tessera
 from blender_awkward import pumps
-from blender_cases import OnAWall, turned
+from blender_cases import OnAWall, principled, turned
 from blender_side import PERIOD, add, box, only, settle, start, until
 from live import Live, run_folder
 
 from tessera_link import pump
+from tessera_link.courier import Courier
 from tessera_link.mirror import Mirror
 
 
@@ -186,6 +191,29 @@ class AtOnce(OnAWall):
         bpy.data.objects.remove(self.thing)
         settle()
         self.assertNotIn(said, link.notes.values())
+
+    def test_materials_and_lamps_that_change_while_the_link_is_away(self):
+        paint, lamp = principled("paint", Roughness=0.75), bpy.data.lights.new("lamp", "POINT")
+        add(self.stage, "painted", box("painted", materials=(paint,)))
+        add(self.stage, "lamp", lamp)
+        link = self.link()
+        first, there = Courier._session, threading.Event()
+
+        def later(courier):
+            there.wait()
+            first(courier)
+
+        with unittest.mock.patch.object(Courier, "_session", later):
+            link.courier._broken = tessera.NetworkError("a test")
+            until("it has gone", lambda: link.courier.state == "reconnecting")
+            self.node("painted/painted").material.roughness = 0.25
+            self.node("lamp/lamp").core.intensity = 5
+            there.set()
+            until("it is linked again", lambda: link.courier.state == "linked")
+        settle()
+        roughness = paint.node_tree.nodes["Principled BSDF"].inputs["Roughness"]
+        self.assertEqual((roughness.default_value, round(lamp.energy / (4 * math.pi * math.pi), 4)), (0.25, 5))
+        self.assertEqual(self.node("painted/painted").material.roughness, 0.25)
 
     def test_what_was_only_put_into_no_collection_comes_back(self):
         self.link()

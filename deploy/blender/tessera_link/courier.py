@@ -13,6 +13,7 @@ from .mirror import Mirror
 MARK = "blender:"  # names of the nodes by which objects are found again, before their keys
 ROOT_MARK = "blender-link:"
 _PAUSES = (0.1, 0.2, 0.5, 1.0, 2.0)  # s, between one dial that failed and the next
+_MOST_LOOKS = 1024  # materials and lights that are read one by one
 _UNREAD = 4096  # lists of changes: with more of them we begin anew
 _CONTENT = ("Geometry", *lights.TYPES.values())
 _FOLLOWED = {"Node": {"name"}, "Transform": {"translation", "rotation", "scale"}}  # of other types all that is mirrored
@@ -35,6 +36,7 @@ class Found:
         self.same = False  # numbers mean what they meant
         self.stamp = ""  # of the root: another one was made anew, and what is not below it was not removed
         self.objects = {}  # by key
+        self.looks = {}  # of materials and lights: their fields, by number
         self.epoch = 0
         self.twins = {}  # paths of other roots with this key, by their numbers and stamps
         self.twice = set()  # nodes of keys that others have already
@@ -171,8 +173,9 @@ class Courier:
                 return
             self._epoch += 1
             found.epoch = self._epoch
-            with self._lock:
-                self._news = {}
+            if not patient:
+                with self._lock:
+                    self._news = {}
             self._events.append(("found", found))
 
     def _serve(self, wall, role):
@@ -338,7 +341,19 @@ class Courier:
                                               values.get(core, {}).get("material", 0)))
                 ours.add(number)
         found.others = len(parents) - len(ours & set(parents))
+        found.looks = {} if patient else self._looks_of(wall, found)
         return found
+
+    def _looks_of(self, wall, found):
+        """Fields of materials and lights, by their numbers: nobody told of them while the link was away."""
+        parts = [part for each in found.objects.values() for part in each.parts]
+        kinds = {core: kind for _, core, kind, _ in parts if kind in lights.TYPES.values()}
+        kinds.update((material, "Material") for *_, material in parts if material)
+        looks = {}
+        for number, kind in list(kinds.items())[:_MOST_LOOKS]:
+            with contextlib.suppress(self._tessera.NotFound):  # it has gone meanwhile, which will be told
+                looks[number] = wall.handle(number, kind).fields()
+        return looks
 
     # ---- what others change
 

@@ -1,5 +1,6 @@
 """A collection and a wall, kept in step: what is linked, what is news on either side, and in which order it goes."""
 import gc
+import math
 import time
 
 import bpy
@@ -363,7 +364,9 @@ class Link(Scan):
             self._found_root()
         self._rest.found(found.patient and self._under_way is None)
         self._lose()
-        self._news, self._placed, self._taking_up = {}, {}, take_up(self, found)
+        if not found.patient:
+            self._news = {}
+        self._placed, self._taking_up = {}, take_up(self, found)
 
     def _on_disturbed(self):
         self._rest.disturbed()
@@ -418,6 +421,10 @@ class Link(Scan):
         self.note(("refused", subject.kind, subject.known_as), f"{subject.name}: {why}")
         if isinstance(subject, ObjectSubject):
             self.dirty_all("objects", subject.waiting)
+
+    def told(self, mirror, fields):
+        """As was found at the wall."""
+        self._news.update(((mirror, name), (math.inf, fields[name])) for name in mirror.here if name in fields)
 
     def _take_news(self, end):
         self._news.update(self.courier.changed())

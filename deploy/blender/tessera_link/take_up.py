@@ -123,6 +123,7 @@ def _contents(link, found):
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
+        link.told(subject.mirror, found.looks.get(subject.mirror.number, {}))
         link.dirty(subject)
     materials = [subject.mirror for subject in link.contents.materials.values() if subject.mirror.number]
     images_there = {mirror.here.get("baseColorImage") for mirror in materials}
