@@ -284,6 +284,8 @@ class Link(Scan):
 
     def _give(self, batch):
         batch.gesture = self.gestures.name_for(frozenset(batch.subjects))
+        if batch.creates:
+            self.gestures.end()  # what is made is a step of its own, before it is moved
         if batch:
             self._under_way = batch
             self._rest.put_off()
