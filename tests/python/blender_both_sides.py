@@ -142,7 +142,7 @@ class AtOnce(OnAWall):
         self.assertEqual((self.node("box").translation[0], link.notes), (0, {}))
 
     def test_what_was_changed_at_the_wall_before_its_removal_was_granted(self):
-        """What comes back at the wall is as it was when it went, and fields that are as in a new one are not told of."""
+        """What comes back at the wall is as it was when it went; fields as those of a new one are not told."""
         self.thing.rotation_euler.z = 1
         link = self.link()
         removals = link.courier._one_of_many

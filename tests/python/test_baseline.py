@@ -26,7 +26,7 @@ class Baseline(unittest.TestCase):
         self.assertGreater(kernels, 10)
 
     def test_no_kernel_lends_its_functions_to_others(self):
-        """A function that several files define comes from any of them: from a kernel it would stop an older processor."""
+        """A function that several files define comes from any of them: from a kernel it stops an older processor."""
         for command in self.commands:
             if not KERNEL.search(command["file"]):
                 continue

@@ -11,8 +11,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build")) / "bin"
 SAMPLES = ROOT / "tests" / "data" / "walls"
-QUESTIONS = ("beside each other", "above each other", "Pixels of a monitor", "Size of a monitor's picture", "Millimetres between",
-             "Metres from the wall", "A computer for each")
+QUESTIONS = ("beside each other", "above each other", "Pixels of a monitor", "Size of a monitor's picture",
+             "Millimetres between", "Metres from the wall", "A computer for each")
 
 
 def run(*words, **options):
@@ -84,7 +84,8 @@ class OtherWalls(unittest.TestCase):
 
     def test_the_assistant_asks_and_asks_again(self):
         terminal = AtTerminal(self.folder, "new-wall", "my.wall")
-        asked = {"beside each other": ["two", "", "2"], "Size of a monitor's picture": ["55x", "46"], "Metres from the wall": ["2.5"]}
+        asked = {"beside each other": ["two", "", "2"], "Size of a monitor's picture": ["55x", "46"],
+                 "Metres from the wall": ["2.5"]}
         reasons = {"two": '"two" is no whole number', "": "an answer is needed", "55x": "width x height in metres"}
         for question in QUESTIONS:
             terminal.until(question)
@@ -99,8 +100,8 @@ class OtherWalls(unittest.TestCase):
         self.assertIn("tessera-wall --wall my.wall --test-picture --window", said)
         self.assertEqual(run(BIN / "tessera-check", "my.wall", cwd=self.folder).returncode, 0)
         # The same from options; then the test picture of what was asked for.
-        done = run(BIN / "tessera-ctl", "new-wall", "same.wall", "--columns", "2", "--rows", "2", "--size", "46", "--distance", "2.5",
-                   cwd=self.folder, stdin=subprocess.DEVNULL)
+        done = run(BIN / "tessera-ctl", "new-wall", "same.wall", "--columns", "2", "--rows", "2", "--size", "46",
+                   "--distance", "2.5", cwd=self.folder, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.folder / "same.wall").read_text(), (self.folder / "my.wall").read_text())
         self.picture("my.wall", "--test-picture", "--size", "160x90")

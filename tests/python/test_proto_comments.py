@@ -15,7 +15,8 @@ def uncommented(text):
         before = lines[number - 1].strip().startswith("//") if number else False
         one_line = re.match(r"\s*(message|enum|oneof) \w+ \{.*\}", code)
         field = re.match(r"\s*(repeated |optional )?[\w.]+ (\w+) = \d+(;| \[)", code)
-        if field and not said and not before and not one_line and not re.match(r"\s*(syntax|option|[A-Z_0-9]+ =)", code):
+        told = said or before or one_line
+        if field and not told and not re.match(r"\s*(syntax|option|[A-Z_0-9]+ =)", code):
             yield f"{number + 1}: {field[2]}"
 
 

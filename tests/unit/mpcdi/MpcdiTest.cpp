@@ -291,10 +291,15 @@ TEST_F(Mpcdi, BentSurfacesInSpaceAreRightFromTheEyes) {
 constexpr const char* kLampXml = R"(<?xml version="1.0" encoding="utf-8"?>
 <MPCDI profile="sl" geometry="2" color="1" date="2026-01-01 10:00:00" version="2.0"><display><buffer id="hall.cal">
   <region id="lamp 1" xResolution="1400" yResolution="1050" x="0" y="0" xsize="1" ysize="1">
-    <frustum><yaw>90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle><upAngle>26.56505117707799</upAngle><downAngle>0</downAngle></frustum>
-    <coordinateFrame><posx>0.5</posx><posy>-1</posy><posz>0.3</posz><yawx>0</yawx><yawy>0</yawy><yawz>-1</yawz><pitchx>1</pitchx><pitchy>0</pitchy><pitchz>0</pitchz><rollx>0</rollx><rolly>1</rolly><rollz>0</rollz></coordinateFrame>
+    <frustum><yaw>90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle>
+      <upAngle>26.56505117707799</upAngle><downAngle>0</downAngle></frustum>
+    <coordinateFrame><posx>0.5</posx><posy>-1</posy><posz>0.3</posz><yawx>0</yawx><yawy>0</yawy><yawz>-1</yawz>
+      <pitchx>1</pitchx><pitchy>0</pitchy><pitchz>0</pitchz><rollx>0</rollx><rolly>1</rolly><rollz>0</rollz>
+      </coordinateFrame>
   </region></buffer></display>
-  <files><fileset region="lamp 1"><geometryWarpFile><geometricUnit>m</geometricUnit><originOf3DData>unknown</originOf3DData><path></path></geometryWarpFile><alphaMap><path></path></alphaMap><distortionMap><path></path></distortionMap></fileset></files>
+  <files><fileset region="lamp 1"><geometryWarpFile><geometricUnit>m</geometricUnit>
+    <originOf3DData>unknown</originOf3DData><path></path></geometryWarpFile><alphaMap><path></path></alphaMap>
+    <distortionMap><path></path></distortionMap></fileset></files>
 </MPCDI>)";
 
 TEST_F(Mpcdi, ShaderLampsSeeWithTheirProjectorsEyes) {

@@ -235,21 +235,33 @@ TEST(ForeignWall, TwoComputersOfOneScreenAreTwoEyes) {
     // front in a window, a computer for each eye of a screen, and its picture is a part of its window.
     const auto cave = wallOfCover(R"(<?xml version="1.0"?><COCONFIG version="1">
       <GLOBAL><COVER><NumScreens value="0"/><NumWindows value="0"/></COVER></GLOBAL>
-      <CLUSTER MASTER="desk"><COVER><MultiPC><SyncMode value="TCP" hosts="desk,f-right,f-left,l-right,l-left"/></MultiPC>
+      <CLUSTER MASTER="desk"><COVER><MultiPC><SyncMode value="TCP" hosts="desk,f-right,f-left,l-right,l-left"/>
+        </MultiPC>
         <ViewerPosition x="0" y="-3000" z="200"/><Stereo enable="ON" value="ON"/></COVER></CLUSTER>
-      <LOCAL HOST="desk"><COVER><ScreenConfig><Screen width="2700" comment="FRONT" h="0.0" originX="0" originY="1350" originZ="0" height="2700" p="0.0" r="0.0" name="0"/></ScreenConfig>
+      <LOCAL HOST="desk"><COVER><ScreenConfig>
+        <Screen width="2700" comment="FRONT" h="0.0" originX="0" originY="1350" originZ="0" height="2700" p="0.0"
+        r="0.0" name="0"/></ScreenConfig>
         <WindowConfig><Window ARCH="x11" width="1920" height="1080" name="0"/></WindowConfig>
-        <ChannelConfig><Channel stereoMode="LEFT" windowIndex="0" viewportIndex="0" name="0"/></ChannelConfig></COVER></LOCAL>
+        <ChannelConfig><Channel stereoMode="LEFT" windowIndex="0" viewportIndex="0" name="0"/></ChannelConfig>
+          </COVER></LOCAL>
       <LOCAL HOST="f-right, f-left ,visitor"><COVER><ScreenConfig>
         <Screen width="2700" comment="FRONT" originX="0" originY="1350" originZ="0" height="2700" name="0"/>
-        <Screen width="2700" comment="FRONT" originX="0" originY="1350" originZ="0" height="2700" name="1"/></ScreenConfig></COVER></LOCAL>
+        <Screen width="2700" comment="FRONT" originX="0" originY="1350" originZ="0" height="2700" name="1"/>
+          </ScreenConfig></COVER></LOCAL>
       <LOCAL HOST="l-right,l-left"><COVER><ScreenConfig>
-        <Screen width="2700" comment="LEFT" h="90.0" originX="-1350" originY="0" originZ="0" height="2700" name="0"/></ScreenConfig></COVER></LOCAL>
-      <LOCAL HOST="f-right,f-left,l-right,l-left"><COVER><WindowConfig><Window ARCH="windows" width="640" height="480" name="0"/><Window ARCH="x11" width="1920" height="1200" name="0"/></WindowConfig>
-        <ViewportConfig><Viewport width="1201" left="363" windowIndex="0" bottom="0" name="0" height="1200"/></ViewportConfig></COVER></LOCAL>
-      <LOCAL HOST="f-left,l-left,"><COVER><ChannelConfig><Channel stereoMode="LEFT" windowIndex="0" name="0" viewportIndex="0"/></ChannelConfig></COVER></LOCAL>
-      <LOCAL HOST="f-right,l-right"><COVER><ChannelConfig><Channel stereoMode="RIGHT" windowIndex="0" name="0" viewportIndex="0"/></ChannelConfig></COVER></LOCAL>
-      <LOCAL HOST="desk,f-right,f-left,l-right,l-left"><COVER><NumWindows value="1"/><NumScreens value="1"/></COVER></LOCAL></COCONFIG>)",
+        <Screen width="2700" comment="LEFT" h="90.0" originX="-1350" originY="0" originZ="0" height="2700"
+          name="0"/></ScreenConfig></COVER></LOCAL>
+      <LOCAL HOST="f-right,f-left,l-right,l-left"><COVER><WindowConfig>
+        <Window ARCH="windows" width="640" height="480" name="0"/>
+        <Window ARCH="x11" width="1920" height="1200" name="0"/></WindowConfig>
+        <ViewportConfig><Viewport width="1201" left="363" windowIndex="0" bottom="0" name="0" height="1200"/>
+          </ViewportConfig></COVER></LOCAL>
+      <LOCAL HOST="f-left,l-left,"><COVER><ChannelConfig>
+        <Channel stereoMode="LEFT" windowIndex="0" name="0" viewportIndex="0"/></ChannelConfig></COVER></LOCAL>
+      <LOCAL HOST="f-right,l-right"><COVER><ChannelConfig>
+        <Channel stereoMode="RIGHT" windowIndex="0" name="0" viewportIndex="0"/></ChannelConfig></COVER></LOCAL>
+      <LOCAL HOST="desk,f-right,f-left,l-right,l-left"><COVER><NumWindows value="1"/><NumScreens value="1"/>
+        </COVER></LOCAL></COCONFIG>)",
                                   "cave.xml");
     ASSERT_TRUE(cave) << cave.error().message;
     ASSERT_EQ(cave->wall.screens.size(), 3u) << "the desk's window has other pixels";
