@@ -340,9 +340,6 @@ ROWS = {
     "tessera-server --no-input": Row("ByHand", "by_hand --no-input", says="over"),
     "tessera-server --no-notices": Row("ByHand", "by_hand --no-notices", says="over"),
     "tessera-server --allow DIR…": Row("ByHand", "by_hand --allow $T /usr/share", says="over"),
-    "ExecStart=tessera-server": Row("ByHand", "by_hand --journal $T/state", says="over"),
-    "ExecStart=tessera-client": Row("Desk", "HOST_OPTIONS='--window 0 --full-screen --surface egl' by_hand",
-                                    display=True, says="over"),
     "tessera-client --surface none": Row("ByHand", "HOST_OPTIONS='--surface none' by_hand", says="over"),
     "tessera-client --check": Row("ByHand", "tessera-client --check", says="surface"),
     "tessera-wall --start": SSH,
@@ -431,6 +428,7 @@ ROWS = {
     "tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5": file(
         "cd $T && tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5 && "
         "tessera-check my.wall", says="see it in windows", leaves=("$T/my.wall",)),
+    "tessera-check --formats": file("tessera-check --formats", says=".glb"),
     "tessera-check --machine": file("tessera-check --machine; test $? -le 1", says="reading files"),
     "tessera-check FILE…": file("tessera-check tests/data/scenes/yard.tsct deploy/walls/2x2.wall"),
     "tessera-check FILE.wall": file("tessera-check deploy/walls/2x2.wall"),
