@@ -20,7 +20,7 @@ TEST(WritingGuide, BeginsWithAScene) {
     const Expected<ImportedScene> scene = importScene(scratch.write("table.tsct", text), kRootNode, importOptions());
     ASSERT_TRUE(scene) << scene.error().message;
     EXPECT_EQ(scene->notes, std::vector<std::string>());
-    EXPECT_EQ(scene->triangles, 744u);
+    EXPECT_EQ(scene->triangles, 6636u);
 }
 
 }  // namespace

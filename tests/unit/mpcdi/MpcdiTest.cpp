@@ -363,7 +363,7 @@ TEST_F(Mpcdi, WhatIsWrongIsSaid) {
     EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"a4\""), "profile \"a4\": 2d, 3d, a3 and sl are read");
     EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"sl\""), "has no frustum");
     EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"3d\""), "has no frustum");
-    EXPECT_WORDS(errorAfter("</MPCDI>", ""), "mpcdi.xml:12: not XML");
+    EXPECT_WORDS(errorAfter("</MPCDI>", ""), "mpcdi.xml:14: not XML");
     EXPECT_WORDS(errorAfter("<display>", "<dismay>"), "not XML");
     EXPECT_WORDS(errorAfter("xResolution=\"200\"", "xResolution=\"1e9\""), "xResolution of region \"one\" is \"1e9\"");
     EXPECT_WORDS(errorAfter("xsize=\"0.6\"", "xsize=\"nan\""), "xsize of region \"one\"");
