@@ -107,8 +107,8 @@ Expected<Verb> viewVerb(const VerbWords& words, bool scaleGiven) {
         }
         view.head = head;
     }
-    if (!view.position && !view.orientation && !view.worldUnitsPerMetre && !view.head && !view.reset)
-        return fail(ErrorCode::kUsage, "view: say what to change; see tessera-ctl view --help");
+    if (words.viewBy && !view.position && !view.orientation && !view.worldUnitsPerMetre && !view.reset)
+        return fail(ErrorCode::kUsage, "view --by: say --position, --orientation or --scale");
     return verb::View{view, words.viewBy};
 }
 

@@ -64,7 +64,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"HandlesOfTheTop", "node { manipulator { target: \"/\" } }",
                   "scene.tsct:1:1: '/' is the top of the file, and no node; name one below it"},
         WrongText{"UnknownResponse", "node { interest {\n object: \"x\" response: SLIP } }",
-                  "scene.tsct:2:29: Unknown enumeration value of \"SLIP\" for field \"response\""},
+                  "scene.tsct:2:29: response cannot be SLIP; did you mean 'STOP'? (it can be REPORT, STOP, SLIDE, "
+                  "BOUNCE, ROLLBACK, ASK)"},
         WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
                   "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
         WrongText{"ModeBeyondAll", "node { name: \"x\" transform {} motion { mode: 3 key { time: 0 } } }",
