@@ -18,7 +18,7 @@ class Pages(unittest.TestCase):
             return done.returncode, done.stdout + done.stderr
 
     def test_types_line_by_line_and_finds_what_is_seen(self):
-        code, said = self.typed("# Page\n\n```sh\nfor n in 1 2; do echo \"number $n\"; done\ncat >a <<'END'\nfalse\nEND\n"
+        code, said = self.typed("# Page\n\n```sh\nfor n in 1 2; do echo number $n; done\ncat >a <<'END'\nfalse\nEND\n"
                                 "cat a\n```\n\n```text\nnumber …\nfalse\n```\n")
         self.assertEqual(code, 0, said)
         self.assertIn("5 lines typed, 0 of them otherwise, 2 lines seen", said)
