@@ -45,7 +45,7 @@ install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/Tesser
 install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT share)
 
 # Folders as they are, with whatever their files name, so that nothing has to be listed here; but for what makes their pictures.
-foreach(folder walls scenes screens examples)
+foreach(folder walls scenes screens examples first-hour)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/${folder} DESTINATION share/tessera COMPONENT share USE_SOURCE_PERMISSIONS
     PATTERN "__pycache__" EXCLUDE PATTERN "make-*.py" EXCLUDE)
 endforeach()
