@@ -140,7 +140,7 @@ class Service(unittest.TestCase):
         self.assertEqual(client.wait(PATIENCE), 0)
 
     def test_what_it_says_in_the_journal_lets_nobody_in(self):
-        """Its standard output, as the journal would have it; the journal's readers are others than the wall's people."""
+        """Its standard output, as the journal would have it; its readers are others than the wall's people."""
         for is_journal in (True, False):
             ours, theirs = socket.socketpair()
             info = os.fstat(theirs.fileno())
