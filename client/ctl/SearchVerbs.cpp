@@ -67,7 +67,7 @@ Expected<Answer> run(Application& application, const verb::Find& find, bool json
         if (page->next.empty()) break;
         wanted.after = std::move(page->next);
     }
-    if (!found && find.limit != 0) answer.warning = whyNothing(find.expression);
+    if (!found && !json && find.limit != 0) answer.warning = whyNothing(find.expression);
     return answer;
 }
 
