@@ -31,7 +31,7 @@ struct Arguments {
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false, quiet = false;
-    ServiceManager* service = nullptr;
+    ServiceNotifier* service = nullptr;
     int threads = -1, device = -1, whileInput = 0;
 };
 
@@ -188,7 +188,7 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    ServiceManager service = ServiceManager::ofThisProcess();
+    ServiceNotifier service = ServiceNotifier::ofThisProcess();
     Arguments arguments{.service = &service};
     Options options(
         "tessera-client",

@@ -17,7 +17,7 @@
 #include "common/access/LocalWalls.h"
 #include "common/base/JournalStream.h"
 #include "common/base/Log.h"
-#include "common/base/ServiceManager.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
@@ -64,7 +64,7 @@ struct Arguments {
     bool testPicture = false;
     bool allowUnconfined = false;
     bool insecure = false;
-    ServiceManager* service = nullptr;
+    ServiceNotifier* service = nullptr;
 };
 
 Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
@@ -400,7 +400,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     keepBlocks();
-    ServiceManager service = ServiceManager::ofThisProcess();
+    ServiceNotifier service = ServiceNotifier::ofThisProcess();
     Arguments arguments{.service = &service};
     Options options("tessera-server",
                     "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",

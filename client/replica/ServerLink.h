@@ -17,7 +17,7 @@
 #include "client/share/SharedArrays.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
-#include "common/base/ServiceManager.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/net/Transport.h"
 #include "common/session/ClientSession.h"
 #include "common/tls/KeyRing.h"
@@ -47,7 +47,7 @@ struct ServerLinkOptions {
     std::optional<FrameNumber> showsNothingFrom;
     /// That watches this program: null: nobody does. It hears that the host works where this thread turns, and the draw
     /// thread has nothing in hand or has gone a step further.
-    ServiceManager* service = nullptr;
+    ServiceNotifier* service = nullptr;
     const std::atomic<std::uint64_t>* drawSteps = nullptr;  ///< null: nobody counts them
 };
 

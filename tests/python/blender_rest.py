@@ -26,6 +26,15 @@ class Rest(OnAWall):
         self.ends = False  # what is slow here
         self.began = 0
 
+    def test_what_is_made_and_moved_here_asks_for_none(self):
+        begun = pump.link._epoch  # each comparison begins another one
+        add(self.stage, "new", box("new"))
+        self.step()
+        settle()
+        self.assertFalse(pump.link._rest.is_awaited)
+        pumps(200)
+        self.assertEqual((pump.link._epoch, begun), (begun, 1))
+
     def step(self):
         bpy.data.objects["2"].location.z += 1
         update()

@@ -378,9 +378,10 @@ class Link(Scan):
             self._under_way = None
             for mirror in batch.mirrors():
                 held = {name: mirror.there[name] for name in mirror.sending if name in mirror.there}
+                is_new = mirror.asked
                 mirror.done(sequence)
-                if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
-                    mirror.owner.was = self.stamp
+                if is_new and isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
+                    mirror.owner.was, mirror.owner.hung_at = self.stamp, sequence
                 if mirror.type == "Transform" and isinstance(mirror.owner, ObjectSubject):
                     mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:

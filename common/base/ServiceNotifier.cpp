@@ -1,4 +1,4 @@
-#include "common/base/ServiceManager.h"
+#include "common/base/ServiceNotifier.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -37,7 +37,7 @@ std::optional<std::uint64_t> numberIn(const std::string& text) {
 
 }  // namespace
 
-class ServiceManager::Socket {
+class ServiceNotifier::Socket {
 public:
     /// "/path" or "@abstract"; null where it is neither, or no socket can be had.
     static std::shared_ptr<const Socket> to(const std::string& name) {
@@ -65,32 +65,32 @@ private:
     socklen_t length_ = 0;
 };
 
-ServiceManager ServiceManager::ofThisProcess() {
-    ServiceManager manager;
+ServiceNotifier ServiceNotifier::ofThisProcess() {
+    ServiceNotifier notifier;
     const std::string socket = takeVariable("NOTIFY_SOCKET");
     const std::optional<std::uint64_t> watchdog = numberIn(takeVariable("WATCHDOG_USEC"));
     const std::string watched = takeVariable("WATCHDOG_PID");
-    manager.socket_ = Socket::to(socket);
+    notifier.socket_ = Socket::to(socket);
     // Three times in the time that is allowed: a turn may be late.
     const bool isOurs = watched.empty() || numberIn(watched) == static_cast<std::uint64_t>(::getpid());
     constexpr std::uint64_t kLongest = std::uint64_t{1} << 40;  // 12 days, in microseconds
-    if (watchdog && isOurs && *watchdog < kLongest) manager.feedEvery_ = std::chrono::microseconds(*watchdog) / 3;
-    return manager;
+    if (watchdog && isOurs && *watchdog < kLongest) notifier.feedEvery_ = std::chrono::microseconds(*watchdog) / 3;
+    return notifier;
 }
 
-void ServiceManager::say(std::string_view words) const {
+void ServiceNotifier::say(std::string_view words) const {
     if (socket_) socket_->send(words);
 }
 
-void ServiceManager::ready() {
+void ServiceNotifier::ready() {
     say("READY=1\nWATCHDOG=1\n");
 }
 
-void ServiceManager::stopping() const {
+void ServiceNotifier::stopping() const {
     say("STOPPING=1\n");
 }
 
-void ServiceManager::status(const std::string& text) {
+void ServiceNotifier::status(const std::string& text) {
     if (!socket_ || text == said_) return;
     said_ = text;
     std::string line = text;
@@ -99,7 +99,7 @@ void ServiceManager::status(const std::string& text) {
     say("STATUS=" + line + "\n");
 }
 
-void ServiceManager::turned(TimePoint now, bool works, const std::function<std::string()>& describe) {
+void ServiceNotifier::turned(TimePoint now, bool works, const std::function<std::string()>& describe) {
     if (!socket_) return;
     worked_ = worked_ || works;
     if (feedEvery_ > Duration::zero() && worked_ && now >= feedAt_) {

@@ -1,5 +1,5 @@
 /// What a service manager hears of a program, at a socket as systemd has it.
-#include "common/base/ServiceManager.h"
+#include "common/base/ServiceNotifier.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -56,87 +56,87 @@ std::string freshName(const std::string& what) {
 constexpr TimePoint kFirstTurn = TimePoint(1000s);
 const auto kNothingNew = [] { return std::string(); };
 
-TEST(ServiceManager, SaysWhatItIsToldAtAPathAndAtAnAbstractName) {
+TEST(ServiceNotifier, SaysWhatItIsToldAtAPathAndAtAnAbstractName) {
     for (const std::string& name :
          {freshName("says"), testing::TempDir() + "/tessera-notify-" + std::to_string(::getpid())}) {
         Listener listener(name);
-        ServiceManager manager = ServiceManager::ofThisProcess();
-        ASSERT_TRUE(manager.isThere()) << name;
-        manager.ready();
+        ServiceNotifier notifier = ServiceNotifier::ofThisProcess();
+        ASSERT_TRUE(notifier.isThere()) << name;
+        notifier.ready();
         EXPECT_EQ(listener.next(), "READY=1\nWATCHDOG=1\n");
-        manager.status("loads\nhall.tsct\nREADY=1");
+        notifier.status("loads\nhall.tsct\nREADY=1");
         EXPECT_EQ(listener.next(), "STATUS=loads hall.tsct READY=1\n");
-        manager.status("loads\nhall.tsct\nREADY=1");
+        notifier.status("loads\nhall.tsct\nREADY=1");
         EXPECT_EQ(listener.next(), "") << "the same status twice";
-        manager.stopping();
+        notifier.stopping();
         EXPECT_EQ(listener.next(), "STOPPING=1\n");
     }
 }
 
-TEST(ServiceManager, ChildrenDoNotSpeakForIt) {
+TEST(ServiceNotifier, ChildrenDoNotSpeakForIt) {
     Listener listener(freshName("children"));
     ::setenv("WATCHDOG_USEC", "30000000", 1);
     ::setenv("WATCHDOG_PID", std::to_string(::getpid()).c_str(), 1);
-    (void)ServiceManager::ofThisProcess();
+    (void)ServiceNotifier::ofThisProcess();
     for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) EXPECT_EQ(std::getenv(name), nullptr);
 }
 
-TEST(ServiceManager, FeedsTheWatchdogThreeTimesInItsTimeAndOnlyWhileTheWorkGoesOn) {
+TEST(ServiceNotifier, FeedsTheWatchdogThreeTimesInItsTimeAndOnlyWhileTheWorkGoesOn) {
     Listener listener(freshName("feeds"));
     ::setenv("WATCHDOG_USEC", "30000000", 1);
-    ServiceManager manager = ServiceManager::ofThisProcess();
+    ServiceNotifier notifier = ServiceNotifier::ofThisProcess();
     int fed = 0;
     for (Duration at = 0s; at < 30s; at += 10ms) {
-        manager.turned(kFirstTurn + at, true, kNothingNew);
+        notifier.turned(kFirstTurn + at, true, kNothingNew);
         fed += listener.next() == "WATCHDOG=1\n";
     }
     EXPECT_EQ(fed, 3);
     // What was done since it was fed last counts once; then it starves.
     fed = 0;
     for (Duration at = 30s; at < 90s; at += 10ms) {
-        manager.turned(kFirstTurn + at, false, kNothingNew);
+        notifier.turned(kFirstTurn + at, false, kNothingNew);
         fed += listener.next() == "WATCHDOG=1\n";
     }
     EXPECT_EQ(fed, 1);
-    manager.turned(kFirstTurn + 90s, true, kNothingNew);
+    notifier.turned(kFirstTurn + 90s, true, kNothingNew);
     EXPECT_EQ(listener.next(), "WATCHDOG=1\n");
 }
 
-TEST(ServiceManager, DescribesItselfNowAndThen) {
+TEST(ServiceNotifier, DescribesItselfNowAndThen) {
     Listener listener(freshName("describes"));
-    ServiceManager manager = ServiceManager::ofThisProcess();
+    ServiceNotifier notifier = ServiceNotifier::ofThisProcess();
     int asked = 0;
     for (Duration at = 0s; at < 10s; at += 10ms)
-        manager.turned(kFirstTurn + at, true, [&] { return "frame " + std::to_string(++asked); });
+        notifier.turned(kFirstTurn + at, true, [&] { return "frame " + std::to_string(++asked); });
     EXPECT_EQ(asked, 5);
     EXPECT_EQ(listener.next(), "STATUS=frame 1\n") << "without WATCHDOG_USEC no watchdog is fed";
 }
 
-TEST(ServiceManager, AWatchdogOfAnotherProcessIsNotFed) {
+TEST(ServiceNotifier, AWatchdogOfAnotherProcessIsNotFed) {
     for (const auto& [usec, pid] :
          {std::pair("30000000", "1"), std::pair("30000000", "x"), std::pair("soon", ""), std::pair("", ""),
           std::pair("-1", ""), std::pair("0", ""), std::pair("99999999999999999999", "")}) {
         Listener listener(freshName("other"));
         ::setenv("WATCHDOG_USEC", usec, 1);
         ::setenv("WATCHDOG_PID", pid, 1);
-        ServiceManager manager = ServiceManager::ofThisProcess();
-        manager.turned(kFirstTurn, true, kNothingNew);
+        ServiceNotifier notifier = ServiceNotifier::ofThisProcess();
+        notifier.turned(kFirstTurn, true, kNothingNew);
         EXPECT_EQ(listener.next(), "") << usec << " " << pid;
     }
 }
 
-TEST(ServiceManager, WithoutASocketNothingIsSaidOrAsked) {
+TEST(ServiceNotifier, WithoutASocketNothingIsSaidOrAsked) {
     const std::string tooLong = "/" + std::string(200, 'x');
     for (const std::string& name : {std::string(), std::string("@"), std::string("vsock:2:1"), tooLong}) {
         ::setenv("NOTIFY_SOCKET", name.c_str(), 1);
-        ServiceManager manager = ServiceManager::ofThisProcess();
-        EXPECT_FALSE(manager.isThere()) << name;
-        manager.ready();
-        manager.turned(kFirstTurn, true, [&] { return ADD_FAILURE() << name, std::string(); });
+        ServiceNotifier notifier = ServiceNotifier::ofThisProcess();
+        EXPECT_FALSE(notifier.isThere()) << name;
+        notifier.ready();
+        notifier.turned(kFirstTurn, true, [&] { return ADD_FAILURE() << name, std::string(); });
     }
     // Nobody listens (any more).
     ::setenv("NOTIFY_SOCKET", "/nonexistent/notify", 1);
-    ServiceManager::ofThisProcess().ready();
+    ServiceNotifier::ofThisProcess().ready();
 }
 
 TEST(PaceOfFrames, IsWhatHasComeSinceItWasAskedBefore) {

@@ -18,13 +18,13 @@ namespace tessera {
 ///
 /// The watchdog is fed by whoever does the work, in `turned`: a thread that hangs starves it, and systemd starts the
 /// program anew. For one thread, but for `stopping`.
-class ServiceManager {
+class ServiceNotifier {
 public:
     /// Nobody.
-    ServiceManager() = default;
+    ServiceNotifier() = default;
     /// Of this process, by its environment, which loses these variables: children do not speak for it. While the
     /// process has one thread.
-    [[nodiscard]] static ServiceManager ofThisProcess();
+    [[nodiscard]] static ServiceNotifier ofThisProcess();
 
     [[nodiscard]] bool isThere() const { return socket_ != nullptr; }
 
