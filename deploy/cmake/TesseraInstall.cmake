@@ -57,10 +57,12 @@ install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera 
 
 # An entry in the desktop's menu: the demonstration in windows.
 install(FILES ${CMAKE_SOURCE_DIR}/deploy/desktop/tessera.desktop DESTINATION share/applications COMPONENT share)
-install(FILES ${CMAKE_SOURCE_DIR}/deploy/desktop/tessera.svg DESTINATION share/icons/hicolor/scalable/apps COMPONENT share)
+install(FILES ${CMAKE_SOURCE_DIR}/deploy/desktop/tessera.svg DESTINATION share/icons/hicolor/scalable/apps
+  COMPONENT share)
 
 # Units of systemd name the programs where they are: the prefix is known only now.
-install(CODE "set(units_from \"${CMAKE_SOURCE_DIR}/deploy/units\")\nset(units_at \"${CMAKE_BINARY_DIR}/units\")" COMPONENT share)
+install(CODE "set(units_from \"${CMAKE_SOURCE_DIR}/deploy/units\")
+set(units_at \"${CMAKE_BINARY_DIR}/units\")" COMPONENT share)
 install(CODE [[
   foreach(unit tessera-server.service tessera-client@.service)
     file(READ "${units_from}/${unit}" text)
