@@ -51,8 +51,11 @@ public:
         if (!told) return tl::unexpected(told.error());
         if (!application_.connected()) return true;
         const TimePoint now = clockNow();
-        if (std::exchange(asks_, false))
-            if (const Expected<answer::People> people = application_.people(); people) news_.people(*people);
+        if (asks_)
+            if (const Expected<answer::People> people = application_.people(); people) {
+                news_.people(*people);
+                asks_ = false;
+            }
         if (now >= lookAt_)
             if (const Expected<void> done = look(now); !done) {
                 if (application_.serverIsOver()) return false;
@@ -220,22 +223,28 @@ Expected<Answer> run(Application& application, const verb::Trace& trace) {
         });
     if (done) done = application.onStates([&](const notice::States& states) { told.states(states, clockNow()); });
     if (!done) return tl::unexpected(done.error());
-    TimePoint lookAt = begin;
-    while (told.frames() < wanted && !WishToLeave::there()) {
+    TimePoint lookAt = begin, newsAt = begin;
+    std::size_t before = 0;
+    std::optional<Error> cut;  // what there is by then is written all the same
+    while (told.frames() < wanted && !cut && !WishToLeave::there()) {
         const TimePoint now = clockNow();
         if (now >= lookAt) {
             lookAt = now + kLook;
-            const Expected<answer::Status> status = application.status();
-            if (!status) return tl::unexpected(status.error());
-            told.status(*status, now);
+            if (const Expected<answer::Status> status = application.status(); status)
+                told.status(*status, now);
+            else
+                cut = status.error();
         }
-        const Expected<bool> polled = application.poll(kListen);
-        if (!polled && application.serverIsOver()) break;
-        if (!polled) return tl::unexpected(polled.error());
-        if (told.frames() == 0 && clockNow() > begin + trace.patience)
-            return fail(ErrorCode::kNetwork,
-                        fmt::format("trace: the wall showed no frame within {} ms", trace.patience.count()));
+        if (const Expected<bool> polled = application.poll(kListen); !polled) {
+            if (application.serverIsOver()) break;
+            cut = polled.error();
+        }
+        if (std::exchange(before, told.frames()) != told.frames()) newsAt = clockNow();
+        if (!cut && clockNow() > newsAt + trace.patience)
+            cut = Error{ErrorCode::kNetwork,
+                        fmt::format("trace: the wall showed no frame within {} ms", trace.patience.count())};
     }
+    if (cut && told.frames() == 0) return tl::unexpected(*cut);
     const std::string text = told.text();
     if (const Expected<void> written = writeFile(trace.file, std::as_bytes(std::span(text))); !written)
         return tl::unexpected(written.error());
@@ -243,7 +252,7 @@ Expected<Answer> run(Application& application, const verb::Trace& trace) {
         fmt::format("{}: {} frames of {} hosts in {:.1f} s; https://ui.perfetto.dev opens it\n", trace.file,
                     told.frames(), told.hosts(), told.seconds()),
         {{"file", trace.file}, {"frames", told.frames()}, {"hosts", told.hosts()}, {"seconds", told.seconds()}},
-        {}};
+        cut ? cut->message : std::string()};
 }
 
 }  // namespace tessera

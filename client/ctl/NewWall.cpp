@@ -226,7 +226,8 @@ Expected<WallPlan> planOf(const verb::NewWall& wish, const Ask& ask) {
     for (const WallMeasure& measure : wallMeasures()) {
         const auto said = wish.measures.find(measure.name);
         if (said != wish.measures.end() && !said->second.empty()) {
-            (void)measure.take(said->second, plan);
+            if (const auto wrong = measure.take(said->second, plan))  // beside the answers
+                return fail(ErrorCode::kUsage, fmt::format("new-wall: --{}: {}", measure.name, *wrong));
             continue;
         }
         for (;;) {
@@ -293,7 +294,7 @@ Expected<Wall> wallOfPlan(const WallPlan& plan) {
 Expected<Answer> makeNewWall(const verb::NewWall& wish, const Print& print) {
     if (Expected<void> good = checkPlace(wish); !good) return tl::unexpected(good.error());
     Ask ask;
-    if (::isatty(STDIN_FILENO) == 1)
+    if (::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1)
         ask = [&](const std::string& question) -> std::optional<std::string> {
             print(question);
             std::string line;

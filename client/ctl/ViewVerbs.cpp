@@ -6,6 +6,7 @@
 #include <map>
 
 #include "client/ctl/SceneNames.h"
+#include "client/ctl/VerbWords.h"
 #include "common/wall/Detail.h"
 
 namespace tessera {
@@ -57,8 +58,8 @@ Expected<Answer> tell(Application& application) {
         const Vec3d lookAt = at - turned * Vec3d::UnitZ() * *plan->worldUnitsPerMetre;
         answer.text = fmt::format("position  {}\nlook-at   {}\nscale     {} world units per metre\n", wordsOf(at),
                                   wordsOf(lookAt), readable(*plan->worldUnitsPerMetre));
-        const bool upright = std::abs((turned * Vec3d::UnitX()).y()) < 1e-9;
-        if (!upright)
+        const Expected<Quatd> upright = lookAlong(lookAt - at);  // what --look-at makes of it
+        if (!upright || upright->angularDistance(turned.normalized()) > 1e-6)
             answer.text += fmt::format("turned    {} {} {} {}, as --orientation takes it\n", readable(turned.w()),
                                        readable(turned.x()), readable(turned.y()), readable(turned.z()));
         answer.json["position"] = jsonOf(at);

@@ -31,15 +31,12 @@ constexpr std::array kRows = {
     Row{"Escape", "closes the window"},
 };
 
-constexpr double kPaceOfClick = 1.25;  // as the server has it (server/sim/navigation)
-constexpr double kSlowest = 1.0 / 4096, kFastest = 4096;
-
 constexpr ScreenColor kBack{14, 18, 26}, kWords{232, 236, 240}, kKeys{250, 208, 92};
 constexpr double kLine = 1.9, kMargin = 1.6, kGap = 1.5;  // in heights of a capital
 constexpr double kSmallestPx = 5, kLargestPx = 14;
 
 std::string titleOf(const AskedManner& manner) {
-    return fmt::format("Mode: {}   Pace: {:.3g} x", manner.mode(), manner.pace());
+    return fmt::format("Mode: {}   Pace: {:.3g} x", nameOf(manner.mode()), manner.pace());
 }
 
 double keysWidth() {
@@ -56,28 +53,19 @@ std::uint16_t AskedManner::newly(const InputState& state, InputAction action) co
 }
 
 bool AskedManner::take(const InputState& state) {
-    const Mode mode = mode_;
-    const double clicks = clicks_;
-    if (newly(state, InputAction::kFly) > 0) mode_ = Mode::kFly;
-    if (newly(state, InputAction::kOrbit) > 0) mode_ = Mode::kOrbit;
-    if (newly(state, InputAction::kWalk) > 0) mode_ = Mode::kWalk;
+    const NavigationMode mode = mode_;
+    const double pace = pace_;
+    if (newly(state, InputAction::kFly) > 0) mode_ = NavigationMode::kFly;
+    if (newly(state, InputAction::kOrbit) > 0) mode_ = NavigationMode::kOrbit;
+    if (newly(state, InputAction::kWalk) > 0) mode_ = NavigationMode::kWalk;
     const auto next = newly(state, InputAction::kNextMode);
-    mode_ = static_cast<Mode>((static_cast<unsigned>(mode_) + next) % 3);
+    mode_ = static_cast<NavigationMode>((static_cast<unsigned>(mode_) + next) % 3);
     // Around what is there the wheel leads nearer.
-    if (mode == Mode::kFly || mode == Mode::kWalk)
-        clicks_ += static_cast<double>(static_cast<std::int64_t>(state.wheel - last_.wheel)) /
-                   static_cast<double>(InputState::kUnit);
+    if (mode == NavigationMode::kFly || mode == NavigationMode::kWalk)
+        pace_ = paceAfter(pace_, static_cast<double>(static_cast<std::int64_t>(state.wheel - last_.wheel)) /
+                                     static_cast<double>(InputState::kUnit));
     last_ = state;
-    return mode_ != mode || clicks_ != clicks;
-}
-
-std::string AskedManner::mode() const {
-    constexpr std::array<const char*, 3> kNames{"fly", "orbit", "walk"};
-    return kNames.at(static_cast<std::size_t>(mode_));
-}
-
-double AskedManner::pace() const {
-    return std::clamp(std::pow(kPaceOfClick, clicks_), kSlowest, kFastest);
+    return mode_ != mode || pace_ != pace;
 }
 
 Picture keysOverlay(const AskedManner& manner, int windowWidthPx, int windowHeightPx) {

@@ -7,6 +7,7 @@
 
 #include "common/image/Picture.h"
 #include "common/input/InputState.h"
+#include "common/wall/Navigation.h"
 
 namespace tessera {
 
@@ -16,17 +17,16 @@ class AskedManner {
 public:
     /// The window's newest state. True: mode or pace are others now.
     bool take(const InputState& state);
-    [[nodiscard]] std::string mode() const;
+    [[nodiscard]] NavigationMode mode() const { return mode_; }
     /// Times the wall's own speed.
-    [[nodiscard]] double pace() const;
+    [[nodiscard]] double pace() const { return pace_; }
 
 private:
-    enum class Mode : std::uint8_t { kFly, kOrbit, kWalk };
     [[nodiscard]] std::uint16_t newly(const InputState& state, InputAction action) const;
 
     InputState last_;
-    Mode mode_ = Mode::kFly;
-    double clicks_ = 0;
+    NavigationMode mode_ = NavigationMode::kFly;
+    double pace_ = 1;
 };
 
 /// For a window of that size; as large as its words, and no larger than the window.

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/statvfs.h>
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -19,6 +21,7 @@
 #include <thread>
 
 #include "common/base/ChildProgram.h"
+#include "common/base/Clock.h"
 #include "common/base/FileHandle.h"
 #include "common/base/Version.h"
 #include "common/confine/Confinement.h"
@@ -30,6 +33,7 @@ namespace {
 
 using State = MachineFinding::State;
 
+constexpr std::chrono::seconds kLongestAnswer{10};
 constexpr std::size_t kMostSaid = std::size_t{64} << 10;
 constexpr std::uint16_t kUsualPort = 7000;  // of the guides and of deploy/units
 constexpr rlim_t kFilesWanted = 1024;       // 64 programs, 256 connections of the console, files, and their reserve
@@ -66,8 +70,18 @@ ClientsWord askClient(const std::vector<std::string>& options) {
     if (!child) return {.facts = {}, .troubles = {child.error().message}};
     std::string text;
     std::array<char, 4096> some{};
-    for (ssize_t got = 0; text.size() < kMostSaid && (got = ::read(out.get(), some.data(), some.size())) > 0;)
+    const TimePoint deadline = clockNow() + kLongestAnswer;
+    while (text.size() < kMostSaid) {
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - clockNow()).count();
+        pollfd handle{.fd = out.get(), .events = POLLIN, .revents = 0};
+        const int ready = left > 0 ? ::poll(&handle, 1, static_cast<int>(left)) : 0;
+        if (ready < 0 && errno == EINTR) continue;
+        // A driver that hangs is one of the things that are looked for.
+        if (ready == 0) return {.facts = {}, .troubles = {"tessera-client --check does not answer"}};
+        const ssize_t got = ::read(out.get(), some.data(), some.size());
+        if (got <= 0) break;
         text.append(some.data(), static_cast<std::size_t>(got));
+    }
     if (text.empty()) word.troubles.emplace_back("tessera-client --check says nothing");
     std::istringstream lines(text);
     constexpr std::string_view kFact = "check: ", kTrouble = "trouble ";
@@ -97,7 +111,7 @@ MachineFinding card() {
     const bool software = surface.find("Mesa's software") != std::string::npos;
     if (!surface.empty() && word.troubles.empty() && !software) return {"graphics card", State::kGood, surface, {}};
     return {"graphics card", State::kNote,
-            software || surface.empty() ? "there is none that draws: the processor does" : word.firstTrouble(),
+            software || word.troubles.empty() ? "there is none that draws: the processor does" : word.firstTrouble(),
             "with a card, install its maker's driver and see that /dev/dri or /dev/nvidia* can be opened by this user"};
 }
 
@@ -142,9 +156,11 @@ MachineFinding port() {
     address.sin_addr.s_addr = htonl(INADDR_ANY);
     if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
         return {"port", State::kGood, fmt::format("{} is free", kUsualPort), {}};
-    const std::string holder = holderOfPort(kUsualPort);
+    const int why = errno;
+    const std::string holder = why == EADDRINUSE ? holderOfPort(kUsualPort) : std::string();
     return {"port", State::kNote,
-            fmt::format("{} is held by {}", kUsualPort, holder.empty() ? std::strerror(errno) : holder),
+            holder.empty() ? fmt::format("{}: {}", kUsualPort, std::strerror(why))
+                           : fmt::format("{} is held by {}", kUsualPort, holder),
             "end that program, or say another --listen ADDR:PORT"};
 }
 

@@ -18,7 +18,8 @@ struct MachineFinding {
     std::string cure;  ///< a sentence; empty where all is good
 };
 
-/// Looks at all of it, some seconds long: tessera-client, which lies beside this program, says what can draw and show.
+/// Looks at all of it: tessera-client, which lies beside this program, says what can draw and show. Some seconds, and
+/// half a minute at most where a driver hangs.
 [[nodiscard]] std::vector<MachineFinding> checkMachine();
 
 /// "fonts  good  …", the cure in a line of its own; with `json` an object of thing, state, what and cure.

@@ -255,7 +255,7 @@ ROWS = {
         changes=(("--size 1600x900", "--size 64x36 --rate 5"), ("127.0.0.1:7000", "127.0.0.1:$PORT"),
                  ("--output out", "--output $T/out"), ("deploy/scenes/engine-stops.png", "$T/stops.png"))),
     "build/bin/example-mover ADDR:PORT /carriage paced 600": Row(
-        "Rooms", "out/bin/example-mover $WALL /fair/hub paced 5", "deploy/examples/carousel/carousel.tsct"),
+        "Rooms", "out/bin/example-mover $WALL /carriage paced 5", "tests/data/scenes/yard.tsct"),
     "build/bin/example-carousel ADDR:PORT /fair/hub": Row("Rooms", "out/bin/example-carousel $WALL /fair/hub 0.02",
                                                           "deploy/examples/carousel/carousel.tsct"),
 

@@ -61,7 +61,7 @@ class Courier:
         self._lock = threading.Lock()  # of _news
         self._gate = threading.Lock()  # lists are not looked at while numbers are being given
         self._jobs = queue.SimpleQueue()
-        self._view = None
+        self._view = collections.deque(maxlen=1)
         self._closing = threading.Event()
         self._follow = threading.Event()
         self._broken, self._anew = None, None
@@ -79,7 +79,7 @@ class Courier:
 
     def look(self, view):
         """Of those that wait, the newest is sent."""
-        self._view = view
+        self._view.append(view)
         self._jobs.put(None)
 
     def begin(self):
@@ -95,6 +95,9 @@ class Courier:
         while self._events:
             found.append(self._events.popleft())
         return found
+
+    def event(self):
+        return self._events.popleft() if self._events else None
 
     def changed(self):
         with self._lock:
@@ -126,6 +129,8 @@ class Courier:
                 last = error
             except OSError as error:
                 last = self._tessera.NetworkError(str(error))
+            except Exception as error:  # a fault of ours: it is said, and the link dialled again
+                last = self._tessera.NetworkError(f"{type(error).__name__}: {error}")
             else:
                 continue
             welcomed, before = self.state == "linked", before or self.state == "linked"
@@ -149,16 +154,19 @@ class Courier:
             if role == "viewer":
                 raise self._tessera.Refused(f"the token for the wall at {wall.address} is a viewer's: it may look, "
                                             f"and not edit; ask for an editor's")
-            changes = wall.follow("changes", most=_UNREAD)
+            changes, over = wall.follow("changes", most=_UNREAD), threading.Event()
+            follower = threading.Thread(target=self._listen, args=(changes, over), name="tessera changes", daemon=True)
             try:
                 self._look(wall, role)
                 self._say("linked", f"linked with the wall at {wall.address}")
-                follower = threading.Thread(target=self._listen, args=(changes,), name="tessera changes", daemon=True)
                 follower.start()
                 self._serve(wall, role)
             finally:
+                over.set()
                 changes.close()
                 self._follow.set()
+                if follower.ident is not None:
+                    follower.join()  # what it still hears is of a session that is over
 
     def _look(self, wall, role, patient=False):
         """At what is there; what others change from then on waits until that has been taken up."""
@@ -188,10 +196,9 @@ class Courier:
                 raise self._broken
             if not wall.connected:
                 wall.status()  # says why
-            view, self._view = self._view, None
-            if view is not None:
+            if self._view:
                 try:
-                    wall.view(**view)
+                    wall.view(**self._view.popleft())
                 except (self._tessera.Refused, self._tessera.BadInput) as error:
                     self._events.append(("note", "view", str(error)))
             if self._anew is not None:
@@ -357,15 +364,19 @@ class Courier:
 
     # ---- what others change
 
-    def _listen(self, changes):
+    def _listen(self, changes, over):
         try:
             for change in changes:
+                if over.is_set():
+                    return
                 if changes.missed or changes.gaps:
                     raise self._tessera.NetworkError("changes of the wall were missed")
                 while not self._hear(change):
                     pass
         except self._tessera.TesseraError as error:
             self._broken = error
+        except Exception as error:  # a fault of ours
+            self._broken = self._tessera.NetworkError(f"{type(error).__name__}: {error}")
         else:
             self._broken = self._tessera.NetworkError("the wall is over")
         self._jobs.put(None)
@@ -427,6 +438,3 @@ class Courier:
                 for number in (int(change.destroyed[at]) for at in self._ours(change.destroyed))]
         if gone:
             self._events.append(("gone", gone))
-
-
-_LIGHTS = ("PointLight", "SpotLight", "DirectionalLight")

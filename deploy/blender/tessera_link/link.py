@@ -148,16 +148,18 @@ class Link(Scan):
         self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
 
     def _go(self, end):
-        events = self.courier.events()
         if self.collection is None:
             self._still = True
+            self.courier.events()
             return
-        if self._still:
-            self._still, self.rescan = False, True
-            self._rest.at_once()  # nobody has listened meanwhile
+        if self._still:  # nobody has listened meanwhile
+            self._still, self.rescan, self._epoch, self._taking_up = False, True, 0, None
+            self._lose()
+            self._rest.begin_at_once()
+            self.courier.look_again(False)
         if self.rescan and self._scanning is None and self._epoch:
             self._scanning = self._scan()
-        for event in events:
+        while (event := self.courier.event()) is not None:  # one by one: a fault with one loses no other
             getattr(self, f"_on_{event[0]}")(*event[1:])
         if self._rest.is_due and self._under_way is None and self._taking_up is None and self._epoch:
             patient = self._rest.begin()
@@ -464,7 +466,6 @@ class Link(Scan):
 
     def _is_gone(self, mirror):
         if self._under_way is not None and mirror in self._under_way.removed:
-            self._under_way.removed.remove(mirror)
             return self._removed_by_us(mirror)
         mirror.gone()
         subject = mirror.owner

@@ -20,7 +20,7 @@ class Rest:
     def soon(self):
         """Each call puts it off."""
         now = time.monotonic()
-        self._wanted_at = self._wanted_at or now
+        self._wanted_at = now if self._wanted_at is None else self._wanted_at
         self._at = min(now + _AFTER, self._wanted_at + _PATIENCE)
 
     def put_off(self):
@@ -28,8 +28,9 @@ class Rest:
         if self._at is not None:
             self.soon()
 
-    def at_once(self):
-        self._at = self._wanted_at = 0.0
+    def begin_at_once(self):
+        """Not to be given up."""
+        self._at, self._wanted_at, self.looking, self.patient = None, 0.0, True, False
 
     @property
     def is_awaited(self):

@@ -143,8 +143,7 @@ private:
             const JsonNode size = viewport["size"];
             picture.widthPx = static_cast<int>(std::lround(width * size["x"].number(0, 1, 1)));
             picture.heightPx = static_cast<int>(std::lround(height * size["y"].number(0, 1, 1)));
-            const StereoWord* stereo = packingOf(window);
-            if (stereo != nullptr && stereo->fromBelow && picture.heightPx % 2 == 0)
+            if (picture.stereo != StereoPacking::kNone && packingOf(window)->fromBelow && picture.heightPx % 2 == 0)
                 picture.swapEyes = !picture.swapEyes;
             if (reading_.sound() && (picture.widthPx < 1 || picture.heightPx < 1))
                 viewport.refuse("it has no pixels: see the size of the viewport and of its window");

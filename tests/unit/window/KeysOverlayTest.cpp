@@ -13,25 +13,30 @@ TEST(AskedManner, IsWhatTheWindowHasAskedFor) {
     AskedManner manner;
     InputState state;
     EXPECT_FALSE(manner.take(state));
-    EXPECT_EQ(manner.mode(), "fly");
+    EXPECT_EQ(manner.mode(), NavigationMode::kFly);
     EXPECT_EQ(manner.pace(), 1);
     state.wheel += 2 * InputState::kUnit;
     EXPECT_TRUE(manner.take(state));
     EXPECT_DOUBLE_EQ(manner.pace(), 1.5625);
     state.ask(InputAction::kNextMode);
     EXPECT_TRUE(manner.take(state));
-    EXPECT_EQ(manner.mode(), "orbit");
+    EXPECT_EQ(manner.mode(), NavigationMode::kOrbit);
     state.wheel += InputState::kUnit;
     EXPECT_FALSE(manner.take(state)) << "nearer, not faster";
     EXPECT_DOUBLE_EQ(manner.pace(), 1.5625);
     state.ask(InputAction::kWalk);
     EXPECT_TRUE(manner.take(state));
-    EXPECT_EQ(manner.mode(), "walk");
+    EXPECT_EQ(manner.mode(), NavigationMode::kWalk);
     state.ask(InputAction::kNextMode);
     state.wheel -= 4 * InputState::kUnit;
     EXPECT_TRUE(manner.take(state));
-    EXPECT_EQ(manner.mode(), "fly");
+    EXPECT_EQ(manner.mode(), NavigationMode::kFly);
     EXPECT_DOUBLE_EQ(manner.pace(), 0.64);
+    state.wheel += 100 * InputState::kUnit;
+    EXPECT_TRUE(manner.take(state));
+    state.wheel -= InputState::kUnit;
+    EXPECT_TRUE(manner.take(state));
+    EXPECT_DOUBLE_EQ(manner.pace(), 4096 / 1.25) << "clicks beyond the fastest are not kept for the way back";
 }
 
 TEST(KeysOverlay, FitsItsWindow) {
