@@ -30,7 +30,8 @@ struct Arguments {
     std::string windowLog;
     std::vector<std::string> monitors;
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
-    bool check = false;
+    bool check = false, quiet = false;
+    ServiceNotifier* service = nullptr;
     int threads = -1, device = -1, whileInput = 0;
 };
 
@@ -142,7 +143,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
                         .culler = culler,
                         .cache = arguments.cache,
-                        .keepFrames = arguments.keepFrames};
+                        .keepFrames = arguments.keepFrames,
+                        .service = arguments.service};
     if (!arguments.inject.empty()) {
         const auto injection = parseInjection(arguments.inject);
         if (!injection) return tl::unexpected(injection.error());
@@ -186,7 +188,8 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments;
+    ServiceNotifier service = ServiceNotifier::ofThisProcess();
+    Arguments arguments{.service = &service};
     Options options(
         "tessera-client",
         "One render host of a wall: dials a tessera-server, draws its tiles,\nand shows each frame when all hosts have "
@@ -243,6 +246,7 @@ int main(int argc, char** argv) {
                 "End when the standard input ends, or is silent for\nS seconds: so does tessera-wall --start end it")
         .typeName("S")
         .range(1, 86'400);
+    options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--check", arguments.check, "Say what this machine lacks for this, and end");
     // For tests of the rest of the wall; see client/replica/README.md.
     options.option("--inject", arguments.inject).hidden();
@@ -272,6 +276,7 @@ int main(int argc, char** argv) {
     // A file larger than the system lets it be is an error of the call that makes it, and what wants it does without.
     std::signal(SIGXFSZ, SIG_IGN);
     Log log(arguments.check ? "tessera-client" : "tessera-client[" + arguments.host + "]");
+    if (arguments.quiet) log.quieten();
     const auto served = arguments.check ? check(arguments) : serve(arguments, log);
     if (served) return 0;
     Log("tessera-client").error(served.error().message);

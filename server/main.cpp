@@ -15,13 +15,16 @@
 #include <fmt/format.h>
 
 #include "common/access/LocalWalls.h"
+#include "common/base/JournalStream.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
+#include "common/wall/WallNotes.h"
 #include "server/door/Door.h"
 #include "server/door/UploadFolder.h"
 #include "server/panel/Panel.h"
@@ -57,10 +60,11 @@ struct Arguments {
     std::string journal, audit;
     unsigned threads = 1;
     bool noInput = false, noNotices = false, reload = false;
-    bool progress = false;
+    bool progress = false, quiet = false;
     bool testPicture = false, plain = false;
     bool allowUnconfined = false;
     bool insecure = false;
+    ServiceNotifier* service = nullptr;
 };
 
 Expected<Wall> readWall(const Arguments& arguments, const std::string& executable) {
@@ -165,10 +169,18 @@ public:
         uploads_ = std::move(uploads);
         onFile_ = std::move(onFile);
     }
+    /// A link lets in whoever has it: the journal's readers are others than the server's people.
     void describe() const {
-        if (door_) fmt::print("console: {}\n", door_->link());
-        for (const ServedPanel& panel : panels_)
-            if (door_) fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        if (door_ && leadsToJournal(STDOUT_FILENO)) {
+            fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
+                           panel.file);
+        } else if (door_) {
+            fmt::print("console: {}\n", door_->link());
+            for (const ServedPanel& panel : panels_)
+                fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+        }
         if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
     }
 
@@ -269,6 +281,9 @@ Expected<std::shared_ptr<UploadFolder>> takeUploads(const Arguments& arguments, 
 Expected<void> serve(const Arguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
+    // Who says a size wants it so.
+    if (arguments.size.empty())
+        for (const std::string& note : wallNotes(*wall)) log.info(fmt::format("{}: {}", arguments.wall, note));
     const Expected<Address> address = parseAddress(arguments.listen);
     if (!address) return failWith("--listen", address.error());
 
@@ -291,6 +306,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.recordPath = arguments.record;
     options.journalPath = arguments.journal;
     options.threads = arguments.threads;
+    options.service = arguments.service;
+    if (!arguments.journal.empty()) arguments.service->status("reads the journal");
     if (arguments.testPicture) options.showing = Showing::kTestPicture;
     options.studio = !arguments.plain;
     options.takesInput = !arguments.noInput;
@@ -343,6 +360,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         entrance.describe();
         std::fflush(stdout);
+        // Hosts may dial in. A long scene still loads: the wall waits, and no unit that needs this one has to.
+        arguments.service->ready();
     };
     if (arguments.progress)
         options.onProgress = [](std::uint64_t done, std::uint64_t total) {
@@ -382,7 +401,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
 int main(int argc, char** argv) {
     keepBlocks();
-    Arguments arguments;
+    ServiceNotifier service = ServiceNotifier::ofThisProcess();
+    Arguments arguments{.service = &service};
     Options options("tessera-server",
                     "Owns a scene and a wall; render hosts (tessera-client) and\napplications (tessera-ctl) dial in.",
                     versionText("tessera-server"));
@@ -484,6 +504,7 @@ int main(int argc, char** argv) {
     options.flag("--reload", arguments.reload,
                  "Files that change on disk, those of --scene and\nothers, are taken in again in their place; "
                  "what\npeople changed since is kept");
+    options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");
@@ -498,6 +519,7 @@ int main(int argc, char** argv) {
         return exitCode(ErrorCode::kUsage);
     }
     Log log("tessera-server");
+    if (arguments.quiet) log.quieten();
     const Expected<void> served = serve(arguments, std::filesystem::read_symlink("/proc/self/exe").string(), log);
     if (served) return 0;
     log.error(served.error().message);

@@ -37,19 +37,20 @@ Expected<Answer> run(Application& application, const verb::People&) {
 }
 
 Expected<Answer> linkOf(const CommandLine& line, const verb::Link& wanted) {
-    const Expected<Address> server = serverMeant(line.server);
-    if (!server) return tl::unexpected(server.error());
+    const Expected<ServerMeant> meant = serverMeant(line.server);
+    if (!meant) return tl::unexpected(meant.error());
+    const Address& server = meant->address;
     const Expected<std::vector<LocalWall>> walls = localWalls();
     if (!walls) return tl::unexpected(walls.error());
     const auto same = [&](const LocalWall& wall) {
-        return wall.server.port == server->port && (wall.server.host == server->host || server->isLoopback());
+        return wall.server.port == server.port && (wall.server.host == server.host || server.isLoopback());
     };
     const auto wall = std::ranges::find_if(*walls, same);
     if (wall == walls->end())
         return fail(ErrorCode::kNotFound,
-                    fmt::format("link: no server of this user listens at {} on this machine", toString(*server)));
+                    fmt::format("link: no server of this user listens at {} on this machine", toString(server)));
     if (!wall->console)
-        return fail(ErrorCode::kNotFound, fmt::format("link: the server at {} has no console", toString(*server)));
+        return fail(ErrorCode::kNotFound, fmt::format("link: the server at {} has no console", toString(server)));
     const bool sealed = !wall->authority.empty();
     const std::string link = fmt::format("{}://{}/?token={}{}", sealed ? "https" : "http", toString(*wall->console),
                                          wall->tokens.of(wanted.role), sealed ? "&authority=" + wall->authority : "");

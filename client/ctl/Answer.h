@@ -21,6 +21,10 @@ struct Answer {
 using Print = std::function<void(const std::string&)>;
 
 [[nodiscard]] nlohmann::ordered_json jsonOf(const Vec3d& v);
+/// As people read it: of many digits six count. JSON has them all.
+[[nodiscard]] std::string readable(double number);
+/// Zero where a component is nothing beside the largest.
+[[nodiscard]] Vec3d withoutNoise(const Vec3d& v);
 /// "(1, 2.5, -3)"
 [[nodiscard]] std::string textOf(const Vec3d& v);
 /// "#17"

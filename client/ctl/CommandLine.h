@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -21,6 +22,20 @@ struct People {};
 /// Where browsers come in at a server of this machine, in a role.
 struct Link {
     Role role = Role::kOperator;
+};
+/// The wall's figures, drawn anew all the time.
+struct Top {
+    double everySeconds = 1;
+};
+/// What happens to the wall, a line each.
+struct Watch {
+    double seconds = 0;  ///< 0: until interrupted
+};
+/// Frames as events, in a file.
+struct Trace {
+    std::string file;
+    std::int64_t frames = 300;
+    std::chrono::milliseconds patience{10'000};  ///< for the first frame
 };
 struct Tree {
     std::string node = "/";
@@ -49,7 +64,7 @@ struct Remove {
 struct Clone {
     std::string node;
     std::string under;  ///< a node; empty: beside the original
-    std::string name;   ///< empty: as the original's
+    std::string name;   ///< empty: the original's with a number behind it
     bool deep = false;
     std::vector<std::string> share;  ///< names of types, nodes and objects
 };
@@ -60,11 +75,14 @@ struct Find {
     std::uint32_t pageSize = 256;
     std::int64_t limit = -1;  ///< nodes; -1: all
 };
+struct Materials {};
 struct Undo {};
 struct Redo {};
 struct Steps {};
+/// One that wants nothing asks where all is.
 struct View {
     ViewWish view;
+    bool by = false;  ///< from where the wall stands
 };
 /// What a key at a window would ask for. `node`: of a fit; empty: the whole scene.
 struct Navigate {
@@ -102,6 +120,12 @@ struct PlayTracker {
     bool flystick = false;
     std::uint32_t buttons = 0;         ///< of the flystick
     double rateHz = 60, seconds = 10;  ///< 0 s: until interrupted
+};
+/// Writes a wall file; talks to no server.
+struct NewWall {
+    std::string file;
+    std::map<std::string, std::string> measures;  ///< by their names (NewWall.h); empty: not said
+    bool force = false;
 };
 /// What touches in the newest frame. `show`: draw it instead.
 struct Contacts {
@@ -144,12 +168,12 @@ struct Save {
 
 }  // namespace verb
 
-using Verb =
-    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move,
-                 verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
-                 verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                 verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Animations,
-                 verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files>;
+using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load,
+                          verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View,
+                          verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts,
+                          verb::Questions, verb::Respond, verb::Snapshot, verb::Save, verb::Trackers, verb::PlayTracker,
+                          verb::Show, verb::Budget, verb::Animations, verb::Inlines, verb::Play, verb::Clone,
+                          verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

@@ -11,6 +11,7 @@
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/NumberText.h"
+#include "common/base/Nearest.h"
 #include "common/cores/Interest.h"
 
 namespace tessera {
@@ -92,6 +93,14 @@ std::vector<std::string> fieldNames(const TypeInfo& type) {
     return names;
 }
 
+/// `known`: "name (Type)".
+std::string fieldMeant(const std::string& said, const std::vector<std::string>& known) {
+    std::vector<std::string> names;
+    for (const std::string& field : known) names.push_back(field.substr(0, field.find(' ')));
+    const std::string nearest = nearestName(said, names);
+    return nearest.empty() ? nearest : fmt::format(" (did you mean \"{}\"?)", nearest);
+}
+
 }  // namespace
 
 Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& name) {
@@ -103,8 +112,8 @@ Expected<FieldPlace> findFieldOf(const ObjectInfo& object, const std::string& na
         const std::vector<std::string> more = fieldNames(*type);
         known.insert(known.end(), more.begin(), more.end());
     }
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{} has no field \"{}\"; it has {}", object.path, name, fmt::join(known, ", ")));
+    return fail(ErrorCode::kNotFound, fmt::format("{} has no field \"{}\"{}; it has {}", object.path, name,
+                                                  fieldMeant(name, known), fmt::join(known, ", ")));
 }
 
 Expected<FieldValue> parseValue(const FindObject& find, const FieldInfo& field, const std::vector<std::string>& words) {
@@ -197,6 +206,14 @@ std::string textOf(const FieldValue& value) {
 
 const FieldInfo& showField() {
     return *findField(*findType(typeOf<Interest>()), fieldId<&Interest::show>);
+}
+
+std::string readableWordOf(const FieldInfo& field, const FieldValue& value) {
+    const auto* doubles = std::get_if<Doubles>(&value);
+    if (doubles == nullptr) return wordOf(field, value);
+    std::string text;
+    for (std::size_t i = 0; i < doubles->width; ++i) text += (i > 0 ? " " : "") + readable(doubles->values[i]);
+    return text;
 }
 
 std::string wordOf(const FieldInfo& field, const FieldValue& value) {

@@ -47,6 +47,9 @@ struct ArrayPart {
 /// The same by its word, where its number has one: "loop"; of an array of numbers "3 elements", or "none".
 [[nodiscard]] std::string wordOf(const FieldInfo& field, const FieldValue& value);
 
+/// The same with numbers as people read them.
+[[nodiscard]] std::string readableWordOf(const FieldInfo& field, const FieldValue& value);
+
 /// Which of an interest's contacts are drawn: the field whose words `contacts --show` takes.
 [[nodiscard]] const FieldInfo& showField();
 

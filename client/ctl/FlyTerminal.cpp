@@ -1,44 +1,11 @@
 #include "client/ctl/FlyTerminal.h"
 
-#include <cerrno>
-
-#include <poll.h>
-#include <termios.h>
-#include <unistd.h>
+#include "client/ctl/RawTerminal.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::chrono::milliseconds kTick(20);
-
-/// The terminal without lines, echo and signals, for as long as this lives.
-class RawTerminal {
-public:
-    static Expected<RawTerminal> open() {
-        RawTerminal terminal;
-        if (::tcgetattr(STDIN_FILENO, &terminal.before_) != 0)
-            return fail(ErrorCode::kUsage,
-                        "fly: standard input is no terminal; `navigate` and `view` move the wall without one");
-        termios raw = terminal.before_;
-        ::cfmakeraw(&raw);
-        raw.c_oflag |= OPOST;  // lines of help begin where lines begin
-        if (::tcsetattr(STDIN_FILENO, TCSANOW, &raw) != 0)
-            return fail(ErrorCode::kFailed, "fly: the terminal cannot be set to single keys");
-        terminal.changed_ = true;
-        return terminal;
-    }
-    ~RawTerminal() {
-        if (changed_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-    }
-    RawTerminal(RawTerminal&& other) noexcept
-        : before_(other.before_), changed_(std::exchange(other.changed_, false)) {}
-    RawTerminal& operator=(RawTerminal&&) = delete;
-
-private:
-    RawTerminal() = default;
-    termios before_{};
-    bool changed_ = false;
-};
 
 }  // namespace
 
@@ -187,26 +154,18 @@ Expected<Answer> flyByTerminal(Application& application, const Print& print) {
     // Says what is wrong, if anything is, before the terminal is touched.
     if (const Expected<void> begun = application.navigate({.input = InputState{}}); !begun)
         return tl::unexpected(begun.error());
-    const Expected<RawTerminal> terminal = RawTerminal::open();
+    const Expected<RawTerminal> terminal = RawTerminal::open("fly", "`navigate` and `view` move the wall without one");
     if (!terminal) return tl::unexpected(terminal.error());
     print(std::string(TerminalKeys::help()));
     TerminalKeys keys;
     InputState said;
     while (!keys.over()) {
-        pollfd waiting{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-        const int ready = ::poll(&waiting, 1, static_cast<int>(kTick.count()));
+        const std::optional<std::string> typed = terminal->typed(kTick);
+        if (!typed) break;
         // Of this moment, whatever the server takes below: what comes meanwhile is read before it is later.
         const TerminalKeys::Clock::time_point looked = TerminalKeys::Clock::now();
-        if (ready > 0) {
-            std::array<char, 256> bytes;
-            const ssize_t size = ::read(STDIN_FILENO, bytes.data(), bytes.size());
-            if (size == 0 || (size < 0 && errno != EINTR && errno != EAGAIN)) break;
-            if (size > 0) {
-                const std::string_view typed(bytes.data(), static_cast<std::size_t>(size));
-                if (typed.find('?') != std::string_view::npos) print(std::string(TerminalKeys::help()));
-                keys.feed(typed, looked);
-            }
-        }
+        if (typed->find('?') != std::string::npos) print(std::string(TerminalKeys::help()));
+        keys.feed(*typed, looked);
         if (const Expected<bool> there = application.poll(std::chrono::milliseconds(0)); !there) {
             if (application.serverIsOver()) break;
             return tl::unexpected(there.error());

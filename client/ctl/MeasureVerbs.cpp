@@ -48,7 +48,8 @@ Expected<Answer> run(Application& application, const verb::Measure& measure) {
         const Expected<answer::Measured> measured = application.measure(measure.from, *measure.to);
         if (!measured) return tl::unexpected(measured.error());
         return Answer{
-            fmt::format("{} from {} to {}\n", measured->distance, textOf(measured->from), textOf(measured->to)),
+            fmt::format("{} from {} to {}\n", readable(measured->distance), textOf(measured->from),
+                        textOf(measured->to)),
             {{"distance", measured->distance}, {"from", jsonOf(measured->from)}, {"to", jsonOf(measured->to)}},
             {}};
     }
@@ -59,18 +60,19 @@ Expected<Answer> run(Application& application, const verb::Measure& measure) {
     SceneNames names(application);
     names.learn(std::span(&measured->node, 1));
     const std::string path = names.node(measured->node);
-    Answer answer{fmt::format("{} from {} to {}, face {} at {}\nnormal {}", measured->distance, textOf(measured->from),
-                              path, measured->face, textOf(measured->to), textOf(measured->normal)),
-                  {{"distance", measured->distance},
-                   {"error", measured->error},
-                   {"from", jsonOf(measured->from)},
-                   {"to", jsonOf(measured->to)},
-                   {"node", measured->node.value},
-                   {"path", path},
-                   {"face", measured->face},
-                   {"normal", jsonOf(measured->normal)}},
-                  {}};
-    if (measured->error > 0) answer.text += fmt::format(", to {}", measured->error);
+    Answer answer{
+        fmt::format("{} from {} to {}, face {} at {}\nnormal {}", readable(measured->distance), textOf(measured->from),
+                    path, measured->face, textOf(measured->to), textOf(measured->normal)),
+        {{"distance", measured->distance},
+         {"error", measured->error},
+         {"from", jsonOf(measured->from)},
+         {"to", jsonOf(measured->to)},
+         {"node", measured->node.value},
+         {"path", path},
+         {"face", measured->face},
+         {"normal", jsonOf(measured->normal)}},
+        {}};
+    if (measured->error > 0) answer.text += fmt::format(", to {}", readable(measured->error));
     answer.text += "\n";
     return answer;
 }

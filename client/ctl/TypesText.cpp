@@ -4,8 +4,11 @@
 
 #include <cmath>
 
+#include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"
+#include "common/base/Nearest.h"
 #include "common/json/ApiJson.h"
+#include "common/json/FieldHelp.h"
 #include "common/scene/FieldTable.h"
 #include "common/scene/WrittenByServer.h"
 
@@ -49,20 +52,51 @@ std::string defaultText(const TypeInfo& type, const FieldEntry& field) {
     return textOf(value);
 }
 
+std::string fieldText(const TypeInfo& type, const FieldEntry& field) {
+    std::string text = fmt::format("  {:<20} {}{}", field.name, kindText(field), boundsText(field));
+    if (field.measuredIn != Unit::kNone) text += fmt::format("; {}", nameOf(field.measuredIn));
+    if (fieldOfServer(type.type, field.id)) text += "; the server writes it";
+    return text + fmt::format("  [{}]\n", defaultText(type, field));
+}
+
+Expected<const TypeInfo*> typeOfName(const std::string& name) {
+    if (const TypeInfo* type = findType(name)) return type;
+    std::vector<std::string> known;
+    for (const TypeInfo& type : allTypes()) known.emplace_back(type.name);
+    const std::string nearest = nearestName(name, known);
+    return fail(ErrorCode::kNotFound, fmt::format("types: there is no type \"{}\"{}; tessera-ctl types lists all", name,
+                                                  nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest)));
+}
+
 }  // namespace
 
 std::string typesText() {
     std::string text;
     for (const TypeInfo& type : allTypes()) {
         text += fmt::format("{}{} ({})\n", text.empty() ? "" : "\n", type.name, type.type.value);
-        for (const FieldEntry& field : type.fields) {
-            text += fmt::format("  {:<20} {}{}", field.name, kindText(field), boundsText(field));
-            if (field.measuredIn != Unit::kNone) text += fmt::format("; {}", nameOf(field.measuredIn));
-            if (fieldOfServer(type.type, field.id)) text += "; the server writes it";
-            text += fmt::format("  [{}]\n", defaultText(type, field));
-        }
+        for (const FieldEntry& field : type.fields) text += fieldText(type, field);
     }
     return text;
+}
+
+Expected<std::string> typeText(const std::string& name) {
+    const Expected<const TypeInfo*> found = typeOfName(name);
+    if (!found) return tl::unexpected(found.error());
+    const TypeInfo& type = **found;
+    std::string text = fmt::format("{} ({}): {}\n", type.name, type.type.value, helpOfType(type.name));
+    if (!type.isCore) text += "It is no core: others name it by its number.\n";
+    for (const FieldEntry& field : type.fields)
+        text += fmt::format("\n{}      {}\n", fieldText(type, field), helpOfField(type.name, field.name));
+    return text;
+}
+
+Expected<std::string> typeLine(const std::string& name) {
+    const Expected<const TypeInfo*> found = typeOfName(name);
+    if (!found) return tl::unexpected(found.error());
+    const Json all = typesJson();
+    for (const Json& type : all["types"])
+        if (type["name"] == (*found)->name) return jsonLine(type);
+    return fail(ErrorCode::kNotFound, "types: not told");
 }
 
 }  // namespace tessera

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/ctl/FieldText.h"
 #include "client/ctl/NumberText.h"
 #include "common/json/ApiJson.h"
 
@@ -73,6 +74,11 @@ Expected<Verb> moveVerb(const VerbWords& words) {
 Expected<Verb> viewVerb(const VerbWords& words, bool scaleGiven) {
     ViewWish view;
     view.reset = words.reset;
+    if (words.viewBy && (!words.lookAt.empty() || !words.head.empty() || words.reset))
+        return fail(
+            ErrorCode::kUsage,
+            "view: --by goes with --position, --orientation and --scale: --look-at, --head and --reset say where, "
+            "not how far");
     if (!words.position.empty()) view.position = vector3(words.position);
     if (!words.orientation.empty() && !words.lookAt.empty())
         return fail(ErrorCode::kUsage, "view: --look-at and --orientation say the same thing; give one");
@@ -101,9 +107,9 @@ Expected<Verb> viewVerb(const VerbWords& words, bool scaleGiven) {
         }
         view.head = head;
     }
-    if (!view.position && !view.orientation && !view.worldUnitsPerMetre && !view.head && !view.reset)
-        return fail(ErrorCode::kUsage, "view: say what to change; see tessera-ctl view --help");
-    return verb::View{view};
+    if (words.viewBy && !view.position && !view.orientation && !view.worldUnitsPerMetre && !view.reset)
+        return fail(ErrorCode::kUsage, "view --by: say --position, --orientation or --scale");
+    return verb::View{view, words.viewBy};
 }
 
 NavigationWish bookmarkWish(std::uint32_t number, bool keep) {

@@ -16,6 +16,10 @@ struct VerbWords {
     double timeoutSeconds = 10;
     std::string role;
     bool asSchema = false;
+    std::string type;
+    verb::Top top;
+    verb::Watch watch;
+    verb::Trace trace;
     verb::Tree tree;
     verb::Load load;
     std::vector<double> loadAt;
@@ -38,6 +42,7 @@ struct VerbWords {
     std::optional<double> moveScale;
     std::vector<double> position, lookAt, orientation;
     double scale = 1;
+    bool viewBy = false;
     std::vector<std::string> head;
     bool reset = false;
     std::string measureFrom, measureTo;
@@ -51,6 +56,7 @@ struct VerbWords {
     std::string decision;
     std::vector<double> respondTo;
     verb::PlayTracker play;
+    verb::NewWall newWall;
     verb::Play take;
     double seconds = 0, speed = 1;
     std::string playProtocol = "dtrack";

@@ -16,17 +16,20 @@
 #include "client/ctl/FileVerbs.h"
 #include "client/ctl/FlyTerminal.h"
 #include "client/ctl/InlineVerbs.h"
+#include "client/ctl/LiveVerbs.h"
+#include "client/ctl/MaterialVerbs.h"
 #include "client/ctl/MeasureVerbs.h"
+#include "client/ctl/NewWall.h"
 #include "client/ctl/PlayTracker.h"
 #include "client/ctl/SceneNames.h"
 #include "client/ctl/SceneTree.h"
 #include "client/ctl/SearchVerbs.h"
 #include "client/ctl/TrackingVerbs.h"
+#include "client/ctl/ViewVerbs.h"
 #include "common/cores/Transform.h"
 #include "common/image/Picture.h"
 #include "common/mosaic/Mosaic.h"
 #include "common/scenefile/SceneFile.h"
-#include "common/wall/Detail.h"
 
 namespace tessera {
 
@@ -63,12 +66,6 @@ Answer committedAnswer(Application& application, const answer::Committed& commit
     answer.text += met.text;
     answer.json["stopped_by"] = std::move(met.json);
     return answer;
-}
-
-std::string budgetText(const answer::Status& status) {
-    if (status.budgetMs == 0) return "none: all of the scene's detail is drawn";
-    return fmt::format("{} ms a frame, step {} of {} of detail left away", status.budgetMs, status.detail,
-                       kDetailSteps.size() - 1);
 }
 
 Expected<Answer> run(Application& application, const verb::Status&) {
@@ -294,16 +291,26 @@ Expected<Answer> run(Application& application, const verb::Clone& clone) {
     return answer;
 }
 
+/// What was taken back is what redo would do now, and the other way round: unless somebody has edited meanwhile.
+Answer stepAnswer(Application& application, const answer::Committed& committed, std::string done,
+                  answer::StepPlan answer::Steps::*other, const std::string& otherwise) {
+    const Expected<answer::Steps> steps = application.steps();
+    const std::string what = steps ? ((*steps).*other).what : std::string();
+    Answer answer = committedAnswer(application, committed, what.empty() ? otherwise : done + what);
+    answer.json["what"] = what;
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::Undo&) {
     const Expected<answer::Committed> committed = application.undo();
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(application, *committed, "took back the last change");
+    return stepAnswer(application, *committed, "took back: ", &answer::Steps::redo, "took back the last change");
 }
 
 Expected<Answer> run(Application& application, const verb::Redo&) {
     const Expected<answer::Committed> committed = application.redo();
     if (!committed) return tl::unexpected(committed.error());
-    return committedAnswer(application, *committed, "did the last change again");
+    return stepAnswer(application, *committed, "did again: ", &answer::Steps::undo, "did the last change again");
 }
 
 Expected<Answer> run(Application& application, const verb::Steps&) {
@@ -317,75 +324,6 @@ Expected<Answer> run(Application& application, const verb::Steps&) {
         answer.json[name] = {{"what", step->what}, {"changes", step->changes}, {"objects", std::move(objects)}};
     }
     answer.json["sequence"] = steps->sequence.value;
-    return answer;
-}
-
-Expected<Answer> run(Application& application, const verb::View& view) {
-    const Expected<void> done = application.setView(view.view);
-    if (!done) return tl::unexpected(done.error());
-    return Answer{"the view has changed\n", {{"done", true}}, {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Show& show) {
-    const Expected<void> done = application.show(show.showing);
-    if (!done) return tl::unexpected(done.error());
-    const std::string what = show.showing == Showing::kScene ? "scene" : "test-picture";
-    return Answer{fmt::format("all tiles show the {}\n", show.showing == Showing::kScene ? "scene" : "test picture"),
-                  {{"shown", what}},
-                  {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Budget& budget) {
-    if (budget.milliseconds)
-        if (const Expected<void> done = application.setBudget(*budget.milliseconds); !done)
-            return tl::unexpected(done.error());
-    const Expected<answer::Status> status = application.status();
-    if (!status) return tl::unexpected(status.error());
-    return Answer{fmt::format("budget  {}\n", budgetText(*status)),
-                  {{"budget_ms", status->budgetMs}, {"detail", status->detail}},
-                  {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
-    NavigationWish wish = navigate.wish;
-    if (!navigate.node.empty()) {
-        const Expected<ObjectInfo> node = application.describeNode(navigate.node);
-        if (!node) return tl::unexpected(node.error());
-        wish.node = node->id;
-    }
-    const Expected<void> done = application.navigate(wish);
-    if (!done) return tl::unexpected(done.error());
-    using Deed = NavigationWish::Deed;
-    std::string text = wish.deed == Deed::kKeepBookmark ? fmt::format("bookmark {} is here\n", wish.bookmark)
-                       : wish.deed == Deed::kNone       ? fmt::format("the mode is {}\n", nameOf(*wish.mode))
-                                                        : "the wall is on its way\n";
-    return Answer{std::move(text), {{"done", true}}, {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Pick& pick) {
-    const Expected<answer::Picked> picked =
-        pick.wand.empty() ? application.pick(pick.xPx, pick.yPx) : application.pick(pick.wand);
-    if (!picked) return tl::unexpected(picked.error());
-    if (!picked->hit) return Answer{"nothing is there\n", {{"hit", false}}, {}};
-    SceneNames names(application);
-    names.learn(std::span(&picked->node, 1));
-    const std::string path = names.node(picked->node);
-    Answer answer{fmt::format("{}, face {} at {}\n", path, picked->face, textOf(picked->point)),
-                  {{"hit", true},
-                   {"node", picked->node.value},
-                   {"path", path},
-                   {"face", picked->face},
-                   {"point", jsonOf(picked->point)},
-                   {"distance", picked->t},
-                   {"normal", jsonOf(picked->normal)},
-                   {"barycentric", Json::array({1 - picked->corners.sum(), picked->corners.x(), picked->corners.y()})}},
-                  {}};
-    answer.text += fmt::format("{} away, normal {}", picked->t, textOf(picked->normal));
-    if (picked->texcoord) {
-        answer.text += fmt::format(", texture at {} {}", picked->texcoord->x(), picked->texcoord->y());
-        answer.json["texcoord"] = Json::array({picked->texcoord->x(), picked->texcoord->y()});
-    }
-    answer.text += "\n";
     return answer;
 }
 
@@ -511,10 +449,13 @@ struct Runner {
     Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
     /// carryOut has done these without a server.
     Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
+    Expected<Answer> operator()(const verb::NewWall& wish) const { return makeNewWall(wish, print); }
     Expected<Answer> operator()(const verb::Link&) const { return {}; }
     Expected<Answer> operator()(const verb::Fly&) const { return flyByTerminal(application, print); }
     Expected<Answer> operator()(const verb::Tree& tree) const { return run(application, tree, json); }
     Expected<Answer> operator()(const verb::Find& find) const { return run(application, find, json, print); }
+    Expected<Answer> operator()(const verb::Top& top) const { return run(application, top, json); }
+    Expected<Answer> operator()(const verb::Watch& watch) const { return run(application, watch, json, print); }
     template <typename Verb>
     Expected<Answer> operator()(const Verb& verb) const {
         return run(application, verb);
@@ -525,6 +466,7 @@ struct Runner {
 
 Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     if (const auto* played = std::get_if<verb::PlayTracker>(&line.verb)) return play(*played);
+    if (const auto* wish = std::get_if<verb::NewWall>(&line.verb)) return makeNewWall(*wish, print);
     if (const auto* link = std::get_if<verb::Link>(&line.verb)) return linkOf(line, *link);
     Application::Options options;
     options.address = line.server;
@@ -541,6 +483,8 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
         options.wantBlobs = true;
         options.timeout = std::max<std::chrono::milliseconds>(options.timeout, std::chrono::minutes(2));
     }
+    // Any object may be a material: the scene is looked at whole, without its arrays.
+    options.followScene = options.followScene || std::holds_alternative<verb::Materials>(line.verb);
     Expected<std::unique_ptr<Application>> application = Application::connect(options);
     if (!application) return tl::unexpected(application.error());
     const std::string waiting = isEdit(line.verb) ? whyNoFrame(**application, line.server) : std::string();

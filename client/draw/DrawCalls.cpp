@@ -154,6 +154,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 
 bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
                         TextureCache& textures, VolumeTextures& volumes) {
+    if (step_) step_();
     const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
     const std::optional<MeshRange> mesh = !drawable                        ? std::nullopt
                                           : item.fill == Material::kFilled ? meshes.find(drawable)

@@ -53,6 +53,8 @@ struct DrawCall {
 /// Kept from draw to draw for its memory.
 class DrawCalls {
 public:
+    /// `step` is called for each thing that is collected, as uploads may take long. May be empty.
+    void callAtEach(std::function<void()> step) { step_ = std::move(step); }
     /// Everything is relative to the eye, composed in double, then rounded: the same numbers on every tile of a screen.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
                  TextureCache& textures, VolumeTextures& volumes);
@@ -101,6 +103,7 @@ private:
                           LookBlock& block);
     std::uint32_t materialIndex(const MaterialTexels& texels);
 
+    std::function<void()> step_;
     std::vector<DrawCall> calls_;
     std::deque<DrawItem> passItems_;
     std::vector<ItemRecord> records_;

@@ -89,6 +89,7 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
         return fail(ErrorCode::kUnsupported, fmt::format("the surface wants uniforms aligned to {} bytes", alignment));
     std::unique_ptr<Renderer> renderer(new Renderer);
     renderer->impl_ = std::make_unique<Impl>(surface, gl, options);
+    renderer->impl_->calls.callAtEach(options.onStep);
     if (auto good = gl.check("setting up"); !good) return tl::unexpected(good.error());
     return renderer;
 }
@@ -120,6 +121,7 @@ void Renderer::Impl::readColors(const CellPart& cell, const PixelRect& rect, con
 }
 
 Expected<void> Renderer::Impl::goOn() {
+    if (options.onStep) options.onStep();
     if (!unwanted || !(leftOff = leftOff || (*unwanted)())) return {};
     return fail(ErrorCode::kRefused, "nobody wants this picture any more");
 }

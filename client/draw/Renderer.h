@@ -35,6 +35,9 @@ struct RendererOptions {
     /// A picture is drawn anew without the dearest of persons' programs with loops once those have taken so long in its
     /// frame (LoopWatch.h). Never with 0.
     std::chrono::milliseconds programsMost{500};
+    /// Called between any two things that are drawn or uploaded, and programs that are made: drawing gets on. May be
+    /// empty.
+    std::function<void()> onStep = {};
 };
 
 /// A person's program that is not drawn with, as it took too long.

@@ -90,6 +90,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
     Channel<ServerLink::Event> events(kMaxEvents);
     WorkQueue work(kMaxWork);
     BlobStore store;
+    std::atomic<std::uint64_t> steps = 0;  // of the draw thread, in long work
 
     std::unique_ptr<ServerLink> link;  // outlives the host, which speaks to it to its end
 
@@ -112,7 +113,8 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
                      .injection = options.injection,
                      .sharing = neighbourhood ? &neighbourhood->sharing() : nullptr,
                      .workWaits = [&] { return work.more(); },
-                     .windows = windows ? &*windows : nullptr},
+                     .windows = windows ? &*windows : nullptr,
+                     .onStep = [&] { steps.fetch_add(1, std::memory_order_relaxed); }},
                     surface.get(), store, log, [&](Outcome outcome) { link->tell(std::move(outcome)); });
     const auto probe = host.probe();
     if (!probe) return failWith(surface->description(), probe.error());
@@ -137,9 +139,13 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
                           .ahead = true,
                           .showsNothingFrom = options.injection.kind == Injection::Kind::kShowHang
                                                   ? std::optional(FrameNumber(options.injection.frame))
-                                                  : std::nullopt},
+                                                  : std::nullopt,
+                          .service = options.service,
+                          .drawSteps = &steps},
         shelf, cache.get(), arrays.get(), events, work, log);
     if (neighbourhood) neighbourhood->listen([&] { link->tell({Attempt{}, outcome::Called{}}); });
+    // It can draw, and dials. Where there is no server yet it goes on dialling: to be started anew would not help.
+    if (options.service) options.service->ready();
     HostEnd end;
     std::thread session([&] {
         end = link->run();
@@ -161,16 +167,17 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         if (neighbourhood && std::holds_alternative<work::Help>(next->what)) neighbourhood->heard();
         // What is broken stays in hand: nobody else is to go on with it.
         if (going = going && host.perform(*next); going) work.done();
+        steps.fetch_add(1, std::memory_order_relaxed);
         ahead = going;
     }
     link->tell({Attempt{}, outcome::Ended{}});
     session.join();
     if (neighbourhood) neighbourhood->stop();
     if (arrays && arrays->counts().own + arrays->counts().found > 0)
-        log.info(fmt::format(
-            "arrays: {} of {} MB lie in memory that other hosts here may share, {} of {} MB were found there",
-            arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
-            arrays->counts().foundBytes / 1'000'000));
+        log.detail(
+            fmt::format("{} arrays ({} MB) lie in memory that other hosts here may share, {} ({} MB) were found there",
+                        arrays->counts().own, arrays->counts().ownBytes / 1'000'000, arrays->counts().found,
+                        arrays->counts().foundBytes / 1'000'000));
     if (end.over) return {};
     return tl::unexpected(end.error);
 }

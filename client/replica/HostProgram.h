@@ -6,6 +6,7 @@
 #include "client/replica/Injection.h"
 #include "client/replica/ShareMode.h"
 #include "client/replica/TileWindows.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/net/Transport.h"
 #include "common/tls/KeyRing.h"
 #include "common/wall/Culler.h"
@@ -28,6 +29,7 @@ struct HostOptions {
     Injection injection;
     ShareMode share = ShareMode::kAuto;  ///< of arrays and of parts of pictures, with hosts on this machine
     unsigned threads = 1;                ///< that drawing keeps busy
+    ServiceNotifier* service = nullptr;  ///< that watches this program; null: nobody does
     /// Blobs that no scene names any more, kept in case one does again.
     std::uint64_t blobBudgetBytes = std::uint64_t{1} << 30;
     std::uint64_t cacheBudgetBytes = std::uint64_t{4} << 30;

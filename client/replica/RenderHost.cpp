@@ -31,7 +31,7 @@ Expected<std::uint64_t> RenderHost::probe() {
     // Four samples whatever the wall will want: hosts are compared before they know the wall.
     if (!surface_) return std::uint64_t{0};
     samples_ = 4;
-    auto renderer = Renderer::create(*surface_, {.samples = samples_});
+    auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     auto probe = renderer_->pixelProbe();
@@ -186,7 +186,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
         samples_ = wall_.samples;
         uploads_ = {};
         renderer_.reset();
-        auto renderer = Renderer::create(*surface_, {.samples = samples_});
+        auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }
@@ -305,37 +305,42 @@ bool RenderHost::on(const work::Draw& draw) {
     }
     if (skipped != skippedBefore_ && skipped > 0)
         log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
-                                 skipped));
+                                 skipped),
+                     {.frame = frame.value});
     skippedBefore_ = skipped;
     if (const std::set<ObjectId>& undrawn = scene_.undrawn(); surface_ && undrawn != undrawnBefore_) {
         if (!undrawn.empty()) {
             const std::string others =
                 undrawn.size() > 1 ? fmt::format(" (and {} things more)", undrawn.size() - 1) : std::string();
-            log_.warning(fmt::format("frame {}: {}{}", frame.value, whyNotDrawn(aspect_, *undrawn.begin()), others));
+            log_.warning(fmt::format("frame {}: {}{}", frame.value, whyNotDrawn(aspect_, *undrawn.begin()), others),
+                         {.frame = frame.value});
         }
         undrawnBefore_ = undrawn;
     }
     if (dark != darkBefore_ && dark > 0)
         log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark,
-                                 DrawList::kMaxLights));
+                                 DrawList::kMaxLights),
+                     {.frame = frame.value});
     darkBefore_ = dark;
     if (scopeless != scopelessBefore_ && scopeless > 0)
         log_.warning(
             fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name",
-                        frame.value, scopeless, DrawList::kMaxScopes));
+                        frame.value, scopeless, DrawList::kMaxScopes),
+            {.frame = frame.value});
     scopelessBefore_ = scopeless;
     if (narrowed.items > 0 && !std::exchange(narrowedBefore_, narrowed.items > 0)) {
         const std::string others =
             narrowed.items > 1 ? fmt::format(" (and those of {} things more)", narrowed.items - 1) : std::string();
-        log_.warning(
-            fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines of the "
-                        "screen would cover {:.0f} million pixels, "
-                        "of which it has {:.0f}",
-                        frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx, narrowed.wantedPx,
-                        narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6));
+        log_.warning(fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines "
+                                 "of the screen would cover {:.0f} million pixels, "
+                                 "of which it has {:.0f}",
+                                 frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx,
+                                 narrowed.wantedPx, narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6),
+                     {.frame = frame.value});
     }
     narrowedBefore_ = narrowed.items > 0;
-    if (trouble != troubleBefore_ && !trouble.empty()) log_.warning(fmt::format("frame {}: {}", frame.value, trouble));
+    if (trouble != troubleBefore_ && !trouble.empty())
+        log_.warning(fmt::format("frame {}: {}", frame.value, trouble), {.frame = frame.value});
     troubleBefore_ = trouble;
     if (renderer_)
         for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) {
@@ -343,7 +348,8 @@ bool RenderHost::on(const work::Draw& draw) {
             if (heldUpBefore_.insert(held.program).second)
                 log_.warning(
                     fmt::format("frame {}: SurfaceProgram #{} holds this host up ({:.0f} ms): drawn without it",
-                                frame.value, held.program.value, toMilliseconds(held.took)));
+                                frame.value, held.program.value, toMilliseconds(held.took)),
+                    {.frame = frame.value});
         }
     if (stats.heldUp.empty()) heldUpBefore_.clear();
     if (shares) options_.sharing->end();
@@ -510,8 +516,9 @@ bool RenderHost::on(const work::Describe& describe) {
 
 bool RenderHost::on(const work::Finish&) {
     for (const auto& state : tiles_)
-        log_.info(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
-                              state->painted, state->again));
+        log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
+                                state->painted, state->again),
+                    {.tile = state->tile.name});
     if (!options_.keepFrames && !options_.output.empty())
         for (const auto& state : tiles_)
             if (state->shown) writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);

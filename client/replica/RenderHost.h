@@ -35,6 +35,8 @@ struct RenderHostOptions {
     std::function<bool()> workWaits = {};
     /// Shows the tiles on monitors; null: nobody does.
     TileWindows* windows = nullptr;
+    /// Called often while work takes long, as it gets on. May be empty.
+    std::function<void()> onStep = {};
 };
 
 /// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session:

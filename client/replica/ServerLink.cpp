@@ -49,6 +49,7 @@ HostEnd ServerLink::run() {
         if (dialAt_ && now >= *dialAt_) dial();
         if (arrays_) arrays_->step(now);
         sendInput(now);
+        tellService(now);
         if (end_ && now >= giveUpAt_) {
             log_.error("the draw thread does not finish; giving it up");
             end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
@@ -61,10 +62,25 @@ HostEnd ServerLink::run() {
     return *end_;
 }
 
+void ServerLink::tellService(TimePoint now) {
+    if (!options_.service) return;
+    const std::uint64_t steps = options_.drawSteps ? options_.drawSteps->load(std::memory_order_relaxed) : 0;
+    const bool works = work_.idle() || std::exchange(stepsSeen_, steps) != steps;
+    options_.service->turned(now, works, [&] { return describe(now); });
+}
+
+std::string ServerLink::describe(TimePoint now) {
+    const std::string server = toString(options_.server);
+    if (end_) return "ends";
+    if (!welcomed_ && lastReason_.empty()) return fmt::format("dials {}", server);
+    if (!welcomed_) return fmt::format("dials {}: {}", server, lastReason_);
+    return fmt::format("joined {}: {}", server, pace_.text(now));
+}
+
 void ServerLink::askToRunAhead() {
     const PriorityAnswer answer = tessera::askToRunAhead(Urgency::kShowing);
     if (answer.refused.empty()) return;
-    log_.info(fmt::format(
+    log_.detail(fmt::format(
         "pictures are shown by a thread that {} (refused: {}); beside other load it may be late. CAP_SYS_NICE, or "
         "`rtprio 1` in /etc/security/limits.conf, puts it before all that draws",
         answer.got.empty() ? "runs like any other" : "has " + answer.got, answer.refused));
@@ -219,7 +235,7 @@ void ServerLink::carryOut(client_action::Configured&& configured) {
     const Message life = message::Heartbeat{};
     transport_->keepAlive(links_.at(ChannelKind::kControl), configured.heartbeat, wireType(life), configured.epoch,
                           share(encodeMessage(life)));
-    log_.info(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
+    log_.detail(fmt::format("joined the server at {} (epoch {})", toString(options_.server), configured.epoch.value));
     give(std::move(configured));
     // A server that has not heard of these windows begins with how they are now.
     welcomed_ = true;
@@ -256,7 +272,7 @@ void ServerLink::noWayIn(const Error& why) {
 
 void ServerLink::carryOut(client_action::Finish&& finished) {
     hangUp("over");
-    log_.info(fmt::format("over: {}", finished.reason));
+    log_.detail(fmt::format("over: {}", finished.reason));
     end({.over = true});
 }
 
@@ -269,6 +285,7 @@ void ServerLink::carryOut(client_action::Show&& show) {
         doneHere_.push_back({attempt_, outcome::Broken{shown.error()}});
         return;
     }
+    pace_.shown(show.frame.value);
     doneHere_.push_back({attempt_, outcome::Shown{show.frame, clockNow()}});
     give(work::Shown{show.frame});
 }

@@ -1,6 +1,7 @@
 /// The session thread's side of a render host: dials, speaks the protocol, hands out work, answers with outcomes.
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <functional>
 #include <map>
@@ -16,6 +17,7 @@
 #include "client/share/SharedArrays.h"
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/net/Transport.h"
 #include "common/session/ClientSession.h"
 #include "common/tls/KeyRing.h"
@@ -43,6 +45,10 @@ struct ServerLinkOptions {
     bool ahead = false;
     /// From this frame on it says that it lives and shows nothing: a fault to be injected.
     std::optional<FrameNumber> showsNothingFrom;
+    /// That watches this program: null: nobody does. It hears that the host works where this thread turns, and the draw
+    /// thread has nothing in hand or has gone a step further.
+    ServiceNotifier* service = nullptr;
+    const std::atomic<std::uint64_t>* drawSteps = nullptr;  ///< null: nobody counts them
 };
 
 /// Why a host is done.
@@ -104,6 +110,8 @@ private:
     void noWayIn(const Error& why);
     void end(HostEnd end);
     void give(decltype(Work::what) what);
+    void tellService(TimePoint now);
+    [[nodiscard]] std::string describe(TimePoint now);
     [[nodiscard]] TimePoint nextDeadline() const;
     [[nodiscard]] std::optional<Event> nextEvent(Duration wait);
     [[nodiscard]] std::optional<ChannelKind> channelOf(LinkId link) const;
@@ -133,6 +141,8 @@ private:
     std::optional<HostEnd> end_;
     TimePoint giveUpAt_{};
     bool drawThreadEnded_ = false;
+    std::uint64_t stepsSeen_ = 0;           ///< of the draw thread
+    PaceOfFrames pace_;                     ///< of those shown
     std::unique_ptr<Transport> transport_;  ///< last: its thread speaks into `events_`
 };
 

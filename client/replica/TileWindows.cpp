@@ -137,9 +137,10 @@ private:
                 heard = 0;
             }
             if (size != static_cast<ssize_t>(sizeof(InputState)) || ++heard > kMaxStatesPerSecond) {
-                log_.warning(fmt::format(
-                    "the window of tile {} says {}: it is heard no longer", tile_,
-                    size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input" : "more than hands can do"));
+                log_.warning(fmt::format("the window of tile {} says {}: it is heard no longer", tile_,
+                                         size != static_cast<ssize_t>(sizeof(InputState)) ? "what is no input"
+                                                                                          : "more than hands can do"),
+                             {.tile = tile_});
                 break;
             }
             std::memcpy(&last, bytes.data(), sizeof last);
@@ -157,10 +158,12 @@ private:
         }
         if (ending_) return;
         if (end.si_code == CLD_EXITED && end.si_status == 0)
-            return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_));
-        log_.warning(fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before",
-                                 tile_, end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal",
-                                 end.si_status));
+            return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_),
+                             {.tile = tile_});
+        log_.warning(
+            fmt::format("tile {} has no window any more: tessera-window {} {}; the tile is drawn as before", tile_,
+                        end.si_code == CLD_EXITED ? "ended with exit code" : "was killed by signal", end.si_status),
+            {.tile = tile_});
     }
 
     std::string tile_;
@@ -241,7 +244,8 @@ void TileWindows::follow(const Wall& wall, const std::vector<Tile>& tiles) {
         if (started)
             windows_.push_back(std::move(*started));
         else
-            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message));
+            log_.warning(fmt::format("tile {} has no window: {}", tile.name, started.error().message),
+                         {.tile = tile.name});
     }
     if (wallIsNew && index < options_.monitors.size())
         log_.warning(fmt::format("{} monitors are named, and there {} to show", options_.monitors.size(),

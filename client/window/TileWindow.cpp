@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/output/ShownFrames.h"
+#include "client/window/KeysOverlay.h"
 #include "client/window/StereoWindow.h"
 #include "client/window/WindowInput.h"
 
@@ -136,6 +137,13 @@ public:
     }
 
     [[nodiscard]] bool showsBothEyes() const { return stereo_ != nullptr; }
+    /// What is laid over each picture from now on, in the lower left corner. No part of a window of both eyes.
+    void layOver(std::optional<Picture> overlay) { overlay_ = std::move(overlay); }
+    [[nodiscard]] DesktopRect size() const {
+        DesktopRect size;
+        if (window_) SDL_GetWindowSize(window_.get(), &size.width, &size.height);
+        return size;
+    }
     /// Black where there is no picture.
     Expected<void> show(const PanePicture* frame) {
         if (stereo_)
@@ -171,6 +179,12 @@ private:
             }
             if (failed != 0) return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
         }
+        if (overlay_) {
+            const SurfacePtr over = overlaySurface();
+            SDL_Rect to{0, std::max(0, target->h - overlay_->heightPx), overlay_->widthPx, overlay_->heightPx};
+            if (!over || SDL_BlitSurface(over.get(), nullptr, target, &to) != 0)
+                return refuse(ErrorCode::kFailed, "the keys cannot be drawn into the window");
+        }
         if (SDL_UpdateWindowSurface(window_.get()) != 0)
             return refuse(ErrorCode::kFailed, "the window cannot be shown");
         return {};
@@ -197,10 +211,32 @@ private:
                 SDL_RenderCopy(renderer_.get(), texture_.get(), nullptr, &to) != 0)
                 return refuse(ErrorCode::kFailed, "a picture cannot be drawn into the window");
         }
+        if (overlay_) {
+            const SurfacePtr over = overlaySurface();
+            const TexturePtr texture(over ? SDL_CreateTextureFromSurface(renderer_.get(), over.get()) : nullptr);
+            int width = 0, height = 0;
+            SDL_GetRendererOutputSize(renderer_.get(), &width, &height);
+            const SDL_Rect to{0, std::max(0, height - overlay_->heightPx), overlay_->widthPx, overlay_->heightPx};
+            if (!texture || SDL_RenderCopy(renderer_.get(), texture.get(), nullptr, &to) != 0)
+                return refuse(ErrorCode::kFailed, "the keys cannot be drawn into the window");
+        }
         SDL_RenderPresent(renderer_.get());
         return {};
     }
 
+    /// The picture shines through a little.
+    [[nodiscard]] SurfacePtr overlaySurface() {
+        constexpr Uint8 kShare = 216;  // of 255
+        SurfacePtr surface(SDL_CreateRGBSurfaceWithFormatFrom(overlay_->rgb.data(), overlay_->widthPx,
+                                                              overlay_->heightPx, 24, 3 * overlay_->widthPx,
+                                                              SDL_PIXELFORMAT_RGB24));
+        if (!surface) return surface;
+        SDL_SetSurfaceBlendMode(surface.get(), SDL_BLENDMODE_BLEND);
+        SDL_SetSurfaceAlphaMod(surface.get(), kShare);
+        return surface;
+    }
+
+    std::optional<Picture> overlay_;
     std::unique_ptr<StereoWindow>
         stereo_;  ///< of a driver that shows both eyes; else the left one stands in the window
     WindowPtr window_;
@@ -323,13 +359,27 @@ Expected<void> runWindow(WindowOptions options) {
     Follower follower(std::move(options.frameFiles), std::move(options.output), pane->showsBothEyes(), another);
     SDL_Event event{};
     WindowInput input;
+    AskedManner manner;
+    bool showsKeys = options.showsKeys;
+    const auto layKeys = [&] {
+        const DesktopRect size = pane->size();
+        pane->layOver(showsKeys ? std::optional(keysOverlay(manner, size.width, size.height)) : std::nullopt);
+        follower.again();
+    };
+    if (showsKeys) layKeys();
     InputPipe pipe(options.input);
     pipe.say(input.state(), false);
     for (;;) {
         const bool patient = pipe.patienceMs() < 0;
         const bool came = SDL_WaitEventTimeout(&event, pipe.patienceMs()) == 1;
         if (!came && patient) break;
-        if (came && input.take(event)) fmt::print("{}", WindowInput::keys()), std::fflush(stdout);
+        const bool asksForKeys = came && input.take(event);
+        if (asksForKeys && pane->showsBothEyes()) {
+            fmt::print("{}", WindowInput::keys());
+            std::fflush(stdout);
+        }
+        if (asksForKeys) showsKeys = !showsKeys;
+        if (const bool other = manner.take(input.state()); asksForKeys || (other && showsKeys)) layKeys();
         pipe.say(input.state(), SDL_PollEvent(nullptr) == 1);
         if (!came) continue;
         if (event.type == SDL_QUIT) return {};
@@ -337,7 +387,7 @@ Expected<void> runWindow(WindowOptions options) {
         if (event.type == SDL_WINDOWEVENT) {
             if (event.window.event == SDL_WINDOWEVENT_CLOSE) return {};
             if (event.window.event == SDL_WINDOWEVENT_EXPOSED || event.window.event == SDL_WINDOWEVENT_SIZE_CHANGED)
-                follower.again();
+                layKeys();
         }
         if (event.type != another) continue;
         const PanePicture picture = follower.picture();

@@ -22,6 +22,7 @@ struct WindowOptions {
     bool fullScreen = false;
     bool vsync = false;              ///< through a renderer of the graphics driver
     std::optional<PlacedPart> part;  ///< where it stands when it is no full screen
+    bool showsKeys = false;          ///< from the beginning, as after F1
     int input = -1;                  ///< descriptor of a socket to say input to (InputPipe); below 0: nobody wants it
     std::string
         log;  ///< a line per shown picture: number, when its host showed it, when it stood here; ns, CLOCK_MONOTONIC

@@ -61,6 +61,8 @@ int main(int argc, char** argv) {
     std::string wall, tile;
     commandLine.option("--wall", wall).hidden();
     commandLine.option("--tile", tile).hidden();
+    // For tests: as if somebody had pressed F1.
+    commandLine.flag("--show-keys", options.showsKeys).hidden();
     // They do not outlive it.
     commandLine.option("--parent", parent).hidden();
     commandLine.option("--input", options.input).hidden();

@@ -22,6 +22,40 @@ namespace {
 constexpr std::string_view kEnding = ".wall";
 constexpr int kMostPlaces = 100;          ///< of one wall
 constexpr std::size_t kMostBytes = 4096;  ///< of a place
+/// Of a server that the system runs (deploy/units): nobody but root makes a folder there.
+constexpr const char* kServiceFolder = "/run/tessera";
+
+/// The line of a file that names a server; nothing where there is no such file.
+Expected<std::optional<std::string>> lineOfServerFile(const std::string& path) {
+    if (path.empty()) return std::nullopt;
+    const auto wrong = [&](std::string_view why) {
+        return fail(ErrorCode::kUsage, fmt::format("{}: {}; write a line ADDR:PORT, or take the file away", path, why));
+    };
+    const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (opened < 0) {
+        if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+        return wrong(std::strerror(errno));
+    }
+    std::string text(kMostBytes + 1, '\0');
+    const ssize_t got = pread(opened, text.data(), text.size(), 0);
+    const int fault = errno;
+    close(opened);
+    if (got < 0) return wrong(std::strerror(fault));
+    text.resize(static_cast<std::size_t>(got));
+    if (text.size() > kMostBytes) return wrong(fmt::format("it has more than {} bytes", kMostBytes));
+    std::optional<std::string> named;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        std::string_view line = std::string_view(text).substr(at, end - at);
+        at = end + 1;
+        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
+        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back()))) line.remove_suffix(1);
+        if (line.empty() || line.front() == '#') continue;
+        if (named) return wrong("it names more than one server");
+        named = std::string(line);
+    }
+    return named ? Expected<std::optional<std::string>>(std::move(named)) : wrong("it names no server");
+}
 
 Error systemError(std::string_view what, const std::string& path) {
     return {ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
@@ -114,9 +148,13 @@ Expected<void> giveToGroup(int file, const std::string& folder, const std::strin
     struct group* known = nullptr;
     if (getgrnam_r(group.c_str(), &found, room.data(), room.size(), &known) != 0 || known == nullptr)
         return fail(ErrorCode::kNotFound, fmt::format("--group {}: this machine has no such group", group));
-    constexpr mode_t kMayPass = 0711, kMayRead = 0640;  // nobody lists the folder
-    if (chmod(folder.c_str(), kMayPass) != 0 || fchown(file, static_cast<uid_t>(-1), known->gr_gid) != 0 ||
-        fchmod(file, kMayRead) != 0)
+    constexpr mode_t kMayPass = 0711, kMayRead = 0640, kMayList = 0050;
+    // Nobody lists the folder, but where it is the group's and they may already.
+    struct stat info {};
+    const bool mayList =
+        stat(folder.c_str(), &info) == 0 && info.st_gid == known->gr_gid && (info.st_mode & kMayList) == kMayList;
+    if ((!mayList && chmod(folder.c_str(), kMayPass) != 0) ||
+        fchown(file, static_cast<uid_t>(-1), known->gr_gid) != 0 || fchmod(file, kMayRead) != 0)
         return fail(ErrorCode::kRefused, fmt::format("--group {}: {}: {}", group, folder, std::strerror(errno)));
     if (const std::optional<std::string> barred = barredFolder(folder, known->gr_gid))
         return fail(
@@ -136,11 +174,11 @@ bool leadsTo(const Address& peer, const Address& listening) {
 }
 
 /// Open, this user's own, and nobody's to read but a group's.
-int openOwn(const std::string& path, int flags) {
+int openOwn(const std::string& path, int flags, uid_t owner = geteuid()) {
     const int file = open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600);
     if (file < 0) return -1;
     struct stat info {};
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0037) == 0)
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_uid == owner && (info.st_mode & 0037) == 0)
         return file;
     close(file);
     errno = EPERM;
@@ -161,24 +199,25 @@ Expected<std::string> runFolder() {
         return tl::unexpected(systemError("a folder for this user's walls", folder));
     struct stat info {};
     if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
-    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0066) != 0)
+    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0026) != 0)
         return fail(ErrorCode::kRefused,
                     fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
                                 folder));
     return folder;
 }
 
-Expected<std::vector<LocalWall>> localWalls() {
-    const Expected<std::string> folder = runFolder();
-    if (!folder) return tl::unexpected(folder.error());
+namespace {
+
+/// Those that `owner` has left in a folder, and this user may read.
+std::vector<LocalWall> wallsIn(const std::string& folder, uid_t owner) {
     std::vector<LocalWall> walls;
     std::vector<std::string> names;
     std::error_code error;
-    for (std::filesystem::directory_iterator each(*folder, error), none; !error && each != none; each.increment(error))
+    for (std::filesystem::directory_iterator each(folder, error), none; !error && each != none; each.increment(error))
         if (const std::string name = each->path().filename(); name.ends_with(kEnding)) names.push_back(name);
     std::ranges::sort(names);
     for (const std::string& name : names) {
-        const int file = openOwn(*folder + "/" + name, O_RDONLY);
+        const int file = openOwn(folder + "/" + name, O_RDONLY, owner);
         if (file < 0) continue;
         const std::map<std::string, std::string> lines =
             isLocked(file) ? readLines(file) : std::map<std::string, std::string>();
@@ -191,6 +230,18 @@ Expected<std::vector<LocalWall>> localWalls() {
                          .tokens = tokensIn(lines),
                          .authority = lines.contains("authority") ? lines.at("authority") : ""});
     }
+    return walls;
+}
+
+}  // namespace
+
+Expected<std::vector<LocalWall>> localWalls() {
+    const Expected<std::string> folder = runFolder();
+    if (!folder) return tl::unexpected(folder.error());
+    std::vector<LocalWall> walls = wallsIn(*folder, geteuid());
+    struct stat service {};
+    if (*folder == kServiceFolder || lstat(kServiceFolder, &service) != 0 || !S_ISDIR(service.st_mode)) return walls;
+    std::ranges::move(wallsIn(kServiceFolder, service.st_uid), std::back_inserter(walls));
     return walls;
 }
 
@@ -207,14 +258,30 @@ Expected<LocalWall> onlyLocalWall() {
                 fmt::format("{} servers of this user run on this machine: say which: {}", walls->size(), all));
 }
 
-Expected<Address> serverMeant(const std::string& said) {
-    if (!said.empty()) return parseAddress(said);
-    if (const char* named = std::getenv("TESSERA_SERVER"); named != nullptr && named[0] != '\0') {
-        Expected<Address> address = parseAddress(named);
-        return address ? address : failWith("TESSERA_SERVER", address.error());
-    }
+std::string serverFile() {
+    std::string folder;
+    if (const char* said = std::getenv("XDG_CONFIG_HOME"); said != nullptr && said[0] == '/')
+        folder = said;
+    else if (const char* home = std::getenv("HOME"); home != nullptr && home[0] == '/')
+        folder = std::string(home) + "/.config";
+    return folder.empty() ? folder : folder + "/tessera/server";
+}
+
+Expected<ServerMeant> serverMeant(const std::string& said) {
+    const auto named = [](const std::string& address, const std::string& by) -> Expected<ServerMeant> {
+        const Expected<Address> parsed = parseAddress(address);
+        if (!parsed) return by.empty() ? tl::unexpected(parsed.error()) : failWith(by, parsed.error());
+        return ServerMeant{*parsed, by};
+    };
+    if (!said.empty()) return named(said, "");
+    if (const char* variable = std::getenv("TESSERA_SERVER"); variable != nullptr && variable[0] != '\0')
+        return named(variable, "TESSERA_SERVER");
+    const std::string file = serverFile();
+    const Expected<std::optional<std::string>> line = lineOfServerFile(file);
+    if (!line) return tl::unexpected(line.error());
+    if (*line) return named(**line, file);
     const Expected<LocalWall> only = onlyLocalWall();
-    return only ? Expected<Address>(only->server) : tl::unexpected(only.error());
+    return only ? Expected<ServerMeant>(ServerMeant{only->server, {}}) : tl::unexpected(only.error());
 }
 
 Expected<std::string> readToken(const std::string& file) {

@@ -29,14 +29,23 @@ struct LocalWall {
 /// kFailed: it cannot be made.
 [[nodiscard]] Expected<std::string> runFolder();
 
-/// Those of this user, in the order of their names. What servers have left that no longer run does not count.
+/// Those of this user, in the order of their names; then those of the system's service (/run/tessera), where this user
+/// may read them: a member of its group. What servers have left that no longer run does not count.
 [[nodiscard]] Expected<std::vector<LocalWall>> localWalls();
 /// The only one. kNotFound: none runs, kUsage: several do; the message says which, and how to name one.
 [[nodiscard]] Expected<LocalWall> onlyLocalWall();
 
-/// The server that is meant: the address that is said, else that of TESSERA_SERVER, else the only one of this user's on
-/// this machine.
-[[nodiscard]] Expected<Address> serverMeant(const std::string& said);
+/// A server that is meant, and who has named it.
+struct ServerMeant {
+    Address address;
+    std::string namedBy;  ///< "TESSERA_SERVER", a file's path; empty: whoever asks, or it is the only one here
+};
+/// The address that is said, else that of TESSERA_SERVER, else that in this user's file (`serverFile`), else the only
+/// one of this user's on this machine. kUsage: a file that is there and names none is no reason to look further.
+[[nodiscard]] Expected<ServerMeant> serverMeant(const std::string& said);
+/// `$XDG_CONFIG_HOME/tessera/server`, else `~/.config/tessera/server`: a line ADDR:PORT, and lines that begin with #.
+/// Empty: this user has no home.
+[[nodiscard]] std::string serverFile();
 
 /// The word in a file: its first line, or in what a server has left for its own user that of an operator. kUsage: it
 /// cannot be read, or there is none in it.

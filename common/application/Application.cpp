@@ -24,7 +24,9 @@ Application::~Application() = default;
 Expected<std::unique_ptr<Application>> Application::connect(const Options& options) {
     Expected<ConnectionOptions> connectionOptions = connectionOptionsOf(options);
     if (!connectionOptions) return tl::unexpected(connectionOptions.error());
-    auto impl = std::make_unique<Impl>(std::move(*connectionOptions), options);
+    Options known = options;  // messages name the server, whoever has named it
+    known.address = addressText(*connectionOptions);
+    auto impl = std::make_unique<Impl>(std::move(*connectionOptions), known);
 
     // A little more than the transport's own timeout, whose message is the better one.
     const TimePoint deadline = clockNow() + options.timeout + milliseconds(100);
@@ -34,9 +36,9 @@ Expected<std::unique_ptr<Application>> Application::connect(const Options& optio
                 return fail(ErrorCode::kNetwork,
                             fmt::format("no Tessera server at {}: something accepts connections there but "
                                         "did not answer within {} ms",
-                                        options.address, options.timeout.count()));
+                                        known.address, options.timeout.count()));
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not hand out its scene within {} ms",
-                                                         options.address, options.timeout.count()));
+                                                         known.address, options.timeout.count()));
         }
         if (impl->wallFault) return tl::unexpected(*impl->wallFault);
         if (const auto applied = impl->dispatch(); !applied) return tl::unexpected(applied.error());
@@ -123,6 +125,12 @@ Expected<void> Application::onFrame(std::function<void(const notice::Frame&)> ca
 Expected<void> Application::onPoses(std::function<void(const notice::Poses&)> callback) {
     impl_->posesCallback = std::move(callback);
     impl_->subscription.poses = impl_->posesCallback != nullptr;
+    return impl_->subscribe();
+}
+
+Expected<void> Application::onStates(std::function<void(const notice::States&)> callback) {
+    impl_->statesCallback = std::move(callback);
+    impl_->subscription.states = impl_->statesCallback != nullptr;
     return impl_->subscribe();
 }
 
@@ -307,6 +315,9 @@ Expected<answer::Identity> Application::whoAmI() {
 }
 Expected<answer::People> Application::people() {
     return impl_->ask(request::GetPeople{});
+}
+Expected<answer::WallPlan> Application::plan() {
+    return impl_->ask(request::GetWall{});
 }
 Expected<answer::Steps> Application::steps() {
     return impl_->ask(request::GetSteps{});

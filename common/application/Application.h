@@ -30,8 +30,9 @@ namespace tessera {
 class Application {
 public:
     struct Options {
-        std::string address;  ///< "HOST:PORT" of the server; empty: TESSERA_SERVER, else the one server of this user on
-                              ///< this machine
+        /// "HOST:PORT" of the server; empty: TESSERA_SERVER, else that in this user's file (common/access), else the
+        /// one server of this user on this machine.
+        std::string address;
         std::string name = "application";  ///< for the server's log and status
         std::string tokenFile = {};  ///< whose first line lets it in; empty: TESSERA_TOKEN_FILE, else what the server
                                      ///< of this user has left on this machine
@@ -127,6 +128,9 @@ public:
     [[nodiscard]] Expected<void> onPick(std::function<void(const answer::Picked&)> callback);
     /// Whenever the wall has shown a frame.
     [[nodiscard]] Expected<void> onFrame(std::function<void(const notice::Frame&)> callback);
+
+    /// How hosts are, whether edits are taken, who has come or gone: at once, then whenever one of these is another.
+    [[nodiscard]] Expected<void> onStates(std::function<void(const notice::States&)> callback);
 
     /// Heads and wands of every frame, as it is made, before it is drawn; a wall without trackers tells of its users
     /// alone.
@@ -229,6 +233,8 @@ public:
     /// As whom the server knows this application, and what it may do.
     [[nodiscard]] Expected<answer::Identity> whoAmI();
     [[nodiscard]] Expected<answer::People> people();
+    /// Where the wall's screens, tiles and users are, and where the wall itself stands in the world now.
+    [[nodiscard]] Expected<answer::WallPlan> plan();
     /// What `undo` and `redo` would do, if nobody edits before.
     [[nodiscard]] Expected<answer::Steps> steps();
     /// The tiles as they are shown now, all of the same frame.

@@ -155,7 +155,7 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
                     [&](const answer::Distances& told) { pass(distancesCallback, told); },
                     [&](const answer::Questions& told) { pass(questionsCallback, told); },
                     [&](const notice::Poses& told) { pass(posesCallback, told); },
-                    [](const notice::States&) {}},  // for pages: nothing here subscribes to them
+                    [&](const notice::States& told) { pass(statesCallback, told); }},
                notice);
 }
 

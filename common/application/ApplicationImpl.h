@@ -106,6 +106,7 @@ struct Application::Impl {
     std::function<void(const answer::Picked&)> pickCallback;
     std::function<void(const notice::Frame&)> frameCallback;
     std::function<void(const notice::Poses&)> posesCallback;
+    std::function<void(const notice::States&)> statesCallback;
     std::function<void(const Error&)> lostCallback;
     std::function<void()> backCallback;
 };

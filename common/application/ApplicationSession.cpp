@@ -181,18 +181,25 @@ Expected<ChangeListPtr> ApplicationSession::decode(ByteSpan bytes) {
     return std::make_shared<const ChangeList>(std::move(*list));
 }
 
+std::string addressText(const ApplicationSessionOptions& options) {
+    const std::string address = toString(options.address);
+    return options.addressNamedBy.empty() ? address : fmt::format("{} (named by {})", address, options.addressNamedBy);
+}
+
 void ApplicationSession::end(incoming::Ended end) {
     if (ended_) return;
     ended_ = true;
     Error& error = end.error;
-    const std::string address = toString(options_.address);
+    const std::string address = addressText(options_);
     if (end.over)
         error.message = fmt::format("the server at {} is over: {}", address, error.message);
     else if (welcomed_)
         error.message = fmt::format("the connection to the server at {} ended: {}", address, error.message);
     else if (error.code != ErrorCode::kNetwork || !end.retry)
         error.message = fmt::format("no way in at the server at {}: {}", address, error.message);
-    else if (error.message.find(address) == std::string::npos)
+    else if (const std::string bare = toString(options_.address); error.message.find(bare) != std::string::npos)
+        error.message.replace(error.message.find(bare), bare.size(), address);
+    else
         error.message = fmt::format("no Tessera server at {}: {}", address, error.message);
     give_(std::move(end));
     for (const auto& [channel, link] : links_) transport_.close(link, "");

@@ -49,6 +49,7 @@ using Incoming = std::variant<incoming::Configured, incoming::List, incoming::Re
 
 struct ApplicationSessionOptions {
     Address address;
+    std::string addressNamedBy = {};  ///< ServerMeant::namedBy, for messages
     std::string name;
     /// The word that lets it in, or an empty one: asked for once the server is there. May be empty.
     std::function<std::string(const std::string& peer)> access = {};
@@ -60,6 +61,9 @@ struct ApplicationSessionOptions {
     /// Bulk bytes kept here for lists that are still to come.
     std::size_t maxBlobBytes = std::size_t{1} << 30;
 };
+
+/// Of messages: "ADDR:PORT", and who has named it if nobody has said it here.
+[[nodiscard]] std::string addressText(const ApplicationSessionOptions& options);
 
 /// One thread calls all members, and `give` is called by it, within them. Whoever owns it brings the events of its
 /// links

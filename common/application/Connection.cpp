@@ -28,9 +28,10 @@ std::size_t bytesOf(const Incoming& incoming) {
 
 Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& options) {
     ConnectionOptions made;
-    const Expected<Address> address = serverMeant(options.address);
-    if (!address) return tl::unexpected(address.error());
-    made.address = *address;
+    Expected<ServerMeant> meant = serverMeant(options.address);
+    if (!meant) return tl::unexpected(meant.error());
+    made.address = meant->address;
+    made.addressNamedBy = std::move(meant->namedBy);
     made.name = options.name;
     made.lists = options.followScene;
     made.blobs = options.followScene && options.wantBlobs;

@@ -14,21 +14,33 @@
 #include <vector>
 
 #include "common/base/Controls.h"
+#include "common/base/JournalStream.h"
 
 namespace tessera {
 
 /// Shared with its thread, which outlives the log where nobody reads any more what it writes.
 class Log::Writer : public std::enable_shared_from_this<Log::Writer> {
 public:
-    Writer(std::string program, int file) : program_(std::move(program)), file_(file) {}
+    Writer(std::string program, int file, const std::string& journal) : program_(std::move(program)), file_(file) {
+        const bool isJournal = leadsToJournal(file);
+        if (isJournal) journal_ = JournalSocket::connectTo(journal);
+        saysLevel_ = isJournal && !journal_;
+    }
 
+    /// Whether entries of its own go to the journal; else lines, which begin with their level (`<4>`) where that is
+    /// asked for.
+    [[nodiscard]] bool toJournal() const { return journal_ != nullptr; }
+    [[nodiscard]] bool saysLevel() const { return saysLevel_; }
+
+    /// A line, or an entry.
     void put(std::string line) {
         const std::scoped_lock lock(mutex_);
-        if (waiting_.size() + line.size() > kMaxWaitingBytes) {
+        if (waitingBytes_ + line.size() > kMaxWaitingBytes) {
             ++leftOut_;
             return;
         }
-        waiting_ += line;
+        waitingBytes_ += line.size();
+        waiting_.push_back(std::move(line));
         if (!std::exchange(running_, true)) std::thread([self = shared_from_this()] { self->run(); }).detach();
         filled_.notify_one();
     }
@@ -53,17 +65,28 @@ private:
         while (true) {
             filled_.wait(lock, [&] { return closed_ || !waiting_.empty(); });
             if (waiting_.empty()) return;
-            std::string text = std::exchange(waiting_, {});
-            if (const std::uint64_t count = std::exchange(leftOut_, 0))
-                text += program_ + ": warning: " + std::to_string(count) +
-                        " messages are left out here: nobody read them fast enough\n";
+            std::vector<std::string> lines = std::exchange(waiting_, {});
+            waitingBytes_ = 0;
+            const std::uint64_t count = std::exchange(leftOut_, 0);
             writing_ = true;
             lock.unlock();
-            write(text);
+            write(lines);
+            if (count != 0)
+                write(program_ + ": warning: " + std::to_string(count) +
+                      " messages are left out here: nobody read them fast enough\n");
             lock.lock();
             writing_ = false;
             written_.notify_all();
         }
+    }
+    void write(const std::vector<std::string>& lines) const {
+        std::string all;
+        for (const std::string& line : lines)
+            if (!journal_)
+                all += line;
+            else if (!journal_->send(line))
+                write("a message of " + program_ + " could not be sent to the journal\n");
+        write(all);
     }
     /// Not through the stream, whose lock others would wait for.
     void write(std::string_view text) const {
@@ -77,9 +100,12 @@ private:
 
     const std::string program_;
     const int file_;
+    std::unique_ptr<JournalSocket> journal_;  ///< null: lines are written
+    bool saysLevel_ = false;
     std::mutex mutex_;
     std::condition_variable filled_, written_;
-    std::string waiting_;
+    std::vector<std::string> waiting_;
+    std::size_t waitingBytes_ = 0;
     std::uint64_t leftOut_ = 0;
     bool running_ = false, writing_ = false, closed_ = false;
 };
@@ -98,8 +124,12 @@ LiveLogs& liveLogs() {
 
 }  // namespace
 
-Log::Log(std::string program, std::FILE* out)
-    : program_(std::move(program)), writer_(std::make_shared<Writer>(program_, ::fileno(out))) {
+std::string Log::usualJournal() {
+    return JournalSocket::kUsual;
+}
+
+Log::Log(std::string program, std::FILE* out, const std::string& journal)
+    : program_(std::move(program)), writer_(std::make_shared<Writer>(program_, ::fileno(out), journal)) {
     const std::scoped_lock lock(liveLogs().mutex);
     liveLogs().logs.push_back(this);
 }
@@ -117,9 +147,11 @@ bool Log::flush(std::chrono::milliseconds atMost) {
     return writer_->flush(atMost);
 }
 
-void Log::line(std::string_view kind, std::string_view text) {
-    std::string whole = program_ + ": ";
-    whole.append(kind);
+namespace {
+
+/// As a terminal may have it: no control characters, and one line for others' eyes.
+std::string plainText(std::string_view text) {
+    std::string whole;
     while (!text.empty()) {
         const std::size_t length = utf8CharacterLength(text);
         const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
@@ -133,8 +165,32 @@ void Log::line(std::string_view kind, std::string_view text) {
             whole += length > 1 ? fmt::format("\\u{:04x}", static_cast<unsigned>(number))
                                 : fmt::format("\\x{:02x}", static_cast<unsigned>(number));
     }
-    whole.push_back('\n');
-    writer_->put(std::move(whole));
+    return whole;
+}
+
+/// "tessera-client[left]": the program, and the host of the wall that it is.
+std::pair<std::string, std::string> programAndHost(const std::string& said) {
+    const std::size_t open = said.find('[');
+    if (open == std::string::npos || !said.ends_with(']')) return {said, ""};
+    return {said.substr(0, open), said.substr(open + 1, said.size() - open - 2)};
+}
+
+}  // namespace
+
+void Log::say(Level level, std::string_view text, const LogAbout& about) {
+    if (!writer_->toJournal())
+        return writer_->put(fmt::format("{}{}: {}{}\n",
+                                        writer_->saysLevel() ? fmt::format("<{}>", static_cast<char>(level)) : "",
+                                        program_, level == Level::kWarning ? "warning: " : "", plainText(text)));
+    const auto [program, host] = programAndHost(program_);
+    JournalFields fields{{"MESSAGE", plainText(text)},
+                         {"PRIORITY", std::string(1, static_cast<char>(level))},
+                         {"SYSLOG_IDENTIFIER", program}};
+    const std::string whose = about.host.empty() ? host : plainText(about.host);
+    if (!whose.empty()) fields.emplace_back("TESSERA_HOST", whose);
+    if (!about.tile.empty()) fields.emplace_back("TESSERA_TILE", plainText(about.tile));
+    if (about.frame) fields.emplace_back("TESSERA_FRAME", std::to_string(*about.frame));
+    writer_->put(journalEntry(fields));
 }
 
 void flushLogs(std::chrono::milliseconds atMost) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/Nearest.h"
+#include "common/base/OpenBraces.h"
 
 namespace tessera {
 namespace {
@@ -49,6 +50,18 @@ const EnumDescriptor* enumOfField(const Descriptor& root, const std::string& nam
     return nullptr;
 }
 
+/// Whether the key would be right outside of the innermost of these braces.
+bool isKeyFartherOut(const Descriptor& root, const std::vector<OpenBrace>& open, const std::string& key) {
+    const Descriptor* type = &root;
+    for (const OpenBrace& brace : open) {
+        if (type->FindFieldByName(key) != nullptr) return true;
+        const FieldDescriptor* field = type->FindFieldByName(brace.name);
+        type = field != nullptr ? field->message_type() : nullptr;
+        if (type == nullptr) return false;
+    }
+    return false;
+}
+
 }  // namespace
 
 std::string located(std::string_view file, TextPlace place, std::string_view text) {
@@ -68,6 +81,9 @@ void FirstTextFault::AddError(int line, google::protobuf::io::ColumnNumber colum
         for (int i = 0; descriptor != nullptr && i < descriptor->field_count(); ++i)
             known.push_back(descriptor->field(i)->name());
         message_ = fmt::format("unknown key \"{}\"; {}", *key, suggestion(*key, known));
+        const std::vector<OpenBrace> open = openBraces(text_, line, column);
+        if (isKeyFartherOut(root_, open, *key))
+            message_ = fmt::format("unknown key \"{}\" here; {}", *key, askForBrace(open.back()));
     } else if (const auto value = quotedAfter(message, "Unknown enumeration value of \"")) {
         pointAt(*value);
         std::vector<std::string> known;
@@ -79,6 +95,13 @@ void FirstTextFault::AddError(int line, google::protobuf::io::ColumnNumber colum
     } else if (const auto twice = quotedAfter(message, "Non-repeated field \"")) {
         pointAt(*twice);
         message_ = fmt::format("\"{}\" is given twice here; only one is possible", *twice);
+        const std::vector<OpenBrace> open = openBraces(text_, line, column);
+        if (isKeyFartherOut(root_, open, *twice)) message_ += ", or " + askForBrace(open.back());
+    } else if (const std::size_t end = message.find_last_not_of(". ");
+               end != std::string::npos && message[end] == ':') {
+        // It got nothing any more.
+        const std::vector<OpenBrace> open = openBraces(text_, line, column);
+        if (!open.empty()) message_ = endsInside(open.back());
     }
 }
 

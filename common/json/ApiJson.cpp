@@ -7,6 +7,7 @@
 #include "common/base/Hash.h"
 #include "common/base/Version.h"
 #include "common/json/ChangeJson.h"
+#include "common/json/FieldHelp.h"
 #include "common/request/Catalogue.h"
 #include "common/request/Requests.h"
 #include "common/scene/FieldTable.h"
@@ -66,11 +67,9 @@ Json toldJson(std::span<const ToldText> told, std::uint8_t ToldInfo::*number) {
 // ---- types
 
 Json fieldJson(const TypeInfo& type, const FieldEntry& field) {
-    Json json = {{"name", field.name},
-                 {"number", field.id.value},
-                 {"kind", nameOf(field.kind)},
-                 {"width", field.width},
-                 {"unit", nameOf(field.measuredIn)}};
+    Json json = {
+        {"name", field.name},   {"number", field.id.value},         {"kind", nameOf(field.kind)},
+        {"width", field.width}, {"unit", nameOf(field.measuredIn)}, {"help", helpOfField(type.name, field.name)}};
     if (field.numbersEach > 0) json[field.doubles ? "doubles_each" : "floats_each"] = field.numbersEach;
     if (field.integersEach > 0) json[fmt::format("uint{}_each", 8 * field.integerBytes)] = field.integersEach;
     if (field.holdsRefs()) json["to"] = targetName(field);
@@ -122,8 +121,11 @@ Json typesJson() {
     for (const TypeInfo& type : allTypes()) {
         Json fields = Json::array();
         for (const FieldEntry& field : type.fields) fields.push_back(fieldJson(type, field));
-        types.push_back(
-            {{"name", type.name}, {"number", type.type.value}, {"core", type.isCore}, {"fields", std::move(fields)}});
+        types.push_back({{"name", type.name},
+                         {"number", type.type.value},
+                         {"core", type.isCore},
+                         {"help", helpOfType(type.name)},
+                         {"fields", std::move(fields)}});
     }
     return {{"schema", toHex(schemaHash())}, {"types", std::move(types)}};
 }

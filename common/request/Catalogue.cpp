@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/request/Check.h"
+#include "common/request/MemberHelp.h"
 #include "common/request/Requests.h"
 
 namespace tessera {
@@ -99,15 +100,25 @@ std::vector<MemberText> membersTextOf(int before) {
     return texts;
 }
 
+/// What a description leaves unsaid.
+std::vector<MemberText> explained(std::string_view owner, std::vector<MemberText> members) {
+    for (MemberText& member : members) {
+        member.members = explained(member.type, std::move(member.members));
+        if (member.help.empty() && !member.name.empty()) member.help = memberHelp(owner, member.name);
+    }
+    return members;
+}
+
 template <typename... R>
 std::vector<RequestText> requestsOf(std::type_identity<std::variant<R...>>) {
-    std::vector<RequestText> all{{R::kInfo, R::Answer::kInfo.name, membersTextOf<R, false>(0)}...};
+    std::vector<RequestText> all{
+        {R::kInfo, R::Answer::kInfo.name, explained(R::kInfo.name, membersTextOf<R, false>(0))}...};
     std::ranges::sort(all, {}, [](const RequestText& request) { return request.info.number; });
     return all;
 }
 template <std::uint8_t ToldInfo::*Number, typename... A>
 std::vector<ToldText> toldOf(std::type_identity<std::variant<A...>>) {
-    std::vector<ToldText> all{{A::kInfo, membersTextOf<A, false>(0)}...};
+    std::vector<ToldText> all{{A::kInfo, explained(A::kInfo.name, membersTextOf<A, false>(0))}...};
     std::ranges::sort(all, {}, [](const ToldText& told) { return told.info.*Number; });
     return all;
 }

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/base/Nearest.h"
 #include "common/base/Utf8.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
@@ -91,6 +92,21 @@ std::string childrenInWords(const Aspect& aspect, const Node& parent) {
     return fmt::format("its {} children are {}", parent.children.size(), names);
 }
 
+/// " (did you mean …?)", or nothing. Among the first of many: somebody may ask so in every frame.
+std::string meant(const Aspect& aspect, const Node& parent, std::string_view said) {
+    std::size_t lettersLeft = 4000;  // of pairs to compare: some 20 microseconds
+    std::vector<std::string> known;
+    for (const ObjectId child : parent.children) {
+        const std::string& name = nameOfChild(aspect, child);
+        const std::size_t letters = std::max<std::size_t>(1, said.size() * name.size());
+        if (letters > lettersLeft) break;
+        lettersLeft -= letters;
+        known.push_back(name);
+    }
+    const std::string nearest = nearestName(said, known);
+    return nearest.empty() ? nearest : fmt::format(" (did you mean \"{}\"?)", nearest);
+}
+
 Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
     const auto number = parseNumber(text.substr(1));
     if (!number)
@@ -129,10 +145,10 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
         // A name that itself looks like "name[2]".
         if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
         if (!child)
-            return fail(
-                ErrorCode::kNotFound,
-                fmt::format("node \"{}\": there is no \"{}\" below {}; {}", shortened(path), shortened(text),
-                            at == kRootNode ? "the root" : shortened(inWords(at)), childrenInWords(aspect, parent)));
+            return fail(ErrorCode::kNotFound,
+                        fmt::format("node \"{}\": there is no \"{}\" below {}{}; {}", shortened(path), shortened(text),
+                                    at == kRootNode ? "the root" : shortened(inWords(at)),
+                                    meant(aspect, parent, step.name), childrenInWords(aspect, parent)));
         at = child;
         rest.remove_prefix(std::min(slash + 1, rest.size()));
     }

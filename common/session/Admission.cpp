@@ -16,7 +16,8 @@ Admission::Verdict Admission::program(const message::Hello& hello) const {
             fmt::format("this server speaks protocol version {}, the peer version {}; install the same Tessera on both",
                         kProtocolVersion, hello.protocol),
             false};
-    if (hello.schema != config_.schema)
+    // Who holds no replica asks and is answered by numbers that keep their meaning (proto/README.md).
+    if ((hello.role == PeerRole::kHost || hello.follows) && hello.schema != config_.schema)
         return Refusal{ErrorCode::kNetwork,
                        "this server's scene has schema " + toHex(config_.schema) + ", the peer's " +
                            toHex(hello.schema) + "; install the same Tessera on both",

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace tessera {
 
 std::string_view nameOf(NavigationMode mode) {
@@ -12,6 +15,11 @@ std::optional<NavigationMode> parseNavigationMode(std::string_view name) {
     for (std::size_t i = 0; i < kNavigationModeNames.size(); ++i)
         if (kNavigationModeNames[i] == name) return static_cast<NavigationMode>(i);
     return std::nullopt;
+}
+
+double paceAfter(double pace, double clicks) {
+    constexpr double kOfClick = 1.25, kSlowest = 1.0 / 4096, kFastest = 4096;
+    return std::clamp(pace * std::pow(kOfClick, clicks), kSlowest, kFastest);
 }
 
 std::optional<std::string> findNavigationFault(const Navigation& n) {

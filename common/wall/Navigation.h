@@ -36,6 +36,9 @@ struct Navigation {
 /// Walking is no faster, whatever the speed and the pace: m/s.
 inline constexpr double kFastestWalk = 100;
 
+/// The pace, as a factor of `Navigation::speed`, after so many clicks of the wheel (fractions too), within its bounds.
+[[nodiscard]] double paceAfter(double pace, double clicks);
+
 /// What is out of its bounds, in words; none: all is well.
 [[nodiscard]] std::optional<std::string> findNavigationFault(const Navigation& navigation);
 

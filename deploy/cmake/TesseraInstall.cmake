@@ -45,7 +45,7 @@ install(FILES ${CMAKE_BINARY_DIR}/TesseraConfig.cmake ${CMAKE_BINARY_DIR}/Tesser
 install(FILES ${CMAKE_BINARY_DIR}/generated/share/scene.proto DESTINATION share/tessera COMPONENT share)
 
 # Folders as they are, with whatever their files name, so that nothing has to be listed here; but for what makes their pictures.
-foreach(folder walls scenes screens examples)
+foreach(folder walls scenes screens examples first-hour)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/deploy/${folder} DESTINATION share/tessera COMPONENT share USE_SOURCE_PERMISSIONS
     PATTERN "__pycache__" EXCLUDE PATTERN "make-*.py" EXCLUDE)
 endforeach()
@@ -54,6 +54,24 @@ install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screen
   ${CMAKE_SOURCE_DIR}/server/import/WRITING.md
   DESTINATION share/tessera COMPONENT share)
 install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera COMPONENT share RENAME README.md)
+
+# An entry in the desktop's menu: the demonstration in windows.
+install(FILES ${CMAKE_SOURCE_DIR}/deploy/desktop/tessera.desktop DESTINATION share/applications COMPONENT share)
+install(FILES ${CMAKE_SOURCE_DIR}/deploy/desktop/tessera.svg DESTINATION share/icons/hicolor/scalable/apps
+  COMPONENT share)
+
+# Units of systemd name the programs where they are: the prefix is known only now.
+install(CODE "set(units_from \"${CMAKE_SOURCE_DIR}/deploy/units\")
+set(units_at \"${CMAKE_BINARY_DIR}/units\")" COMPONENT share)
+install(CODE [[
+  foreach(unit tessera-server.service tessera-client@.service)
+    file(READ "${units_from}/${unit}" text)
+    string(REPLACE "/usr/" "${CMAKE_INSTALL_PREFIX}/" text "${text}")
+    file(WRITE "${units_at}/${unit}" "${text}")
+    list(APPEND units "${units_at}/${unit}")
+  endforeach()
+  file(INSTALL ${units} "${units_from}/server.conf" "${units_from}/client.conf"
+    DESTINATION "${CMAKE_INSTALL_PREFIX}/share/tessera/units")]] COMPONENT share)
 
 # What deploy/install builds: all that is installed.
 add_custom_target(installable)

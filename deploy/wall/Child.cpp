@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -101,6 +102,12 @@ std::optional<std::string> findProgram(const std::string& name) {
 std::string describe(const ChildEnd& end) {
     if (end.signalled) return fmt::format("was killed by signal {} ({})", end.value, ::strsignal(end.value));
     return fmt::format("ended with exit code {}", end.value);
+}
+
+std::string adviceAfter(const ChildEnd& end, const std::string& program) {
+    constexpr std::array kCrashes{SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSYS, SIGTRAP};
+    if (!end.signalled || std::ranges::find(kCrashes, end.value) == kCrashes.end()) return "";
+    return fmt::format("; `coredumpctl info {}` shows where (troubleshooting.md, \"A program has crashed\")", program);
 }
 
 Expected<Child> Child::start(const ChildCommand& command) {

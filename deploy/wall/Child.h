@@ -32,6 +32,9 @@ struct ChildEnd {
 };
 /// e.g. "ended with exit code 3", "was killed by signal 9 (Killed)".
 [[nodiscard]] std::string describe(const ChildEnd& end);
+/// Where to look after one of our programs has crashed: "; `coredumpctl info tessera-client` shows where …". Empty: it
+/// has not.
+[[nodiscard]] std::string adviceAfter(const ChildEnd& end, const std::string& program);
 
 /// Belongs to one thread, the one that started it: the child is killed by the kernel when that thread ends, however it
 /// ends, so that nothing is left behind. It stands in a process group of its own: Ctrl-C reaches us alone. Its signals

@@ -64,6 +64,7 @@ std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
     if (!options.surface.empty()) c.insert(c.end(), {"--surface", options.surface});
     if (options.device >= 0) c.insert(c.end(), {"--device", std::to_string(options.device)});
     if (!options.share.empty()) c.insert(c.end(), {"--share", options.share});
+    if (!options.verbose) c.emplace_back("--quiet");
     return c;
 }
 
@@ -86,6 +87,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
          "--listen",  remote != nullptr ? remote->listen : options.listen.empty() ? "127.0.0.1:0" : options.listen,
          "--report",  options.output + "/report.json",
          "--progress"};
+    if (!options.verbose) s.emplace_back("--quiet");
     const auto add = [&](const std::string& option, const std::string& value) {
         if (!value.empty()) s.insert(s.end(), {option, value});
     };
@@ -275,7 +277,7 @@ int judge(const WallRunResult& run, bool untilStopped, Console& console) {
     }
     if (run.deserted) return run.desertedCode;
     if (run.server.good()) return 0;
-    console.error(fmt::format("the server {}", describe(run.server)));
+    console.error(fmt::format("the server {}{}", describe(run.server), adviceAfter(run.server, "tessera-server")));
     return run.server.signalled ? exitCode(ErrorCode::kFailed) : run.server.value;
 }
 

@@ -52,6 +52,7 @@ struct LaunchOptions {
     bool noNotices = false;    ///< and the wall says nothing of bad programs
     bool reload = false;       ///< and takes files in again that have changed
     bool allowUnconfined = false;
+    bool verbose = false;    ///< servers and clients say what goes as it should, too
     std::string executable;  ///< our own path: the other programs lie beside it
 };
 

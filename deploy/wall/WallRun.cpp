@@ -56,7 +56,7 @@ public:
             Child::start({.program = options_.serverProgram, .arguments = options_.serverArguments});
         if (!server) return tl::unexpected(server.error());
         server_ = std::move(*server);
-        console_.fact(fmt::format("pid {} role server host -", server_->pid()));
+        console_.fact(fmt::format("tessera-wall: pid {} role server host -", server_->pid()));
         endServerAt_ = now() + options_.startDeadline;
 
         while (server_->running() || anyClientRuns() || anythingToRead()) {
@@ -73,6 +73,7 @@ public:
             if (auto restarted = restartClients(); !restarted) return tl::unexpected(restarted.error());
             keepDeadlines();
             noticeDesertion();
+            if (!underWay_ && !ending_) console_.preparing("reading the scene, drawing the first frame");
         }
         console_.finishProgress();
         for (const ClientSlot& client : clients_) {
@@ -148,6 +149,7 @@ private:
         const auto [space, first] = std::from_chars(numbers.data(), end, done);
         if (first != std::errc() || space == end || *space != ' ') return;
         if (std::from_chars(space + 1, end, total).ec != std::errc()) return;
+        underWay_ = true;
         console_.progress(done, options_.endAfterFrames > 0 ? options_.endAfterFrames : total, "frames");
         if (options_.endAfterFrames > 0 && done >= options_.endAfterFrames) endServer();
     }
@@ -202,7 +204,7 @@ private:
         client.restartAt.reset();
         client.left = false;
         client.startedAt = now();
-        console_.fact(fmt::format("pid {} role client host {}", client.process->pid(), client.host));
+        console_.fact(fmt::format("tessera-wall: pid {} role client host {}", client.process->pid(), client.host));
         return {};
     }
 
@@ -243,7 +245,8 @@ private:
             std::string text =
                 client.remote != nullptr
                     ? fmt::format("client of host {} {}", client.host, describeRemote(*end, client.remote->destination))
-                    : fmt::format("client of host {} (pid {}) {}", client.host, pid, describe(*end));
+                    : fmt::format("client of host {} (pid {}) {}", client.host, pid,
+                                  describe(*end) + adviceAfter(*end, "tessera-client"));
             // A wrong option or configuration would be wrong again.
             const bool hopeless =
                 !end->signalled &&
@@ -425,7 +428,8 @@ private:
     std::vector<ClientSlot> clients_;
     std::string address_;
     bool clientsStarted_ = false;
-    bool ending_ = false;  ///< the server has ended or was told to
+    bool underWay_ = false;  ///< a frame has been shown
+    bool ending_ = false;    ///< the server has ended or was told to
     bool clientsToldToEnd_ = false;
     std::optional<SteadyTime> endServerAt_;   ///< until then it has to listen
     std::optional<SteadyTime> killAt_;        ///< the server, told to end

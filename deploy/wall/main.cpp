@@ -1,6 +1,7 @@
 /// tessera-wall: a whole wall, on this machine or started from it: one server, one client process per host.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "common/base/ShippedFiles.h"
@@ -13,11 +14,14 @@ namespace {
 
 constexpr const char* kEngine = "/usr/share/assimp/models";  // of Debian's package assimp-testmodels
 
+/// Without a scene, one that is shipped. Shipped ones find their engine by themselves.
 void showShipped(tessera::LaunchOptions& options) {
     std::error_code none;
     const bool hasEngine = std::filesystem::is_directory(kEngine, none);
-    options.scenes = {hasEngine ? "engine-hall" : "materials"};
-    if (hasEngine) options.assets.emplace_back(kEngine);
+    if (options.scenes.empty()) options.scenes = {hasEngine ? "engine-hall" : "materials"};
+    const auto isName = [](const std::string& scene) { return scene.find_first_of("/.") == std::string::npos; };
+    if (hasEngine && options.assets.empty() && std::ranges::all_of(options.scenes, isName))
+        options.assets.emplace_back(kEngine);
 }
 
 }  // namespace
@@ -145,6 +149,8 @@ int main(int argc, char** argv) {
                      "The wall does not say what is wrong with programs\nof materials (the log does)");
     commandLine.flag("--reload", options.reload,
                      "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
+    commandLine.flag("--verbose", options.verbose,
+                     "Say what each process does; each start of one is a\nline for scripts, with its pid");
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,
                      "Import even where the importing process\ncannot be confined");
     if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;
@@ -152,7 +158,7 @@ int main(int argc, char** argv) {
     std::error_code none;
     const bool goesOn = !options.journal.empty() && !std::filesystem::is_empty(options.journal, none) && !none;
     options.executable = std::filesystem::read_symlink("/proc/self/exe").string();
-    if (options.scenes.empty() && !options.testPicture && !goesOn) showShipped(options);
+    if (!options.testPicture && (!options.scenes.empty() || !goesOn)) showShipped(options);
     for (std::string& scene : options.scenes) {
         Expected<std::string> found = findScene(scene, options.executable);
         if (!found) {
@@ -162,7 +168,7 @@ int main(int argc, char** argv) {
         scene = std::move(*found);
     }
     if ((options.window || options.start) && !frames.given()) options.frames = 0;
-    Console console = Console::standard();
+    Console console = Console::standard(options.verbose);
     Expected<Signals> signals = Signals::take();
     if (!signals) {
         console.error(signals.error().message);

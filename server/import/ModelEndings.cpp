@@ -5,7 +5,7 @@
 
 namespace tessera {
 
-bool isModelEnding(std::string_view extension) {
+std::span<const std::string_view> modelEndings() {
     // The importer's readers say what they read in a process of their own: a test compares.
     static constexpr std::array<std::string_view, 77> kEndings = {
         "3d",      "3ds",       "3mf",     "ac",  "ac3d", "acc",     "amf",  "ase",  "ask", "assbin", "b3d",
@@ -15,7 +15,11 @@ bool isModelEnding(std::string_view extension) {
         "nff",     "nhdr",      "nrrd",    "obj", "off",  "ogex",    "pk3",  "ply",  "pmx", "prj",    "q3o",
         "q3s",     "raw",       "scn",     "sib", "slc",  "smd",     "step", "stl",  "stp", "ter",    "tsc",
         "tsct",    "uc",        "vta",     "vtk", "x",    "x3d",     "x3db", "xgl",  "xml", "zae",    "zgl"};
-    return std::ranges::find(kEndings, extension) != kEndings.end();
+    return kEndings;
+}
+
+bool isModelEnding(std::string_view extension) {
+    return std::ranges::find(modelEndings(), extension) != modelEndings().end();
 }
 
 }  // namespace tessera

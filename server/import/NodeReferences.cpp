@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Interest.h"
 #include "common/cores/Manipulator.h"
@@ -73,6 +75,7 @@ Expected<void> NodeReferences::resolve(const Pending& ref) {
     } else {
         found = PlacedNodes::find(ref.from, ref.top, ref.name);
     }
+    if (found != nullptr && !ref.name.empty()) noteTwins(ref, *found);
     const std::string shown = readName(ref.name, "");
     const auto wrong = [&](std::string_view what) {
         return fail(ErrorCode::kBadInput, fmt::format("{}: {}", ref.where, what));
@@ -131,6 +134,25 @@ Expected<void> NodeReferences::resolve(const Pending& ref) {
     else
         setField<&Interest::against>(list, ref.core, found->id);
     return {};
+}
+
+void NodeReferences::noteTwins(const Pending& ref, PlacedNode& found) {
+    if (ref.name.find('[') != std::string::npos) return;
+    const std::size_t first = ref.name.find_first_not_of('/'), last = ref.name.find_last_not_of('/');
+    if (first == std::string::npos) return;
+    const std::string_view path = std::string_view(ref.name).substr(first, last - first + 1);
+    auto steps = 1 + std::ranges::count(path, '/');
+    for (PlacedNode* node = &found; node->parent != nullptr && steps > 0; node = node->parent, --steps) {
+        if (node->parent->child(node->name, 1) == nullptr) continue;
+        // Of copies each finds itself: that is what it means.
+        for (const PlacedNode* above = ref.from; above != nullptr; above = above->parent)
+            if (above == node) return;
+        const std::string twin = readName(node->name, "");
+        std::string text = fmt::format("{}: '{}' names the first of several nodes called '{}'; '{}[1]' is the second",
+                                       ref.where, readName(ref.name, ""), twin, twin);
+        if (saidOfTwins_.insert(text).second) draft_.note(std::move(text));
+        return;
+    }
 }
 
 void NodeReferences::noteUnfree(const Pending& ref, const PlacedNode& body) {

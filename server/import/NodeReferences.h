@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -52,12 +53,14 @@ private:
         std::string where;  ///< file:line:column
     };
     Expected<void> resolve(const Pending& ref);
+    void noteTwins(const Pending& ref, PlacedNode& found);
     void noteUnfree(const Pending& ref, const PlacedNode& body);
 
     SceneDraft& draft_;
     std::vector<Pending> pending_;
     std::map<ObjectId, std::string_view> driven_;
     std::vector<Handle> handles_;
+    std::set<std::string> saidOfTwins_;  ///< a place that is repeated is told once
 };
 
 }  // namespace tessera

@@ -46,6 +46,7 @@ Expected<void> FrameLoop::Impl::run() {
             actions.carryOut(peers.session().finish(turned.error().message));
             return failed(std::move(turned));
         }
+    if (options.service) options.service->stopping();
     sayGoodbye();
     return end();
 }
@@ -69,7 +70,7 @@ Expected<void> FrameLoop::Impl::begin() {
     if (!options.recordPath.empty())
         if (Expected<void> begun = maker.record(options.recordPath, options.threads); !begun) return begun;
     if (const std::string refused = AheadForNow::refusal(); !refused.empty())
-        log.info(fmt::format(
+        log.detail(fmt::format(
             "frames are released by a thread that runs like any other (refused: {}); beside other load they may reach "
             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a "
             "pause",
@@ -132,6 +133,8 @@ Expected<void> FrameLoop::Impl::turn() {
     lookAtTheClock(Clock::now());
     if (const TimePoint now = Clock::now(); frameIsDue(now)) makeFrame(now);
     openGate();
+    if (const TimePoint now = Clock::now(); options.service)
+        options.service->turned(now, true, [&] { return serviceStatus(now); });
     return {};
 }
 
@@ -186,11 +189,6 @@ Expected<void> FrameLoop::Impl::end() {
     return {};
 }
 
-Expected<void> FrameLoop::Impl::take(const LinkEvent& event) {
-    actions.carryOut(peers.handle(event));
-    return {};
-}
-
 Expected<void> FrameLoop::Impl::take(Preparation made) {
     if (made.ticket != RequestDesk::kStartScene)
         return actions.carryOut(desk.prepared(std::move(made), Clock::now())), Expected<void>();
@@ -202,11 +200,6 @@ Expected<void> FrameLoop::Impl::take(Preparation made) {
     snapshots.follow(*loaded);
     for (FileInScene& file : startScene.takeFiles()) desk.remember(std::move(file));
     sceneIsThere();
-    return {};
-}
-
-Expected<void> FrameLoop::Impl::take(SnapshotMade made) {
-    actions.carryOut(snapshots.made(std::move(made), Clock::now()));
     return {};
 }
 
@@ -235,14 +228,13 @@ void FrameLoop::Impl::lookBeside(DeskSurroundings::Look look) {
     });
 }
 
-Expected<void> FrameLoop::Impl::take(const BesideDone& done) {
-    actions.carryOut(done.then(Clock::now()));
-    return {};
-}
-
-Expected<void> FrameLoop::Impl::take(UploadFinished finished) {
-    actions.carryOut(desk.uploaded(std::move(finished), Clock::now()));
-    return {};
+/// A line for the service manager.
+std::string FrameLoop::Impl::serviceStatus(TimePoint now) {
+    if (!sceneReady) return fmt::format("loads {}", fmt::join(options.scenes, ", "));
+    const std::vector<ServerSession::HostStatus> hosts = peers.session().hosts();
+    const auto live = std::ranges::count(hosts, HostState::kLive, &ServerSession::HostStatus::state);
+    pace.shown(pacing.framesReleased());
+    return fmt::format("{} of {} hosts live, {}", live, hosts.size(), pace.text(now));
 }
 
 void FrameLoop::Impl::sceneIsThere() {

@@ -8,6 +8,7 @@
 
 #include "common/base/AccessToken.h"
 #include "common/base/Log.h"
+#include "common/base/ServiceNotifier.h"
 #include "common/net/Transport.h"
 #include "common/tls/KeyRing.h"
 #include "common/wall/Showing.h"
@@ -29,20 +30,21 @@ struct ServerOptions {
     std::function<std::shared_ptr<const std::string>(const std::string& name)> panelOf = {};
     bool insecure = false;  ///< whoever comes from another machine needs no key
     ImportOptions import;
-    std::vector<std::string> allowed;   ///< folders whose files applications may load, beside the assets
-    std::uint64_t frames = 0;           ///< 0: until stopped
-    double rateHz = 0;                  ///< 0: as fast as the wall draws
-    std::string camera;                 ///< node path; empty: the first enabled camera
-    std::string reportPath;             ///< empty: no report
-    std::string recordPath;             ///< empty: no recording
-    std::string journalPath;            ///< empty: no journal
-    AuditBook* audit = nullptr;         ///< null: nobody keeps who does what; outlives the loop
-    Showing showing = Showing::kScene;  ///< until somebody asks for something else
-    bool takesInput = true;             ///< of windows and applications: false: the view moves by hand alone
-    bool notices = true;                ///< walls say what is wrong with programs of materials
-    bool studio = true;                 ///< models that bring no light are shown in one (common/wall/Studio.h)
-    bool reload = false;                ///< files that change on disk are taken in again
-    unsigned threads = 1;               ///< of the collision pipeline; what comes out does not depend on it
+    std::vector<std::string> allowed;    ///< folders whose files applications may load, beside the assets
+    std::uint64_t frames = 0;            ///< 0: until stopped
+    double rateHz = 0;                   ///< 0: as fast as the wall draws
+    std::string camera;                  ///< node path; empty: the first enabled camera
+    std::string reportPath;              ///< empty: no report
+    std::string recordPath;              ///< empty: no recording
+    std::string journalPath;             ///< empty: no journal
+    AuditBook* audit = nullptr;          ///< null: nobody keeps who does what; outlives the loop
+    Showing showing = Showing::kScene;   ///< until somebody asks for something else
+    bool takesInput = true;              ///< of windows and applications: false: the view moves by hand alone
+    bool notices = true;                 ///< walls say what is wrong with programs of materials
+    bool studio = true;                  ///< models that bring no light are shown in one (common/wall/Studio.h)
+    bool reload = false;                 ///< files that change on disk are taken in again
+    unsigned threads = 1;                ///< of the collision pipeline; what comes out does not depend on it
+    ServiceNotifier* service = nullptr;  ///< that watches the frame thread; null: nobody does
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onBound = {};  ///< before anybody can connect; may be empty
     std::function<void(const Address&)> onListening;

@@ -54,14 +54,15 @@ struct FrameLoop::Impl {
     [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
     void lookAtTheClock(TimePoint now);
 
-    Expected<void> take(const LinkEvent& event);
+    Expected<void> take(const LinkEvent& event) { return done(peers.handle(event)); }
     Expected<void> take(Preparation made);
-    Expected<void> take(SnapshotMade made);
+    Expected<void> take(SnapshotMade made) { return done(snapshots.made(std::move(made), Clock::now())); }
     Expected<void> take(const StateCompared& found);
-    Expected<void> take(const BesideDone& done);
+    Expected<void> take(const BesideDone& made) { return done(made.then(Clock::now())); }
     void lookBeside(DeskSurroundings::Look look);
     void orderSurvey();
-    Expected<void> take(UploadFinished finished);
+    Expected<void> take(UploadFinished finished) { return done(desk.uploaded(std::move(finished), Clock::now())); }
+    Expected<void> done(ServerActions wanted) { return actions.carryOut(std::move(wanted)), Expected<void>(); }
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();
@@ -87,6 +88,7 @@ struct FrameLoop::Impl {
     void makeFrame(TimePoint now);
     void moveHeads();
     [[nodiscard]] answer::Trackers describeTrackers() const;
+    [[nodiscard]] std::string serviceStatus(TimePoint now);
 
     ServerOptions options;
     Log& log;
@@ -110,6 +112,7 @@ struct FrameLoop::Impl {
     OutsideActors actors;
     FrameMaker maker;
     FramePacing pacing;
+    PaceOfFrames pace;  ///< told to the service manager
     StartScene startScene;
     bool sceneReady = false, actorsReady = false;
     bool surveyWanted = false, surveying = false;

@@ -38,7 +38,8 @@ ServerActions SessionActions::on(const server_action::HostEntered& entered) {
     if (entered.framesToProve > 0)
         text += fmt::format("; it has held up the others, who wait for it again once it has drawn and shown {}",
                             entered.framesToProve == 1 ? "one frame" : fmt::format("{} frames", entered.framesToProve));
-    around_.log.info(text);
+    // A host that was lost, or is on trial, is news.
+    entered.rejoined || entered.framesToProve > 0 ? around_.log.info(text) : around_.log.detail(text);
     return {};
 }
 
@@ -48,7 +49,8 @@ ServerActions SessionActions::on(const server_action::Fault& fault) {
     walks_.erase(fault.host);
     around_.log.warning(fmt::format("frame {}: {}: {}, noticed {:.0f} ms after its last byte{}", fault.frame.value,
                                     fault.host, nameOf(fault.kind), toMilliseconds(fault.detectedAfter),
-                                    fault.detail.empty() ? "" : " (" + fault.detail + ")"));
+                                    fault.detail.empty() ? "" : " (" + fault.detail + ")"),
+                        {.frame = fault.frame.value, .host = fault.host});
     return {};
 }
 

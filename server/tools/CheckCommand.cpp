@@ -10,14 +10,27 @@
 #include "common/codec/WallCodec.h"
 #include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
+#include "common/wall/WallNotes.h"
+#include "server/import/ModelEndings.h"
 #include "server/panel/PanelInScene.h"
+#include "server/tools/MachineCheck.h"
 #include "server/tools/SceneImport.h"
 
 namespace tessera {
 
+namespace {
+
+std::string formatsText() {
+    std::string text;
+    for (const std::string_view ending : modelEndings()) text += fmt::format(".{}\n", ending);
+    return text;
+}
+
+}  // namespace
+
 Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std::vector<std::string>& words) {
     CheckArguments out;
-    bool schema = false;
+    bool schema = false, formats = false;
     Options options("tessera-check",
                     "Says what is wrong with walls, panels and scenes, with line and column where\n"
                     "they are text: FILE:LINE:COLUMN: what. Exits 0 where all are good, else as the\n"
@@ -26,13 +39,19 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     options.option("FILE", out.files, "Walls (.wall), panels (.panel), scenes and models");
     options.option("--assets", out.assets, "A folder for asset://NAME; may be repeated").typeName("DIR").oneEach();
     options.option("--scene", out.scene, "Panels are to have their nodes and fields in it").typeName("S");
-    options.flag("--json", out.json, "One JSON object per file");
+    options.flag("--machine", out.machine,
+                 "Says what this machine lacks for a wall, with\nthe cure; exits 1 where no wall would run");
+    options.flag("--json", out.json, "One JSON object per file, or thing of the machine");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
+    options.flag("--formats", formats, "Prints the endings of all models that are read");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return CheckText{**instead};
     if (schema) return CheckText{sceneSchemaText()};
+    if (out.machine && out.files.empty()) return out;
+    if (out.machine) return fail(ErrorCode::kUsage, "--machine looks at this machine, and takes no FILE; see --help");
+    if (formats) return CheckText{formatsText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }
@@ -68,6 +87,7 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         for (const auto& host : wall->hosts) tiles += host.tiles.size();
         result.what =
             fmt::format("a wall of {} screens, {} tiles, {} hosts", wall->screens.size(), tiles, wall->hosts.size());
+        result.notes = wallNotes(*wall);
         return result;
     }
     if (path.ends_with(".panel")) {
@@ -94,6 +114,19 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
     return result;
 }
 
+namespace {
+
+int checkThisMachine(bool json) {
+    if (!json) fmt::print("{}\n", versionText("tessera-check"));
+    const std::vector<MachineFinding> findings = checkMachine();
+    for (const MachineFinding& finding : findings) fmt::print("{}\n", lineOf(finding, json));
+    const auto lacking = std::ranges::count(findings, MachineFinding::State::kLacks, &MachineFinding::state);
+    if (!json && lacking == 0) fmt::print("a wall can run here\n");
+    return lacking == 0 ? 0 : exitCode(ErrorCode::kFailed);
+}
+
+}  // namespace
+
 int runCheck(const std::vector<std::string>& words) {
     const auto parsed = parseCheckArguments(words);
     if (!parsed) {
@@ -105,6 +138,7 @@ int runCheck(const std::vector<std::string>& words) {
         return 0;
     }
     const auto& arguments = std::get<CheckArguments>(*parsed);
+    if (arguments.machine) return checkThisMachine(arguments.json);
     int code = 0;
     for (const std::string& path : arguments.files) {
         const CheckResult result = checkFile(path, arguments);

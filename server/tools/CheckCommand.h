@@ -14,9 +14,10 @@ struct CheckArguments {
     std::vector<std::string> assets;
     std::string scene;  ///< in which panels are looked at; empty: by themselves
     bool json = false;
+    bool machine = false;  ///< this machine is looked at, and no file
     bool allowUnconfined = false;
 };
-/// What --help, --version or --schema asked for.
+/// What --help, --version, --schema or --formats asked for.
 struct CheckText {
     std::string text;
 };

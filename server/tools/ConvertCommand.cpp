@@ -13,23 +13,24 @@
 #include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
 #include "server/tools/SceneImport.h"
-#include "server/tools/mpcdi/MpcdiWall.h"
+#include "server/tools/WallFormats.h"
 
 namespace tessera {
 namespace {
 
-bool isMpcdi(const std::string& path) {
-    return path.ends_with(".mpcdi") || path.ends_with(".MPCDI");
+bool makesWall(const ConvertArguments& arguments) {
+    return arguments.out.ends_with(".wall");
 }
 
-Expected<void> convertMpcdi(const ConvertArguments& arguments) {
-    const auto file = readMpcdi(arguments.in);
-    if (!file) return tl::unexpected(file.error());
-    const auto made = wallOfMpcdi(*file);
-    if (!made) return failWith(arguments.in, made.error());
+Expected<void> convertWall(const ConvertArguments& arguments) {
+    const Expected<ForeignWall> made = readForeignWall(arguments.in);
+    if (!made) return tl::unexpected(made.error());
     for (const std::string& note : made->notes) fmt::print(stderr, "tessera-convert: note: {}\n", note);
-    if (auto saved = saveMpcdiWall(*made, arguments.out); !saved) return saved;
-    fmt::print("{}: {} projectors\n", arguments.out, made->wall.hosts.size());
+    if (auto saved = saveForeignWall(*made, arguments.out); !saved) return saved;
+    std::size_t tiles = 0;
+    for (const WallHost& host : made->wall.hosts) tiles += host.tiles.size();
+    fmt::print("{}: {} screens, {} tiles, {} hosts\n", arguments.out, made->wall.screens.size(), tiles,
+               made->wall.hosts.size());
     return {};
 }
 
@@ -69,9 +70,10 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
                         "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
                         "every object as it is, arrays and images included, and needs no other file\n"
                         "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
-                        "Of a .mpcdi it makes a .wall, with warp meshes and blend pictures beside it.",
+                        "Of a wall of another program it makes a .wall, with what is beside it:\n" +
+                            wallFormatList() + ".",
                         versionText("tessera-convert"));
-    commandLine.option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …; .mpcdi").required();
+    commandLine.option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …;\nor a wall").required();
     commandLine.option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall").required();
     commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
     commandLine.flag("--allow-unconfined-import", out.allowUnconfined,
@@ -93,8 +95,8 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     const Expected<std::optional<std::string>> instead = commandLine.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return ConvertHelp{**instead};
-    if (isMpcdi(out.in) != out.out.ends_with(".wall"))
-        return fail(ErrorCode::kUsage, "a .wall is made of a .mpcdi, and of nothing else; see --help");
+    if (namesForeignWall(out.in) && !makesWall(out))
+        return fail(ErrorCode::kUsage, "a wall becomes a .wall, and nothing else; see --help");
     if (!optimise && (!steps.empty() || !keep.empty()))
         return fail(ErrorCode::kUsage, "--steps and --keep say how to --optimise; see --help");
     if (optimise) {
@@ -103,7 +105,7 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         out.optimise = std::move(*options);
         out.optimise->keep = std::move(keep);
     }
-    if (isMpcdi(out.in)) {
+    if (makesWall(out)) {
         if (optimise) return fail(ErrorCode::kUsage, "a wall is no scene: there is nothing to --optimise");
         return out;
     }
@@ -122,7 +124,7 @@ int runConvert(const std::vector<std::string>& words) {
             return {};
         }
         const auto& arguments = std::get<ConvertArguments>(*parsed);
-        if (isMpcdi(arguments.in)) return convertMpcdi(arguments);
+        if (makesWall(arguments)) return convertWall(arguments);
         Expected<FileScene> file = importAsScene(
             arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
         if (!file) return tl::unexpected(file.error());

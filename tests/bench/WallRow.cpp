@@ -111,7 +111,7 @@ void wallRows(SceneTable& table, const std::string& program, int frames, int rou
             for (const bool shared : {false, true}) {
                 const auto cost = runWall(
                     fmt::format("'{}' --wall '{}' --scene '{}/deploy/scenes/engine-hall.tsct' --assets {} --frames {} "
-                                "--output '{}' --share {}",
+                                "--output '{}' --share {} --verbose",
                                 wall, file, TESSERA_SOURCE_DIR, models, frames, folder, shared ? "auto" : "off"),
                     frames);
                 if (!cost) {

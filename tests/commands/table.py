@@ -209,6 +209,11 @@ ROWS = {
     "tessera-ctl whoami": asked('ctl whoami && ctl --token-file "$(grep -l "server $WALL" '
                                 '$XDG_RUNTIME_DIR/tessera/*.wall)" whoami', says="operator of the wall"),
     "tessera-ctl people": asked("ctl people", says="operator"),
+    "tessera-ctl top": asked("ctl top --every 0.2", says="HOST"),
+    "tessera-ctl watch": asked("ctl watch --seconds 0.2"),
+    "tessera-ctl trace out/trace.json --frames 300": asked("ctl trace $T/trace.json --frames 3", says="3 frames of",
+                                                           leaves=("$T/trace.json",)),
+    "tessera-ctl view --by --position 0 0 -1": asked("ctl view --by --position 0 0 -1", says="stands at"),
     "tessera-ctl steps": asked("ctl move /post 1 0 0 && ctl steps", says="undo  sets Transform.translation of /post"),
     "tessera-ctl link": asked("ctl link", says="/?token="),
     "tessera-ctl link --role viewer": asked("ctl link --role viewer", says="/?token="),
@@ -255,6 +260,8 @@ ROWS = {
         "Hall", says="was stopped by /hall/right row/machine", leaves=("$T/stops.png",),
         changes=(("--size 1600x900", "--size 64x36 --rate 5"), ("127.0.0.1:7000", "127.0.0.1:$PORT"),
                  ("--output out", "--output $T/out"), ("deploy/scenes/engine-stops.png", "$T/stops.png"))),
+    "build/bin/example-mover ADDR:PORT /carriage paced 600": Row(
+        "Rooms", "out/bin/example-mover $WALL /carriage paced 5", "tests/data/scenes/yard.tsct"),
     "build/bin/example-carousel ADDR:PORT /fair/hub": Row("Rooms", "out/bin/example-carousel $WALL /fair/hub 0.02",
                                                           "deploy/examples/carousel/carousel.tsct"),
 
@@ -339,9 +346,6 @@ ROWS = {
     "tessera-server --no-input": Row("ByHand", "by_hand --no-input", says="over"),
     "tessera-server --no-notices": Row("ByHand", "by_hand --no-notices", says="over"),
     "tessera-server --allow DIR…": Row("ByHand", "by_hand --allow $T /usr/share", says="over"),
-    "ExecStart=tessera-server": Row("ByHand", "by_hand --journal $T/state", says="over"),
-    "ExecStart=tessera-client": Row("Desk", "HOST_OPTIONS='--window 0 --full-screen --surface egl' by_hand",
-                                    display=True, says="over"),
     "tessera-client --surface none": Row("ByHand", "HOST_OPTIONS='--surface none' by_hand", says="over"),
     "tessera-client --check": Row("ByHand", "tessera-client --check", says="surface"),
     "tessera-wall --start": SSH,
@@ -415,6 +419,23 @@ ROWS = {
     "tessera-convert calibration.mpcdi my.wall": file(
         "cd $T && $ROOT/tests/commands/made mpcdi calibration.mpcdi && tessera-convert calibration.mpcdi my.wall",
         leaves=("$T/my.wall",)),
+    "tessera-convert IN OUT.wall": file(
+        "tessera-convert tests/data/walls/room.xml $T/out.wall && tessera-check $T/out.wall", leaves=("$T/out.wall",)),
+    "tessera-convert hall.ndisplay hall.wall": file(
+        "tessera-convert tests/data/walls/room.ndisplay $T/hall.wall && tessera-check $T/hall.wall",
+        leaves=("$T/hall.wall",)),
+    "tessera-check hall.wall": file(
+        "tessera-convert tests/data/walls/room.json $T/hall.wall && tessera-check $T/hall.wall"),
+    "tessera-wall --wall hall.wall --test-picture --window": Row(
+        "Desk", "tessera-convert tests/data/walls/two-by-two.json $T/hall.wall && tessera-wall --wall $T/hall.wall "
+        "--test-picture --window --size 160x90 --frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
+    "tessera-ctl new-wall FILE.wall": Row("", elsewhere="asks at a terminal: python.other_walls answers"),
+    "tessera-ctl new-wall my.wall": Row("", elsewhere="asks at a terminal: python.other_walls answers"),
+    "tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5": file(
+        "cd $T && tessera-ctl new-wall my.wall --columns 2 --rows 2 --size 55 --bezel 3.5 --distance 2.5 && "
+        "tessera-check my.wall", says="see it in windows", leaves=("$T/my.wall",)),
+    "tessera-check --formats": file("tessera-check --formats", says=".glb"),
+    "tessera-check --machine": file("tessera-check --machine; test $? -le 1", says="reading files"),
     "tessera-check FILE…": file("tessera-check tests/data/scenes/yard.tsct deploy/walls/2x2.wall"),
     "tessera-check FILE.wall": file("tessera-check deploy/walls/2x2.wall"),
     "tessera-check my.wall": file(f"{MY_WALL} && tessera-check $T/my.wall"),
@@ -478,7 +499,7 @@ MORE_LINES = [
                 "--restart --allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames "
                 "2 --journal $T/journal --surface egl --device 0 --output $T/b "
-                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --audit $T/audit.log --uploads $T/uploads "
+                "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --verbose --audit $T/audit.log --uploads $T/uploads "
                 "--uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.
     ("Options", "./deploy/run-wall --no-install --wall 1x1 --size 64x36 --frames 2 --test-picture --start "

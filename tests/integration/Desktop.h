@@ -38,8 +38,10 @@ public:
     [[nodiscard]] const std::string& display() const { return display_; }
     [[nodiscard]] Process& server() { return server_; }
 
-    [[nodiscard]] Picture screenshot() const {
-        const std::string bytes = readText(file_);
+    [[nodiscard]] Picture screenshot() const { return screenshotIn(file_); }
+    /// What an Xvfb with `-fbdir` keeps there.
+    [[nodiscard]] static Picture screenshotIn(const std::string& file) {
+        const std::string bytes = readText(file);
         const auto number = [&](std::size_t i) {
             std::uint32_t value = 0;
             for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<std::uint8_t>(bytes.at(4 * i + b));

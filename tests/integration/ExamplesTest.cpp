@@ -9,6 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const std::string kCarousel = std::string(TESSERA_SOURCE_DIR) + "/deploy/examples/carousel/carousel.tsct";
+const std::string kMover = std::string(TESSERA_BIN_DIR) + "/example-mover";
 const std::string kProgram = std::string(TESSERA_BIN_DIR) + "/example-carousel";
 
 TEST(Examples, TheCarouselTurnsAboutWhereItTouches) {
@@ -29,6 +30,23 @@ TEST(Examples, TheCarouselTurnsAboutWhereItTouches) {
     ASSERT_FALSE(report.is_null()) << wall.logs();
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
     EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
+}
+
+TEST(Examples, TheMoverMovesByEitherClock) {
+    const TemporaryFolder folder;
+    AskedWall wall({.wall = "1x1", .scene = kCarousel});
+    ASSERT_TRUE(wall.start()) << wall.logs();
+    const Vec3d before = wall.placeOf("/fair/hub/red");
+    const Outcome paced = run(folder.path(), {kMover, wall.wall().address(), "/fair/hub/red", "paced", "10"}, 60s);
+    EXPECT_EQ(paced.exitCode, 0) << paced.output;
+    EXPECT_NE(paced.output.find("moved /fair/hub/red 10 times, paced"), std::string::npos) << paced.output;
+    const Outcome queued = run(folder.path(), {kMover, wall.wall().address(), "/fair/hub/red", "queued", "10"}, 60s);
+    EXPECT_EQ(queued.exitCode, 0) << queued.output;
+    EXPECT_NE(queued.output.find(" times, queued"), std::string::npos) << queued.output;
+    EXPECT_EQ(wall.placeOf("/fair/hub/red"), before) << "it leaves the wall as it was";
+    const Outcome lost = run(folder.path(), {kMover, wall.wall().address(), "/fair/wheel", "paced", "1"}, 30s);
+    EXPECT_EQ(lost.exitCode, exitCode(ErrorCode::kNotFound)) << lost.output;
+    EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
 }
 
 TEST(Examples, SaysWhatIsWrong) {

@@ -117,6 +117,38 @@ TEST(Flight, AKeyMovesTheViewAndHomeLeadsBack) {
     EXPECT_EQ(flight.wall.finish()["faults"].size(), 0u);
 }
 
+/// Pixels in the colour of the keys' names, mixed with a little of the picture below.
+std::ptrdiff_t yellow(const Picture& picture) {
+    std::ptrdiff_t count = 0;
+    for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
+        count +=
+            picture.rgb[i] > 205 && picture.rgb[i + 1] > 165 && picture.rgb[i + 1] < 220 && picture.rgb[i + 2] < 125
+                ? 1
+                : 0;
+    return count;
+}
+
+TEST(Flight, F1LaysTheKeysOverThePicture) {
+    WindowFlight flight(oneTile());
+    ASSERT_TRUE(flight.ready) << flight.wall.logs();
+    ASSERT_TRUE(flight.hold(DesktopKey::kD)) << "the window has the keyboard: " << flight.wall.logs();
+    flight.desktop.key(DesktopKey::kD, false);
+    ASSERT_TRUE(rests(flight.wall));
+    const auto press = [&](DesktopKey key) {
+        flight.desktop.key(key, true);
+        flight.desktop.key(key, false);
+    };
+    const std::ptrdiff_t before = yellow(flight.desktop.screenshot());
+    press(DesktopKey::kF1);
+    EXPECT_TRUE(within(20s, [&] { return yellow(flight.desktop.screenshot()) > before + 500; }));
+    const Picture flies = flight.desktop.screenshot();
+    press(DesktopKey::kTab);
+    EXPECT_TRUE(within(20s, [&] { return !(flight.desktop.screenshot() == flies); })) << "the mode is another one";
+    press(DesktopKey::kF1);
+    EXPECT_TRUE(within(20s, [&] { return yellow(flight.desktop.screenshot()) < before + 50; }));
+    EXPECT_EQ(flight.wall.finish()["faults"].size(), 0u);
+}
+
 TEST(Flight, AWindowThatIsKilledHoldsNothing) {
     WindowFlight flight(oneTile());
     ASSERT_TRUE(flight.ready) << flight.wall.logs();

@@ -32,8 +32,9 @@ std::string u16(int value) {
 
 InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
     : server_(folder, "xvfb-input",
-              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx),
-               "-nolisten", "tcp"}) {
+              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir",
+               folder, "-nolisten", "tcp"}),
+      screen_(folder + "/Xvfb_screen0") {
     for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
         std::this_thread::sleep_for(50ms);
         display_ = Desktop::displayIn(server_.output());
@@ -61,6 +62,10 @@ bool InputDesktop::connect() {
     if (found.empty() || found[0] != 1 || found[8] == 0) return false;
     opcode_ = static_cast<unsigned char>(found[9]);
     return true;
+}
+
+Picture InputDesktop::screenshot() const {
+    return Desktop::screenshotIn(screen_);
 }
 
 void InputDesktop::fake(unsigned char type, unsigned char detail, int x, int y) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/base/FileHandle.h"
+#include "common/image/Picture.h"
 #include "tests/integration/Process.h"
 
 namespace tessera::test {
@@ -18,6 +19,7 @@ public:
     [[nodiscard]] const std::string& display() const { return display_; }
     [[nodiscard]] Process& server() { return server_; }
 
+    [[nodiscard]] Picture screenshot() const;
     void key(DesktopKey key, bool down) { fake(down ? 2 : 3, static_cast<unsigned char>(key), 0, 0); }
     void button(unsigned char number, bool down) { fake(down ? 4 : 5, number, 0, 0); }
     void pointer(int x, int y) { fake(6, 0, x, y); }
@@ -27,6 +29,7 @@ private:
     void fake(unsigned char type, unsigned char detail, int x, int y);
 
     Process server_;
+    std::string screen_;
     std::string display_;
     FileHandle link_;
     unsigned char opcode_ = 0;

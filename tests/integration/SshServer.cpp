@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
+#include <pwd.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -80,6 +81,7 @@ int closedPort() {
 std::string SshServer::whyNot() {
     if (callOk("command -v ssh") != 0 || callOk("command -v ssh-keygen") != 0)
         return "ssh is not installed (openssh-client)";
+    if (::getpwuid(::geteuid()) == nullptr) return "this user has no account here (/etc/passwd), and ssh wants one";
     if (findSshd().program.empty()) return "there is no sshd (deploy/set-up unpacks one into the build folder)";
     if (::geteuid() == 0 && callOk("unshare -m true") != 0)
         return "sshd wants an account of its own as root, and there is no way to give it one here (unshare -m)";
@@ -135,7 +137,7 @@ SshServer::SshServer(const std::string& folder, SshPlace place) : place_(std::mo
     std::vector<std::string> command = {"/bin/sh", "-c", start};
     if (::geteuid() == 0) {
         const std::string view = fmt::format(
-            "cp /etc/passwd '{0}.passwd'; grep -q ^sshd: /etc/passwd || "
+            "{{ cat /etc/passwd; echo; }} > '{0}.passwd'; grep -q ^sshd: /etc/passwd || "
             "echo 'sshd:x:64022:65534::/run/sshd:/usr/sbin/nologin' >>'{0}.passwd'; "
             "mount --bind '{0}.passwd' /etc/passwd && mount -t tmpfs none /run && mkdir -m 755 /run/sshd && ",
             own);

@@ -66,7 +66,7 @@ TEST_F(StartedBySsh, MixesWithHostsThatRunHere) {
 }
 
 TEST_F(StartedBySsh, EndsWithALauncherThatIsKilled) {
-    Process wall(folder_.path(), "wall", command(wallOf(machine(client()), machine(client()))));
+    Process wall(folder_.path(), "wall", command(wallOf(machine(client()), machine(client())), {"--verbose"}));
     ASSERT_TRUE(wall.waitForText("role client host east", 60s)) << wall.output();
     for (int i = 0; i < 1000 && clientsWith("--while-input").size() < 2; ++i) std::this_thread::sleep_for(20ms);
     EXPECT_EQ(clientsWith("--while-input").size(), 2u) << wall.output();
@@ -75,7 +75,8 @@ TEST_F(StartedBySsh, EndsWithALauncherThatIsKilled) {
 }
 
 TEST_F(StartedBySsh, SaysWhoIsLostWhenConnectionsAreCutAndStartsThemAgain) {
-    Process wall(folder_.path(), "wall", command(wallOf(machine(client()), machine(client())), {"--restart"}));
+    Process wall(folder_.path(), "wall",
+                 command(wallOf(machine(client()), machine(client())), {"--restart", "--verbose"}));
     ASSERT_TRUE(wall.waitForText("role client host east", 60s)) << wall.output();
     for (int i = 0; i < 1000 && clientsWith("--while-input").size() < 2; ++i) std::this_thread::sleep_for(20ms);
     const std::vector<pid_t> before = clientsWith("--while-input");

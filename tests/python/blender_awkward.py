@@ -2,13 +2,16 @@
 import gc
 import os
 import time
+from unittest import mock
 
 import bpy
 import tessera
 from blender_cases import OnAWall, principled
 from blender_side import PERIOD, add, box, settle, start, until, update
 
-from tessera_link import pump
+from tessera_link import pump, scan
+from tessera_link.courier import Courier, Found
+from tessera_link.subjects import ObjectSubject, key_of
 
 
 def pumps(count=30):
@@ -262,6 +265,33 @@ class Awkward(OnAWall):
         pump.stop()
         self.assertEqual(gc.get_freeze_count(), 0)
 
+    def test_all_are_looked_through_slice_by_slice(self):
+        """After undo: a pump without any time looks at few."""
+        for at in range(1000):
+            add(self.stage, f"{at}", bpy.data.meshes.get("a") or box("a"))
+        update()
+        bpy.ops.ed.undo_push(message="begin")
+        self.link()
+        bpy.ops.ed.undo_push(message="once more")
+        by_name, get = [], ObjectSubject.get
+
+        def counted(subject):
+            if subject.thing is None:
+                by_name.append(subject)  # which takes as long as there are objects
+            return get(subject)
+
+        with mock.patch.object(ObjectSubject, "get", counted):
+            bpy.ops.ed.undo()
+            update()
+        known_as, looked_at, most = scan.known_as, [], 0
+        self.assertEqual(by_name, [])
+        with mock.patch.object(scan, "known_as", lambda thing: looked_at.append(None) or known_as(thing)):
+            while pump.link.rescan or pump.link._scanning:
+                pump.link.pump(budget=0)
+                most = max(most, len(looked_at))
+                looked_at.clear()
+        self.assertLess(most, 4 * scan.SLICE)
+
     def test_copies_of_collections_show_themselves(self):
         """What is drawn is said; instances are not."""
         kept = bpy.data.collections.new("kept")
@@ -375,6 +405,66 @@ class Whole(OnAWall):
         settle()
         self.assertEqual((len(self.wall.find("/*/blender-link:*")), len(self.marks()), link.notes), (1, 1, {}))
         self.assertEqual(len(self.stage.objects), 1)
+
+    def test_the_collection_was_made_twice(self):
+        """Its root was under way when the link broke, and was granted after nothing had been found."""
+        add(self.stage, "box", box("a"))
+        link, first = self.link(), Courier._take_up
+
+        class Forgets(dict):
+            """As another Blender's would be."""
+
+            def __setitem__(self, key, value):
+                pass
+
+        def finds_nothing(courier, wall, role, patient=False):
+            Courier._take_up = first
+            return Found(role, wall.ask("GetWall"), patient)
+
+        for ours in (True, False):
+            Courier._take_up, link.stamps = finds_nothing, {} if ours else Forgets()
+            with mock.patch.object(Courier, "_yield_to_the_first"):
+                link.courier._broken = tessera.NetworkError("cut")
+                until("it is there twice", lambda: len(self.wall.find("/*/blender-link:*")) == 2)
+                settle()
+            link.look_again_soon()
+            settle()
+            pumps()
+            self.assertEqual(len(self.wall.find("/*/blender-link:*")), 1 if ours else 2)
+            self.assertEqual(bool(link.notes), not ours, link.notes)
+        self.assertIn("once more at /Stage[1]:", *link.notes.values())
+        self.wall["/Stage[1]"].remove()
+        bpy.data.objects["box"].location.x = 5
+        settle()
+        self.assertEqual(self.node("box").translation[0], 5)
+
+    def test_undo_while_nothing_is_linked(self):
+        """It goes back to before there were keys, in a file that has no place."""
+        update()
+        bpy.ops.ed.undo_push(message="box")
+        self.link()
+        self.step()
+        pump.stop()
+        bpy.ops.ed.undo()
+        stage = bpy.data.collections["Stage"]
+        self.assertEqual(key_of(stage), "")
+        start(stage, self.live.address)
+        self.assertEqual((len(self.wall.find("/*/blender-link:*")), len(self.marks()), pump.link.notes), (1, 1, {}))
+        pump.stop()
+        stage.name = "other"
+        another = bpy.data.collections.new("Stage")
+        bpy.context.scene.collection.children.link(another)
+        start(another, self.live.address)
+        add(another, "more")
+        settle()
+        self.assertEqual(len(self.wall.find("/*/blender-link:*")), 2)
+        self.wall["/Stage[1]"].remove()
+
+    def step(self):
+        bpy.data.objects["box"].location.z += 1
+        update()
+        bpy.ops.ed.undo_push(message="a step")
+        settle()
 
     def test_undo_of_what_was_before_the_link_broke(self):
         link = self.link()

@@ -1,16 +1,21 @@
 """Within Blender: what both sides change at once, and what one side has numbers for and the other has not."""
+import math
 import os
 import signal
+import threading
 import unittest
+import unittest.mock
 
 import bpy
 import numpy as np
+import tessera
 from blender_awkward import pumps
-from blender_cases import OnAWall, turned
+from blender_cases import OnAWall, principled, turned
 from blender_side import PERIOD, add, box, only, settle, start, until
 from live import Live, run_folder
 
 from tessera_link import pump
+from tessera_link.courier import Courier
 from tessera_link.mirror import Mirror
 
 
@@ -131,12 +136,13 @@ class AtOnce(OnAWall):
         bpy.data.objects.remove(other)
         settle()
         self.assertEqual([node.name for node in self.wall.find("/Stage/*", type="Transform")], ["box", "mother"])
-        until("it is as it was, as at the wall", lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
+        until("it is as it was, as at the wall",
+              lambda: (self.thing.location.x, self.thing.name, self.thing.parent) == (0, "box", None), 400)
         settle()
         self.assertEqual((self.node("box").translation[0], link.notes), (0, {}))
 
     def test_what_was_changed_at_the_wall_before_its_removal_was_granted(self):
-        """What comes back at the wall is as it was when it went, and fields that are as in a new one are not told of."""
+        """What comes back at the wall is as it was when it went; fields as those of a new one are not told."""
         self.thing.rotation_euler.z = 1
         link = self.link()
         removals = link.courier._one_of_many
@@ -185,6 +191,29 @@ class AtOnce(OnAWall):
         bpy.data.objects.remove(self.thing)
         settle()
         self.assertNotIn(said, link.notes.values())
+
+    def test_materials_and_lamps_that_change_while_the_link_is_away(self):
+        paint, lamp = principled("paint", Roughness=0.75), bpy.data.lights.new("lamp", "POINT")
+        add(self.stage, "painted", box("painted", materials=(paint,)))
+        add(self.stage, "lamp", lamp)
+        link = self.link()
+        first, there = Courier._session, threading.Event()
+
+        def later(courier):
+            there.wait()
+            first(courier)
+
+        with unittest.mock.patch.object(Courier, "_session", later):
+            link.courier._broken = tessera.NetworkError("a test")
+            until("it has gone", lambda: link.courier.state == "reconnecting")
+            self.node("painted/painted").material.roughness = 0.25
+            self.node("lamp/lamp").core.intensity = 5
+            there.set()
+            until("it is linked again", lambda: link.courier.state == "linked")
+        settle()
+        roughness = paint.node_tree.nodes["Principled BSDF"].inputs["Roughness"]
+        self.assertEqual((roughness.default_value, round(lamp.energy / (4 * math.pi * math.pi), 4)), (0.25, 5))
+        self.assertEqual(self.node("painted/painted").material.roughness, 0.25)
 
     def test_what_was_only_put_into_no_collection_comes_back(self):
         self.link()
@@ -241,6 +270,24 @@ class Crash(unittest.TestCase):
             with live.connect() as wall:
                 self.assertEqual((wall["/Stage/box"].translation, wall["/Stage/box"].scale, thing.location.x),
                                  ((1, 2, 3), (2, 2, 2), 1))
+
+    def test_another_parent_was_under_way(self):
+        with run_folder(), Live(surface="none", journal=True) as live:
+            stage = only()
+            above, thing = add(stage, "above", box("a")), add(stage, "box", bpy.data.meshes["a"])
+            link = start(stage, live.address)
+            os.kill(live.server.pid, signal.SIGSTOP)
+            thing.parent = above
+            batches = link.counts["batches"]
+            until("it is under way", lambda: link.counts["batches"] > batches)
+            live.kill_server()
+            until("that is said", lambda: link.courier.state == "reconnecting")
+            live.start_server()
+            until("linked again", lambda: link.courier.state == "linked")
+            settle()
+            with live.connect() as wall:
+                self.assertIn("/Stage/above/box", wall)
+                self.assertEqual(thing.parent, above)
 
     def test_the_removal_of_what_is_there_twice_was_under_way(self):
         with run_folder(), Live(surface="none", journal=True) as live:

@@ -47,7 +47,7 @@ def come(folder, path, address, name):
     until("both begin", lambda: there("begin"))
     first = Courier._take_up
 
-    def both_find_nothing(courier, wall, role):
+    def both_find_nothing(courier, wall, role, patient=False):
         """The worst of moments: each takes itself for the first one."""
         found = first(courier, wall, role)
         Courier._take_up = first

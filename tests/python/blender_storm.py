@@ -1,6 +1,6 @@
 """Within Blender: a random storm of edits on both sides, undo and redo among them, with a server that is killed and
-goes on from its journal. Afterwards both sides have the same objects, places, names and parents. `TESSERA_SEED=7` does one,
-`TESSERA_SEED=300-359` many."""
+goes on from its journal. Afterwards both sides have the same objects, places, names and parents. `TESSERA_SEED=7` does
+one, `TESSERA_SEED=300-359` many."""
 import os
 import random
 import re

@@ -24,7 +24,7 @@ def run_folder():
     """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers
     without."""
     with (tempfile.TemporaryDirectory(prefix="tessera-run-") as folder,
-          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder})):
+          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder, "XDG_CONFIG_HOME": folder})):
         for name in ("TESSERA_SERVER", "TESSERA_TOKEN", "TESSERA_TOKEN_FILE"):
             os.environ.pop(name, None)
         yield pathlib.Path(folder)
@@ -40,6 +40,7 @@ class Live:
         if journal:
             self._options += ["--journal", str(self.folder / "journal")]
         self._processes = []
+        self.hosts = {}  # the newest process of each
         self.server = None
         self.keys = None
 
@@ -125,8 +126,9 @@ class Live:
         self.address, self._port = found.group(1), int(found.group(2))
 
     def start_host(self, host):
-        return self._start(["tessera-client", "--server", self.address, "--host", host, "--surface", self._surface,
-                            "--threads", "0"], host)
+        self.hosts[host] = self._start(["tessera-client", "--server", self.address, "--host", host, "--surface",
+                                        self._surface, "--threads", "0"], host)
+        return self.hosts[host]
 
     def kill_server(self):
         self.server.kill()

@@ -12,6 +12,9 @@ class BlenderHostile(InBlender):
     def test_what_both_sides_change_at_once(self):
         self.within("blender_both_sides")
 
+    def test_what_moves_while_both_sides_are_compared(self):
+        self.within("blender_rest")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -54,6 +54,11 @@ class Examples(unittest.TestCase):
     def test_a_swarm(self):
         self.run_on_a_wall("swarm", "--frames", "10", says="moved 10000 in 10 frames")
 
+    def test_a_node_that_moves_by_either_clock(self):
+        self.run_on_a_wall("mover", "/carriage", "--paced", "--count", "20", says="moved /carriage 20 times, paced")
+        self.run_on_a_wall("mover", "/carriage", "--queued", "--count", "20",
+                           says=r"moved /carriage ([2-9]|1\d|20) times, queued")
+
     def cells(self):
         notebook = json.loads((EXAMPLES / "plot.ipynb").read_text())
         return ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]

@@ -1,6 +1,7 @@
 """The recorded session (tests/data/wire/session.txt): each message is whole and is what its line says; and before a
 server that plays it this package says the same bytes and understands what it is told."""
 import pathlib
+import socket
 import tempfile
 import threading
 import unittest
@@ -9,7 +10,7 @@ import numpy as np
 
 import record
 import tessera
-from live import PATIENCE
+from live import PATIENCE, Live
 from test_link import Stranger, hear
 from tessera import _described, _wire
 from tessera._schema import schema
@@ -100,6 +101,39 @@ class Recorded(unittest.TestCase):
         self.assertEqual((status.wall_name, place, frame.shown), ("1x1", (1.0, 2.0, 3.0), ["all"]))
         self.assertTrue(np.array_equal(positions, np.eye(3)))
         self.assertIn("root", refused)
+
+    def test_a_server_of_today_takes_an_application_of_then(self):
+        """The promise of proto/README.md. That types and fields are others now does not keep it out."""
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (folder / "token").write_text(record.TOKEN)
+        (folder / "thing.tsct").write_text(record.SCENE)
+        asked = []
+        with Live(scene=folder / "thing.tsct", surface="none", size="64x36",
+                  options=["--token-file", str(folder / "token")]) as live:
+            host, port = live.address.rsplit(":", 1)
+            with socket.create_connection((host, int(port)), PATIENCE) as connection:
+                epoch = 0
+                for number, way, name, data in recorded():
+                    if number != 1 or way != ">" or name not in ("Hello", "Request"):
+                        continue
+                    payload = data[_wire.HEADER_BYTES:]
+                    if name == "Hello":
+                        greeting = _described.decode_message(schema().messages["Hello"], memoryview(payload))
+                        greeting["schema"] ^= 1
+                        payload = _described.encode_message(schema().messages["Hello"], greeting).joined()
+                    connection.sendall(_wire.header_of(_wire.Header(data).kind, epoch, _wire.Chain(payload)) + payload)
+                    said, members = hear(connection)
+                    while said not in ("Welcome", "Refused", "Reply"):
+                        said, members = hear(connection)
+                    if name == "Hello":
+                        self.assertEqual(said, "Welcome", members)
+                        epoch = members["epoch"]
+                        continue
+                    request = _described.decode_message(schema().messages["Request"], memoryview(payload))
+                    self.assertEqual((said, members["id"]), ("Reply", request["id"]))
+                    asked.append((request["id"], members["error"]))
+        self.assertEqual([error for _, error in asked if error and "root" not in error], [])
+        self.assertGreater(len(asked), 8)
 
     def compare(self, name, data, said, members, faults):
         wanted = _described.decode_message(schema().messages[name], memoryview(data)[_wire.HEADER_BYTES:])

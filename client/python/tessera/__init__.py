@@ -30,9 +30,10 @@ def connect(address: Optional[str] = None, *, token_file: Optional[str] = None, 
             name: str = "python",
             timeout: float = 10.0, redial: float = 60.0) -> Wall:
     """A running wall: its server's "ADDR:PORT", or the link of its console ("http://127.0.0.1:PORT/?token=…",
-    "https://…&authority=…"; `tessera-ctl link`); without one TESSERA_SERVER, or the one wall of this machine.
-    `token_file`: whose first line lets this program in; without it TESSERA_TOKEN, TESSERA_TOKEN_FILE, or what the
-    server of this user has left on this machine. `keys`: the folder with a person's key, or that key's file
-    (`tessera-keys person`): for servers of other machines, and instead of a token. `name`: for the server's log.
-    `timeout`: of each answer, s. `redial`: for how long a connection that broke is dialled again, s."""
+    "https://…&authority=…"; `tessera-ctl link`); without one TESSERA_SERVER, `~/.config/tessera/server`, or the one
+    wall of this machine. `token_file`: whose first line lets this program in; without it TESSERA_TOKEN,
+    TESSERA_TOKEN_FILE, or what the server of this user has left on this machine. `keys`: the folder with a person's
+    key, or that key's file (`tessera-keys person`): for servers of other machines, and instead of a token. `name`: for
+    the server's log. `timeout`: of each answer, s. `redial`: for how long a connection that broke is dialled again,
+    s."""
     return Wall(address, token_file=token_file, keys=keys, name=name, timeout=timeout, redial=redial)

@@ -14,6 +14,7 @@ from typing import NamedTuple, Optional
 from .errors import BadInput, NotFound
 
 _MOST_BYTES = 4096
+_SERVICE_FOLDER = "/run/tessera"  # of a server that the system runs
 _TOKEN = re.compile("[A-Za-z0-9_-]{16,128}")
 
 
@@ -50,16 +51,16 @@ def _lines(text: str) -> dict[str, str]:
     return {word: rest for word, space, rest in (line.partition(" ") for line in text.split("\n")) if space}
 
 
-def _read(path: str) -> dict[str, str]:
-    """The lines of a server that runs now; of any other nothing."""
+def _read(path: str, owner: int) -> dict[str, str]:
+    """The lines of a server of `owner` that runs now; of any other nothing."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError:
         return {}
     try:
         info = os.fstat(file)
-        # A group may read it, and nobody but this user has written it.
-        if not stat.S_ISREG(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o037:
+        # A group may read it, and nobody but its owner has written it.
+        if not stat.S_ISREG(info.st_mode) or info.st_uid != owner or info.st_mode & 0o037:
             return {}
         # A struct flock: who holds a lock on all of it? The server does as long as it runs.
         asked = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
@@ -72,24 +73,67 @@ def _read(path: str) -> dict[str, str]:
     return {} if lock[0] == fcntl.F_UNLCK else _lines(text)
 
 
-def local_walls() -> list[LocalWall]:
-    """Those of this machine and user, in the order of their names."""
-    folder = _run_folder()
+def _walls_in(folder: str, owner: Optional[int]) -> list[LocalWall]:
+    """`owner`: of all of them; none: that of the folder."""
     try:
         info = os.lstat(folder)
-        if not stat.S_ISDIR(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o066:
+        if not stat.S_ISDIR(info.st_mode) or owner not in (None, info.st_uid) or info.st_mode & 0o026:
             return []
         names = sorted(name for name in os.listdir(folder) if name.endswith(".wall"))
     except OSError:
         return []
-    told = [_read(os.path.join(folder, name)) for name in names]
+    told = [_read(os.path.join(folder, name), info.st_uid) for name in names]
     return [LocalWall(each["server"], each["token"]) for each in told if "server" in each
             and is_token(each.get("token", ""))]
 
 
+def local_walls() -> list[LocalWall]:
+    """Those of this machine and user, in the order of their names; then those of the system's service, where this user
+    may read them."""
+    folder = _run_folder()
+    own = _walls_in(folder, os.geteuid())
+    return own if folder == _SERVICE_FOLDER else own + _walls_in(_SERVICE_FOLDER, None)
+
+
+def server_file() -> str:
+    """Where this user may name a server: `$XDG_CONFIG_HOME/tessera/server`, else `~/.config/tessera/server`; empty:
+    this user has no home."""
+    folder = os.environ.get("XDG_CONFIG_HOME", "")
+    if not folder.startswith("/"):
+        home = os.environ.get("HOME", "")
+        folder = home + "/.config" if home.startswith("/") else ""
+    return folder and folder + "/tessera/server"
+
+
+def _named_in_file(path: str) -> Optional[str]:
+    """A line ADDR:PORT, and lines that begin with #; None: there is no such file. BadInput: it names no server."""
+    if not path:
+        return None
+    advice = "; write a line ADDR:PORT, or take the file away"
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            text = os.pread(file, _MOST_BYTES + 1, 0)
+        finally:
+            os.close(file)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise BadInput(f"{path}: {error.strerror}{advice}") from None
+    if len(text) > _MOST_BYTES:
+        raise BadInput(f"{path}: it has more than {_MOST_BYTES} bytes{advice}")
+    lines = [line.strip() for line in text.decode("utf-8", "replace").split("\n")]
+    named = [line for line in lines if line and not line.startswith("#")]
+    if len(named) != 1:
+        raise BadInput(f"{path}: it names {'more than one' if named else 'no'} server{advice}")
+    if ":" not in named[0]:
+        raise BadInput(f"{path}: \"{named[0]}\" is not an address{advice}")
+    return named[0]
+
+
 def address_of(address: Optional[str]) -> str:
-    """The one that is said, else TESSERA_SERVER, else the one wall of this machine."""
-    said = address or os.environ.get("TESSERA_SERVER")
+    """The one that is said, else TESSERA_SERVER, else that in this user's file, else the one wall of this machine."""
+    said = address or os.environ.get("TESSERA_SERVER") or _named_in_file(server_file())
     if said:
         return said
     found = [wall.address for wall in local_walls()]

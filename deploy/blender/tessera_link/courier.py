@@ -13,6 +13,7 @@ from .mirror import Mirror
 MARK = "blender:"  # names of the nodes by which objects are found again, before their keys
 ROOT_MARK = "blender-link:"
 _PAUSES = (0.1, 0.2, 0.5, 1.0, 2.0)  # s, between one dial that failed and the next
+_MOST_LOOKS = 1024  # materials and lights that are read one by one
 _UNREAD = 4096  # lists of changes: with more of them we begin anew
 _CONTENT = ("Geometry", *lights.TYPES.values())
 _FOLLOWED = {"Node": {"name"}, "Transform": {"translation", "rotation", "scale"}}  # of other types all that is mirrored
@@ -27,16 +28,23 @@ class FoundObject:
 class Found:
     """What a wall has of a collection: taken up instead of made again."""
 
-    def __init__(self, role, plan):
+    def __init__(self, role, plan, patient):
         self.role, self.plan = role, plan
+        self.patient = patient  # whoever changes something meanwhile goes first
         self.root = self.root_core = self.marks = 0
         self.root_stand = None
         self.same = False  # numbers mean what they meant
         self.stamp = ""  # of the root: another one was made anew, and what is not below it was not removed
         self.objects = {}  # by key
+        self.looks = {}  # of materials and lights: their fields, by number
         self.epoch = 0
+        self.twins = {}  # paths of other roots with this key, by their numbers and stamps
         self.twice = set()  # nodes of keys that others have already
         self.others = 0  # nodes below the root that are not of Blender
+
+
+class _Disturbed(Exception):
+    """While both sides were compared."""
 
 
 class Courier:
@@ -53,10 +61,11 @@ class Courier:
         self._lock = threading.Lock()  # of _news
         self._gate = threading.Lock()  # lists are not looked at while numbers are being given
         self._jobs = queue.SimpleQueue()
-        self._view = None
+        self._view = collections.deque(maxlen=1)
         self._closing = threading.Event()
         self._follow = threading.Event()
-        self._broken, self._anew = None, False
+        self._broken, self._anew = None, None
+        self._disturbed = threading.Event()  # something is sent, or changed at the wall, while both are compared
         self._server = 0  # its epoch
         self._epoch = 0  # of sessions: what was made for another one has numbers that mean something else
         self._thread = threading.Thread(target=self._run, name="tessera link", daemon=True)
@@ -65,11 +74,12 @@ class Courier:
     # ---- what Blender's thread calls: nothing here waits
 
     def send(self, batch):
+        self._disturbed.set()
         self._jobs.put(batch)
 
     def look(self, view):
         """Of those that wait, the newest is sent."""
-        self._view = view
+        self._view.append(view)
         self._jobs.put(None)
 
     def begin(self):
@@ -86,15 +96,23 @@ class Courier:
             found.append(self._events.popleft())
         return found
 
+    def event(self):
+        return self._events.popleft() if self._events else None
+
     def changed(self):
         with self._lock:
             found, self._news = self._news, {}
         return found
 
-    def look_again(self):
-        """At what is there, as after dialling."""
-        self._anew = True
+    def look_again(self, patient):
+        """At what is there, as after dialling. `patient`: that is given up for whatever is sent meanwhile."""
+        self._disturbed.clear()
+        self._anew = patient
         self._jobs.put(None)
+
+    @property
+    def is_disturbed(self):
+        return self._disturbed.is_set()
 
     def close(self):
         self._closing.set()
@@ -111,6 +129,8 @@ class Courier:
                 last = error
             except OSError as error:
                 last = self._tessera.NetworkError(str(error))
+            except Exception as error:  # a fault of ours: it is said, and the link dialled again
+                last = self._tessera.NetworkError(f"{type(error).__name__}: {error}")
             else:
                 continue
             welcomed, before = self.state == "linked", before or self.state == "linked"
@@ -128,33 +148,42 @@ class Courier:
 
     def _session(self):
         """Until it is closed, or breaks."""
-        self.watched, self._sorted, self._broken = {}, np.zeros(0, "<u8"), None
+        self.watched, self._sorted, self._broken, self._anew = {}, np.zeros(0, "<u8"), None, None
         with self._tessera.connect(**self._way, name="blender", redial=0) as wall:
             role = wall.whoami().role
             if role == "viewer":
                 raise self._tessera.Refused(f"the token for the wall at {wall.address} is a viewer's: it may look, "
                                             f"and not edit; ask for an editor's")
-            changes = wall.follow("changes", most=_UNREAD)
+            changes, over = wall.follow("changes", most=_UNREAD), threading.Event()
+            follower = threading.Thread(target=self._listen, args=(changes, over), name="tessera changes", daemon=True)
             try:
                 self._look(wall, role)
                 self._say("linked", f"linked with the wall at {wall.address}")
-                follower = threading.Thread(target=self._listen, args=(changes,), name="tessera changes", daemon=True)
                 follower.start()
                 self._serve(wall, role)
             finally:
+                over.set()
                 changes.close()
                 self._follow.set()
+                if follower.ident is not None:
+                    follower.join()  # what it still hears is of a session that is over
 
-    def _look(self, wall, role):
+    def _look(self, wall, role, patient=False):
         """At what is there; what others change from then on waits until that has been taken up."""
         with self._gate:
             self._follow.clear()
-            self._anew = False
-            found = self._take_up(wall, role)
+            self._anew = None
+            try:
+                found = self._take_up(wall, role, patient)
+            except _Disturbed:
+                self._follow.set()
+                self._events.append(("disturbed",))
+                return
             self._epoch += 1
             found.epoch = self._epoch
-            with self._lock:
-                self._news = {}
+            if not patient:
+                with self._lock:
+                    self._news = {}
             self._events.append(("found", found))
 
     def _serve(self, wall, role):
@@ -167,14 +196,13 @@ class Courier:
                 raise self._broken
             if not wall.connected:
                 wall.status()  # says why
-            view, self._view = self._view, None
-            if view is not None:
+            if self._view:
                 try:
-                    wall.view(**view)
+                    wall.view(**self._view.popleft())
                 except (self._tessera.Refused, self._tessera.BadInput) as error:
                     self._events.append(("note", "view", str(error)))
-            if self._anew:
-                self._look(wall, role)
+            if self._anew is not None:
+                self._look(wall, role, self._anew)
             if batch is not None and batch.epoch == self._epoch:
                 self._do(wall, batch)
 
@@ -253,15 +281,23 @@ class Courier:
 
     # ---- what is there
 
-    def _take_up(self, wall, role):
-        found, status = Found(role, wall.ask("GetWall")), wall.status()
+    def _undisturbed(self, rows, patient):
+        for row in rows:
+            if patient and self._disturbed.is_set():
+                raise _Disturbed
+            yield row
+
+    def _take_up(self, wall, role, patient=False):
+        found, status = Found(role, wall.ask("GetWall"), patient), wall.status()
         found.same, self._server = status.epoch == self._server or bool(status.journal), status.epoch
         marks = wall.find(f"/**/{ROOT_MARK}{self._key}")
-        root = next((mark.parent for mark in sorted(marks, key=lambda mark: mark.id)), None)
-        if root is None:
+        marks.sort(key=lambda mark: mark.id)
+        if not marks:
             return found
+        root = marks[0].parent
+        found.twins = {(mark.parent.id, getattr(mark.core, "key", "")): mark.parent.path for mark in marks[1:]}
         names, cores, parents, values, types, stamps = {}, {}, {}, {}, {}, {}
-        for rows, content in wall.tree(root):
+        for rows, content in self._undisturbed(wall.tree(root), patient):
             parents.update(zip(rows["node"].tolist(), rows["parent"].tolist()))
             types.update(zip(content.created["id"].tolist(), content.created["type"].tolist()))
             for column in content.columns:
@@ -287,7 +323,8 @@ class Courier:
         found.root, found.root_core = root.id, cores.get(root.id, 0)
         found.root_stand = stand_of(found.root_core)
         ours = {root.id}
-        for number in sorted(names):  # the first one keeps the key: copies that people made at the wall are theirs
+        # The first one keeps the key: copies that people made at the wall are theirs
+        for number in self._undisturbed(sorted(names), patient):
             name, parent = names[number], parents.get(number, 0)
             key = name[len(MARK):]
             if number == root.id or not is_type(cores.get(number, 0), "ApplicationData"):
@@ -304,32 +341,50 @@ class Courier:
                 found.objects[key] = each
                 ours.update((number, parent))
         by_node = {each.node: each for each in found.objects.values()}
-        for number, parent in sorted(parents.items()):
+        for number, parent in self._undisturbed(sorted(parents.items()), patient):
             core = cores.get(number, 0)
             if number not in ours and parent in by_node and core in types and kinds[types[core]].name in _CONTENT:
                 by_node[parent].parts.append((number, core, kinds[types[core]].name,
                                               values.get(core, {}).get("material", 0)))
                 ours.add(number)
         found.others = len(parents) - len(ours & set(parents))
+        found.looks = {} if patient else self._looks_of(wall, found)
         return found
+
+    def _looks_of(self, wall, found):
+        """Fields of materials and lights, by their numbers: nobody told of them while the link was away."""
+        parts = [part for each in found.objects.values() for part in each.parts]
+        kinds = {core: kind for _, core, kind, _ in parts if kind in lights.TYPES.values()}
+        kinds.update((material, "Material") for *_, material in parts if material)
+        looks = {}
+        for number, kind in list(kinds.items())[:_MOST_LOOKS]:
+            with contextlib.suppress(self._tessera.NotFound):  # it has gone meanwhile, which will be told
+                looks[number] = wall.handle(number, kind).fields()
+        return looks
 
     # ---- what others change
 
-    def _listen(self, changes):
+    def _listen(self, changes, over):
         try:
             for change in changes:
+                if over.is_set():
+                    return
                 if changes.missed or changes.gaps:
                     raise self._tessera.NetworkError("changes of the wall were missed")
                 while not self._hear(change):
                     pass
         except self._tessera.TesseraError as error:
             self._broken = error
+        except Exception as error:  # a fault of ours
+            self._broken = self._tessera.NetworkError(f"{type(error).__name__}: {error}")
         else:
             self._broken = self._tessera.NetworkError("the wall is over")
         self._jobs.put(None)
 
     def _hear(self, change):
         """False: what was found has not been taken up yet."""
+        if not self._follow.is_set() and self._concerns_us(change):
+            self._disturbed.set()
         self._follow.wait()
         with self._gate:
             known = self._follow.is_set()
@@ -348,6 +403,10 @@ class Courier:
         at = np.minimum(np.searchsorted(self._sorted, numbers), len(self._sorted) - 1)
         return np.flatnonzero(self._sorted[at] == numbers).tolist()
 
+    def _concerns_us(self, change):
+        rows = (change.created["id"], change.placed["node"], change.destroyed, *(each.ids for each in change.columns))
+        return any(len(self._ours(numbers)) for numbers in rows)
+
     def _look_at(self, change):
         for at in self._ours(change.created["id"]):
             number = int(change.created["id"][at])
@@ -360,7 +419,7 @@ class Courier:
             if (column.type.name, column.field.name) == ("Node", "name"):
                 for number, name in zip(column.ids.tolist(), column.values):
                     if name.startswith(MARK) and number not in self.watched:
-                        self._events.append(("marked", name[len(MARK):]))
+                        self._events.append(("marked",))
             kept = _FOLLOWED.get(column.type.name)
             if kept is not None and column.field.name not in kept:
                 continue
@@ -379,6 +438,3 @@ class Courier:
                 for number in (int(change.destroyed[at]) for at in self._ours(change.destroyed))]
         if gone:
             self._events.append(("gone", gone))
-
-
-_LIGHTS = ("PointLight", "SpotLight", "DirectionalLight")

@@ -24,3 +24,6 @@ class Gestures:
         if self._token != self.token:
             self._name = None  # this was its last
         return said
+
+    def end(self):
+        self._name = None

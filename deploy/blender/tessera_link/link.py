@@ -1,5 +1,6 @@
 """A collection and a wall, kept in step: what is linked, what is news on either side, and in which order it goes."""
 import gc
+import math
 import time
 
 import bpy
@@ -10,23 +11,25 @@ from .courier import ROOT_MARK, Courier
 from .gestures import Gestures
 from .mirror import Batch, Mirror
 from .removals import make_again, put_back, step_of_undo, take_out
+from .rest import Rest
+from .scan import MOST_GONE, Scan
 from .take_up import take_up
-from .subjects import PROPERTY, MeshSubject, ObjectSubject, key_by_name, key_of, known_as, new_key
+from .subjects import MeshSubject, ObjectSubject, known_as, new_key
 from .whole import Whole
 
 BUDGET = 0.004  # s of Blender's thread, each time
 _MOST_CHANGES = 4000  # in one batch
 _MESH_SHARE = 10  # a mesh is read again after so many times what reading it took
-_TAKEN_UP_AFTER = 0.5  # s of rest
-_MOST_GONE = 20000  # objects that undo may bring back
 _MOST_NOTES = 200
 _KINDS = ("images", "materials", "lights", "meshes", "objects")  # what others refer to goes first
 _GROWN = 256  # objects
-SLICE = 64  # objects, between two looks at the clock
+_FEW = 16  # objects that a person moves: they go first
 
 
-class Link:
+class Link(Scan):
     """`pump` does all that is to be done now, within its budget; nothing here waits for the network."""
+
+    stamps = {}  # of all roots that this Blender has made
 
     def __init__(self, tessera, way, collection, link_key):
         self.key, self._whole = link_key, Whole(collection, link_key)
@@ -39,7 +42,7 @@ class Link:
         self.removed_there, self.deleted_here = {}, {}  # by key
         self.staying = {}  # keys of a library's objects that were removed there
         self.notes, self.refused = {}, {}
-        self.stamp, self.superfluous, self._again_at = "", [], None
+        self.stamp, self.superfluous, self._rest = "", [], Rest()
         self.counts = {"sent": 0, "batches": 0, "pumps": 0, "taken": 0, "longest_ms": 0.0}
         self.plan, self.undone, self.root_lost = None, False, False
         self._dirty = {kind: {} for kind in _KINDS}
@@ -48,6 +51,7 @@ class Link:
         self._looked = False  # through all that is linked, once
         self._unknown = {}  # names by which Blender told of changes and that were not known, and whether of shapes
         self._fresh = {}  # that came, and of which nothing is known yet
+        self._moved = {}
         self._epoch = 0
         self.gestures = Gestures()
         self._camera = None
@@ -74,10 +78,13 @@ class Link:
 
     def mark(self, updates):
         """What a depsgraph has updated."""
+        few = len(updates) <= _FEW
         for update in updates:
             thing = update.id
             if isinstance(thing, bpy.types.Object):
                 self._mark_object(known_as(thing), update.is_updated_geometry)
+                if few and known_as(thing) in self.by_name:
+                    self._moved[self.by_name[known_as(thing)]] = None
             elif isinstance(thing, bpy.types.Material):
                 self.contents.mark_material(known_as(thing))
                 # It may have been the material
@@ -102,12 +109,13 @@ class Link:
 
     def _mark_object(self, known, geometry):
         subject = self.by_name.get(known)
-        thing = subject.get() if subject is not None else None
+        thing = subject.get() if subject is not None and not self.rescan else None  # after undo none is known as it was
         if thing is None or known_as(thing) != known:
             self.rescan = True
             self._unknown[known] = geometry or self._unknown.get(known, False)
             return
         self.dirty(subject)
+        self._rest.touch(subject)
         if geometry:
             self.contents.choose(subject, thing)
             if isinstance(subject.content, MeshSubject):
@@ -140,24 +148,26 @@ class Link:
         self.counts["longest_ms"] = max(self.counts["longest_ms"], (time.perf_counter() - begun) * 1e3)
 
     def _go(self, end):
-        events = self.courier.events()
         if self.collection is None:
             self._still = True
+            self.courier.events()
             return
-        if self._still:
-            self._still, self._again_at, self.rescan = False, 0.0, True  # nobody has listened meanwhile
-        if self._again_at is not None and time.monotonic() > self._again_at and self._under_way is None:
-            self._again_at, self._epoch = None, 0
-            self.courier.look_again()
+        if self._still:  # nobody has listened meanwhile
+            self._still, self.rescan, self._epoch, self._taking_up = False, True, 0, None
+            self._lose()
+            self._rest.begin_at_once()
+            self.courier.look_again(False)
         if self.rescan and self._scanning is None and self._epoch:
             self._scanning = self._scan()
-        for event in events:
+        while (event := self.courier.event()) is not None:  # one by one: a fault with one loses no other
             getattr(self, f"_on_{event[0]}")(*event[1:])
+        if self._rest.is_due and self._under_way is None and self._taking_up is None and self._epoch:
+            patient = self._rest.begin()
+            self._epoch = self._epoch if patient else 0
+            self.courier.look_again(patient)
         self._scanning = self._go_on(self._scanning, end)
-        if self._scanning is None and not self.rescan:
-            self._taking_up = self._go_on(self._taking_up, end)
-            if self.rescan:
-                self.look_again_soon()  # it was given up
+        if self._taking_up is not None and self._scanning is None and not self.rescan:
+            self._go_on_taking_up(end)
         busy = self._scanning or self._taking_up or self.rescan
         if self._epoch and not busy and self.courier.state == "linked":
             self._take_news(end)
@@ -165,6 +175,21 @@ class Link:
             if self._under_way is None and not self.root_lost:
                 self._send(end)
             self._lead()
+        elif self._epoch and self._moved and not self._taking_up and self.courier.state == "linked":
+            if self._under_way is None and not self.root_lost:
+                self._send_moved()
+
+    def _go_on_taking_up(self, end):
+        if self._rest.patient and (self.courier.is_disturbed or self._rest.is_moved(self)):
+            self._taking_up = None
+            self._rest.disturbed()
+            self.courier.begin()
+            return
+        self._taking_up = self._go_on(self._taking_up, end)
+        if self.rescan:
+            self.look_again_soon()  # it was given up
+        elif self._taking_up is None:
+            self._rest.done()
 
     def _go_on(self, work, end):
         """With what is done slice by slice; None: it is done."""
@@ -179,7 +204,7 @@ class Link:
     @property
     def idle(self):
         """All that is known has been sent and granted."""
-        looking = self._taking_up or self._scanning or self.rescan or self._again_at is not None or not self._epoch
+        looking = self._taking_up or self._scanning or self.rescan or self._rest.is_awaited or not self._epoch
         leaving = self._under_way or self.removals or self.superfluous or any(self._dirty.values())
         return self.courier.state == "linked" and not (looking or leaving or self._news or self._placed)
 
@@ -206,124 +231,6 @@ class Link:
         elif not text:
             self.notes.pop(key, None)
 
-    # ---- who is linked
-
-    def _scan(self):
-        """Objects come, go, hang elsewhere, have other names."""
-        self.rescan = False
-        self._whole.stands_alone()
-        groups, keyless = {}, []
-        for at, thing in enumerate(self._whole.objects()):
-            if at % SLICE == 0:
-                yield
-            key = key_of(thing)
-            # Blender's undo went back to before it was linked
-            known = self.by_name.get(known_as(thing)) if not key else None
-            key = key or (known.key if known is not None else self.staying.get(known_as(thing)))
-            if key:
-                groups.setdefault(key, []).append(thing)
-            else:
-                keyless.append(thing)
-        for at, thing in enumerate(keyless):
-            if at % SLICE == 0:
-                yield
-            groups[self._key_for(thing, groups)] = [thing]
-        present = {}
-        for key, things in groups.items():
-            subject = self.objects.get(key)
-            # A copy in Blender has the key, too: the one with the name that is known keeps it.
-            first = next((thing for thing in things if subject is not None and known_as(thing) == subject.known_as),
-                         things[0])
-            for thing in things:
-                known = self.by_name.get(known_as(thing)) if thing is not first else None
-                own = known is not None and known.key not in groups
-                present[key if thing is first else known.key if own else self._key_for(thing, groups)] = thing
-        for at, key in enumerate([key for key in self.objects if key not in present]):
-            if at % SLICE == 0:
-                yield
-            subject = self.objects.pop(key, None)
-            if subject is not None:
-                self._deleted(subject)
-        for at, (key, thing) in enumerate(present.items()):
-            if at % SLICE == 0:
-                yield
-            subject = self.objects.get(key)
-            if subject is None:
-                subject = self._came(key, thing)
-                if subject is None:
-                    continue
-                self._fresh[subject] = None
-            elif subject.known_as != known_as(thing):
-                subject.known_as = known_as(thing)
-                self.dirty(subject)
-            subject.thing = thing
-        self.by_name = {subject.known_as: subject for subject in self.objects.values()}
-        for at, subject in enumerate(list(self.objects.values())):
-            self._hang(subject, subject.known())
-            if at % SLICE == 0:
-                yield
-        for at, subject in enumerate(list(self._fresh)):
-            if subject.key in self.objects:
-                self.contents.choose(subject, subject.known())
-                self.dirty(subject)
-            del self._fresh[subject]
-            if at % SLICE == 0:
-                yield
-        self._looked = True
-        unknown, self._unknown = self._unknown, {}
-        for known, geometry in unknown.items():
-            if known in self.by_name:
-                self._mark_object(known, geometry)
-
-    def _key_for(self, thing, taken):
-        """Of what the collection had when it was linked: the same in each Blender that has the same file open."""
-        key = "" if self._looked else key_by_name(self.key, thing)
-        return key if key and key not in taken and key not in self.objects else new_key()
-
-    def _hang(self, subject, thing):
-        """Below the nearest object above it that is linked."""
-        above = thing.parent
-        while above is not None and known_as(above) not in self.by_name:
-            above = above.parent
-        parent = self.by_name[known_as(above)] if above is not None else None
-        if parent is not subject.parent:
-            subject.parent = parent
-            self.dirty(subject)
-
-    def _came(self, key, thing):
-        if key in self.removed_there and (self.undone or known_as(thing) in self.staying):
-            take_out(self, self.removed_there[key], thing)  # Blender's undo brought it back: at the wall it is removed
-            return None
-        if self.removed_there.pop(key, None) is not None:  # somebody put it into a collection again
-            self.note(("removed", key), "")
-            thing.use_fake_user = False
-            key = new_key()
-        subject = self.deleted_here.pop(key, None)
-        if subject is not None:
-            self.removals = [each for each in self.removals if each is not subject]
-            subject.known_as, subject.alone = known_as(thing), False
-            if not subject.node.exists:
-                subject.forget()
-        else:
-            subject = ObjectSubject(known_as(thing), key)
-            subject.read_kept(thing, self.key)
-            self.grown += 1
-        if thing.library is None and key_of(thing) != key:
-            thing[PROPERTY] = {"key": key}
-        self.objects[key] = subject
-        return subject
-
-    def _deleted(self, subject):
-        """Here; what it showed may be needed again."""
-        self.contents.without(subject.content, subject)
-        self.deleted_here[subject.key] = subject
-        self.note(("others'", subject.key), "")
-        self.clean(subject)
-        if subject.node.exists:
-            self.removals.append(subject)
-        while len(self.deleted_here) > _MOST_GONE:
-            self.deleted_here.pop(next(iter(self.deleted_here)))
-
     def renamed(self, subject, thing):
         self.by_name.pop(subject.known_as, None)
         subject.known_as = known_as(thing)
@@ -342,6 +249,7 @@ class Link:
             return
         batch.create(self.root_core, {"translation": (0.0, 0.0, 0.0), "rotation": stand.UP, "scale": (1.0, 1.0, 1.0)})
         self.stamp = f"blender {new_key()}"
+        self.stamps[self.stamp] = None
         batch.create(self.marks, {"key": self.stamp})
         self.root.owner = self
         top = Mirror("Node")
@@ -353,14 +261,36 @@ class Link:
     def _send(self, end):
         batch = Batch(self._epoch, self.root)
         looked_at = 0
+        first = {subject: None for subject in self._moved if subject in self._dirty["objects"]}
+        self._moved = {}
+        if first:
+            self._dirty["objects"] = {**first, **self._dirty["objects"]}
         for kind in _KINDS:
             looked_at += self._collect(kind, batch, 0 if looked_at and time.perf_counter() > end else end)
         if not any(self._dirty.values()):
             self.undone = False
             self._remove(batch)
+        self._give(batch)
+
+    def _send_moved(self):
+        """While all are looked through, which takes as long as there are objects."""
+        batch = Batch(self._epoch, self.root)
+        moved, self._moved = self._moved, {}
+        for subject in moved:
+            if self.objects.get(subject.key) is subject and subject.node.number and not subject.alone:
+                before = len(batch.steps) + len(batch.removed)
+                subject.collect(self, batch)
+                if len(batch.steps) + len(batch.removed) > before:
+                    batch.subjects[subject] = None
+        self._give(batch)
+
+    def _give(self, batch):
         batch.gesture = self.gestures.name_for(frozenset(batch.subjects))
+        if batch.creates:
+            self.gestures.end()  # what is made is a step of its own, before it is moved
         if batch:
             self._under_way = batch
+            self._rest.put_off()
             self.counts["sent"] += batch.changes
             self.counts["batches"] += 1
             self.courier.send(batch)
@@ -424,6 +354,9 @@ class Link:
         """What is under way: it may be granted or not, and what is found tells."""
         if self._under_way is not None:
             self.superfluous += [node for node in self._under_way.removed if node.owner is None]
+            for subject, before in self._under_way.hung.items():
+                subject.hung = before
+                self.dirty(subject)
             self._under_way = None
 
     def _on_note(self, key, text):
@@ -433,17 +366,24 @@ class Link:
         self._epoch, self.plan = found.epoch, found.plan
         if found.root or not found.same:
             self._found_root()
+        self._rest.found(found.patient and self._under_way is None)
         self._lose()
-        self._news, self._placed, self._taking_up = {}, {}, take_up(self, found)
+        if not found.patient:
+            self._news = {}
+        self._placed, self._taking_up = {}, take_up(self, found)
+
+    def _on_disturbed(self):
+        self._rest.disturbed()
 
     def _on_done(self, batch, sequence, stopped):
         if batch is self._under_way:
             self._under_way = None
             for mirror in batch.mirrors():
                 held = {name: mirror.there[name] for name in mirror.sending if name in mirror.there}
+                is_new = mirror.asked
                 mirror.done(sequence)
-                if isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
-                    mirror.owner.was = self.stamp
+                if is_new and isinstance(mirror.owner, ObjectSubject) and mirror is mirror.owner.node:
+                    mirror.owner.was, mirror.owner.hung_at = self.stamp, sequence
                 if mirror.type == "Transform" and isinstance(mirror.owner, ObjectSubject):
                     mirror.owner.granted(self, held if mirror.number in stopped else {})
             for subject in batch.subjects:
@@ -487,6 +427,10 @@ class Link:
         if isinstance(subject, ObjectSubject):
             self.dirty_all("objects", subject.waiting)
 
+    def told(self, mirror, fields):
+        """As was found at the wall."""
+        self._news.update(((mirror, name), (math.inf, fields[name])) for name in mirror.here if name in fields)
+
     def _take_news(self, end):
         self._news.update(self.courier.changed())
         for (mirror, name), (sequence, value) in list(self._news.items()):
@@ -497,6 +441,7 @@ class Link:
             if sequence < mirror.granted or (there.number if isinstance(there, Mirror) else there) == value:
                 continue
             self.counts["taken"] += 1
+            self._rest.put_off()
             if isinstance(mirror.owner, Link):
                 mirror.in_step({name: value}, {name: value})
             else:
@@ -521,7 +466,6 @@ class Link:
 
     def _is_gone(self, mirror):
         if self._under_way is not None and mirror in self._under_way.removed:
-            self._under_way.removed.remove(mirror)
             return self._removed_by_us(mirror)
         mirror.gone()
         subject = mirror.owner
@@ -540,7 +484,7 @@ class Link:
         thing = subject.get()
         if thing is not None:
             take_out(self, subject, thing)
-        while len(self.removed_there) > _MOST_GONE:
+        while len(self.removed_there) > MOST_GONE:
             self.removed_there.pop(next(iter(self.removed_there)))
 
     def _lost_root(self):
@@ -569,16 +513,15 @@ class Link:
         elif self.deleted_here.pop(subject.key, None) is not None:
             make_again(self, subject)
 
-    def _on_marked(self, key):
+    def _on_marked(self):
         """A node with the key of an object: another Blender with this file made it, or undo of what was done before we
-        were here."""
-        if key in self.objects or key in self.removed_there or key in self.deleted_here:
-            self.look_again_soon()
+        were here. What is not of this file is said."""
+        self.look_again_soon()
 
     def look_again_soon(self):
         """Where both sides hung, removed and took back at once, what is there decides, and not what each heard of the
         other. At rest: each call puts it off."""
-        self._again_at = time.monotonic() + _TAKEN_UP_AFTER
+        self._rest.soon()
 
     def _on_placed(self, mirror, parent, sequence):
         """Hung elsewhere at the wall."""

@@ -17,6 +17,7 @@ PERIOD = 1 / 60  # s
 _SLOW = 0.1  # s, while nothing is linked to
 
 link = None  # the one link of this Blender
+_keys = {}  # of collections of this file that were linked, by their names
 
 
 def start(collection, address="", token_file="", keys="", package_folder=""):
@@ -53,13 +54,19 @@ def pump():
 def _link_key(collection):
     """By which the collection is found again at the wall. A file that has none yet is known by its place and this
     machine: if it is never saved with its link, it is found all the same."""
-    known = key_of(collection)
-    if known:
-        return known
-    if not bpy.data.filepath:
-        return uuid.uuid4().hex
-    return uuid.uuid5(uuid.NAMESPACE_URL,
-                      f"{socket.gethostname()}\0{os.path.abspath(bpy.data.filepath)}\0{collection.name}").hex
+    key = key_of(collection) or _remembered(collection.name)
+    if not key and bpy.data.filepath:
+        place = f"{socket.gethostname()}\0{os.path.abspath(bpy.data.filepath)}\0{collection.name}"
+        key = uuid.uuid5(uuid.NAMESPACE_URL, place).hex
+    key = key or uuid.uuid4().hex
+    _keys[collection.name] = key
+    return key
+
+
+def _remembered(name):
+    """While nothing is linked, undo may go back to before the collection had its key."""
+    everything = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
+    return _keys.get(name) if all(key_of(each) != _keys.get(name) for each in everything) else None
 
 
 def _tick():
@@ -100,6 +107,7 @@ def _saving(*_):
 @persistent
 def _loading(*_):
     stop()  # another file has other objects
+    _keys.clear()
 
 
 _HANDLERS = {"depsgraph_update_post": _updated, "undo_post": _undone, "redo_post": _undone, "save_pre": _saving,
@@ -113,6 +121,7 @@ def register():
 
 def unregister():
     stop()
+    _keys.clear()
     for name, handler in _HANDLERS.items():
         if handler in getattr(bpy.app.handlers, name):
             getattr(bpy.app.handlers, name).remove(handler)

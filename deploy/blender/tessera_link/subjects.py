@@ -264,6 +264,10 @@ class ObjectSubject(Subject):
         link.note(("shear", self.key), sheared and f"{self.name} is sheared: it is shown without that")
         return stand.without_noise(fields, self.core.here, stand.largest(thing, self.parent_thing()))
 
+    def has_moved(self, link):
+        thing = self.get()
+        return thing is not None and bool(self.core.news(self.now(link, thing)))
+
     def collect(self, link, batch):
         thing = self.get()
         if thing is None or link.objects.get(self.key) is not self:  # it was removed meanwhile

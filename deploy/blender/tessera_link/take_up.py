@@ -25,6 +25,7 @@ def take_up(link, found):
     _by_names(link, found)
     yield
     link.superfluous = [node for node in link.superfluous if found.same and node.number in found.twice]
+    _twins(link, found)
     numbers = sorted(link.objects.items(),
                      key=lambda each: found.objects[each[0]].node if each[0] in found.objects else 0)
     for key, subject in numbers:
@@ -75,6 +76,18 @@ def take_up(link, found):
     link.courier.begin()
 
 
+def _twins(link, found):
+    """Roots that were under way when a link broke, and were granted after nothing had been found."""
+    others = []
+    for (number, stamp), path in found.twins.items():
+        if stamp in link.stamps and stamp != found.stamp:
+            link.superfluous.append(_node(number))
+        else:
+            others.append(path)
+    link.note(("twins",), others and f"the wall shows this collection once more at {', '.join(others[:3])}: another "
+                                     f"link made that, or it is a copy; remove it there if it is not wanted")
+
+
 def _node(number):
     found = Mirror("Node")
     found.number = number
@@ -110,6 +123,7 @@ def _contents(link, found):
             subject.mirror.forget()
         subject.mirror.refused()
         link.courier.watch(subject.mirror)
+        link.told(subject.mirror, found.looks.get(subject.mirror.number, {}))
         link.dirty(subject)
     materials = [subject.mirror for subject in link.contents.materials.values() if subject.mirror.number]
     images_there = {mirror.here.get("baseColorImage") for mirror in materials}

@@ -32,6 +32,7 @@ export class FieldRow {
     this.#proposals = new Newest(propose);
     this.#onVisit = onVisit;
     const name = element('span', { class: 'field-name', text: label, dir: 'auto' });
+    if (field.help) name.title = field.help;
     const canEdit = Boolean(makeEditor) || (isEditable(field) && !isOfServer(field));
     const about = [field.unit, boundsText(field), propose && !canEdit && whyNoEditor(field)].filter(Boolean).join(', ');
     if (about) name.append(element('span', { class: 'muted', text: about }));

@@ -7,7 +7,7 @@ const kAgain = 1000;  // ms
 /**
  * @typedef {{name: string, number: number, kind: string, width: number, unit: string, to?: string, default: any,
  *     least?: number, greatest?: number, words?: Record<string, number>, flags?: boolean, written_by?: string,
- *     instead?: string}} Field
+ *     instead?: string, help?: string}} Field
  * @typedef {{name: string, number: number, core: boolean, fields: Field[]}} Type
  */
 

@@ -52,7 +52,9 @@ export class TimeView {
       this.#lastFrame = null;
     });
     setInterval(() => {
-      this.#awake = performance.now();
+      const now = performance.now();
+      if (now - this.#awake > kAsleep) this.#lastFrame = null;  // this may be called before the first frame is told
+      this.#awake = now;
     }, kHeartbeat);
   }
 

@@ -235,17 +235,6 @@ void hangUnderParents(const aiScene& scene) {
     }
 }
 
-/// Of all files that are read here, by anybody: ".3ds, .dae, …".
-std::string readEndings(const Assimp::Importer& importer) {
-    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb"};
-    for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
-    std::string all;
-    importer.GetExtensionList(all);  // "*.3ds;*.dae;…"
-    for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1))
-        endings.insert(all.substr(at, all.find(';', at) - at));
-    return fmt::format("{}", fmt::join(endings, ", "));
-}
-
 /// As proto/scene.proto has it, once assimp has read the file.
 std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
@@ -288,14 +277,29 @@ const aiScene* joinEqualVertices(Assimp::Importer& importer) {
 
 }  // namespace
 
+std::set<std::string> allEndings() {
+    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb"};
+    for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
+    std::string all;
+    Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"
+    for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1))
+        endings.insert(all.substr(at, all.find(';', at) - at));
+    return endings;
+}
+
 Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits) {
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
     BeforeAssimp before;
     Assimp::Importer& importer = newImporter(files, before);
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
-        return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'; read are {}",
-                                                         extension, readEndings(importer)));
+        return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'. Read are models "
+                                                         "(.glb, .gltf, .obj, .fbx, .dae, .blend, .3ds), "
+                                                         "meshes and scans (.ply, .stl, .off), buildings (.ifc, .dxf), "
+                                                         "volumes (.mhd, .nrrd), and our own (.tsct, "
+                                                         ".tsc). The program that wrote it, or Blender, can often "
+                                                         "export .glb; tessera-check --formats lists all",
+                                                         extension));
     // Sorting by type would put a mesh's triangles before its polygons, and assimp's triangles of a polygon are ears.
     const unsigned toTriangles = limits.verbatim ? 0u : aiProcess_Triangulate | aiProcess_SortByPType;
     std::vector<std::string> leftOut;
@@ -339,7 +343,9 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     }
     if (scene == nullptr || scene->mRootNode == nullptr) {
         if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-        return fail(ErrorCode::kBadInput, "it cannot be read: " + (reason.empty() ? "no reason given" : reason));
+        if (reason.empty()) reason = "no reason given";
+        return fail(ErrorCode::kBadInput, fmt::format("it cannot be read: {}{}{}", reason,
+                                                      before.doubt().empty() ? "" : "; ", before.doubt()));
     }
     hangUnderParents(*scene);
     // Of these formats none says whether a face has a back.

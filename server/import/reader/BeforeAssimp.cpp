@@ -282,6 +282,7 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     if (ending == "ply") mended(mendPly(bytes, said, &missing));
     if (ending == "stl") mended(mendStl(bytes, said, &missing));
     if (ending == "off") mended(mendOff(bytes, said, &missing));
+    if (ending == "obj") doubt_ = doubtOfVertices(text);
     if (ending == "obj") objNames_.add(text);
     if (ending == "obj") changed = mendObj(bytes, said, &missing);
     if (ending == "dxf") noteCutDxf(text, missing);

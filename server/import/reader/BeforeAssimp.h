@@ -50,6 +50,8 @@ void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 /// that begin with a point get a zero before it: assimp knows neither. Free-form statements, of which assimp takes some
 /// for others, become blanks, as noteOfFreeform says. Whether anything was changed.
 bool mendObj(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
+/// The first line of an OBJ whose `v` is not followed by three numbers, and why; empty: there is none.
+[[nodiscard]] std::string doubtOfVertices(std::string_view text);
 /// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates,
 /// those of version 2.11, and curves of trims that no surface takes. Each by name, with how many and the first's line.
 /// Empty: all are read.
@@ -61,6 +63,8 @@ public:
     /// False: assimp shall not see it, and `refusal` says why.
     [[nodiscard]] bool lets(const std::string& path, Bytes& bytes);
     [[nodiscard]] const std::optional<Error>& refusal() const { return refusal_; }
+    /// What may be the cause where assimp reads nothing; empty: nothing is known.
+    [[nodiscard]] const std::string& doubt() const { return doubt_; }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
     [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }  ///< of the notes
     /// Of the OBJ that was let through.
@@ -69,6 +73,7 @@ public:
 private:
     std::set<std::string> sound_;  ///< opened before, and let through as they were
     std::optional<Error> refusal_;
+    std::string doubt_;
     std::vector<std::string> notes_, missing_;
     ObjNames objNames_;
 };

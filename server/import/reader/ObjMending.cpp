@@ -200,6 +200,20 @@ private:
 
 }  // namespace
 
+std::string doubtOfVertices(std::string_view text) {
+    std::vector<std::string_view> words;
+    for (ObjStatements s(text); s.next();) {
+        if (!declares(s.statement(), "v")) continue;
+        TextLines(s.statement()).next(words);
+        if (words.size() < 4)
+            return fmt::format("line {}: a vertex has three numbers, not {}", s.line(), words.size() - 1);
+        for (std::size_t i = 1; i < 4; ++i)
+            if (double value = 0; !isReal(words[i], value))
+                return fmt::format("line {}: '{}' is no number", s.line(), words[i].substr(0, 40));
+    }
+    return {};
+}
+
 std::string noteOfFreeform(std::string_view text) {
     struct Seen {
         std::size_t count = 0, line = 0;

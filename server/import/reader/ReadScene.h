@@ -2,6 +2,7 @@
 /// but nothing here is trusted either.
 #pragma once
 
+#include <set>
 #include <string>
 
 #include "common/base/Error.h"
@@ -26,6 +27,8 @@ namespace tessera {
 /// Tessera's own binary (.tsc).
 [[nodiscard]] Expected<PlainScene> readSceneBinary(const std::string& path, const ReadLimits& limits);
 
+/// Of all files that are read here, by anybody: ".3ds", ".dae", ….
+[[nodiscard]] std::set<std::string> allEndings();
 /// The reader for the file, by its extension; GLB also by its first bytes. `path`: absolute, without symbolic links.
 [[nodiscard]] Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits);
 

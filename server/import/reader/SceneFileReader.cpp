@@ -1,18 +1,21 @@
 // Tessera's own files: .tsct (text) and .tsc (binary).
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/unknown_field_set.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "common/base/Nearest.h"
+#include "common/base/OpenBraces.h"
 #include "common/base/Utf8.h"
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/SceneFileCheck.h"
@@ -24,30 +27,70 @@ namespace {
 
 namespace pb = google::protobuf;
 
-/// "Message type \"T\" has no field named \"x\"." in our words, with the name that was probably meant.
-std::string explainUnknownField(const std::string& message) {
-    const std::string head = "Message type \"", middle = "\" has no field named \"";
-    const std::size_t at = message.find(middle);
-    if (message.compare(0, head.size(), head) != 0 || at == std::string::npos) return message;
-    const std::string typeName = message.substr(head.size(), at - head.size());
-    std::string field = message.substr(at + middle.size());
-    field = field.substr(0, field.find('"'));
-    const pb::Descriptor* type = SceneSchema::get().pool().FindMessageTypeByName(typeName);
-    if (type == nullptr) return message;
+/// What stands in quotes behind `before`; empty: the message has no such place.
+std::string quotedAfter(std::string_view message, std::string_view before) {
+    const std::size_t at = message.find(before);
+    if (at == std::string_view::npos) return {};
+    const std::string_view rest = message.substr(at + before.size());
+    return std::string(rest.substr(0, rest.find('"')));
+}
+
+/// The messages inside of each other where these braces are open, the file first; null from where a word is none of
+/// ours.
+std::vector<const pb::Descriptor*> messagesIn(const std::vector<OpenBrace>& open) {
+    std::vector<const pb::Descriptor*> types{&SceneSchema::get().file()};
+    for (const OpenBrace& brace : open) {
+        const pb::FieldDescriptor* field = types.back() ? types.back()->FindFieldByName(brace.name) : nullptr;
+        types.push_back(field ? field->message_type() : nullptr);
+    }
+    return types;
+}
+
+/// Protobuf's message in our words, with the name that was probably meant. `open`: the braces around its place.
+std::string explained(const std::string& message, const std::vector<OpenBrace>& open) {
+    const auto meant = [](const std::string& word, const std::vector<std::string>& names) {
+        const std::string nearest = nearestName(word, names);
+        return nearest.empty() ? std::string() : fmt::format("; did you mean '{}'?", nearest);
+    };
+    const std::vector<const pb::Descriptor*> around = messagesIn(open);
     std::vector<std::string> names;
-    for (int i = 0; i < type->field_count(); ++i) names.push_back(type->field(i)->name());
-    const std::string nearest = nearestName(field, names);
-    return fmt::format("{} has no '{}'{}", type->name(), field,
-                       nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
+    if (const std::string field = quotedAfter(message, "\" has no field named \""); !field.empty()) {
+        const pb::Descriptor* type =
+            SceneSchema::get().pool().FindMessageTypeByName(quotedAfter(message, "Message type \""));
+        if (type == nullptr) return message;
+        for (int i = 0; i < type->field_count(); ++i) names.push_back(type->field(i)->name());
+        std::string hint = meant(field, names);
+        // It would be right one or more braces farther out.
+        const bool isOuters = std::any_of(around.begin(), around.end() - 1, [&](const pb::Descriptor* outer) {
+            return outer != nullptr && outer->FindFieldByName(field) != nullptr;
+        });
+        if (isOuters) hint = "; " + askForBrace(open.back());
+        return fmt::format("{} has no '{}'{}", type->name(), field, hint);
+    }
+    if (const std::string value = quotedAfter(message, "Unknown enumeration value of \""); !value.empty()) {
+        const std::string field = quotedAfter(message, "for field \"");
+        const pb::FieldDescriptor* known = around.back() ? around.back()->FindFieldByName(field) : nullptr;
+        const pb::EnumDescriptor* words = known ? known->enum_type() : nullptr;
+        if (words == nullptr) return message;
+        for (int i = 0; i < words->value_count(); ++i) names.push_back(words->value(i)->name());
+        return fmt::format("{} cannot be {}{} (it can be {})", field, value, meant(value, names),
+                           fmt::join(names, ", "));
+    }
+    return message;
 }
 
 class FirstError : public pb::io::ErrorCollector {
 public:
+    /// `text` outlives it.
+    explicit FirstError(std::string_view text) : source_(text) {}
+
     void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
         if (!text_.empty()) return;
-        std::string words = explainUnknownField(message);
+        const std::vector<OpenBrace> open = line >= 0 ? openBraces(source_, line, column) : std::vector<OpenBrace>();
+        std::string words = explained(message, open);
         while (!words.empty() && (words.back() == '.' || words.back() == ' ')) words.pop_back();
-        if (!words.empty() && words.back() == ':') words += " the end of the file";
+        if (!words.empty() && words.back() == ':')
+            words = open.empty() ? words + " the end of the file" : endsInside(open.back());
         text_ = line >= 0 ? fmt::format("{}:{}: {}", line + 1, column + 1, words) : words;
     }
     void AddWarning(int, pb::io::ColumnNumber, const std::string&) override {}
@@ -55,6 +98,7 @@ public:
     [[nodiscard]] const std::string& text() const { return text_; }
 
 private:
+    std::string_view source_;
     std::string text_;
 };
 
@@ -153,14 +197,14 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     if (!bytes) return fail(bytes.error().code, "the file " + bytes.error().message);
     // By the schema that knows what is saved; what authors write is the same in both.
     const std::unique_ptr<pb::Message> message = SceneSchema::get().newMessage(SceneSchema::get().file());
-    FirstError errors;
+    // Some editors put a byte-order mark first.
+    const std::size_t mark = bytes->size() >= 3 && std::memcmp(bytes->data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+    FirstError errors(asText(*bytes).substr(mark));
     pb::TextFormat::ParseInfoTree places;
     pb::TextFormat::Parser parser;
     parser.RecordErrorsTo(&errors);
     parser.WriteLocationsTo(&places);
     parser.SetRecursionLimit(static_cast<int>(limits.maxDepth) + 8);
-    // Some editors put a byte-order mark first.
-    const std::size_t mark = bytes->size() >= 3 && std::memcmp(bytes->data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
     pb::io::ArrayInputStream input(bytes->data() + mark, static_cast<int>(bytes->size() - mark));
     if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());

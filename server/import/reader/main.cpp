@@ -38,6 +38,7 @@ constexpr std::string_view kUsage =
     "  --whole              refuses files of which triangles or points are not there\n"
     "  --parent PID         ends when this process does\n"
     "  --allow-unconfined   reads even where the system cannot confine\n"
+    "  --endings            the endings of all files that are read, a line each\n"
     "  --help, --version\n";
 
 struct Arguments {
@@ -172,6 +173,10 @@ int main(int count, char** values) {
     const std::string_view first = arguments.empty() ? "" : arguments.front();
     if (first == "--help") {
         std::fwrite(tessera::kUsage.data(), 1, tessera::kUsage.size(), stdout);
+        return 0;
+    }
+    if (first == "--endings") {
+        for (const std::string& ending : tessera::allEndings()) std::printf("%s\n", ending.c_str());
         return 0;
     }
     if (first == "--version") {

@@ -9,7 +9,6 @@ namespace {
 
 /// Slower counts as rest: m/s, rad/s, and what is left of a logarithm or an angle.
 constexpr double kRest = 1e-4;
-constexpr double kSlowestPace = 1.0 / 4096, kFastestPace = 4096;
 
 /// A quantity that follows `target` with the time constant of the navigator: its way in `seconds`, exactly.
 double glide(double& speed, double target, double seconds) {
@@ -254,7 +253,7 @@ Heading Navigator::turned(const Heading& heading, const NavigationInput& input, 
 }
 
 void Navigator::fly(Stand& stand, const NavigationInput& input, double seconds) {
-    pace_ = std::clamp(pace_ * std::pow(kPaceStep, input.wheel), kSlowestPace, kFastestPace);
+    pace_ = paceAfter(pace_, input.wheel);
     const Heading before = headingOf(stand.orientation), after = turned(before, input, kLookRadians, seconds);
     if (after.yaw != before.yaw || after.pitch != before.pitch || after.roll != before.roll)
         stand.orientation = orientationOf(after);
@@ -296,7 +295,7 @@ void Navigator::orbit(Stand& stand, const NavigationInput& input, const Navigati
 
 void Navigator::walk(Stand& stand, const Vec3d& head, const NavigationInput& input, const NavigationScene& scene,
                      double seconds) {
-    pace_ = std::clamp(pace_ * std::pow(kPaceStep, input.wheel), kSlowestPace, kFastestPace);
+    pace_ = paceAfter(pace_, input.wheel);
     if (!walker_ || walker_->scale() != stand.scale) {
         walker_.emplace(wall_.navigation);
         if (!walker_->standAt(stand.eye, head.y(), stand.scale, scene)) walker_.reset();

@@ -43,8 +43,8 @@ public:
     static constexpr double kSteepestLook = 1.5533430342749532;  ///< 89 degrees up and down
     static constexpr double kNearest = 0.1;                      ///< m: of the eye to what it orbits around
     static constexpr double kLongestStride =
-        1.0 / 40;  ///< s: a walk over a longer frame is several steps, as people make them
-    static constexpr double kPaceStep = 1.25, kNearStep = 0.85;  ///< a click of the wheel
+        1.0 / 40;                              ///< s: a walk over a longer frame is several steps, as people make them
+    static constexpr double kNearStep = 0.85;  ///< a click of the wheel
 
     [[nodiscard]] NavigationMode mode() const { return mode_; }
     void setMode(NavigationMode mode);

@@ -1,5 +1,4 @@
-// Moves a node of a running wall along x, a step a frame; or follows one until its x is GOAL, and tells what touches
-// meanwhile.
+// Moves a node of a running wall along x, a step a frame; or follows one until its x is GOAL, and tells of contacts.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -75,17 +75,60 @@ TEST_F(LocalWalls, TheServerThatIsMeantIsSaidOrNamedOrTheOnlyOne) {
     const std::unique_ptr<LocalWallPlace> mine = place("wall");
     ASSERT_TRUE(mine->tell({"127.0.0.1", 7000}, std::nullopt));
     const auto meant = [](const std::string& said) {
-        const Expected<Address> address = serverMeant(said);
-        return address ? toString(*address) : address.error().message;
+        const Expected<ServerMeant> server = serverMeant(said);
+        return server ? toString(server->address) + (server->namedBy.empty() ? "" : " by " + server->namedBy)
+                      : server.error().message;
     };
+    setenv("XDG_CONFIG_HOME", folder_.path().c_str(), 1);
     unsetenv("TESSERA_SERVER");
     EXPECT_EQ(meant(""), "127.0.0.1:7000");
     setenv("TESSERA_SERVER", "master:7001", 1);
-    EXPECT_EQ(meant(""), "master:7001");
+    EXPECT_EQ(meant(""), "master:7001 by TESSERA_SERVER");
     EXPECT_EQ(meant("other:1"), "other:1");
     setenv("TESSERA_SERVER", "master", 1);
     EXPECT_TRUE(meant("").starts_with("TESSERA_SERVER: ")) << meant("");
     unsetenv("TESSERA_SERVER");
+    unsetenv("XDG_CONFIG_HOME");
+}
+
+/// Before the only wall here, behind the variable; one that is there and wrong is not passed over.
+TEST_F(LocalWalls, TheServerMayStandInAFileOfTheUser) {
+    const std::unique_ptr<LocalWallPlace> mine = place("wall");
+    ASSERT_TRUE(mine->tell({"127.0.0.1", 7000}, std::nullopt));
+    setenv("XDG_CONFIG_HOME", folder_.path().c_str(), 1);
+    unsetenv("TESSERA_SERVER");
+    const std::string file = serverFile();
+    EXPECT_EQ(file, folder_.path() + "/tessera/server");
+    std::filesystem::create_directories(folder_.path() + "/tessera");
+    const auto withText = [&](const std::string& text) {
+        std::ofstream(file) << text;
+        const Expected<ServerMeant> server = serverMeant("");
+        if (server) {
+            EXPECT_EQ(server->namedBy, file);
+        }
+        return server ? toString(server->address) : server.error().message;
+    };
+    EXPECT_EQ(withText("master:7001\n"), "master:7001");
+    EXPECT_EQ(withText("# the wall downstairs\n\n  [fe80::1]:7002 \r\n"), "[fe80::1]:7002");
+    EXPECT_EQ(toString(serverMeant("other:1")->address), "other:1");
+    setenv("TESSERA_SERVER", "variable:1", 1);
+    EXPECT_EQ(toString(serverMeant("")->address), "variable:1");
+    unsetenv("TESSERA_SERVER");
+    for (const auto& [text, why] : {std::pair("master\n", "master"),
+                                    {"", "names no server"},
+                                    {"# none\n", "names no server"},
+                                    {"a:1\nb:2\n", "more than one"}}) {
+        const std::string said = withText(text);
+        EXPECT_TRUE(said.starts_with(file + ": ")) << said;
+        EXPECT_NE(said.find(why), std::string::npos) << said;
+    }
+    EXPECT_NE(withText(std::string(5000, '#')).find("more than 4096 bytes"), std::string::npos);
+    std::filesystem::remove(file);
+    std::filesystem::create_directory(file);
+    EXPECT_TRUE(serverMeant("").error().message.starts_with(file + ": "));
+    std::filesystem::remove(file);
+    EXPECT_EQ(toString(serverMeant("")->address), "127.0.0.1:7000");
+    unsetenv("XDG_CONFIG_HOME");
 }
 
 /// The lock is the process's, however that ends.

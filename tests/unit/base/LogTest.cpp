@@ -3,13 +3,19 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
+#include <cstdlib>
+#include <cstring>
 #include <string>
 
 #include "common/base/Error.h"
+#include "common/base/FileHandle.h"
 
 namespace tessera {
 namespace {
@@ -49,6 +55,16 @@ TEST(Log, WhatItQuotesIsNeitherACommandNorALineOfItsOwn) {
     Log log("test", pipe.in);
     log.info("Größe\tof \x1b[2J\x7f\rhost\ntessera-server: all is well");
     EXPECT_EQ(pipe.readUntil("well\n"), "test: Größe\\x09of \\x1b[2J\\x7f\\x0dhost\n    tessera-server: all is well\n");
+}
+
+TEST(Log, SaysDetailsUntilItIsQuiet) {
+    Pipe pipe;
+    Log log("test", pipe.in);
+    log.detail("joined");
+    log.quieten();
+    log.detail("joined again");
+    log.info("news");
+    EXPECT_EQ(pipe.readUntil("news\n"), "test: joined\ntest: news\n");
 }
 
 /// A terminal may take these for commands, too, or write what follows from right to left.
@@ -102,6 +118,80 @@ TEST(LogDeathTest, ACheckThatFailsComesAfterWhatWasSaid) {
             TESSERA_CHECK(1 + 1 == 3, "arithmetic");
         },
         "test: before it\n.*CHECK.*arithmetic");
+}
+
+/// Where systemd's journal listens, as far as a log sees it.
+class Journal {
+public:
+    Journal() : file_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+        ::unlink(path.c_str());
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        std::memcpy(address.sun_path, path.data(), path.size());
+        EXPECT_EQ(::bind(file_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    }
+    ~Journal() {
+        ::unlink(path.c_str());
+        ::unsetenv("JOURNAL_STREAM");
+    }
+    Journal(const Journal&) = delete;
+    /// As systemd would have started the program.
+    static void isStream(std::FILE* out) {
+        struct stat info {};
+        EXPECT_EQ(::fstat(::fileno(out), &info), 0);
+        ::setenv("JOURNAL_STREAM", (std::to_string(info.st_dev) + ":" + std::to_string(info.st_ino)).c_str(), 1);
+    }
+    std::string next() {
+        std::array<char, 4096> some{};
+        const ssize_t got = ::recv(file_.get(), some.data(), some.size(), 0);
+        return got > 0 ? std::string(some.data(), static_cast<std::size_t>(got)) : "";
+    }
+    std::string path = testing::TempDir() + "/tessera-journal-" + std::to_string(::getpid());
+
+private:
+    FileHandle file_;
+};
+
+TEST(Log, InTheJournalAMessageHasItsFields) {
+    Journal journal;
+    Pipe pipe;
+    Journal::isStream(pipe.in);
+    Log log("tessera-client[left]", pipe.in, journal.path);
+    log.info("joined");
+    EXPECT_EQ(journal.next(), "MESSAGE=joined\nPRIORITY=6\nSYSLOG_IDENTIFIER=tessera-client\nTESSERA_HOST=left\n");
+    log.warning("frame 7: it is late", {.frame = 7, .tile = "wall-0-1"});
+    EXPECT_EQ(journal.next(),
+              "MESSAGE=frame 7: it is late\nPRIORITY=4\nSYSLOG_IDENTIFIER=tessera-client\nTESSERA_HOST=left\n"
+              "TESSERA_TILE=wall-0-1\nTESSERA_FRAME=7\n");
+    // What others said makes no field of its own.
+    log.error("no\nPRIORITY=0", {.host = "right\nPRIORITY=0"});
+    const std::string text = "no\n    PRIORITY=0", host = "right\n    PRIORITY=0";
+    const auto binary = [](const std::string& value) {
+        return std::string(1, static_cast<char>(value.size())) + std::string(7, '\0') + value + "\n";
+    };
+    EXPECT_EQ(journal.next(), "MESSAGE\n" + binary(text) +
+                                  "PRIORITY=3\nSYSLOG_IDENTIFIER=tessera-client\nTESSERA_HOST\n" + binary(host));
+}
+
+TEST(Log, WhereTheJournalsSocketIsNotReachedALineBeginsWithItsLevel) {
+    Pipe pipe;
+    Journal journal;
+    Journal::isStream(pipe.in);
+    Log log("test", pipe.in, "/nonexistent/socket");
+    log.info("a");
+    log.warning("b");
+    log.error("c");
+    EXPECT_EQ(pipe.readUntil("c\n"), "<6>test: a\n<4>test: warning: b\n<3>test: c\n");
+}
+
+/// JOURNAL_STREAM is inherited by programs whose output goes elsewhere.
+TEST(Log, AnotherOutputIsNoJournal) {
+    Journal journal;
+    Pipe theirs, ours;
+    Journal::isStream(theirs.in);
+    Log log("test", ours.in, journal.path);
+    log.warning("b");
+    EXPECT_EQ(ours.readUntil("b\n"), "test: warning: b\n");
 }
 
 }  // namespace

@@ -55,6 +55,19 @@ TEST(Descriptions, HaveANumberANameAndALineOfHelpEach) {
     for (const ToldText& notice : allNotices()) EXPECT_FALSE(notice.info.help.empty()) << notice.info.name;
 }
 
+void expectHelp(std::string_view owner, const std::vector<MemberText>& members) {
+    for (const MemberText& member : members) {
+        EXPECT_FALSE(member.help.empty() && !member.name.empty()) << owner << "." << member.name << " says nothing";
+        expectHelp(member.type, member.members);
+    }
+}
+
+TEST(Descriptions, SayWhatEachMemberIsFor) {
+    for (const RequestText& request : allRequests()) expectHelp(request.info.name, request.members);
+    for (const ToldText& answer : allAnswers()) expectHelp(answer.info.name, answer.members);
+    for (const ToldText& notice : allNotices()) expectHelp(notice.info.name, notice.members);
+}
+
 /// What a type is made of; empty: it is one that everybody knows.
 std::string contentOf(const MemberText& member) {
     std::string content;

@@ -37,8 +37,8 @@ protected:
     }
     /// Two tiles of 8 × 4 pixels, 4 of which both show.
     [[nodiscard]] static std::string wallText(const std::string& left, const std::string& right) {
-        return R"(screens { name: "s" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 }
-        upper_left { x: -1.6 y: 2.4 }
+        return R"(screens { name: "s" lower_left { x: -1.6 y: 0.6 } lower_right { x: 1.6 y: 0.6 } )"
+               R"(upper_left { x: -1.6 y: 2.4 }
   grid { columns: 2 rows: 1 tile_width_px: 8 tile_height_px: 4 overlap_x_px: 4 } }
 users { name: "u" position { y: 1.7 z: 2.4 } }
 hosts { name: "a" tiles { screen: "s" column: 0 row: 0 user: "u" output { )" +

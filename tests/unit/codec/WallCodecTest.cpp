@@ -176,6 +176,16 @@ TEST(WallText, NamesTheNearestKeyAndItsPlace) {
     EXPECT_HAS(strange, "unknown key \"zzzzqqqq\"; known: columns, rows, tile_width_px");
 }
 
+TEST(WallText, NamesTheBraceThatNobodyClosed) {
+    const std::string cut = "screens { name: \"front\"\n  grid { columns: 2 rows: 1\n  lower_left { x: 1 } }";
+    const Expected<Wall> key = parseWall(cut, "x.wall");
+    ASSERT_FALSE(key);
+    EXPECT_EQ(key.error().message, "x.wall:3:3: unknown key \"lower_left\" here; is the '{' of grid in line 2 closed?");
+    const Expected<Wall> end = parseWall("screens { name: \"front\"\n  grid { columns: 2 }\n", "x.wall");
+    ASSERT_FALSE(end);
+    EXPECT_HAS(end.error().message, "the file ends here, and the '{' of screens in line 1 is not closed");
+}
+
 TEST(WallText, PointsToAKeyWhoseValueStandsOnTheNextLine) {
     EXPECT_BEGINS(errorAfter("hosts { name: \"right\"\n", "hosts { nam\n: \"right\"\n"),
                   "some/try.wall:6:9: unknown key \"nam\"");

@@ -38,8 +38,10 @@ TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
     const auto unknown = findFieldOf(crane(), "transaltion");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(unknown.error().message.find("/hall/crane has no field \"transaltion\"; it has name (Node)"),
-              std::string::npos)
+    EXPECT_NE(
+        unknown.error().message.find("/hall/crane has no field \"transaltion\" (did you mean \"translation\"?); it has "
+                                     "name (Node)"),
+        std::string::npos)
         << unknown.error().message;
     EXPECT_NE(unknown.error().message.find("translation (Transform)"), std::string::npos);
 }

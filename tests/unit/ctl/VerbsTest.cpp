@@ -98,7 +98,7 @@ TEST(Ctl, FindsPageByPage) {
 TEST(Ctl, ClonesAndTakesBack) {
     const ScriptedServer server;
     const auto shallow = askJson(server, {"clone", "/hall/crane"});
-    EXPECT_EQ(shallow["path"], "/hall/crane[1]");
+    EXPECT_EQ(shallow["path"], "/hall/crane 2");
     EXPECT_EQ(shallow["objects"], 2);
     EXPECT_EQ(ctl(server, {"undo"}).exitCode, 0);
     const auto deep = askJson(server, {"clone", "/hall/crane", "--deep", "--name", "twin", "--under", "/"});

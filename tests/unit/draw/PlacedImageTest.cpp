@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
+#include <random>
 
 #include "tests/unit/draw/MaterialStage.h"
 

@@ -84,10 +84,14 @@ TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
     std::filesystem::resize_file(large, std::uintmax_t{3} << 30);  // sparse: takes no room
     expectError(large, ErrorCode::kLimit, "the file is larger than 2047 MiB");
     expectError(scratch.write("what.xyz123", "?"), ErrorCode::kUnsupported,
-                "nothing here reads files that end in '.xyz123'; read are ");
-    for (const char* ending :
-         {".3ds", ".blend", ".dae", ".fbx", ".glb", ".gltf", ".mhd", ".nrrd", ".obj", ".ply", ".stl", ".tsc", ".tsct"})
-        expectError(scratch.path("what.xyz123"), ErrorCode::kUnsupported, std::string(ending) + ",");
+                "nothing here reads files that end in '.xyz123'. Read are models (.glb");
+    for (const char* part : {".3ds", ".blend", ".dae", ".fbx", ".mhd", ".nrrd", ".ply", ".stl", ".tsct", "export .glb",
+                             "tessera-check --formats"})
+        expectError(scratch.path("what.xyz123"), ErrorCode::kUnsupported, part);
+    expectError(scratch.write("word.obj", "v 0 0 0\nv 1 0 zero\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput,
+                "; line 2: 'zero' is no number");
+    expectError(scratch.write("two.obj", "v 0 0 0\n# two\nv 1 0\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput,
+                "; line 3: a vertex has three numbers, not 2");
     if (::geteuid() == 0) return;  // root reads everything
     const std::string secret = scratch.write("secret.glb", "glTF");
     std::filesystem::permissions(secret, std::filesystem::perms::none);

@@ -36,7 +36,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"UnknownKey", "node {\n  nam: \"x\"\n}", "scene.tsct:2:6: Node has no 'nam'; did you mean 'name'?"},
         WrongText{"UnknownShape", "node { boxes { } }", "scene.tsct:1:14: Node has no 'boxes'; did you mean 'box'?"},
         WrongText{"MissingBrace", "node { name: \"x\"",
-                  "scene.tsct:1:17: Expected identifier, got: the end of the file"},
+                  "scene.tsct:1:17: the file ends here, and the '{' of node in line 1 is not closed"},
+        WrongText{"BraceOfAnotherLine", "node {\n  transform { translation { x: 1 }\n  node { } }\n",
+                  "scene.tsct:3:8: Transform has no 'node'; is the '{' of transform in line 2 closed?"},
+        WrongText{"UnknownWord", "node {\n  interest { object: \"a\" response: STPO\n} }",
+                  "scene.tsct:3:1: response cannot be STPO; did you mean 'STOP'? (it can be REPORT, STOP, SLIDE, "
+                  "BOUNCE, ROLLBACK, ASK)"},
         WrongText{"UnknownMaterial",
                   "material { name: \"brass\" }\nnode { material: \"bras\" box { size { x: 1 y: 1 z: 1 } } }",
                   "scene.tsct:2:8: there is no material 'bras'; did you mean 'brass'?"},
@@ -59,7 +64,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongText{"HandlesOfTheTop", "node { manipulator { target: \"/\" } }",
                   "scene.tsct:1:1: '/' is the top of the file, and no node; name one below it"},
         WrongText{"UnknownResponse", "node { interest {\n object: \"x\" response: SLIP } }",
-                  "scene.tsct:2:29: Unknown enumeration value of \"SLIP\" for field \"response\""},
+                  "scene.tsct:2:29: response cannot be SLIP; did you mean 'STOP'? (it can be REPORT, STOP, SLIDE, "
+                  "BOUNCE, ROLLBACK, ASK)"},
         WrongText{"ResponseBeyondAll", "node { name: \"x\" }\nnode { interest { object: \"x\" response: 17 } }",
                   "scene.tsct:2:8: an interest: response must be between 0 and 5, not 17"},
         WrongText{"ModeBeyondAll", "node { name: \"x\" transform {} motion { mode: 3 key { time: 0 } } }",

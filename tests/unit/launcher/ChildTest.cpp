@@ -104,6 +104,18 @@ TEST_F(ChildProcess, IsSeenToBeStoppedAndKilled) {
     const std::optional<ChildEnd> end = endOf(*child);
     ASSERT_TRUE(end);
     EXPECT_EQ(describe(*end), "was killed by signal 9 (Killed)");
+    EXPECT_EQ(adviceAfter(*end, "tessera-client"), "") << "somebody has killed it: it did not crash";
+}
+
+TEST_F(ChildProcess, HasAdviceWhereItHasCrashed) {
+    Expected<Child> child = Child::start({.program = program("p", "kill -SEGV $$")});
+    ASSERT_TRUE(child);
+    const std::optional<ChildEnd> end = endOf(*child);
+    ASSERT_TRUE(end);
+    EXPECT_EQ(describe(*end) + adviceAfter(*end, "tessera-client"),
+              "was killed by signal 11 (Segmentation fault); `coredumpctl info tessera-client` shows where "
+              "(troubleshooting.md, \"A program has crashed\")");
+    EXPECT_EQ(adviceAfter({.signalled = false, .value = 3}, "tessera-server"), "");
 }
 
 TEST_F(ChildProcess, DoesNotOutliveItsObject) {

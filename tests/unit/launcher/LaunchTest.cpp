@@ -158,13 +158,22 @@ TEST_F(Launching, HandsItsOptionsOn) {
     for (const char* expected :
          {"--wall\n", "lab.wall\n", "--scene\nhall.tsct\n", "--listen\n127.0.0.1:0\n", "--frames\n3\n",
           "--assets\n/models\n", "--size\n16x8\n", "--samples\n1\n", "--camera\nview 2\n", "--record\nhall.rec\n",
-          "--threads\n3\n", "--reload\n", "--progress\n", "/out/report.json\n"}) {
+          "--threads\n3\n", "--reload\n", "--progress\n", "--quiet\n", "/out/report.json\n"}) {
         EXPECT_NE(server.find(expected), std::string::npos) << expected << server;
     }
     const std::string client = read(folder_ / "client.args");
-    EXPECT_NE(client.find("--host lower --output " + options_.output + " --culler frustum --share off --keep-frames\n"),
+    EXPECT_NE(client.find("--host lower --output " + options_.output +
+                          " --culler frustum --share off --quiet --keep-frames\n"),
               std::string::npos)
         << client;
+    EXPECT_EQ(client.find("--verbose"), std::string::npos) << "that is for us";
+}
+
+TEST_F(Launching, LetsAllSpeakWhereSomebodyWantsToHear) {
+    options_.verbose = true;
+    EXPECT_EQ(launchWith("await $S/lower; await $S/upper; done_well", kGoodClient), 0) << said();
+    EXPECT_EQ(read(folder_ / "server.args").find("--quiet"), std::string::npos);
+    EXPECT_EQ(read(folder_ / "client.args").find("--quiet"), std::string::npos);
 }
 
 TEST_F(Launching, TakesADeadHostsLastImageFromItsSharedFrame) {

@@ -23,7 +23,7 @@ protected:
         std::string pattern = testing::TempDir() + "tessera-stage-XXXXXX";
         folder_ = ::mkdtemp(pattern.data());
         said_ = std::fopen((folder_ / "said").c_str(), "w");
-        console_.emplace(said_, said_, false);
+        console_.emplace(said_, said_, Console::Manner{.verbose = true});
     }
     ~Stage() override {
         std::fclose(said_);

@@ -174,10 +174,177 @@ TEST_F(Mpcdi, FrustaBecomeScreensAroundTheViewer) {
     EXPECT_LT((screen.upperLeft - Vec3d(-2, 2.7, 2)).norm(), 1e-6) << screen.upperLeft.transpose();
 }
 
+/// Where a projector's pixel (0 to 1 from its upper left) hits, in metres.
+using Surface = std::function<Vec3d(double x, double y)>;
+
+std::string surfacePfm(int width, int height, const Surface& surface, double unitsPerMetre) {
+    std::string text = "PF\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const Vec3d place = unitsPerMetre * surface((x + 0.5) / width, (y + 0.5) / height);
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto value = static_cast<float>(place[axis]);
+                text.append(reinterpret_cast<const char*>(&value), 4);
+            }
+        }
+    }
+    return text;
+}
+
+Entries surfaceFile(const std::vector<std::pair<std::string, Surface>>& regions, const std::string& unit,
+                    double unitsPerMetre, const std::string& origin, const std::string& frame = {}) {
+    std::string display, files;
+    Entries entries{{"mpcdi.xml", ""}};
+    for (const auto& [id, surface] : regions) {
+        display += "<region id=\"" + id +
+                   "\" xResolution=\"960\" yResolution=\"540\" x=\"0\" y=\"0\" xsize=\"1\" ysize=\"1\">" + frame +
+                   "</region>";
+        files += "<fileset region=\"" + id + "\"><geometryWarpFile><path>" + id + ".pfm</path><geometricUnit>" + unit +
+                 "</geometricUnit><originof3DData>" + origin + "</originof3DData></geometryWarpFile></fileset>";
+        entries.emplace_back(id + ".pfm", surfacePfm(96, 54, surface, unitsPerMetre));
+    }
+    entries[0].second = "<MPCDI profile=\"a3\" version=\"2.0\"><display><buffer id=\"b\">" + display +
+                        "</buffer></display><files>" + files + "</files></MPCDI>";
+    return entries;
+}
+
+TEST_F(Mpcdi, FlatSurfacesInSpaceAreScreensWhereTheyStand) {
+    std::vector<std::pair<std::string, Surface>> regions;
+    for (const auto& [id, left, bottom] : {std::tuple("lower-left", -1.6, 0.6),
+                                           {"lower-right", 0.0, 0.6},
+                                           {"upper-left", -1.6, 1.5},
+                                           {"upper-right", 0.0, 1.5}})
+        regions.emplace_back(id, [left = left, bottom = bottom](double x, double y) {
+            return Vec3d(left + 1.6 * x, bottom + 0.9 * (1 - y), -2.4);
+        });
+    // A wall to the right, from front to back.
+    regions.emplace_back("right", [](double x, double y) { return Vec3d(1.2, 2.4 * (1 - y), -1 + 2 * x); });
+    const auto made = wallOfMpcdi(readMpcdi(zip(surfaceFile(regions, "cm", 100, "floorCenter"))).value());
+    ASSERT_TRUE(made) << made.error().message;
+    ASSERT_EQ(made->wall.screens.size(), 5u);
+    for (int i = 0; i < 4; ++i) {
+        const Screen& screen = made->wall.screens[static_cast<std::size_t>(i)];
+        const Vec3d corner(i % 2 == 0 ? -1.6 : 0, i < 2 ? 0.6 : 1.5, -2.4);
+        EXPECT_LT((screen.lowerLeft - corner).norm(), 2e-6) << screen.name << screen.lowerLeft.transpose();
+        EXPECT_LT((screen.lowerRight - corner - Vec3d(1.6, 0, 0)).norm(), 2e-6) << screen.lowerRight.transpose();
+        EXPECT_LT((screen.upperLeft - corner - Vec3d(0, 0.9, 0)).norm(), 2e-6) << screen.upperLeft.transpose();
+        EXPECT_EQ(screen.grid.tileWidthPx, 960);
+        EXPECT_EQ(screen.grid.tileHeightPx, 540);
+    }
+    const Screen& right = made->wall.screens[4];
+    EXPECT_LT((right.lowerLeft - Vec3d(1.2, 0, -1)).norm(), 2e-6) << right.lowerLeft.transpose();
+    EXPECT_LT((right.lowerRight - Vec3d(1.2, 0, 1)).norm(), 2e-6) << right.lowerRight.transpose();
+    EXPECT_EQ(made->wall.users[0].position, Vec3d(0, 1.7, 0));
+    EXPECT_LE(made->farthestPx, 0.01) << "nothing is bent";
+
+    // The same in the axes of a surveyor, Z up, Y ahead, and counted from the eyes.
+    const std::string surveyor =
+        "<coordinateFrame><posx>0</posx><posy>0</posy><posz>0</posz><yawx>0</yawx><yawy>0</yawy><yawz>-1</"
+        "yawz><pitchx>1</pitchx><pitchy>0</pitchy><pitchz>0</pitchz><rollx>0</rollx><rolly>1</rolly><rollz>0</rollz></"
+        "coordinateFrame>";
+    const auto other = wallOfMpcdi(
+        readMpcdi(
+            zip(surfaceFile(
+                {{"one", [](double x, double y) { return Vec3d(-1.6 + 1.6 * x, 2.4, 0.6 - 1.7 + 0.9 * (1 - y)); }}},
+                "m", 1, "idealEyePoint", surveyor)))
+            .value());
+    ASSERT_TRUE(other) << other.error().message;
+    EXPECT_LT((other->wall.screens[0].lowerLeft - Vec3d(-1.6, 0.6, -2.4)).norm(), 2e-6)
+        << other->wall.screens[0].lowerLeft.transpose();
+}
+
+TEST_F(Mpcdi, BentSurfacesInSpaceAreRightFromTheEyes) {
+    // A part of a cylinder of 3 m about the eyes.
+    const Surface bent = [](double x, double y) {
+        return Vec3d(3 * std::sin(1.2 * (x - 0.5)), 0.7 + 2 * (1 - y), -3 * std::cos(1.2 * (x - 0.5)));
+    };
+    const auto made = wallOfMpcdi(readMpcdi(zip(surfaceFile({{"one", bent}}, "mm", 1000, "floorCenter"))).value());
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_TRUE(std::ranges::any_of(made->notes, [](const std::string& note) {
+        return note.find("off a plane: right from the eyes' place alone") != std::string::npos;
+    }));
+    const Screen& screen = made->wall.screens[0];
+    const Vec3d eyes(0, 1.7, 0);
+    double farthest = 0;
+    lookThrough(*made->wall.hosts[0].tiles[0].output.warp, 960, 540, [&](int x, int y, const Look& look) {
+        const Vec3d seen = screen.lowerLeft + look.u * (screen.lowerRight - screen.lowerLeft) +
+                           (1 - look.v) * (screen.upperLeft - screen.lowerLeft);
+        const Vec3d hit = bent((x + 0.5) / 960, (y + 0.5) / 540);
+        farthest =
+            std::max(farthest, std::acos(std::min(1.0, (seen - eyes).normalized().dot((hit - eyes).normalized()))));
+    });
+    // A pixel is 1.2 / 960 of a radian.
+    EXPECT_LT(farthest, 0.5 * 1.2 / 960) << farthest;
+    const Surface around = [](double x, double y) {
+        return Vec3d(3 * std::sin(4 * (x - 0.5)), 0.7 + 2 * (1 - y), -3 * std::cos(4 * (x - 0.5)));
+    };
+    EXPECT_WORDS(errorOf(surfaceFile({{"one", around}}, "m", 1, "floorCenter")), "reaches behind the eyes");
+    EXPECT_WORDS(
+        errorOf(surfaceFile({{"one", [](double x, double y) { return x < 0.5 ? Vec3d(0, 0, 0) : Vec3d(x, y, -2); }}},
+                            "m", 1, "floorCenter")),
+        "one.pfm: a hole at column 0 row 0");
+    EXPECT_WORDS(errorOf(surfaceFile({{"one", [](double, double) { return Vec3d(1, 1, -2); }}}, "m", 1, "floorCenter")),
+                 "no area");
+}
+
+/// As calibrations of projectors write it: the XML alone, axes of a surveyor.
+constexpr const char* kLampXml = R"(<?xml version="1.0" encoding="utf-8"?>
+<MPCDI profile="sl" geometry="2" color="1" date="2026-01-01 10:00:00" version="2.0"><display><buffer id="hall.cal">
+  <region id="lamp 1" xResolution="1400" yResolution="1050" x="0" y="0" xsize="1" ysize="1">
+    <frustum><yaw>90</yaw><pitch>0</pitch><roll>0</roll><rightAngle>45</rightAngle><leftAngle>-45</leftAngle>
+      <upAngle>26.56505117707799</upAngle><downAngle>0</downAngle></frustum>
+    <coordinateFrame><posx>0.5</posx><posy>-1</posy><posz>0.3</posz><yawx>0</yawx><yawy>0</yawy><yawz>-1</yawz>
+      <pitchx>1</pitchx><pitchy>0</pitchy><pitchz>0</pitchz><rollx>0</rollx><rolly>1</rolly><rollz>0</rollz>
+      </coordinateFrame>
+  </region></buffer></display>
+  <files><fileset region="lamp 1"><geometryWarpFile><geometricUnit>m</geometricUnit>
+    <originOf3DData>unknown</originOf3DData><path></path></geometryWarpFile><alphaMap><path></path></alphaMap>
+    <distortionMap><path></path></distortionMap></fileset></files>
+</MPCDI>)";
+
+TEST_F(Mpcdi, ShaderLampsSeeWithTheirProjectorsEyes) {
+    const std::string path = (folder_ / "hall.mpcdi.xml").string();
+    std::ofstream(path) << kLampXml;
+    const auto made = wallOfMpcdiFile(path);
+    ASSERT_TRUE(made) << made.error().message;
+    const User& eyes = made->wall.users[0];
+    // Half a metre to the right, 0.3 up, and one back.
+    EXPECT_LT((eyes.position - Vec3d(0.5, 0.3, 1)).norm(), 1e-12);
+    EXPECT_EQ(eyes.eyeSeparationMetres, 0);
+    // It looks to the right: its picture stands 2 m away, its left end ahead.
+    const Screen& screen = made->wall.screens[0];
+    EXPECT_LT((screen.lowerLeft - Vec3d(2.5, 0.3, -1)).norm(), 1e-9) << screen.lowerLeft.transpose();
+    EXPECT_LT((screen.lowerRight - Vec3d(2.5, 0.3, 3)).norm(), 1e-9) << screen.lowerRight.transpose();
+    EXPECT_LT((screen.upperLeft - Vec3d(2.5, 1.3, -1)).norm(), 1e-9) << screen.upperLeft.transpose();
+    EXPECT_EQ(screen.grid.tileWidthPx, 1400);
+    EXPECT_FALSE(made->wall.hosts[0].tiles[0].output.warp);
+    ASSERT_TRUE(saveForeignWall(*made, (folder_ / "lamps.wall").string()));
+    EXPECT_TRUE(loadWall((folder_ / "lamps.wall").string()));
+
+    const auto wrong = [&](const std::string& from, const std::string& to) {
+        std::string xml = kLampXml;
+        xml.replace(xml.find(from), from.size(), to);
+        std::ofstream(path) << xml;
+        const auto file = wallOfMpcdiFile(path);
+        return file ? std::string("accepted") : file.error().message;
+    };
+    EXPECT_WORDS(wrong("<posx>0.5", "<posx>far"), "posx of region \"lamp 1\" is \"far\"");
+    EXPECT_WORDS(wrong("<pitchx>1", "<pitchx>2"), "are not of length 1");
+    EXPECT_WORDS(wrong("<distortionMap><path>", "<distortionMap><path>lens.pfm"), "\"lens.pfm\" lies in no archive");
+    // A lens: the same mesh that a warp map makes.
+    Entries entries = flat_;
+    std::string xml = kLampXml;
+    xml.replace(xml.find("<distortionMap><path>"), 21, "<distortionMap><path>maps/one.pfm");
+    entries[0].second = xml;
+    const auto bent = wallOfMpcdi(readMpcdi(zip(entries)).value());
+    ASSERT_TRUE(bent) << bent.error().message;
+    EXPECT_TRUE(bent->wall.hosts[0].tiles[0].output.warp);
+}
+
 TEST_F(Mpcdi, WallsThatAreSavedCanBeLoaded) {
     const auto made = wallOfMpcdi(readMpcdi(zip(flat_)).value()).value();
     const std::string path = (folder_ / "hall.wall").string();
-    ASSERT_TRUE(saveMpcdiWall(made, path));
+    ASSERT_TRUE(saveForeignWall(made, path));
     const auto loaded = loadWall(path);
     ASSERT_TRUE(loaded) << loaded.error().message;
     const TileOutput& out = loaded->hosts[0].tiles[0].output;
@@ -193,10 +360,11 @@ TEST_F(Mpcdi, WallsThatAreSavedCanBeLoaded) {
 
 TEST_F(Mpcdi, WhatIsWrongIsSaid) {
     EXPECT_EQ(errorOf(flat_), "accepted");
-    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"a3\""), "profile \"a3\"");
+    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"a4\""), "profile \"a4\": 2d, 3d, a3 and sl are read");
+    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"sl\""), "has no frustum");
     EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"3d\""), "has no frustum");
-    EXPECT_WORDS(errorAfter("</MPCDI>", ""), "mpcdi.xml is not XML");
-    EXPECT_WORDS(errorAfter("<display>", "<dismay>"), "is not XML");
+    EXPECT_WORDS(errorAfter("</MPCDI>", ""), "mpcdi.xml:14: not XML");
+    EXPECT_WORDS(errorAfter("<display>", "<dismay>"), "not XML");
     EXPECT_WORDS(errorAfter("xResolution=\"200\"", "xResolution=\"1e9\""), "xResolution of region \"one\" is \"1e9\"");
     EXPECT_WORDS(errorAfter("xsize=\"0.6\"", "xsize=\"nan\""), "xsize of region \"one\"");
     // What it says ends up in a wall's file: a line of its own must not.

@@ -52,7 +52,8 @@ TEST(Paths, ManyAreFoundAsOneByOne) {
 TEST(Paths, SayWhichStepFailedAndWhatIsThereInstead) {
     const Aspect aspect = hall();
     EXPECT_EQ(error(aspect, "/hall/crone"),
-              "node \"/hall/crone\": there is no \"crone\" below /hall; its 2 children are \"crane\", \"hook\"");
+              "node \"/hall/crone\": there is no \"crone\" below /hall (did you mean \"crane\"?); its 2 children are "
+              "\"crane\", \"hook\"");
     EXPECT_EQ(error(aspect, "/cellar/x"),
               "node \"/cellar/x\": there is no \"cellar\" below the root; its 1 children are \"hall\"");
     EXPECT_EQ(error(aspect, "/hall/hook/a"),

@@ -63,6 +63,20 @@ TEST(ServerJoin, RefusesAnotherProtocolVersionNamingBoth) {
     EXPECT_TRUE(s.closed(c));
 }
 
+TEST(ServerJoin, TakesApplicationsOfAnotherSchemaThatHoldNoReplica) {
+    ServerFixture s;
+    message::Hello hello = s.greeting("of the version before");
+    hello.role = PeerRole::kApplication;
+    hello.schema = 78;
+    const ConnectionId follower = s.open();
+    s.say(follower, hello);
+    EXPECT_EQ(s.sent<message::Refused>(follower).size(), 1u);
+    hello.follows = false;
+    const ConnectionId asks = s.open();
+    s.say(asks, hello);
+    EXPECT_EQ(s.sent<message::Welcome>(asks).size(), 1u);
+}
+
 TEST(ServerJoin, RefusesAnotherSchema) {
     ServerFixture s;
     const ConnectionId c = s.open();

@@ -1,0 +1,107 @@
+#include "server/tools/WallFormats.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "server/tools/mpcdi/MpcdiWall.h"
+#include "server/tools/walls/CoverWall.h"
+#include "server/tools/walls/NdisplayWall.h"
+#include "server/tools/walls/PvxWall.h"
+#include "server/tools/walls/SgctWall.h"
+#include "server/tools/walls/WallReading.h"
+
+namespace tessera {
+namespace {
+
+bool holdsWord(std::string_view text, std::string_view word) {
+    return text.find(word) != std::string_view::npos;
+}
+bool isJsonObject(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    return first != std::string_view::npos && text[first] == '{';
+}
+
+constexpr WallFormat kWallFormats[] = {
+    {"SGCT", ".json", false,
+     [](std::string_view text) { return isJsonObject(text) && holdsWord(text, "\"masteraddress\""); },
+     [](const std::string& path, std::string_view text) { return wallOfSgct(text, path); }},
+    {"ParaView", ".pvx", true, [](std::string_view text) { return holdsWord(text, "<pvx"); },
+     [](const std::string& path, std::string_view text) { return wallOfPvx(text, path); }},
+    {"nDisplay", ".ndisplay", true,
+     [](std::string_view text) { return isJsonObject(text) && holdsWord(text, "\"nDisplay\""); },
+     [](const std::string& path, std::string_view text) { return wallOfNdisplay(text, path); }},
+    {"MPCDI", ".mpcdi", true, [](std::string_view text) { return text.starts_with("PK") || holdsWord(text, "<MPCDI"); },
+     [](const std::string& path, std::string_view) { return wallOfMpcdiFile(path); }},
+    {"OpenCOVER", ".xml", false, [](std::string_view text) { return holdsWord(text, "<COCONFIG"); },
+     [](const std::string& path, std::string_view text) { return wallOfCover(text, path); }},
+};
+
+/// Formats that these programs have left behind, by what tells them, and the way out of them.
+constexpr std::pair<std::string_view, std::string_view> kOlderFormats[] = {
+    {"<Cluster", "SGCT's older XML becomes JSON with SGCT's own config-converter"},
+    {"[cluster_node]", "nDisplay's older text becomes .ndisplay in Unreal's editor: open it there and export it"}};
+
+std::string wallEndingOf(std::string_view path) {
+    std::string ending = std::filesystem::path(path).extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
+
+/// All of a text; of an archive, which readers open themselves, its beginning.
+Expected<std::string> wallFileText(const std::string& path) {
+    std::error_code unread;
+    if (!std::filesystem::exists(path, unread)) return fail(ErrorCode::kNotFound, path + ": there is no such file");
+    std::ifstream file(path, std::ios::binary);
+    std::string text(kMostWallFileBytes + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (std::filesystem::is_directory(path, unread) || file.bad() || (file.gcount() == 0 && !file.eof()))
+        return fail(ErrorCode::kBadInput, path + ": it may not be read, or is a folder");
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    if (text.size() > kMostWallFileBytes && !text.starts_with("PK"))
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{}: a description of a wall has at most {} bytes", path, kMostWallFileBytes));
+    return text;
+}
+
+}  // namespace
+
+std::span<const WallFormat> wallFormats() {
+    return kWallFormats;
+}
+
+std::string wallFormatList() {
+    std::string list;
+    for (const WallFormat& format : wallFormats())
+        list += fmt::format("{}{} {}", list.empty() ? "" : ", ", format.program, format.ending);
+    return list;
+}
+
+bool namesForeignWall(std::string_view path) {
+    const std::string ending = wallEndingOf(path);
+    return std::ranges::any_of(wallFormats(),
+                               [&](const WallFormat& format) { return format.wallsAlone && format.ending == ending; });
+}
+
+Expected<ForeignWall> readForeignWall(const std::string& path) {
+    const Expected<std::string> text = wallFileText(path);
+    if (!text) return tl::unexpected(text.error());
+    const std::string ending = wallEndingOf(path);
+    const std::span<const WallFormat> formats = wallFormats();
+    const auto known = std::ranges::find_if(formats, [&](const WallFormat& format) { return format.knows(*text); });
+    const auto named = std::ranges::find_if(formats, [&](const WallFormat& format) { return format.ending == ending; });
+    // A file that is damaged says little of itself: then its name counts, where no other files are called so.
+    if (known == formats.end() && (named == formats.end() || !named->wallsAlone)) {
+        for (const auto& [word, cure] : kOlderFormats)
+            if (holdsWord(*text, word)) return fail(ErrorCode::kBadInput, fmt::format("{}: {}", path, cure));
+        return fail(ErrorCode::kBadInput, fmt::format("{}: it is no wall of another program that is read; those are {}",
+                                                      path, wallFormatList()));
+    }
+    return (known == formats.end() ? named : known)->read(path, *text);
+}
+
+}  // namespace tessera

@@ -1,0 +1,71 @@
+#include "server/tools/walls/ForeignWall.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+
+#include "common/codec/WallCodec.h"
+#include "common/output/MeshFile.h"
+
+namespace tessera {
+
+std::string wallName(std::string_view text, std::set<std::string>& taken) {
+    std::string name;
+    for (const char c : text.substr(0, 40))
+        name += std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' || (c == '.' && !name.empty())
+                    ? c
+                    : '-';
+    if (name.empty()) name = "unnamed";
+    const std::string base = name;
+    // A file may call all things alike: after some tries the numbers leap.
+    for (std::size_t next = 2; !taken.insert(name).second;
+         next = next < 16 ? next + 1 : std::max(next + 1, taken.size()))
+        name = fmt::format("{}-{}", base, next);
+    return name;
+}
+
+Screen screenOf(const std::string& name, const Vec3d& corner, const Vec3d& right, const Vec3d& up) {
+    Screen screen{.name = name};
+    screen.lowerLeft = corner;
+    screen.lowerRight = corner + right;
+    screen.upperLeft = corner + up;
+    return screen;
+}
+
+Expected<void> saveForeignWall(const ForeignWall& made, const std::string& path) {
+    const std::filesystem::path out(path);
+    const auto write = [](const std::filesystem::path& to, std::string_view bytes) -> Expected<void> {
+        std::ofstream file(to, std::ios::binary);
+        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        file.close();
+        if (file) return {};
+        return fail(ErrorCode::kFailed, to.string() + ": cannot be written");
+    };
+    Wall named = made.wall;
+    for (WallHost& host : named.hosts) {
+        for (TileAssignment& tile : host.tiles) {
+            TileOutput& output = tile.output;
+            for (std::string* name : {&output.warpFile, &output.blendFile})
+                if (!name->empty()) *name = out.stem().string() + "-" + *name;
+            if (output.warp) {
+                const std::string mesh = meshText(*output.warp, static_cast<double>(output.widthPx) / output.heightPx);
+                if (auto ok = write(out.parent_path() / output.warpFile, mesh); !ok) return ok;
+            }
+            if (!output.blendPicture) continue;
+            if (auto ok = write(out.parent_path() / output.blendFile, asText(*output.blendPicture)); !ok) return ok;
+        }
+    }
+    std::string text = fmt::format("# From a description for {}, by tessera-convert.\n", made.source);
+    // A note quotes the file: whatever that says must not end the comment.
+    for (std::string note : made.notes) {
+        std::ranges::replace_if(
+            note, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+        text += "# " + note + "\n";
+    }
+    return write(out, text + wallText(named));
+}
+
+}  // namespace tessera

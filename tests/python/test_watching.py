@@ -1,0 +1,154 @@
+"""`tessera-ctl top`, `watch`, `trace` and `view --by` on a wall of several hosts, one of which is killed and comes
+back."""
+import fcntl
+import json
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import termios
+import time
+import unittest
+
+from live import BIN, PATIENCE, Live, run_folder
+
+
+class Watching(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.enterClassContext(run_folder())
+        cls.live = cls.enterClassContext(Live(wall="2x2", size="64x36", surface="none"))
+        cls.wall = cls.enterClassContext(cls.live.connect())
+        cls.hosts = [host.name for host in cls.wall.status().hosts]
+
+    def ctl(self, *words):
+        done = self.live.run("tessera-ctl", "--server", self.live.address, *words)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), words)
+        return done.stdout
+
+    def started(self, *words, **options):
+        process = subprocess.Popen([BIN / "tessera-ctl", "--server", self.live.address, *words], text=True, **options)
+        self.addCleanup(process.wait, PATIENCE)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_top_once_is_plain(self):
+        told = json.loads(self.ctl("--json", "top", "--every", "0.5"))
+        self.assertEqual([host["name"] for host in told["hosts"]], self.hosts)
+        self.assertGreater(told["frames"], 0)
+        self.assertGreater(told["frames_a_second"], 1)
+        self.assertGreater(told["frame_ms"]["count"], 0)
+        for host in told["hosts"]:
+            self.assertEqual((host["state"], host["held"]), ("live", 0))
+            self.assertGreater(host["shown"], 0)
+        text = self.ctl("top", "--every", "0.2")
+        self.assertNotIn("\x1b", text)
+        self.assertRegex(text, r"HOST +STATE +SHOWN +HELD +BEHIND +ROUND TRIP +WAITED FOR\n")
+        self.assertEqual(len(re.findall(r"^\S+ +live +\d+ of \d+ ", text, re.M)), len(self.hosts))
+
+    def on_terminal(self, act, rows=20, columns=60):
+        """What `top` draws on a terminal of that size until `act(terminal, process)` has ended it."""
+        mine, its = pty.openpty()
+        fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        before = termios.tcgetattr(its)
+        process = self.started("top", "--every", "0.2", stdin=its, stdout=its, stderr=subprocess.PIPE)
+        drawn, deadline, acted = b"", time.monotonic() + PATIENCE, False
+        while process.poll() is None and time.monotonic() < deadline:
+            if select.select([mine], [], [], 0.05)[0]:
+                drawn += os.read(mine, 65536)
+            if not acted and drawn.count(b"q ends it") >= 2:
+                acted = True
+                act(mine, process)
+        while select.select([mine], [], [], 0)[0]:
+            drawn += os.read(mine, 65536)
+        self.assertEqual(process.wait(PATIENCE), 0, process.stderr.read())
+        self.assertEqual(termios.tcgetattr(its), before, "the terminal is as it was")
+        os.close(mine)
+        os.close(its)
+        return drawn.decode()
+
+    def test_top_on_a_terminal_leaves_it_as_it_was(self):
+        for act in (lambda terminal, _: os.write(terminal, b"q"), lambda terminal, _: os.write(terminal, b"\x03"),
+                    lambda _, process: process.send_signal(signal.SIGINT),
+                    lambda _, process: process.send_signal(signal.SIGTERM)):
+            drawn = self.on_terminal(act)
+            self.assertTrue(drawn.startswith("\x1b[?1049h\x1b[?25l"), drawn[:40])
+            self.assertTrue(drawn.endswith("\x1b[?25h\x1b[?1049l"), drawn[-40:])
+            for table in drawn.split("\x1b[H")[1:]:
+                lines = table.split("\x1b[J")[0].split("\r\n")
+                self.assertLessEqual(len(lines), 20)
+                self.assertLessEqual(max(len(line.replace("\x1b[K", "")) for line in lines), 60)
+            self.assertIn(self.hosts[0], drawn)
+
+    def test_watch_tells_what_happens(self):
+        watch = self.started("--json", "watch", stdout=subprocess.PIPE)
+        told = []
+
+        def until(kind, words):
+            while not told or told[-1]["kind"] != kind or words not in told[-1]["text"]:
+                self.assertTrue(select.select([watch.stdout], [], [], PATIENCE)[0], f"{words}: not among {told}")
+                told.append(json.loads(watch.stdout.readline()))
+            return told[-1]
+
+        def next_frames():
+            for _ in zip(range(3), self.wall.follow("frames", timeout=PATIENCE)):
+                pass
+
+        next_frames()
+        with self.live.connect(name="a guest"):
+            came = until("person", "came")
+            self.assertEqual((came["what"], came["program"], came["role"]), ("came", "a guest", "operator"))
+        until("person", "went")
+        self.wall["/row"].translation = (1, 2, 3)
+        edited = until("edit", "row")
+        self.assertFalse(edited["taken_back"])
+        self.ctl("undo")
+        self.assertTrue(until("edit", "taken back")["taken_back"])
+        name = self.hosts[1]
+        self.live.hosts[name].kill()
+        lost = until("host", f"{name} is lost")
+        self.assertEqual((lost["host"], lost["was"]), (name, "live"))
+        self.live.start_host(name)
+        until("host", f"{name} is live")
+        watch.send_signal(signal.SIGINT)
+        self.assertEqual(watch.wait(PATIENCE), 0, "Ctrl-C is no error")
+
+    def test_trace_is_a_file_of_trace_events(self):
+        file = self.live.folder / "trace.json"
+        self.assertIn(f"30 frames of {len(self.hosts)} hosts", self.ctl("trace", str(file), "--frames", "30"))
+        events = json.loads(file.read_text())["traceEvents"]
+        names = {event["pid"]: event["args"]["name"] for event in events if event["ph"] == "M"}
+        self.assertEqual(sorted(names.values())[:-1], sorted(f"host {host}" for host in self.hosts))
+        for process, name in names.items():
+            slices = [event for event in events if event["ph"] == "X" and event["pid"] == process]
+            self.assertEqual(len(slices), 30, name)
+            frames = [event["args"]["frame"] for event in slices]
+            self.assertEqual(frames, list(range(frames[0], frames[0] + 30)), "every one, in order")
+            for before, after in zip(slices, slices[1:]):
+                self.assertGreater(before["dur"], 0)
+                self.assertLessEqual(before["ts"] + before["dur"], after["ts"], "frames do not overlap")
+        no_folder = str(self.live.folder / "server.log" / "trace.json")
+        refused = self.live.run("tessera-ctl", "--server", self.live.address, "trace", no_folder, "--frames", "1")
+        self.assertEqual((refused.returncode, refused.stdout), (3, ""))
+        self.assertIn(no_folder, refused.stderr)
+
+    def test_view_by_is_from_where_the_wall_stands(self):
+        self.ctl("view", "--position", "1", "2", "3", "--orientation", "1", "0", "0", "0", "--scale", "2")
+        told = json.loads(self.ctl("--json", "view", "--by", "--position", "0", ".5", "-1", "--scale", "3",
+                                   "--orientation", "0", "0", "1", "0"))
+        self.assertEqual(told["position"], [1, 2.5, 2])
+        plan = self.wall.ask("GetWall")
+        self.assertEqual(tuple(plan.position), (1, 2.5, 2))
+        self.assertEqual(plan.world_units_per_metre, 6)
+        self.assertAlmostEqual(abs(tuple(plan.orientation)[2]), 1)
+        self.ctl("view", "--by", "--orientation", "0", "0", "1", "0")
+        plan = self.wall.ask("GetWall")
+        self.assertAlmostEqual(abs(tuple(plan.orientation)[0]), 1)
+        self.assertEqual(tuple(plan.position), (1, 2.5, 2))
+
+
+if __name__ == "__main__":
+    unittest.main()
