@@ -14,6 +14,12 @@ namespace {
 /// What glTF allows; below, highlights would be smaller than a pixel and a point light's a flicker.
 constexpr float kSmallestRoughness = 0.045f;
 
+bool saysNoColor(const Material& material) {
+    static const Material kSaysNothing;
+    return material.baseColor == kSaysNothing.baseColor && !material.baseColorImage && !material.program &&
+           material.layers.empty() && !material.unlit;
+}
+
 std::array<float, 4> four(const Vec3f& v, float w) {
     return {v.x(), v.y(), v.z(), w};
 }
@@ -246,16 +252,14 @@ std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t s
     for (const auto& [in, index] : known)
         if (in == scopes) return index;
     known.emplace_back(scopes, static_cast<std::uint32_t>(looks_.size()));
-    static const Material kDefault, kGrey{.baseColor = {0.42f, 0.42f, 0.42f, 1}, .roughness = 0.5f},
-        kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
+    static const Material kDefault, kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
     const auto* own = id ? aspect.get<Material>(id) : nullptr;
-    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError
-                               : own                                      ? *own
-                               : of == LookOf::kStudioSurface             ? kGrey
-                                                                          : kDefault;
+    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError : own ? *own : kDefault;
     DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
     LookBlock block{};
     block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
+    // Formats without materials give one that says nothing.
+    if (of == LookOf::kStudioSurface && saysNoColor(material)) block.baseColor = {0.42f, 0.42f, 0.42f, 1};
     const MaterialTexels texels = texelsOf(material, material.unlit || !surface, scopes);
     block.emissiveAndRoughness = texels.emissiveAndRoughness;
     block.metallic = {texels.metallicLitAndCoat[0], texels.shininessAndScopes[0], 0, 0};

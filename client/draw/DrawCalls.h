@@ -94,7 +94,7 @@ private:
     const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
     /// The same thing with one of its material's passes: kept here, as calls point to their items.
     const DrawItem& passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass);
-    /// What has no material and no colours is of a middle grey in a studio.
+    /// In a studio, what no material and no colours of its corners say a colour of is of a middle grey.
     enum class LookOf : std::uint8_t { kNoSurface, kSurface, kStudioSurface };
     /// `scopes`: DrawItem's.
     std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, LookOf of,

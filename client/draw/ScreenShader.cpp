@@ -254,7 +254,7 @@ void main() {
     float lies = falls > 0.0 ? (1.0 - smoothstep(1.0, 6.0, away)) * clamp(20.0 * high, 0.0, 1.0) : 0.0;
     position = onGround ? foot : position;
     n = onGround ? studio[0].xyz : n;
-    base = onGround ? vec3(0.42) : base;
+    base = onGround ? vec3(0.34) : base;
 #endif
     vec4 emissiveAndRoughness = texelFetch(materials, int(4u * material));
     vec4 metallicLitAndCoat = texelFetch(materials, int(4u * material + 1u));

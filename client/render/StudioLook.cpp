@@ -22,17 +22,17 @@ std::vector<LightItem> defaultLights() {
 }
 
 std::vector<LightItem> studioLights() {
-    std::vector<LightItem> lights = {directional({0.55, -0.85, -0.35}, {1.15f, 1.10f, 1.02f}),
-                                     directional({-0.85, -0.20, -0.5}, {0.12f, 0.15f, 0.19f}),
-                                     directional({-0.2, -0.5, 0.85}, {0.30f, 0.31f, 0.33f})};
+    std::vector<LightItem> lights = {directional({0.55, -0.85, -0.35}, {0.90f, 0.87f, 0.81f}),
+                                     directional({-0.85, -0.20, -0.5}, {0.09f, 0.11f, 0.14f}),
+                                     directional({-0.2, -0.5, 0.85}, {0.25f, 0.26f, 0.28f})};
     lights.front().shadows = true;
     return lights;
 }
 
 Environment studioEnvironment() {
     Environment environment;
-    environment.sky = {0.30f, 0.32f, 0.35f};
-    environment.ground = {0.12f, 0.115f, 0.11f};
+    environment.sky = {0.20f, 0.21f, 0.23f};
+    environment.ground = {0.10f, 0.095f, 0.09f};
     environment.background = {0.085f, 0.09f, 0.10f};
     return environment;
 }

@@ -16,12 +16,14 @@ struct Studio {
     bool operator==(const Studio&) const = default;
 };
 
-/// Below a model of these bounds; none where they have no size that a picture could show.
-[[nodiscard]] inline std::optional<Studio> studioBelow(const Box& bounds) {
+/// Below a model that stands in `now`, and that its animations take through `bounds`; none where those have no size
+/// that a picture could show.
+[[nodiscard]] inline std::optional<Studio> studioBelow(const Box& bounds, const Box& now) {
     const double reach = bounds.empty() ? 0 : 0.5 * bounds.size().norm();
     if (!(reach > 1e-12 && reach < 1e15)) return std::nullopt;
     const Vec3d middle = bounds.center();
-    return Studio{.middle = Vec3d(middle.x(), bounds.lower.y(), middle.z()), .reach = reach};
+    const double height = now.empty() ? bounds.lower.y() : now.lower.y();
+    return Studio{.middle = Vec3d(middle.x(), height, middle.z()), .reach = reach};
 }
 
 }  // namespace tessera

@@ -204,10 +204,29 @@ View defaultView(const Wall& wall, const Box& sceneBounds) {
 
 namespace {
 
-/// What a screen shows of points, in shares of it from its middle: -0.5 to 0.5 of its width and height.
+/// What a screen shows of points along one of its axes: the outermost two, in shares of it from its middle, and how far
+/// before the eye they are, in shares of its distance to the screen.
+struct Extent {
+    double lower = 1e300, upper = -1e300, lowerDepth = 1, upperDepth = 1;
+
+    void add(double share, double depth) {
+        if (share < lower) lower = share, lowerDepth = depth;
+        if (share > upper) upper = share, upperDepth = depth;
+    }
+    /// So far aside at the screen, in shares of it, brings these two to the same distance from its middle.
+    [[nodiscard]] double aside() const { return (lower + upper) * lowerDepth * upperDepth / (lowerDepth + upperDepth); }
+    /// Between the two once they are in the middle, and so much farther away, in distances to the screen.
+    [[nodiscard]] double span(double farther) const {
+        return (upper * upperDepth - aside()) / (upperDepth + farther) -
+               (lower * lowerDepth - aside()) / (lowerDepth + farther);
+    }
+};
+
 struct Shown {
-    Eigen::Vector2d lower = Eigen::Vector2d::Constant(1e300), upper = Eigen::Vector2d::Constant(-1e300);
-    double nearest = 1e300;  ///< before the eye, in shares of its distance to the screen
+    Extent across, upwards;
+    double nearest = 1e300;
+
+    [[nodiscard]] double filled(double farther) const { return std::max(across.span(farther), upwards.span(farther)); }
 };
 
 }  // namespace
@@ -230,27 +249,29 @@ View studioView(const Wall& wall, const Box& sceneBounds, std::span<const Vec3d>
             shown.nearest = std::min(shown.nearest, depth);
             if (!(depth > 0)) continue;
             const Vec3d at = eye + way / depth - middle;
-            const Eigen::Vector2d share(at.dot(axes.right) / across.norm(), at.dot(axes.up) / upwards.norm());
-            shown.lower = shown.lower.cwiseMin(share);
-            shown.upper = shown.upper.cwiseMax(share);
+            shown.across.add(at.dot(axes.right) / across.norm(), depth);
+            shown.upwards.add(at.dot(axes.up) / upwards.norm(), depth);
         }
         return shown;
     };
-    // Each step is right for what is far away; what is near comes nearer with it.
+    // Each step is right for the points that are outermost now; others may be afterwards.
     constexpr double kFilled = 0.75, kNearest = 0.2;
-    constexpr int kSteps = 12;
+    constexpr int kSteps = 12, kHalvings = 40;
     for (int step = 0; step < kSteps; ++step) {
         const Shown shown = shownBy(view);
-        const double filled = (shown.upper - shown.lower).maxCoeff();
-        if (!(shown.nearest > 0) || !(filled > 1e-9)) return defaultView(wall, sceneBounds);
+        if (!(shown.nearest > 0) || !(shown.filled(0) > 1e-9)) return defaultView(wall, sceneBounds);
+        double nearer = std::max(-0.5, (1 - shown.nearest) / (1 - kNearest) - 1), farther = std::max(nearer, 1.0);
+        for (int halving = 0; halving < kHalvings; ++halving) {
+            const double between = 0.5 * (nearer + farther);
+            (shown.filled(between) > kFilled ? nearer : farther) = between;
+        }
         View next = view;
-        const Eigen::Vector2d off = 0.5 * (shown.upper + shown.lower);
-        next.position += next.worldUnitsPerMetre * (next.orientation * (off.x() * across + off.y() * upwards));
-        // About the middle of the screen, where the model is.
-        const double closer = std::clamp(filled / kFilled, 0.5, 2.0);
-        next.position += next.worldUnitsPerMetre * (1 - closer) * (next.orientation * middle);
-        next.worldUnitsPerMetre *= closer;
-        if (!(shownBy(next).nearest >= kNearest) || !checkStand(next)) return view;
+        // Larger about the middle of the screen, where the model is.
+        next.position += next.worldUnitsPerMetre *
+                         (next.orientation *
+                          Vec3d(shown.across.aside() * across + shown.upwards.aside() * upwards - farther * middle));
+        next.worldUnitsPerMetre *= 1 + farther;
+        if (!checkStand(next)) return view;
         view = next;
     }
     return view;

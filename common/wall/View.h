@@ -68,7 +68,8 @@ inline constexpr double kFrustumMarginPx = 1;
 [[nodiscard]] View defaultView(const Wall& wall, const Box& sceneBounds);
 
 /// From the same direction, and nearer: what `points` say of a model fills three quarters of the first screen, across
-/// or upwards, whichever comes first. None of them: the same as above.
+/// or upwards, whichever comes first. Nothing comes nearer than a fifth of the eye's way to the screen: a rod towards
+/// the eye fills less. None of them: the same as above.
 [[nodiscard]] View studioView(const Wall& wall, const Box& sceneBounds, std::span<const Vec3d> points);
 
 /// Where a wall may stand: beyond, the numbers of what it shows are none any more.

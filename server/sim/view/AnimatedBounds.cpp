@@ -110,7 +110,7 @@ public:
     explicit Survey(const Aspect& scene) : scene_(scene) {}
 
     AnimatedBounds run() {
-        result_.box = sceneBounds(scene_);
+        result_.box = result_.now = sceneBounds(scene_);
         findPlayers();
         if (players_.empty() && weightTracks_.empty()) {
             takeSamples();

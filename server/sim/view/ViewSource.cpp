@@ -89,7 +89,7 @@ void ViewSource::stand(const AnimatedBounds& bounds) {
     default_ = firstView_ == FirstView::kOfWall ? View()
                : inStudio                       ? studioView(wall_, bounds.box, bounds.samples)
                                                 : defaultView(wall_, bounds.box);
-    if (inStudio) default_->studio = studioBelow(bounds.box);
+    if (inStudio) default_->studio = studioBelow(bounds.box, bounds.now);
     ++version_;
 }
 
