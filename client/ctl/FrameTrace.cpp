@@ -8,7 +8,12 @@ namespace tessera {
 namespace {
 
 constexpr int kWall = 1;  ///< its process; hosts have those behind it
-constexpr std::size_t kMostOpen = 64;
+
+Duration fromMs(double ms) {
+    constexpr double kMost = 1e12;  // a generation
+    if (!(ms > 0 && ms < kMost)) return {};
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(ms));
+}
 
 }  // namespace
 
@@ -34,24 +39,40 @@ void FrameTrace::slice(int process, const std::string& name, TimePoint from, Tim
                                 {"args", std::move(arguments)}}));
 }
 
-void FrameTrace::made(FrameNumber frame, TimePoint now) {
-    open_.emplace(frame.value, now);
-    if (open_.size() > kMostOpen) open_.erase(open_.begin());
+void FrameTrace::shown(const notice::Frame& frame, TimePoint now) {
+    if (!serversZero_) serversZero_ = now - fromMs(frame.releasedMs);
+    const TimePoint to = *serversZero_ + fromMs(frame.releasedMs), began = to - fromMs(frame.frameMs);
+    if (began < begin_ || to <= end_) return;
+    const TimePoint from = std::max(began, end_);  // slices of one track do not overlap
+    const std::string name = fmt::format("frame {}", frame.frame.value);
+    slice(kWall, name, from, to,
+          {{"frame", frame.frame.value}, {"ms", frame.frameMs}, {"shown_by", frame.shown}, {"held_by", frame.held}});
+    for (const notice::HostWork& done : frame.works) work(done, frame.frame, from, to);
+    for (const std::string& host : frame.held)
+        slice(trackOf(host), "holds an earlier one", from, to, {{"frame", frame.frame.value}});
+    ++frames_;
+    end_ = to;
 }
 
-void FrameTrace::shown(const notice::Frame& frame, TimePoint now) {
-    const auto made = open_.find(frame.frame.value);
-    if (made == open_.end()) return;
-    const std::string name = fmt::format("frame {}", frame.frame.value);
-    slice(kWall, name, made->second, now,
-          {{"frame", frame.frame.value}, {"shown_by", frame.shown}, {"held_by", frame.held}});
-    for (const std::string& host : frame.shown)
-        slice(trackOf(host), name, made->second, now, {{"frame", frame.frame.value}});
-    for (const std::string& host : frame.held)
-        slice(trackOf(host), "holds an earlier one", made->second, now, {{"frame", frame.frame.value}});
-    open_.erase(open_.begin(), std::next(made));
-    ++frames_;
-    end_ = now;
+void FrameTrace::work(const notice::HostWork& work, FrameNumber frame, TimePoint from, TimePoint to) {
+    const int process = trackOf(work.host);
+    Json arguments{{"frame", frame.value}, {"ready_ms", work.readyMs}, {"work_ms", work.workMs}};
+    if (work.lastShown.value > 0) {
+        arguments["last_seen"] = work.lastShown.value;
+        arguments["seen_ms_before_its_end"] = work.shownMs;
+    }
+    slice(process, fmt::format("frame {}", frame.value), from, to, std::move(arguments));
+    const TimePoint ready = std::clamp(from + fromMs(work.readyMs), from, to);
+    const TimePoint began = std::max(from, ready - fromMs(work.workMs));
+    slice(process, "works", began, ready, Json::object());
+    TimePoint at = began;
+    for (const auto& [name, ms] : {std::pair("apply", work.applyMs), std::pair("cull", work.cullMs),
+                                   std::pair("draw", work.drawMs), std::pair("hand over", work.handOverMs)}) {
+        const TimePoint end = std::min(ready, at + fromMs(ms));
+        if (end > at) slice(process, name, at, end, {{"ms", ms}});
+        at = end;
+    }
+    if (ready < to) slice(process, "waits for the others", ready, to, Json::object());
 }
 
 void FrameTrace::status(const answer::Status& status, TimePoint now) {

@@ -216,11 +216,9 @@ Expected<Answer> run(Application& application, const verb::Trace& trace) {
     const TimePoint begin = clockNow();
     FrameTrace told(application.wall().name, begin);
     const auto wanted = static_cast<std::size_t>(trace.frames);
-    auto done = application.onPoses([&](const notice::Poses& poses) { told.made(poses.frame, clockNow()); });
-    if (done)
-        done = application.onFrame([&](const notice::Frame& frame) {
-            if (told.frames() < wanted) told.shown(frame, clockNow());
-        });
+    auto done = application.onFrame([&](const notice::Frame& frame) {
+        if (told.frames() < wanted) told.shown(frame, clockNow());
+    });
     if (done) done = application.onStates([&](const notice::States& states) { told.states(states, clockNow()); });
     if (!done) return tl::unexpected(done.error());
     TimePoint lookAt = begin, newsAt = begin;

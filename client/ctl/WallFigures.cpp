@@ -54,6 +54,12 @@ void WallFigures::frame(const notice::Frame& frame, TimePoint now) {
     ++frames_;
     for (const std::string& host : frame.shown) ++hosts_[host].shown;
     for (const std::string& host : frame.held) ++hosts_[host].held;
+    for (const notice::HostWork& work : frame.works) {
+        Shown& shown = hosts_[work.host];
+        ++shown.drawn;
+        shown.drawMs += work.cullMs + work.drawMs;
+        shown.longestMs = std::max(shown.longestMs, work.cullMs + work.drawMs);
+    }
 }
 
 Answer WallFigures::take(const answer::Status& status, TimePoint now) {
@@ -73,7 +79,7 @@ Answer WallFigures::take(const answer::Status& status, TimePoint now) {
         answer.text += fmt::format("waiting   for {} before the first frame\n", fmt::join(status.waitingFor, ", "));
     answer.text += "\n";
 
-    TextTable table({"HOST", "STATE", "SHOWN", "HELD", "BEHIND", "ROUND TRIP", "WAITED FOR"});
+    TextTable table({"HOST", "STATE", "SHOWN", "HELD", "BEHIND", "DRAWS", "ROUND TRIP", "WAITED FOR"});
     Json hosts = Json::array();
     for (const answer::HostInfo& host : status.hosts) {
         const Shown counted = hosts_[host.name];
@@ -81,8 +87,10 @@ Answer WallFigures::take(const answer::Status& status, TimePoint now) {
         // The frame that is being made counts for nobody.
         const std::uint64_t newest = status.frame.value > 0 ? status.frame.value - 1 : 0;
         const std::uint64_t behind = newest - std::min(newest, host.lastShown.value);
+        const double drawMs = counted.drawMs / static_cast<double>(std::max<std::uint64_t>(1, counted.drawn));
         table.add({host.name, host.state, fmt::format("{} of {}", counted.shown, frames_),
                    fmt::format("{}", counted.held), fmt::format("{}", behind > 1 ? behind : 0),
+                   counted.drawn == 0 ? "-" : fmt::format("{:.1f} ms, {:.1f} at most", drawMs, counted.longestMs),
                    fmt::format("{:.2f} ms", host.roundTripMs),
                    wait.frames == 0 ? "-"
                                     : fmt::format("{} of {}, {:.1f} ms each: {}", wait.frames, status.waitFrames,
@@ -92,6 +100,8 @@ Answer WallFigures::take(const answer::Status& status, TimePoint now) {
                          {"last_shown", host.lastShown.value},
                          {"shown", counted.shown},
                          {"held", counted.held},
+                         {"draw_ms", counted.drawn > 0 ? Json(drawMs) : Json(nullptr)},
+                         {"longest_draw_ms", counted.drawn > 0 ? Json(counted.longestMs) : Json(nullptr)},
                          {"round_trip_ms", host.roundTripMs},
                          {"waited_for", {{"frames", wait.frames}, {"ms", wait.ms}, {"reason", wait.reason}}}});
     }

@@ -23,6 +23,8 @@ public:
 private:
     struct Shown {
         std::uint64_t shown = 0, held = 0;  ///< frames
+        std::uint64_t drawn = 0;            ///< of which the server told what they took
+        double drawMs = 0, longestMs = 0;   ///< to choose and to draw, all tiles
     };
     TimePoint since_;
     std::optional<TimePoint> lastFrame_;

@@ -188,9 +188,10 @@ Expected<HostStats> decodeStats(ByteSpan bytes) {
         return badFrame("statistics: their head is damaged");
     if (static_cast<std::size_t>(head.tiles_size()) > kMaxTiles)
         return badFrame(fmt::format("statistics: {} tiles", head.tiles_size()));
-    // They end up in a report: NaN would make it unreadable.
+    // They end up in a report: NaN would make it unreadable, as would sums that are no number any more.
     const auto areTimes = [](std::initializer_list<double> times) {
-        return std::ranges::all_of(times, [](double ms) { return ms >= 0 && std::isfinite(ms); });
+        constexpr double kLongestMs = 1e12;
+        return std::ranges::all_of(times, [](double ms) { return ms >= 0 && ms <= kLongestMs; });
     };
     const auto noTime = [] { return badFrame("statistics: a time is not a number of milliseconds"); };
     if (!areTimes({head.work_ms(), head.apply_ms(), head.apply_queued_ms(), head.help_ms()})) return noTime();

@@ -161,9 +161,9 @@ Expected<Message> decodeAs(const ByteSlice& payload, const MessageLimits& limits
     if (!head) return tl::unexpected(head.error());
     M message;
     if constexpr (std::is_same_v<M, message::Hello>) {
-        // Of another version only the number is understood for certain.
+        // Of a version that is not known only the number is understood for certain.
         message.protocol = static_cast<std::uint32_t>(head->varint(1));
-        if (message.protocol != kProtocolVersion) return message;
+        if (message.protocol < kOldestAskersProtocol || message.protocol > kProtocolVersion) return message;
     }
     MessageUnpacker in(payload, *head, std::move(split->parts), limits);
     in.expectParts(partsOf<M>());

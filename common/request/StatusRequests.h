@@ -291,9 +291,41 @@ struct WordsOf<Role> {
 
 namespace notice {
 
+/// What one host did for one frame. Durations are by its own clock, points in time by the server's.
+struct HostWork {
+    std::string host;
+    double readyMs = 0;  ///< from the frame's beginning until the server heard that it had been drawn
+    double workMs = 0;   ///< all of its work; the others are parts of it, those of several tiles added up
+    double applyMs = 0, cullMs = 0, drawMs = 0, handOverMs = 0;
+    FrameNumber lastShown;  ///< the newest of which the server has heard that people see it
+    double shownMs = 0;     ///< for so long, at this frame's release
+
+    static constexpr std::string_view kName = "HostWork";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&HostWork::host>(1, "host"),
+            member<&HostWork::readyMs>(2, "ready_ms")
+                .in("ms")
+                .said("from the frame's beginning until the server heard that it had been drawn"),
+            member<&HostWork::workMs>(3, "work_ms").in("ms").said("by the host's clock; the next four are parts of it"),
+            member<&HostWork::applyMs>(4, "apply_ms").in("ms").said("changes of the scene"),
+            member<&HostWork::cullMs>(5, "cull_ms").in("ms").said("choosing what is drawn, all tiles"),
+            member<&HostWork::drawMs>(6, "draw_ms").in("ms").said("drawing, all tiles"),
+            member<&HostWork::handOverMs>(7, "hand_over_ms")
+                .in("ms")
+                .said("to windows and to whoever looks, all tiles"),
+            member<&HostWork::lastShown>(8, "last_shown")
+                .said("the newest of which the server has heard that people see it"),
+            member<&HostWork::shownMs>(9, "shown_ms").in("ms").said("for so long, at this frame's release"));
+    }
+};
+
 struct Frame {
     FrameNumber frame;
     std::vector<std::string> shown, held;
+    double frameMs = 0;           ///< from its beginning until it was released
+    double releasedMs = 0;        ///< when that was, by the server's clock, which counts from some beginning
+    std::vector<HostWork> works;  ///< of hosts that have shown it
 
     static constexpr ToldInfo kInfo{.name = "Frame", .notice = 1, .help = "A frame was shown"};
     static constexpr auto members() {
@@ -302,7 +334,14 @@ struct Frame {
             member<&Frame::shown>(2, "shown").atMost(&ApplicationLimits::maxHosts).said("hosts that have shown it"),
             member<&Frame::held>(3, "held")
                 .atMost(&ApplicationLimits::maxHosts)
-                .said("hosts that go on showing an earlier one"));
+                .said("hosts that go on showing an earlier one"),
+            member<&Frame::frameMs>(4, "frame_ms").in("ms").said("from its beginning until it was released"),
+            member<&Frame::releasedMs>(5, "released_ms")
+                .in("ms")
+                .said("when it was released, by a clock of the server's that only goes forward"),
+            member<&Frame::works>(6, "works")
+                .atMost(&ApplicationLimits::maxHosts)
+                .said("what hosts that have shown it did for it"));
     }
 };
 

@@ -10,14 +10,15 @@
 namespace tessera {
 
 Admission::Verdict Admission::program(const message::Hello& hello) const {
-    if (hello.protocol != kProtocolVersion)
+    const bool holdsReplica = hello.role == PeerRole::kHost || hello.follows;
+    if (hello.protocol > kProtocolVersion || hello.protocol < (holdsReplica ? kProtocolVersion : kOldestAskersProtocol))
         return Refusal{
             ErrorCode::kNetwork,
             fmt::format("this server speaks protocol version {}, the peer version {}; install the same Tessera on both",
                         kProtocolVersion, hello.protocol),
             false};
     // Who holds no replica asks and is answered by numbers that keep their meaning (proto/README.md).
-    if ((hello.role == PeerRole::kHost || hello.follows) && hello.schema != config_.schema)
+    if (holdsReplica && hello.schema != config_.schema)
         return Refusal{ErrorCode::kNetwork,
                        "this server's scene has schema " + toHex(config_.schema) + ", the peer's " +
                            toHex(hello.schema) + "; install the same Tessera on both",

@@ -55,16 +55,18 @@ ServerActions SessionActions::on(const server_action::Fault& fault) {
 }
 
 ServerActions SessionActions::on(const server_action::FrameReleased& released) {
-    around_.pacing.released(Clock::now(), released.shown.empty());
+    const TimePoint now = Clock::now();
+    around_.pacing.released(now, released.shown.empty());
     around_.report.released(released);
     around_.budget.released();
     if (around_.onReleased) around_.onReleased(around_.pacing.framesReleased());
-    return around_.desk.frameReleased(released);
+    return around_.desk.frameReleased(released, now);
 }
 
 ServerActions SessionActions::on(const server_action::FrameStats& stats) {
     if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
         around_.report.stats(stats, *decoded);
+        around_.desk.frameDrawn(stats, *decoded, Clock::now());
         around_.budget.drawn(*decoded);
         for (const HeldUp& held : decoded->heldUp)
             around_.programs.heldUp(held.program, stats.host, held.ms, stats.frame);
@@ -74,6 +76,7 @@ ServerActions SessionActions::on(const server_action::FrameStats& stats) {
 
 ServerActions SessionActions::on(const server_action::FrameShown& shown) {
     around_.report.shown(shown);
+    around_.desk.frameShown(shown);
     return {};
 }
 

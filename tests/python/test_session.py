@@ -16,9 +16,12 @@ from tessera import _described, _wire
 from tessera._schema import schema
 
 
-def recorded():
+EARLIER = [record.FILE.with_name(f"session-{protocol}.txt") for protocol in (17,)]  # that the server still takes
+
+
+def recorded(file=record.FILE):
     """(connection, way, name, header and payload) of each line."""
-    for line in record.FILE.read_text().splitlines():
+    for line in file.read_text().splitlines():
         if line[:1].isdigit():
             way, name, data = line.split()
             yield int(way[0]), way[1], name, bytes.fromhex(data)
@@ -104,6 +107,11 @@ class Recorded(unittest.TestCase):
 
     def test_a_server_of_today_takes_an_application_of_then(self):
         """The promise of proto/README.md. That types and fields are others now does not keep it out."""
+        for file in (record.FILE, *EARLIER):
+            with self.subTest(file.name):
+                self.takes(file)
+
+    def takes(self, file):
         folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (folder / "token").write_text(record.TOKEN)
         (folder / "thing.tsct").write_text(record.SCENE)
@@ -113,7 +121,7 @@ class Recorded(unittest.TestCase):
             host, port = live.address.rsplit(":", 1)
             with socket.create_connection((host, int(port)), PATIENCE) as connection:
                 epoch = 0
-                for number, way, name, data in recorded():
+                for number, way, name, data in recorded(file):
                     if number != 1 or way != ">" or name not in ("Hello", "Request"):
                         continue
                     payload = data[_wire.HEADER_BYTES:]

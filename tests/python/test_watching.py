@@ -44,9 +44,11 @@ class Watching(unittest.TestCase):
         for host in told["hosts"]:
             self.assertEqual((host["state"], host["held"]), ("live", 0))
             self.assertGreater(host["shown"], 0)
+            self.assertGreaterEqual(host["longest_draw_ms"], host["draw_ms"])
+            self.assertGreater(host["draw_ms"], 0)
         text = self.ctl("top", "--every", "0.2")
         self.assertNotIn("\x1b", text)
-        self.assertRegex(text, r"HOST +STATE +SHOWN +HELD +BEHIND +ROUND TRIP +WAITED FOR\n")
+        self.assertRegex(text, r"HOST +STATE +SHOWN +HELD +BEHIND +DRAWS +ROUND TRIP +WAITED FOR\n")
         self.assertEqual(len(re.findall(r"^\S+ +live +\d+ of \d+ ", text, re.M)), len(self.hosts))
 
     def on_terminal(self, act, rows=20, columns=60):
@@ -123,13 +125,26 @@ class Watching(unittest.TestCase):
         names = {event["pid"]: event["args"]["name"] for event in events if event["ph"] == "M"}
         self.assertEqual(sorted(names.values())[:-1], sorted(f"host {host}" for host in self.hosts))
         for process, name in names.items():
-            slices = [event for event in events if event["ph"] == "X" and event["pid"] == process]
+            slices = [event for event in events if event["ph"] == "X" and event["pid"] == process
+                      and "frame" in event["args"]]
             self.assertEqual(len(slices), 30, name)
             frames = [event["args"]["frame"] for event in slices]
             self.assertEqual(frames, list(range(frames[0], frames[0] + 30)), "every one, in order")
             for before, after in zip(slices, slices[1:]):
                 self.assertGreater(before["dur"], 0)
                 self.assertLessEqual(before["ts"] + before["dur"], after["ts"], "frames do not overlap")
+            if name.startswith("wall "):
+                continue
+            for part in ("works", "apply", "draw"):
+                inner = [event for event in events if event["ph"] == "X" and event["pid"] == process
+                         and event["name"] == part]
+                self.assertGreater(len(inner), 20, part)
+                for event in inner:
+                    self.assertTrue(any(frame["ts"] - 1 <= event["ts"] and
+                                        event["ts"] + event["dur"] <= frame["ts"] + frame["dur"] + 1
+                                        for frame in slices), "within its frame")
+            seen = [event["args"]["seen_ms_before_its_end"] for event in slices if "last_seen" in event["args"]]
+            self.assertGreater(len(seen), 20, "what the host's clock says, on the server's")
         no_folder = str(self.live.folder / "server.log" / "trace.json")
         refused = self.live.run("tessera-ctl", "--server", self.live.address, "trace", no_folder, "--frames", "1")
         self.assertEqual((refused.returncode, refused.stdout), (3, ""))

@@ -75,11 +75,47 @@ ServerActions FrameNews::tellOfCollisions(std::span<const std::uint64_t> closedQ
     return actions;
 }
 
-ServerActions FrameNews::released(const server_action::FrameReleased& release) {
+void FrameNews::drawn(const std::string& host, FrameNumber frame, const HostStats& stats, TimePoint now) {
+    Drawn& drawn = drawn_[host];
+    drawn.frame = frame;
+    drawn.at = now;
+    drawn.work = {.host = host, .workMs = stats.workMs, .applyMs = stats.applyMs};
+    for (const TileStats& tile : stats.tiles) {
+        drawn.work.cullMs += tile.cullMs;
+        drawn.work.drawMs += tile.drawMs;
+        drawn.work.handOverMs += tile.handOverMs;
+    }
+}
+
+void FrameNews::seen(const server_action::FrameShown& shown) {
+    Drawn& drawn = drawn_[shown.host];
+    drawn.seen = shown.frame;
+    drawn.seenAtNs = shown.shownAtNs;
+}
+
+ServerActions FrameNews::released(const server_action::FrameReleased& release, TimePoint now) {
     ServerActions actions;
     tell(
         actions, [](const Subscription& s) { return s.frames; },
-        [&] { return notice::Frame{.frame = release.frame, .shown = release.shown, .held = release.held}; });
+        [&] {
+            notice::Frame told{.frame = release.frame,
+                               .shown = release.shown,
+                               .held = release.held,
+                               .frameMs = toMilliseconds(release.frameTime),
+                               .releasedMs = toMilliseconds(now.time_since_epoch()),
+                               .works = {}};
+            for (const std::string& host : release.shown) {
+                const auto drawn = drawn_.find(host);
+                if (drawn == drawn_.end() || drawn->second.frame != release.frame) continue;
+                notice::HostWork& work = told.works.emplace_back(drawn->second.work);
+                work.readyMs = std::max(0.0, told.frameMs - toMilliseconds(now - drawn->second.at));
+                work.lastShown = drawn->second.seen;
+                // Clocks are estimated: a picture may seem to be seen a little later than now.
+                if (drawn->second.seenAtNs != 0)
+                    work.shownMs = std::max(0.0, static_cast<double>(toNs(now) - drawn->second.seenAtNs) * 1e-6);
+            }
+            return told;
+        });
     return actions;
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 
+#include "common/codec/FrameCodec.h"
 #include "server/sim/desk/Answering.h"
 #include "server/sim/desk/OpenQuestions.h"
 #include "server/sim/frame/Frame.h"
@@ -36,7 +37,10 @@ public:
 
     /// `open`: ids of the questions that stand after this frame.
     [[nodiscard]] ServerActions committed(StepResult step, FrameNumber number, std::span<const std::uint64_t> open);
-    [[nodiscard]] ServerActions released(const server_action::FrameReleased& release);
+    /// What a host said with its Ready; before the frame's release where that came of it.
+    void drawn(const std::string& host, FrameNumber frame, const HostStats& stats, TimePoint now);
+    void seen(const server_action::FrameShown& shown);
+    [[nodiscard]] ServerActions released(const server_action::FrameReleased& release, TimePoint now);
     [[nodiscard]] ServerActions picked(const answer::Picked& picked);
     [[nodiscard]] ServerActions poses(const notice::Poses& poses);
     /// Told where something of it is another than it was, and to who has not been told of any.
@@ -69,6 +73,13 @@ private:
     std::set<ConnectionId> newToStates_;
     std::optional<notice::States> states_;  ///< as they were told last
     TimePoint statesAt_{};
+    struct Drawn {
+        FrameNumber frame, seen;
+        TimePoint at{};
+        std::int64_t seenAtNs = 0;
+        notice::HostWork work;
+    };
+    std::map<std::string, Drawn> drawn_;  ///< by host
     OpenQuestions questions_;
     FrameNumber frame_;
     StepResult step_;

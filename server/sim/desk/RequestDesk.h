@@ -61,8 +61,12 @@ public:
                                           std::span<const std::uint64_t> openQuestions);
     /// Heads and wands of the frame that was made.
     [[nodiscard]] ServerActions heads(const notice::Poses& poses) { return desk_.news.poses(poses); }
-    [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release) {
-        return desk_.news.released(release);
+    void frameDrawn(const server_action::FrameStats& said, const HostStats& stats, TimePoint now) {
+        desk_.news.drawn(said.host, said.frame, stats, now);
+    }
+    void frameShown(const server_action::FrameShown& shown) { desk_.news.seen(shown); }
+    [[nodiscard]] ServerActions frameReleased(const server_action::FrameReleased& release, TimePoint now) {
+        return desk_.news.released(release, now);
     }
 
 private:

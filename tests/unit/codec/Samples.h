@@ -314,15 +314,16 @@ inline notice::Poses somePoses() {
 }
 
 inline std::vector<ApplicationNotice> everyNotice() {
-    return {notice::Frame{40_frame, {"a", "b"}, {"c"}},
-            twoContacts(),
-            answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5),
-                           Vec2d(0.125, 0.75)},
-            answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
-            answer::Distances{1_frame, {aDistance()}, 2},
-            answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
-            somePoses(),
-            notice::States{{{"lower-left", "live", 47_frame, 0.25}}, "no space left", 48, 49}};
+    return {
+        notice::Frame{40_frame, {"a", "b"}, {"c"}, 16.5, 1234.5, {{"a", 9.5, 8.5, 0.5, 1.5, 4.5, 1.25, 39_frame, 2.5}}},
+        twoContacts(),
+        answer::Picked{true, ObjectId{28}, 29, Vec3d(1, 2, 3), 30.5, 31.5, 2.5, Vec3d(0, 0, 1), Vec2d(0.25, 0.5),
+                       Vec2d(0.125, 0.75)},
+        answer::PairEvents{1_frame, {anEvent(), PairEventValue{}}, 2},
+        answer::Distances{1_frame, {aDistance()}, 2},
+        answer::Questions{1_frame, {aQuestion()}, {3, 4}, 2},
+        somePoses(),
+        notice::States{{{"lower-left", "live", 47_frame, 0.25}}, "no space left", 48, 49}};
 }
 
 }  // namespace tessera::test

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <set>
 
 #include "client/ctl/FrameTrace.h"
@@ -112,7 +113,10 @@ TEST(WallFigures, CountBetweenTwoTables) {
     const TimePoint begin{};
     WallFigures figures(begin);
     for (std::uint64_t n = 1; n <= 60; ++n)
-        figures.frame({.frame = FrameNumber(n), .shown = {"left"}, .held = n == 7 ? Lines{"right"} : Lines()},
+        figures.frame({.frame = FrameNumber(n),
+                       .shown = {"left"},
+                       .held = n == 7 ? Lines{"right"} : Lines(),
+                       .works = {{.host = "left", .cullMs = 0.5, .drawMs = n % 2 == 0 ? 1.5 : 6.5}}},
                       begin + n * 10ms + (n > 30 ? 40ms : 0ms));
     answer::Status status;
     status.wallName = "cave";
@@ -135,9 +139,12 @@ TEST(WallFigures, CountBetweenTwoTables) {
               "frame     half within 9.50 ms, 99 % within 50.00 ms: 60 frames since the start\n"
               "barrier   none yet\n"
               "\n"
-              "HOST   STATE  SHOWN     HELD  BEHIND  ROUND TRIP  WAITED FOR\n"
-              "left   live   60 of 60  0     0       0.25 ms     5 of 60, 2.4 ms each: draw (front-1-0)\n"
-              "right  lost   0 of 60   1     57      0.00 ms     -\n");
+              "HOST   STATE  SHOWN     HELD  BEHIND  DRAWS                ROUND TRIP  WAITED FOR\n"
+              "left   live   60 of 60  0     0       4.5 ms, 7.0 at most  0.25 ms     5 of 60, 2.4 ms each: draw "
+              "(front-1-0)\n"
+              "right  lost   0 of 60   1     57      -                    0.00 ms     -\n");
+    EXPECT_EQ(told.json["hosts"][0]["draw_ms"], 4.5);
+    EXPECT_TRUE(told.json["hosts"][1]["draw_ms"].is_null());
     const Answer none = figures.take(status, begin + 3s);
     EXPECT_EQ(none.json["frames"], 0) << "it counts anew";
     EXPECT_TRUE(none.json["longest_ms"].is_null());
@@ -148,17 +155,37 @@ TEST(FrameTrace, JoinsHostsByFrames) {
     const TimePoint begin{};
     FrameTrace trace("cave \"4\"\x1b", begin);
     trace.states(statesOf({{.name = "left", .state = "live"}, {.name = "right", .state = "live"}}), begin);
-    trace.shown({.frame = FrameNumber(9), .shown = {"left"}, .held = {}}, begin + 1ms);
-    EXPECT_EQ(trace.frames(), 0u) << "it was made before the trace began";
-    for (std::uint64_t n = 10; n < 14; ++n) {
-        trace.made(FrameNumber(n), begin + n * 20ms);
-        if (n == 12) continue;  // one that nobody has shown
-        const bool both = n != 13;
-        trace.shown({.frame = FrameNumber(n),
-                     .shown = both ? Lines{"left", "right"} : Lines{"left"},
-                     .held = both ? Lines() : Lines{"right"}},
-                    begin + n * 20ms + 5ms);
-    }
+    // The server's clock is 7 s ahead; the news of a frame comes late, and later each time.
+    const auto told = [&](std::uint64_t n, bool both) {
+        notice::Frame frame{.frame = FrameNumber(n),
+                            .shown = both ? Lines{"left", "right"} : Lines{"left"},
+                            .held = both ? Lines() : Lines{"right"},
+                            .frameMs = 5,
+                            .releasedMs = 7000.0 + 20.0 * static_cast<double>(n) + 5,
+                            .works = {}};
+        for (const std::string& host : frame.shown)
+            frame.works.push_back({.host = host,
+                                   .readyMs = host == "left" ? 3.0 : 5.0,
+                                   .workMs = 2.5,
+                                   .applyMs = 0.5,
+                                   .drawMs = 1.5,
+                                   .lastShown = FrameNumber(n - 1),
+                                   .shownMs = 4});
+        trace.shown(frame, begin + n * 20ms + 5ms + (n - 9) * 1ms);
+    };
+    trace.shown(
+        {.frame = FrameNumber(9), .shown = {"left"}, .held = {}, .frameMs = 200, .releasedMs = 7185, .works = {}},
+        begin + 185ms);
+    EXPECT_EQ(trace.frames(), 0u) << "it began before the trace did";
+    for (const std::uint64_t n : {10, 11, 13}) told(n, n != 13);
+    // Of a server that says what makes no sense nothing comes but less.
+    trace.shown({.frame = FrameNumber(14),
+                 .shown = {"left"},
+                 .held = {},
+                 .frameMs = std::nan(""),
+                 .releasedMs = 1e300,
+                 .works = {}},
+                begin + 400ms);
     trace.states(statesOf({{.name = "left", .state = "live"}, {.name = "right", .state = "late"}}), begin + 300ms);
     answer::Status status;
     status.hosts = {{.name = "left", .state = "live"}, {.name = "right", .state = "late"}};
@@ -172,6 +199,7 @@ TEST(FrameTrace, JoinsHostsByFrames) {
     const auto file = nlohmann::json::parse(trace.text());
     std::map<int, std::string> processes;
     std::map<std::string, std::vector<std::pair<double, std::string>>> slices;
+    std::map<std::string, double> parts;  // of host left in its first frame: µs
     std::map<std::string, std::set<std::string>> instants;
     for (const auto& event : file["traceEvents"]) {
         const std::string phase = event["ph"];
@@ -180,8 +208,14 @@ TEST(FrameTrace, JoinsHostsByFrames) {
         if (phase == "M") continue;
         ASSERT_TRUE(event["ts"].is_number() && event["ts"] >= 0.0) << event;
         if (phase == "X") {
-            slices[processes.at(process)].emplace_back(event["ts"], event["name"]);
-            EXPECT_NEAR(event["dur"].get<double>(), 5000, 1e-6);
+            const std::string name = event["name"];
+            if (event["args"].contains("frame")) {
+                slices[processes.at(process)].emplace_back(event["ts"], name);
+                EXPECT_NEAR(event["dur"].get<double>(), 5000, 1e-3);
+            } else if (processes.at(process) == "host left" && event["ts"] < 206'000.0) {
+                parts[name + " at"] = event["ts"];
+                parts[name] = event["dur"];
+            }
         }
         if (phase == "i") instants[processes.at(process)].insert(event["name"].get<std::string>());
         if (phase == "C" && processes.at(process) == "host right") {
@@ -194,7 +228,13 @@ TEST(FrameTrace, JoinsHostsByFrames) {
     EXPECT_EQ(slices[wall].size(), 3u);
     EXPECT_EQ(slices["host right"].back().second, "holds an earlier one");
     EXPECT_EQ(slices["host left"].back().second, "frame 13");
-    EXPECT_EQ(slices["host left"].front().first, 200'000.0);
+    EXPECT_NEAR(slices["host left"].front().first, 200'000.0, 1e-3);
+    const std::map<std::string, double> wanted{
+        {"apply", 500},       {"apply at", 200'500},          {"draw", 1500},
+        {"draw at", 201'000}, {"waits for the others", 2000}, {"waits for the others at", 203'000},
+        {"works", 2500},      {"works at", 200'500}};
+    ASSERT_EQ(parts.size(), wanted.size());
+    for (const auto& [name, us] : wanted) EXPECT_NEAR(parts[name], us, 1e-3) << name;
     EXPECT_EQ(instants["host right"], (std::set<std::string>{"live", "late"}));
     EXPECT_TRUE(std::ranges::is_sorted(slices[wall]));
 }

@@ -77,6 +77,23 @@ TEST(ServerJoin, TakesApplicationsOfAnotherSchemaThatHoldNoReplica) {
     EXPECT_EQ(s.sent<message::Welcome>(asks).size(), 1u);
 }
 
+TEST(ServerJoin, TakesApplicationsOfEarlierProtocolsThatHoldNoReplica) {
+    for (unsigned protocol = kOldestAskersProtocol - 1; protocol <= kProtocolVersion + 1; ++protocol)
+        for (const bool host : {true, false})
+            for (const bool follows : {true, false}) {
+                ServerFixture s;
+                message::Hello hello = s.greeting("left");
+                if (!host) hello.role = PeerRole::kApplication;
+                hello.protocol = protocol;
+                hello.follows = follows;
+                const ConnectionId peer = s.open();
+                s.say(peer, hello);
+                const bool known = protocol >= kOldestAskersProtocol && protocol <= kProtocolVersion;
+                const bool taken = protocol == kProtocolVersion || (known && !host && !follows);
+                EXPECT_EQ(s.sent<message::Welcome>(peer).size(), taken ? 1u : 0u) << protocol << host << follows;
+            }
+}
+
 TEST(ServerJoin, RefusesAnotherSchema) {
     ServerFixture s;
     const ConnectionId c = s.open();
