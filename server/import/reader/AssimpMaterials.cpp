@@ -67,6 +67,22 @@ void setChannel(const DecodedImage& from, std::size_t channel, DecodedImage& to)
                 from.rgba[4 * (y * fromHeight / height * fromWidth + x * fromWidth / width)];
 }
 
+/// What assimp gives where a file says nothing: one of a known name, and of PLY one without a name, white. Colours of
+/// corners are as they are on white alone.
+bool isMadeUp(const aiScene& source, unsigned index) {
+    const aiMaterial& material = *source.mMaterials[index];
+    aiString name;
+    if (material.Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && name.length > 0)
+        return std::strcmp(name.C_Str(), AI_DEFAULT_MATERIAL_NAME) == 0;
+    aiColor4D color(1, 1, 1, 1);
+    material.Get(AI_MATKEY_COLOR_DIFFUSE, color);
+    for (const aiTextureType type : {aiTextureType_DIFFUSE, aiTextureType_BASE_COLOR})
+        if (material.GetTextureCount(type) > 0) return false;
+    for (unsigned m = 0; m < source.mNumMeshes; ++m)
+        if (source.mMeshes[m]->mMaterialIndex == index && source.mMeshes[m]->HasVertexColors(0)) return false;
+    return color == aiColor4D(1, 1, 1, 1);
+}
+
 bool isBlack(const proto::scene::Color& color) {
     return color.r() == 0 && color.g() == 0 && color.b() == 0;
 }
@@ -81,9 +97,7 @@ std::string AssimpMaterials::name(unsigned index) {
     proto::scene::Material message;
     message.set_name(name);
     message.set_double_sided(sidesUnknown_ || property(material, AI_MATKEY_TWOSIDED, 0) != 0);
-    aiString given;
-    material.Get(AI_MATKEY_NAME, given);
-    if (std::strcmp(given.C_Str(), AI_DEFAULT_MATERIAL_NAME) != 0) {
+    if (!isMadeUp(source_, index)) {
         setColors(material, message);
         setTextures(material, message);
     }

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "common/cores/Geometry.h"
+#include "common/cores/Material.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "tests/unit/import/Picture.h"
 
@@ -91,6 +92,27 @@ PlyWriter ladder(const char* format, const std::string& elements) {
     PlyWriter ply(format, kSixCorners + elements);
     for (const float y : {0.0F, 1.0F, 2.0F}) ply.row(0.0F, y, 0.0F).row(1.0F, y, 0.0F);
     return ply;
+}
+
+/// What no file says is no white: views that have a colour for what says none give it theirs.
+TEST(PlyMaterials, SayNothingWhereTheFileSaysNoColor) {
+    const auto colorOf = [](const std::string& properties, const std::string& rest) {
+        const Scratch scratch;
+        const std::string file =
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+            "float z\n" +
+            properties +
+            "element face 1\nproperty list uchar int vertex_indices\n"
+            "end_header\n0 0 0" +
+            rest + "\n1 0 0" + rest + "\n0 1 0" + rest + "\n3 0 1 2\n";
+        Expected<ImportedScene> scene = importScene(scratch.write("a.ply", file), kRootNode, importOptions());
+        EXPECT_TRUE(scene) << messageOf(scene);
+        const ImportedAspect aspect(std::move(*scene));
+        return allOf<Material>(aspect).at(0)->baseColor;
+    };
+    EXPECT_EQ(colorOf("", ""), Material().baseColor);
+    EXPECT_EQ(colorOf("property uchar red\nproperty uchar green\nproperty uchar blue\n", " 9 99 199"), Vec4f::Ones())
+        << "its corners' colours are as they are";
 }
 
 TEST(PlyStrips, HaveAllTheirTriangles) {
