@@ -351,6 +351,31 @@ class Whole(OnAWall):
                          ({}, 1, ["box"]))
         self.assertEqual(bpy.data.objects["box"].location.y, 6)
 
+    def test_it_is_removed_while_something_is_under_way(self):
+        """What is answered while nobody listens is not waited for; what was never heard to be granted is asked anew."""
+        update()
+        bpy.ops.ed.undo_push(message="begin")
+        link = self.link()
+        bpy.data.objects["box"].location.x = 5
+        update()
+        bpy.ops.ed.undo_push(message="move")
+        sent = link.counts["batches"]
+        until("the move is under way", lambda: link.counts["batches"] > sent)
+        self.assertIsNotNone(link._under_way)
+        bpy.data.collections.remove(self.stage)
+        pumps()
+        self.node("box").translation = (0, 6, 0)
+        pumps()
+        bpy.ops.ed.undo_push(message="removed")
+        bpy.ops.ed.undo()
+        until("it is linked again", lambda: link.collection is not None and link.courier.state == "linked")
+        settle()
+        stand = [tuple(bpy.data.objects["box"].location), tuple(self.node("box").translation)]
+        self.assertEqual((link.notes, stand), ({}, [(5, 0, 0)] * 2))
+        bpy.data.objects["box"].location.z = 7
+        settle()
+        self.assertEqual(tuple(self.node("box").translation), (5, 0, 7))
+
     def test_a_copy_is_another_one(self):
         link = self.link()
         copy = self.stage.copy()

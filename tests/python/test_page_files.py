@@ -131,6 +131,7 @@ class PageFiles(page_wall.OnAPage):
         slow = {"offline": False, "latency": 1, "downloadThroughput": -1, "uploadThroughput": 20_000}
         self.browser.driver.execute_cdp_cmd("Network.emulateNetworkConditions", slow)
         self.drop(**{"stopped.gltf": "x" * 800_000})
+        self.said(" of 781 KiB")  # the row stands as it is from now on
         self.button("Stop", ".transfers").click()
         self.said("✕ Stopped.")
         self.browser.driver.execute_cdp_cmd("Network.emulateNetworkConditions", {**slow, "uploadThroughput": -1})
