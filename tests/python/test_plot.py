@@ -195,7 +195,8 @@ class Plot(unittest.TestCase):
 
     def test_what_is_no_result_is_refused(self):
         for given, why in ((b"", "it is not JSON"), (b"\xff\xfe\x00", "it is not JSON"),
-                           (b'{"cases": [', "it is not JSON"), (b"[" * 100_000, "it is not JSON"), (b"[" + b"9" * 5000 + b"]", "it is not JSON"),
+                           (b'{"cases": [', "it is not JSON"), (b"[" * 100_000, "it is not JSON"),
+                           (b"[" + b"9" * 5000 + b"]", "it is not JSON"),
                            ({}, "it holds no rows"), ([], "it holds no row at all"), ({"cases": 7}, "it holds no rows"),
                            ({"rows": [1]}, "it holds no rows"), ("text", "it holds no rows"),
                            ([{f"a{at}_ms": 1 for at in range(6000)}], "it holds more than 5000 lines"),
