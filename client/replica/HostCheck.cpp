@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -120,6 +121,13 @@ HostCheck checkHost(const HostOptions& options) {
     if (options.surface != "none") checkSurface(options, check);
     if (options.window) checkWindows(options.windows, check);
     return check;
+}
+
+Expected<void> checkWindows(const TileWindowsOptions& windows) {
+    HostCheck check;
+    checkWindows(windows, check);
+    if (check.lacks.empty()) return {};
+    return fail(ErrorCode::kUnsupported, fmt::format("{}", fmt::join(check.lacks, "; ")));
 }
 
 }  // namespace tessera
