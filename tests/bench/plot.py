@@ -386,7 +386,8 @@ def grouped(lines):
     whole = [f"{line.group}: {line.name}" if line.group else line.name for line in lines]
     by_figure = len(lines) >= 2 * len(figures_of)
     for line, row in zip(lines, whole):
-        line.group, line.name = (line.figure, row) if by_figure else (row, line.figure or "itself")
+        figure = line.figure or ", ".join(what for what, _ in line.marks if what) or "itself"
+        line.group, line.name = (figure, row) if by_figure else (row, figure)
     if by_figure:
         order = list(dict.fromkeys(line.group for line in lines))
         return sorted(lines, key=lambda line: order.index(line.group))
@@ -396,7 +397,7 @@ def grouped(lines):
 def draw_chart(picture, unit, lines):
     ratio = unit == "×"
     besides = {line.beside for line in lines}
-    shared = besides.pop() if ratio and len(besides) == 1 else ""
+    shared = besides.pop() if len(besides) == 1 and len(lines) > 1 else ""
     head = ("Ratios" + (f" beside {shared}" if shared else "") if ratio else
             {"words": "In words", "share": "Shares", "a second": "A second", "": "Numbers"}.get(unit, f"In {unit}"))
     picture.y += GAP
@@ -415,6 +416,8 @@ def draw_chart(picture, unit, lines):
             kinds.append("red stroke: limit")
         if any(key == "aim" for line in lines for key, _ in line.limits):
             kinds.append("dashed green stroke: aim")
+        if shared and not ratio:
+            kinds.append(f"of all: {shared}")
         picture.heading("; ".join(kinds), "faint", FONT, LINE + 4)
         ticks = [(scale.at(value), number(value)) for value in scale.ticks()]
         for x, words in ticks:
