@@ -45,7 +45,7 @@ protected:
     /// Time passes while both live and draw.
     void draw(Duration time) {
         for (const TimePoint end = server.now + time; server.now < end;) {
-            server.run(100ms, {a, b});
+            server.run(100ms, {a, b, application});
             server.take(requests.advance(server.now));
         }
     }
