@@ -237,7 +237,7 @@ public:
     [[nodiscard]] Expected<answer::WallPlan> plan();
     /// What `undo` and `redo` would do, if nobody edits before.
     [[nodiscard]] Expected<answer::Steps> steps();
-    /// The tiles as they are shown now, all of the same frame. The server waits as long as hosts draw, a minute at most.
+    /// The tiles as they are shown now, all of the same frame. The server waits while hosts draw, a minute at most.
     [[nodiscard]] Expected<answer::Images> images(std::chrono::milliseconds timeout = std::chrono::minutes(2));
 
 private:
