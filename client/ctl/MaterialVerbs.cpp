@@ -10,15 +10,11 @@
 
 #include "client/ctl/TextTable.h"
 #include "common/cores/Node.h"
+#include "common/math/Srgb.h"
 #include "common/scene/FieldTable.h"
 
 namespace tessera {
 namespace {
-
-/// As the screen shows it, 0 to 1.
-float shown(float linear) {
-    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
-}
 
 /// The word that a person would say first.
 std::string nameOfColour(float red, float green, float blue) {
@@ -67,15 +63,16 @@ std::string usersText(const Aspect& scene, const Users& users) {
 }  // namespace
 
 std::string lookOf(const Material& material) {
-    const float red = shown(material.baseColor[0]), green = shown(material.baseColor[1]),
-                blue = shown(material.baseColor[2]);
+    const float red = srgbOfLinear(material.baseColor[0]), green = srgbOfLinear(material.baseColor[1]),
+                blue = srgbOfLinear(material.baseColor[2]);
     std::string text = nameOfColour(red, green, blue);
     if (material.baseColorImage) text = text == "white" ? "a picture" : "a picture in " + text;
     if (material.unlit) text += ", unlit";
     const bool metal = material.metallic > 0.5f;
-    const std::string_view surface = material.roughness < 0.2f    ? "mirroring"
-                                     : material.roughness < 0.45f ? "glossy"
-                                                                  : "";
+    const std::string_view surface = material.roughness < 0.2f            ? "mirroring"
+                                     : material.roughness < 0.45f         ? "glossy"
+                                     : metal && material.roughness > 0.7f ? "rough"
+                                                                          : "";
     if (!material.unlit && material.shading == Material::kMetalRoughness) {
         if (!surface.empty()) text += fmt::format(", {}", surface);
         if (metal) text += surface.empty() ? ", metal" : " metal";
@@ -122,15 +119,16 @@ Expected<Answer> run(Application& application, const verb::Materials&) {
     for (const auto& [id, users] : materials) {
         const Material& material = *scene.get<Material>(id);
         const auto byte = [&](int i) {
-            return std::lround(255 * std::clamp(shown(material.baseColor[i]), 0.0f, 1.0f));
+            return std::lround(255 * std::clamp(srgbOfLinear(material.baseColor[i]), 0.0f, 1.0f));
         };
         const std::string colour = fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
-        table.add({numberOf(id), colour, lookOf(material), usersText(scene, users)});
+        const std::string looks = lookOf(material);
+        table.add({numberOf(id), colour, looks, usersText(scene, users)});
         Json paths = Json::array();
         for (const ObjectId node : users.nodes) paths.push_back(pathOf(scene, node));
         answer.json["materials"].push_back({{"material", id.value},
                                             {"colour", colour},
-                                            {"looks", lookOf(material)},
+                                            {"looks", looks},
                                             {"nodes", std::move(paths)},
                                             {"other_materials", users.others}});
     }

@@ -7,11 +7,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 
+#include "client/ctl/NumberText.h"
 #include "common/codec/WallCodec.h"
 #include "common/image/Picture.h"
 
@@ -21,13 +21,6 @@ namespace {
 constexpr double kEyeHeightM = 1.7, kMostMetres = 100;
 constexpr int kMostMonitors = 1024;
 
-std::optional<double> numberOf(std::string_view word) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) return std::nullopt;
-    return value;
-}
-
 /// Numbers with one of `between` between two of them, and blanks as people like.
 std::vector<double> numbersOf(std::string_view text, std::string_view between) {
     std::vector<double> numbers;
@@ -36,7 +29,7 @@ std::vector<double> numbersOf(std::string_view text, std::string_view between) {
         std::string_view word = text.substr(0, end);
         while (word.starts_with(' ')) word.remove_prefix(1);
         while (word.ends_with(' ')) word.remove_suffix(1);
-        const std::optional<double> number = numberOf(word);
+        const Expected<double> number = finiteNumber(std::string(word), "");
         if (!number) return {};
         numbers.push_back(*number);
         if (end == text.size()) return numbers;
@@ -45,7 +38,7 @@ std::vector<double> numbersOf(std::string_view text, std::string_view between) {
 }
 
 std::optional<std::string> takeCount(const std::string& word, int& count) {
-    const std::optional<double> number = numberOf(word);
+    const Expected<double> number = finiteNumber(word, "");
     if (!number || *number != std::floor(*number) || *number < 1 || *number > WallLimits().maxGrid)
         return fmt::format("\"{}\" is no whole number from 1 to {}", word, WallLimits().maxGrid);
     count = static_cast<int>(*number);
@@ -88,7 +81,7 @@ std::optional<std::string> takeSize(const std::string& word, WallPlan& plan) {
         return std::nullopt;
     }
     const std::size_t blank = word.find(' ');
-    const std::optional<double> inches = numberOf(word.substr(0, blank));
+    const Expected<double> inches = finiteNumber(word.substr(0, blank), "");
     std::vector<double> aspect{static_cast<double>(plan.widthPx), static_cast<double>(plan.heightPx)};
     if (blank != std::string::npos) aspect = numbersOf(word.substr(blank), ":");
     const bool shaped = aspect.size() == 2 && aspect[0] > 0 && aspect[1] > 0 && aspect[0] / aspect[1] < 100 &&
@@ -113,7 +106,7 @@ std::optional<std::string> takeBezel(const std::string& word, WallPlan& plan) {
 }
 
 std::optional<std::string> takeDistance(const std::string& word, WallPlan& plan) {
-    const std::optional<double> metres = numberOf(word);
+    const Expected<double> metres = finiteNumber(word, "");
     if (!metres || *metres < 0.1 || *metres > kMostMetres)
         return fmt::format("\"{}\" is no number of metres, 0.1 to {:g}", word, kMostMetres);
     plan.distanceM = *metres;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -9,7 +10,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -20,6 +20,7 @@
 #include "client/draw/Renderer.h"
 #include "common/base/Clock.h"
 #include "common/base/FileHandle.h"
+#include "common/base/LowerCase.h"
 
 namespace tessera {
 
@@ -105,13 +106,8 @@ void checkWindows(const TileWindowsOptions& windows, HostCheck& check) {
     for (const std::string& line : lines) check.facts.push_back("monitor " + line);
     for (const std::string& wanted : windows.monitors) {
         const bool there = std::ranges::any_of(lines, [&](const std::string& line) {
-            const auto lower = [](std::string text) {
-                std::ranges::transform(text, text.begin(),
-                                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-                return text;
-            };
             return line.starts_with(wanted + ": ") ||
-                   lower(line).find(lower(": \"" + wanted + "\", ")) != std::string::npos;
+                   lowerCase(line).find(lowerCase(": \"" + wanted + "\", ")) != std::string::npos;
         });
         if (!there) check.lacks.push_back(fmt::format("no monitor is called \"{}\"", wanted));
     }
@@ -125,6 +121,13 @@ HostCheck checkHost(const HostOptions& options) {
     if (options.surface != "none") checkSurface(options, check);
     if (options.window) checkWindows(options.windows, check);
     return check;
+}
+
+Expected<void> checkWindows(const TileWindowsOptions& windows) {
+    HostCheck check;
+    checkWindows(windows, check);
+    if (check.lacks.empty()) return {};
+    return fail(ErrorCode::kUnsupported, fmt::format("{}", fmt::join(check.lacks, "; ")));
 }
 
 }  // namespace tessera

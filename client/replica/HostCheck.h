@@ -16,5 +16,8 @@ struct HostCheck {
     std::vector<std::string> lacks;  ///< in words; empty: a client would start
 };
 [[nodiscard]] HostCheck checkHost(const HostOptions& options);
+/// A display, and the monitors that the options name. A host without them would draw what nobody sees, and be taken for
+/// a sound one.
+[[nodiscard]] Expected<void> checkWindows(const TileWindowsOptions& windows);
 
 }  // namespace tessera

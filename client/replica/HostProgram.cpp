@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 
+#include "client/replica/HostCheck.h"
 #include "client/replica/PartSharing.h"
 #include "client/replica/RenderHost.h"
 #include "client/replica/ServerLink.h"
@@ -86,6 +87,8 @@ std::unique_ptr<Neighbourhood> makeNeighbourhood(const HostOptions& options, Log
 
 Expected<void> runHost(const HostOptions& wanted, Log& log) {
     HostOptions options = wanted;
+    if (options.window)
+        if (const Expected<void> can = checkWindows(options.windows); !can) return can;
     if (options.share != ShareMode::kOff && !roomToShare(log)) options.share = ShareMode::kOff;
     Channel<ServerLink::Event> events(kMaxEvents);
     WorkQueue work(kMaxWork);

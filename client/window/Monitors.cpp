@@ -3,21 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 
+#include "common/base/LowerCase.h"
+
 namespace tessera {
-namespace {
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
-}  // namespace
-
 std::string describe(const std::vector<Monitor>& monitors) {
     std::string text;
     for (std::size_t i = 0; i < monitors.size(); ++i) {
@@ -31,7 +22,7 @@ std::string describe(const std::vector<Monitor>& monitors) {
 Expected<std::size_t> findMonitor(const std::vector<Monitor>& monitors, const std::string& wanted) {
     std::size_t found = monitors.size(), same = 0;
     for (std::size_t i = 0; i < monitors.size(); ++i) {
-        if (lower(monitors[i].name) != lower(wanted)) continue;
+        if (lowerCase(monitors[i].name) != lowerCase(wanted)) continue;
         if (same++ == 0) found = i;
     }
     if (same == 1) return found;

@@ -322,8 +322,8 @@ Expected<answer::WallPlan> Application::plan() {
 Expected<answer::Steps> Application::steps() {
     return impl_->ask(request::GetSteps{});
 }
-Expected<answer::Images> Application::images() {
-    return impl_->ask(request::GetImages{});
+Expected<answer::Images> Application::images(milliseconds timeout) {
+    return impl_->ask(request::GetImages{}, timeout);
 }
 
 }  // namespace tessera

@@ -237,8 +237,8 @@ public:
     [[nodiscard]] Expected<answer::WallPlan> plan();
     /// What `undo` and `redo` would do, if nobody edits before.
     [[nodiscard]] Expected<answer::Steps> steps();
-    /// The tiles as they are shown now, all of the same frame.
-    [[nodiscard]] Expected<answer::Images> images();
+    /// The tiles as they are shown now, all of the same frame. The server waits while hosts draw, a minute at most.
+    [[nodiscard]] Expected<answer::Images> images(std::chrono::milliseconds timeout = std::chrono::minutes(2));
 
 private:
     struct Impl;

@@ -1,19 +1,14 @@
 #include "common/base/Nearest.h"
 
 #include <algorithm>
-#include <cctype>
 #include <numeric>
 #include <vector>
+
+#include "common/base/LowerCase.h"
 
 namespace tessera {
 
 namespace {
-
-std::string lowered(std::string_view text) {
-    std::string lower(text);
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return lower;
-}
 
 std::size_t editDistance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
@@ -36,12 +31,12 @@ std::string nearestName(std::string_view wanted, std::span<const std::string> kn
     // Names come from files and peers: what is longer than any sensible name is not compared at all.
     constexpr std::size_t kLongestName = 256;
     if (wanted.empty() || wanted.size() > kLongestName) return {};
-    const std::string lower = lowered(wanted);
+    const std::string lower = lowerCase(wanted);
     std::string best;
     std::size_t bestDistance = std::max<std::size_t>(2, wanted.size() / 3) + 1;
     for (const std::string& name : known) {
         if (name.size() > kLongestName) continue;
-        const std::size_t distance = editDistance(lower, lowered(name));
+        const std::size_t distance = editDistance(lower, lowerCase(name));
         // As many edits as letters turn anything into anything.
         if (distance < bestDistance && distance < std::max(name.size(), wanted.size())) {
             bestDistance = distance;

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "common/base/LowerCase.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -136,9 +136,7 @@ private:
             std::map<std::string, std::size_t>
                 firsts;  // by monitor, as findMonitor takes names: capitals make no difference
             for (std::size_t t = 0; t < wall_.hosts[h].tiles.size(); ++t) {
-                std::string monitor = wall_.hosts[h].tiles[t].output.monitor;
-                std::ranges::transform(monitor, monitor.begin(),
-                                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                const std::string monitor = lowerCase(wall_.hosts[h].tiles[t].output.monitor);
                 if (monitor.empty()) continue;
                 const auto [at, isFirst] = firsts.try_emplace(monitor, t);
                 if (isFirst) continue;

@@ -46,17 +46,20 @@ foreach(candidate ${boost_candidates})
   endif()
 endforeach()
 if(NOT TARGET tessera_boost)
-  message(FATAL_ERROR "Boost 1.81 or later is needed (libboost1.81-dev, or -DTESSERA_BOOST_INCLUDE=folder with its headers; "
+  message(FATAL_ERROR
+    "Boost 1.81 or later is needed (libboost1.81-dev, or -DTESSERA_BOOST_INCLUDE=folder with its headers; "
     "./deploy/set-up does either)")
 endif()
 
-# SDL 2, for tessera-window alone: its library, and headers that set-up lays into the build folder (their package wants a hundred
-# others).
+# SDL 2, for tessera-window alone: its library, and headers that set-up lays into the build folder (their package wants
+# a hundred others).
 find_path(TESSERA_SDL_INCLUDE SDL2/SDL.h)
 find_library(TESSERA_SDL_LIBRARY NAMES SDL2 libSDL2-2.0.so.0)
 if(NOT TESSERA_SDL_INCLUDE OR NOT TESSERA_SDL_LIBRARY)
-  message(FATAL_ERROR "SDL 2 is needed (libsdl2-2.0-0, and -DTESSERA_SDL_INCLUDE=folder with its headers; ./deploy/set-up does both)")
+  message(FATAL_ERROR
+    "SDL 2 is needed (libsdl2-2.0-0, and -DTESSERA_SDL_INCLUDE=folder with its headers; ./deploy/set-up does both)")
 endif()
 add_library(tessera_sdl INTERFACE)
-target_include_directories(tessera_sdl SYSTEM INTERFACE ${TESSERA_SDL_INCLUDE} ${TESSERA_SDL_INCLUDE}/${CMAKE_LIBRARY_ARCHITECTURE})
+target_include_directories(tessera_sdl SYSTEM INTERFACE ${TESSERA_SDL_INCLUDE}
+  ${TESSERA_SDL_INCLUDE}/${CMAKE_LIBRARY_ARCHITECTURE})
 target_link_libraries(tessera_sdl INTERFACE ${TESSERA_SDL_LIBRARY})

@@ -9,8 +9,9 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
 find_program(TESSERA_CCACHE ccache)
 if(TESSERA_CCACHE)
-  # With precompiled headers ccache has to be told that nothing looks at __TIME__ or at macros of the command line in them. It asks
-  # the compiler which headers a file has read: to preprocess each file first would take a tenth of the first build's time.
+  # With precompiled headers ccache has to be told that nothing looks at __TIME__ or at macros of the command line in
+  # them. It asks the compiler which headers a file has read: to preprocess each file first would take a tenth of the
+  # first build's time.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1
     CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_DEPEND=1 ${TESSERA_CCACHE})
 endif()
@@ -22,11 +23,11 @@ target_compile_options(tessera_flags INTERFACE -Wall -Wextra -Wshadow -Wno-missi
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=2097152>)
 # g++ 12 sees overlaps in std::string concatenations that are not there (GCC bug 105651).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
-# g++ 12.2 at -O2 drops the rounding of (double)(float)x where it vectorises two of them in straight code. Bounds and exact
-# answers live by that rounding (found by SupportProfile.HoldsEveryMappedPoint).
+# g++ 12.2 at -O2 drops the rounding of (double)(float)x where it vectorises two of them in straight code. Bounds and
+# exact answers live by that rounding (found by SupportProfile.HoldsEveryMappedPoint).
 target_compile_options(tessera_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
-# Names and lines of what programs run, for debuggers (deploy/packages keeps them apart): 7 % more time to compile. Tests leave
-# them away.
+# Names and lines of what programs run, for debuggers (deploy/packages keeps them apart): 7 % more time to compile.
+# Tests leave them away.
 set(TESSERA_SYMBOLS -g1 -gz)
 if(TESSERA_SANITIZE)
   set(TESSERA_SYMBOLS)
@@ -36,7 +37,8 @@ if(TESSERA_SANITIZE)
   set(TESSERA_KERNEL_OPTIMIZATION -O1)
   # At -O1: at -O3 g++ takes five times as long over the checks as over the code.
   # Undefined behaviour ends a program as an error of memory does: a line in a log that nobody reads is no finding.
-  target_compile_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -O1)
+  target_compile_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE} -fno-sanitize-recover=all
+    -fno-omit-frame-pointer -g1 -O1)
   target_link_options(tessera_flags INTERFACE -fsanitize=${TESSERA_SANITIZE})
 endif()
 if(TESSERA_FUZZ)
@@ -52,20 +54,21 @@ if(TESSERA_SYNTAX_ONLY)
   set(CMAKE_CXX_ARCHIVE_FINISH "<CMAKE_COMMAND> -E true")
 endif()
 
-# Headers of others are read once for all modules and once for all tests: of a test's compile time more than half was theirs.
-# Only g++ does so: the build with clang finds what a file forgets to include itself.
+# Headers of others are read once for all modules and once for all tests: of a test's compile time more than half was
+# theirs. Only g++ does so: the build with clang finds what a file forgets to include itself.
 set(TESSERA_PRECOMPILE OFF)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   set(TESSERA_PRECOMPILE ON)
   set(CMAKE_PCH_WARN_INVALID ON)
-  set(tessera_headers <Eigen/Core> <Eigen/Geometry> <tl/expected.hpp> <algorithm> <array> <atomic> <bit> <chrono> <cmath> <cstdint> <cstring>
-    <deque> <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <ranges> <set> <span> <string>
-    <string_view> <thread> <unordered_map> <unordered_set> <utility> <variant> <vector>)
+  set(tessera_headers <Eigen/Core> <Eigen/Geometry> <tl/expected.hpp> <algorithm> <array> <atomic> <bit> <chrono>
+    <cmath> <cstdint> <cstring> <deque> <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional>
+    <ranges> <set> <span> <string> <string_view> <thread> <unordered_map> <unordered_set> <utility> <variant> <vector>)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
 endif()
 
-# Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With g++ only: the
-# build with clang finds what a file forgets to include itself. OFF makes single files quicker to compile again.
+# Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With
+# g++ only: the build with clang finds what a file forgets to include itself. OFF makes single files quicker to compile
+# again.
 option(TESSERA_UNITY "Compile the files of a module together" ${TESSERA_PRECOMPILE})
 function(tessera_unite name)
   if(TESSERA_UNITY)
@@ -73,8 +76,8 @@ function(tessera_unite name)
   endif()
 endfunction()
 
-# tessera_precompile(NAME KIND headers…): the target whose headers others reuse. KIND: OBJECT or an executable's (empty), because
-# the two are not compiled alike.
+# tessera_precompile(NAME KIND headers…): the target whose headers others reuse. KIND: OBJECT or an executable's
+# (empty), because the two are not compiled alike.
 function(tessera_precompile name kind)
   if(kind STREQUAL "OBJECT")
     add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
@@ -90,8 +93,8 @@ function(tessera_runs_seldom target)
   target_compile_options(${target} PRIVATE -O1)
 endfunction()
 
-# tessera_reuse_precompiled(TARGET [seldom]): headers of others, read once. One set for each way of compiling: g++ 12 takes
-# the optimisation level of the precompiled header, whatever the command line of the file says.
+# tessera_reuse_precompiled(TARGET [seldom]): headers of others, read once. One set for each way of compiling: g++ 12
+# takes the optimisation level of the precompiled header, whatever the command line of the file says.
 function(tessera_reuse_precompiled target)
   set(headers tessera_precompiled)
   target_compile_options(${target} PRIVATE ${TESSERA_SYMBOLS})
@@ -113,8 +116,8 @@ function(tessera_reuse_precompiled target)
   target_precompile_headers(${target} REUSE_FROM ${headers})
 endfunction()
 
-# Small modules that are compiled together, into one library: half of a small module's compile time is what its files share with those
-# of its neighbours. A group is made before its modules; nothing outside
+# Small modules that are compiled together, into one library: half of a small module's compile time is what its files
+# share with those of its neighbours. A group is made before its modules; nothing outside
 # it that they link may link one of them.
 #
 # tessera_group(NAME [SELDOM] modules…)
@@ -130,7 +133,8 @@ endfunction()
 # tessera_module_settings(TARGET [TRUE]): what every library of ours is compiled with. TRUE: it runs seldom.
 function(tessera_module_settings target)
   tessera_unite(${target})
-  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tessera>)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:include/tessera>)
   target_compile_features(${target} PUBLIC cxx_std_20)
   # One alignment for Eigen in every translation unit, ours and an application's.
   target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
@@ -152,7 +156,8 @@ function(tessera_library name)
   list(FILTER special INCLUDE REGEX "(Sse2|Sse41|Avx2|Avx512|/Predicates|/HullSupport|/ExactDescent)\\.cpp$")
   get_property(group GLOBAL PROPERTY TESSERA_GROUP_OF_${name})
   if(group)
-    # The module is a name for the group's library, and for its own kernels: options of files are known in their own folder only.
+    # The module is a name for the group's library, and for its own kernels: options of files are known in their own
+    # folder only.
     list(REMOVE_ITEM sources ${special})
     target_sources(${group} PRIVATE ${sources})
     add_library(tessera_${name} INTERFACE)
@@ -183,7 +188,8 @@ function(tessera_library name)
     target_link_libraries(tessera_${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   else()
     add_library(tessera_${name} INTERFACE)
-    target_include_directories(tessera_${name} INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/tessera>)
+    target_include_directories(tessera_${name} INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+      $<INSTALL_INTERFACE:include/tessera>)
     target_link_libraries(tessera_${name} INTERFACE ${ARG_LINK})
   endif()
   if(special)
@@ -198,15 +204,16 @@ function(tessera_reuse_headers name)
   tessera_reuse_precompiled(${name} seldom)
 endfunction()
 
-# All that a person starts: what run-wall, run-tests and install build, and deploy/build links into out/bin. Each program enters itself.
+# All that a person starts: what run-wall, run-tests and install build, and deploy/build links into out/bin. Each
+# program enters itself.
 add_custom_target(programs)
 function(tessera_offer name)
   add_dependencies(programs ${name})
   set_property(GLOBAL APPEND PROPERTY TESSERA_PROGRAMS ${name})
 endfunction()
 
-# tessera_program(NAME LINK … [HELPER]): main.cpp of the current folder, which reads options and calls a library. A HELPER is started
-# by other programs alone.
+# tessera_program(NAME LINK … [HELPER]): main.cpp of the current folder, which reads options and calls a library. A
+# HELPER is started by other programs alone.
 function(tessera_program name)
   cmake_parse_arguments(ARG "HELPER" "" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_SOURCES)
@@ -234,7 +241,8 @@ function(tessera_reuse_headers_for_tests name)
   endif()
   if(TESSERA_PRECOMPILE)
     if(NOT TARGET tessera_precompiled_for_tests)
-      tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream> ${tessera_headers})
+      tessera_precompile(tessera_precompiled_for_tests "" <gtest/gtest.h> <fmt/format.h> <random> <sstream> <fstream>
+        ${tessera_headers})
       target_link_libraries(tessera_precompiled_for_tests PRIVATE Eigen3::Eigen GTest::gtest fmt::fmt tessera_flags)
       target_compile_options(tessera_precompiled_for_tests PRIVATE -O1)
     endif()
@@ -243,8 +251,8 @@ function(tessera_reuse_headers_for_tests name)
 endfunction()
 
 # tessera_test(NAME FOLDER LINK … [LABELS …] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a folder
-# below tests/, each of its cases a ctest test. SERIAL: while nothing else runs, but for those of the filter: these mostly wait,
-# and stand beside others, one at a time. Time-outs: tests/times.txt.
+# below tests/, each of its cases a ctest test. SERIAL: while nothing else runs, but for those of the filter: these
+# mostly wait, and stand beside others, one at a time. Time-outs: tests/times.txt.
 function(tessera_test name folder)
   cmake_parse_arguments(ARG "SERIAL" "PATIENT" "LINK;LABELS;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
@@ -268,7 +276,8 @@ function(tessera_test name folder)
   endif()
   set(discovery TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST)
   if(ARG_PATIENT)
-    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES ${properties} RESOURCE_LOCK ${name})
+    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES
+      ${properties} RESOURCE_LOCK ${name})
     list(APPEND discovery TEST_FILTER "-${ARG_PATIENT}")
   endif()
   if(ARG_SERIAL)

@@ -1,4 +1,5 @@
-# cmake -DFOLDER=… -DOUTPUT=… -P PageFiles.cmake: the files of FOLDER that a browser gets, as a .cpp file with their texts.
+# cmake -DFOLDER=… -DOUTPUT=… -P PageFiles.cmake: the files of FOLDER that a browser gets, as a .cpp file with their
+# texts.
 file(GLOB files ${FOLDER}/*.html ${FOLDER}/*.css ${FOLDER}/*.js)
 list(SORT files)
 set(entries "")

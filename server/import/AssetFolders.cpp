@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "common/base/LowerCase.h"
 #include "server/import/LoadedFile.h"
 
 namespace tessera {
@@ -182,10 +182,8 @@ std::string stemOf(const std::string& path) {
 }
 
 std::string lowerCaseExtension(const std::string& path) {
-    std::string extension = std::filesystem::path(path).extension().string();
+    std::string extension = lowerCase(std::filesystem::path(path).extension().string());
     if (!extension.empty()) extension.erase(0, 1);
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
 }
 

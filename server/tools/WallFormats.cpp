@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <utility>
 
+#include "common/base/LowerCase.h"
 #include "server/tools/mpcdi/MpcdiWall.h"
 #include "server/tools/walls/CoverWall.h"
 #include "server/tools/walls/NdisplayWall.h"
@@ -47,9 +47,7 @@ constexpr std::pair<std::string_view, std::string_view> kOlderFormats[] = {
     {"[cluster_node]", "nDisplay's older text becomes .ndisplay in Unreal's editor: open it there and export it"}};
 
 std::string wallEndingOf(std::string_view path) {
-    std::string ending = std::filesystem::path(path).extension().string();
-    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending;
+    return lowerCase(std::filesystem::path(path).extension().string());
 }
 
 /// All of a text; of an archive, which readers open themselves, its beginning.

@@ -248,8 +248,8 @@ nlohmann::json rowOf(const std::string& name, const Options& options, Flood& flo
     return {{"row", name},
             {"tried", options.tries},
             {"came_in", times.size()},
-            {"p50_ms", quantile(times, 0.5)},
-            {"max_ms", quantile(times, 1)},
+            {"p50_ms", times.empty() ? nlohmann::json() : nlohmann::json(quantile(times, 0.5))},
+            {"max_ms", times.empty() ? nlohmann::json() : nlohmann::json(quantile(times, 1))},
             {"flood_per_s", static_cast<double>(flood.count() - before) / seconds}};
 }
 

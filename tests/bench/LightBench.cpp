@@ -1,5 +1,5 @@
 /// What light costs: processor time per pixel of a lit hall of 1920×1080 in one tile, with more and more lights. Run it
-/// in turns with another build's to compare the two. `--rounds N`, `--samples 1|4`.
+/// in turns with another build's to compare the two. `--rounds N`, `--samples 1|4`, `--json FILE`.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -12,6 +12,7 @@
 
 #include "client/draw/Renderer.h"
 #include "client/render/RenderAction.h"
+#include "tests/bench/CaseFile.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera {
@@ -58,7 +59,7 @@ Aspect hall(const Row& row) {
     return scene.take();
 }
 
-void run(int rounds, int samples) {
+int run(int rounds, int samples, bench::CaseFile file) {
     std::vector<Row> rows = {{"no light", 0, 0, 0},
                              {"1 directional", 1, 0, 0},
                              {"3 directional", 3, 0, 0},
@@ -83,11 +84,15 @@ void run(int rounds, int samples) {
             const double from = processorNs();
             const auto picture = renderer->draw(scenes[i], list, camera, all);
             const double ns = (processorNs() - from) / (kWidthPx * kHeightPx);
-            if (!picture) return void(fmt::print(stderr, "bench_light: {}\n", picture.error().message));
+            if (!picture) return fmt::print(stderr, "bench_light: {}\n", picture.error().message), 1;
             if (round > 0) rows[i].best = std::min(rows[i].best, ns);  // the first compiles and uploads
         }
     }
-    for (const Row& row : rows) fmt::print("{:<28}{:7.2f} ns per pixel\n", row.name, row.best);
+    for (const Row& row : rows) {
+        fmt::print("{:<28}{:7.2f} ns per pixel\n", row.name, row.best);
+        file.add(row.name, rows.front().name, row.best, rows.front().best, "ns per pixel");
+    }
+    return file.write();
 }
 
 }  // namespace
@@ -99,5 +104,5 @@ int main(int argc, char** argv) {
         if (std::string_view(argv[i]) == "--rounds") rounds = std::max(1, std::atoi(argv[i + 1]));
         if (std::string_view(argv[i]) == "--samples") samples = std::atoi(argv[i + 1]);
     }
-    tessera::run(rounds, samples);
+    return tessera::run(rounds, samples, tessera::bench::CaseFile(argc, argv));
 }

@@ -1,5 +1,6 @@
 /// What an output adds to a picture on its way into a window, of one core's time: 1920 × 1080, beside a copy of the
 /// same bytes. The median of 41 turns, all rows in each turn, so that what else the machine does hits all of them.
+/// `--json FILE`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "client/output/OutputMaker.h"
+#include "tests/bench/CaseFile.h"
 
 namespace tessera::bench {
 namespace {
@@ -70,7 +72,7 @@ struct OutputRow {
     std::function<void(TileOutput&)> set;
 };
 
-int runAll() {
+int runAll(CaseFile file) {
     const std::vector<OutputRow> rows = {
         {"blend of 256 pixels", [](TileOutput& o) { o.blend = true; }},
         {"colour (gain, gamma)",
@@ -138,15 +140,18 @@ int runAll() {
     const double plain = median(times.back());
     fmt::print("{:<30} {:>8} {:>8} {:>10} {:>10}\n{:<30} {:>8.2f}\n", "1920 x 1080", "ms", "copies", "table, MB",
                "to make, ms", "a copy (memcpy)", plain);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        fmt::print("{:<30} {:>8.2f} {:>8.1f} {:>10.1f} {:>10.0f}\n", rows[i].name, median(times[i]),
-                   median(times[i]) / plain, static_cast<double>(makers[i].tableBytes()) / 1e6, made[i]);
-    return 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const double drawn = median(times[i]);
+        fmt::print("{:<30} {:>8.2f} {:>8.1f} {:>10.1f} {:>10.0f}\n", rows[i].name, drawn, drawn / plain,
+                   static_cast<double>(makers[i].tableBytes()) / 1e6, made[i]);
+        file.add(rows[i].name, "a copy of its bytes", drawn, plain, "ms");
+    }
+    return file.write();
 }
 
 }  // namespace
 }  // namespace tessera::bench
 
-int main() {
-    return tessera::bench::runAll();
+int main(int argc, char** argv) {
+    return tessera::bench::runAll(tessera::bench::CaseFile(argc, argv));
 }

@@ -1,5 +1,5 @@
 /// What looking at an edit costs (`checkRules`), in a small scene and in a large one: bench_rules [--small N] [--large
-/// N] [--edits N]. Medians, in µs.
+/// N] [--edits N] [--json FILE]. Medians, in µs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 #include "common/scene/Aspect.h"
 #include "common/scene/FieldTable.h"
 #include "server/rules/SceneRules.h"
+#include "tests/bench/CaseFile.h"
 
 namespace tessera {
 namespace {
@@ -28,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 /// So many nodes with a Transform each, and one of each thing that has rules.
 struct Stage {
     Aspect scene;
-    ObjectId node, material, image, movie, frames, manipulator;
+    ObjectId node, material, pass, image, movie, frames, manipulator;
     std::vector<ObjectId> nodes;
     std::set<ObjectId> movies;
 
@@ -53,6 +54,7 @@ struct Stage {
         node = nodes[count / 2];
         image = make(typeOf<Image>());
         material = make(typeOf<Material>());
+        pass = make(typeOf<Material>());
         set(material, typeOf<Material>(), fieldId<&Material::baseColorImage>, toValue(image));
         movie = make(typeOf<Movie>());
         movies = {movie, make(typeOf<Movie>())};
@@ -81,9 +83,12 @@ double median(const Stage& stage, const ChangeList& edit, int times) {
     std::vector<double> taken;
     for (int i = 0; i < times; ++i) {
         const Clock::time_point begun = Clock::now();
-        const bool sound = checkRules(stage.scene, edit, stage.movies).has_value();
+        const auto sound = checkRules(stage.scene, edit, stage.movies);
         taken.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begun).count());
-        if (!sound) std::exit(2);
+        if (!sound) {
+            fmt::print(stderr, "bench_rules: {}\n", sound.error().message);
+            std::exit(2);
+        }
     }
     const auto middle = taken.begin() + times / 2;
     std::nth_element(taken.begin(), middle, taken.end());
@@ -103,7 +108,7 @@ const Row kRows[] = {
      }},
     {"a material's passes",
      [](const Stage& s) {
-         return oneField(s.material, typeOf<Material>(), fieldId<&Material::passes>, RefList{s.material});
+         return oneField(s.material, typeOf<Material>(), fieldId<&Material::passes>, RefList{s.pass});
      }},
     {"an image's wrapping",
      [](const Stage& s) {
@@ -130,14 +135,18 @@ int main(int argc, char** argv) {
         if (word == "--large") large = static_cast<std::size_t>(std::atoll(argv[i + 1]));
         if (word == "--edits") edits = std::max(1, std::atoi(argv[i + 1]));
     }
+    bench::CaseFile file(argc, argv);
+    const std::string peer = fmt::format("{} instead of {}", small, large);
     const Stage few(small), many(large);
     fmt::print("{:<28}{:>12}{:>12}{:>8}\n", "looking at one edit, us", small, large, "ratio");
     for (const Row& row : kRows) {
         const ChangeList here = row.edit(few), there = row.edit(many);
         const double a = median(few, here, edits), b = median(many, there, edits);
         fmt::print("{:<28}{:>12.3f}{:>12.3f}{:>8.2f}\n", row.name, a, b, b / a);
+        file.add(row.name, peer, b, a, "µs");
     }
     // A file's whole list is looked at once: all nodes have a manipulator.
+    std::vector<double> each;
     for (const std::size_t count : {small, large}) {
         ChangeListBuilder list;
         std::uint64_t next = kRootNode.value;
@@ -152,9 +161,14 @@ int main(int argc, char** argv) {
         }
         const ChangeList whole = list.take();
         const Clock::time_point begun = Clock::now();
-        if (!checkRules(Aspect(), whole, {})) return 2;
+        if (const auto sound = checkRules(Aspect(), whole, {}); !sound) {
+            fmt::print(stderr, "bench_rules: {}\n", sound.error().message);
+            return 2;
+        }
         const double taken = std::chrono::duration<double, std::micro>(Clock::now() - begun).count();
-        fmt::print("a file of {} manipulators: {:.3f} us each\n", count, taken / static_cast<double>(count));
+        each.push_back(taken / static_cast<double>(count));
+        fmt::print("a file of {} manipulators: {:.3f} us each\n", count, each.back());
     }
-    return 0;
+    file.add("a file of manipulators, each of them", peer, each.back(), each.front(), "µs");
+    return file.write();
 }

@@ -164,7 +164,7 @@ int bench(double jitter, const std::string& jsonPath) {
         std::function<std::unique_ptr<PlacePredictor>()> make;
     };
     std::vector<Named> ways = {{"as it comes", [] { return std::make_unique<HoldPlace>(); }}};
-    for (const std::pair<double, double> euro : {std::pair(1.0, 10.0), std::pair(2.0, 40.0)})
+    for (const std::pair<double, double>& euro : {std::pair(1.0, 10.0), std::pair(2.0, 40.0)})
         ways.push_back({fmt::format("One Euro {:g} Hz, beta {:g}", euro.first, euro.second),
                         [=] { return std::make_unique<OneEuroPlace>(euro.first, euro.second); }});
     for (const double share : {0.3, 0.5, 0.7})

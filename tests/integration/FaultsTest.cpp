@@ -197,6 +197,23 @@ TEST_F(Faults, ASlowHostIsNamedWithTheReason) {
     EXPECT_EQ(frames, 40u) << "each frame has one that was waited for";
 }
 
+TEST_F(Faults, APictureIsWaitedForAsLongAsHostsDraw) {
+    const TemporaryFolder folder;
+    LiveWall wall({.wall = wallWithSync(folder, "frame_deadline_ms: 30000 lost_after_ms: 15000")});
+    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
+    for (const std::string& host : kFourHosts)
+        wall.startClient(host, host == "lower-left"    ? std::vector<std::string>{"--inject", "draw-slow@20:4000"}
+                               : host == "lower-right" ? std::vector<std::string>{"--inject", "draw-slow@21:4000"}
+                                                       : std::vector<std::string>{});
+    ASSERT_TRUE(wall.waitForFrame(tileOf("upper-left"), 19, 60s)) << wall.logs();
+    // Asked in frame 20 it is of frame 21: eight seconds later.
+    const Outcome taken = wall.ctl({"snapshot", folder.path() + "/wall.png"});
+    EXPECT_EQ(taken.exitCode, 0) << taken.output;
+    EXPECT_NE(taken.output.find("frame 21"), std::string::npos) << taken.output;
+    EXPECT_EQ(taken.output.find("black"), std::string::npos) << taken.output;
+    EXPECT_TRUE(wall.finish()["faults"].empty());
+}
+
 TEST_F(Faults, ALateHostEntersAtANamedFrame) {
     const TemporaryFolder folder;
     LiveWall wall({.wall = wallWithSync(folder, "late_frame: WAIT start_deadline_ms: 1500 lost_after_ms: 4000")});

@@ -109,5 +109,30 @@ TEST_F(Windows, SayWhatTheyLack) {
     EXPECT_TRUE(other.waitForText("not the shown image of a Tessera host", 20s)) << other.output();
 }
 
+TEST_F(Windows, ThatCannotOpenEndTheirHostBeforeItDials) {
+    // Else it would draw what nobody sees, and the wall would call it sound.
+    const auto client = [&](const std::string& display, const std::string& monitor) {
+        return run(folder_.path(),
+                   {"/usr/bin/env", "-u", "WAYLAND_DISPLAY", "-u", "SDL_VIDEODRIVER", "DISPLAY=" + display,
+                    program("tessera-client"), "--server", "127.0.0.1:1", "--host", "a", "--window", monitor},
+                   30s);
+    };
+    const Outcome none = client("", "0");
+    EXPECT_EQ(none.exitCode, 1) << none.output;
+    EXPECT_NE(none.output.find("no display to open a window on"), std::string::npos) << none.output;
+    EXPECT_EQ(none.output.find("dialling"), std::string::npos) << none.output;
+    std::vector<std::string> alone = {"/usr/bin/env", "-u", "WAYLAND_DISPLAY", "-u", "SDL_VIDEODRIVER"};
+    for (const std::string& word : wallOn("", {"--size", "640x360"})) alone.push_back(word);
+    const Outcome wall = run(folder_.path(), alone, 60s);
+    EXPECT_EQ(wall.exitCode, 1) << wall.output;
+    EXPECT_NE(wall.output.find("no display to open a window on"), std::string::npos) << wall.output;
+    EXPECT_NE(wall.output.find("no render host is left"), std::string::npos) << wall.output;
+    Desktop desktop(folder_.path(), 640, 480);
+    ASSERT_FALSE(desktop.display().empty());
+    const Outcome monitor = client(desktop.display(), "HDMI-9");
+    EXPECT_EQ(monitor.exitCode, 1) << monitor.output;
+    EXPECT_NE(monitor.output.find("no monitor is called \"HDMI-9\""), std::string::npos) << monitor.output;
+}
+
 }  // namespace
 }  // namespace tessera::test

@@ -263,10 +263,11 @@ class Wall:
 
     # ---- what is seen
 
-    def image(self) -> Array:
+    def image(self, timeout: float = _LOAD_TIMEOUT) -> Array:
         """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless,
-        and not older than this program's last granted edit. Tiles that nobody draws are black."""
-        deadline = time.monotonic() + self.timeout
+        and not older than this program's last granted edit. Tiles that nobody draws are black. The server waits as
+        long as hosts draw, a minute at most."""
+        deadline = time.monotonic() + timeout
         while True:
             told = self.ask("GetImages", timeout=max(0.001, deadline - time.monotonic()))
             frames = {int(tile.frame) for tile in told.tiles}

@@ -15,6 +15,7 @@
 #include <set>
 #include <span>
 
+#include "common/base/LowerCase.h"
 #include "server/import/reader/AssimpFiles.h"
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/AssimpMending.h"
@@ -350,9 +351,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     hangUnderParents(*scene);
     // Of these formats none says whether a face has a back.
     static const std::set<std::string> sidesUnknown = {".obj", ".ply", ".stl", ".off", ".3ds"};
-    std::string lower = extension;
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lowerCase(extension);
     Expected<PlainScene> converted =
         AssimpConverter(*scene, files, limits, sidesUnknown.count(lower) > 0, lower).convert();
     if (!converted) return converted;

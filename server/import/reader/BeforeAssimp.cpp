@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <utility>
 
+#include "common/base/LowerCase.h"
 #include "server/import/reader/TextLines.h"
 
 namespace tessera {
@@ -267,8 +267,7 @@ Expected<void> checkMd5Animation(std::string_view text) {
 
 bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     if (sound_.contains(path)) return true;  // assimp opens a file several times
-    std::string ending = path.substr(std::min(path.rfind('.') + 1, path.size()));
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string ending = lowerCase(path.substr(std::min(path.rfind('.') + 1, path.size())));
     const std::string_view text = asText(bytes);
     Expected<void> sound;
     std::vector<std::string> said, missing;

@@ -2,10 +2,9 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cstring>
 
+#include "common/base/LowerCase.h"
 #include "common/confine/OrdinaryFile.h"
 #include "server/import/reader/VolumeFiles.h"
 
@@ -15,10 +14,7 @@ namespace {
 std::string extensionOf(const std::string& path) {
     const std::size_t dot = path.rfind('.');
     if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
-    std::string extension = path.substr(dot + 1);
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
+    return lowerCase(path.substr(dot + 1));
 }
 
 bool beginsWith(const std::string& path, const char* magic) {

@@ -6,7 +6,12 @@
 namespace tessera {
 
 ServerActions ImageRequests::ask(const Asker& asker, TimePoint now) {
-    Open images{.asker = asker, .deadline = now + deadline_, .awaited = {}, .answer = {}};
+    Open images{.asker = asker,
+                .deadline = now + deadline_,
+                .latest = now + kLongest,
+                .frame = session_.nextFrame(),
+                .awaited = {},
+                .answer = {}};
     std::set<std::string> live;
     for (const ServerSession::HostStatus& host : session_.hosts())
         if (host.state == HostState::kLive || host.state == HostState::kLate) live.insert(host.name);
@@ -18,7 +23,7 @@ ServerActions ImageRequests::ask(const Asker& asker, TimePoint now) {
     const std::uint64_t number = next_++;
     const auto [it, isNew] = open_.emplace(number, std::move(images));
     if (it->second.awaited.empty()) return finish(it);
-    return session_.requestImages(number, session_.nextFrame());
+    return session_.requestImages(number, it->second.frame);
 }
 
 ServerActions ImageRequests::imageReceived(const server_action::ImageReceived& received) {
@@ -51,7 +56,10 @@ ServerActions ImageRequests::advance(TimePoint now) {
     ServerActions actions;
     for (auto it = open_.begin(); it != open_.end();) {
         const auto next = std::next(it);
-        if (it->second.deadline <= now) append(actions, finish(it));
+        Open& open = it->second;
+        if (open.deadline <= now + deadline_ - kLook && isAtWork(open))
+            open.deadline = std::min(open.latest, now + deadline_);
+        if (open.deadline <= now) append(actions, finish(it));
         it = next;
     }
     return actions;
@@ -61,6 +69,14 @@ TimePoint ImageRequests::nextDeadline() const {
     TimePoint next = TimePoint::max();
     for (const auto& [number, open] : open_) next = std::min(next, open.deadline);
     return next;
+}
+
+bool ImageRequests::isAtWork(const Open& open) const {
+    const std::vector<std::string> drawing = session_.waitingFor();
+    return !drawing.empty() && std::ranges::any_of(session_.hosts(), [&](const ServerSession::HostStatus& host) {
+        return (!host.everShown || host.lastShown < open.frame) && std::ranges::count(drawing, host.name) > 0 &&
+               std::ranges::count(open.awaited, host.name, &Open::Awaited::host) > 0;
+    });
 }
 
 std::size_t ImageRequests::openCount(ConnectionId connection) const {

@@ -10,10 +10,13 @@
 
 namespace tessera {
 
-/// A host that is not there, or does not send its tiles by the deadline, is named in the answer as missing. Frame
-/// thread only.
+/// A host that is not there, or does not send its tiles by the deadline, is named in the answer as missing. The
+/// deadline counts from when no host is at work on the frame any more: frames may take seconds. Nobody is kept for
+/// longer than kLongest. Frame thread only.
 class ImageRequests {
 public:
+    static constexpr std::chrono::milliseconds kLongest{60'000}, kLook{200};  ///< whether hosts are at work: so often
+
     ImageRequests(const Wall& wall, ServerSession& session, std::chrono::milliseconds deadline)
         : wall_(wall), session_(session), deadline_(deadline) {}
 
@@ -30,7 +33,8 @@ public:
 private:
     struct Open {
         Asker asker;
-        TimePoint deadline;
+        TimePoint deadline, latest;
+        FrameNumber frame;  ///< that was asked for
         struct Awaited {
             std::string tile, host;
         };
@@ -40,6 +44,8 @@ private:
     using Opens = std::map<std::uint64_t, Open>;  ///< by the number that hosts are asked with
 
     [[nodiscard]] ServerActions finish(Opens::iterator open);
+    /// Whether a host that has not shown the frame yet draws it, or one before it.
+    [[nodiscard]] bool isAtWork(const Open& open) const;
 
     const Wall& wall_;
     ServerSession& session_;

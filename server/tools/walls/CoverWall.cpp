@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "server/tools/walls/WallAssembly.h"
 #include "server/tools/walls/XmlText.h"
@@ -16,9 +17,14 @@ namespace {
 constexpr double kFarthestMm = 1000 * kFarthestM, kCoverEyesMm = 64;
 constexpr int kMostCoverChannels = 50;  ///< of a computer; as many as OpenCOVER takes
 constexpr std::size_t kMostCoverHosts = 256, kMostCoverAttributes = 32;
+/// Elements and attributes in sections of single computers, each as often as it names computers.
+constexpr std::size_t kMostCoverWords = 1'000'000;
 constexpr const char* kCoverSettings[] = {"NumScreens", "NumChannels", "NumPBOs",    "ViewerPosition",
                                           "Stereo",     "StereoMode",  "WorldAngle", "Input"};
-constexpr const char* kCoverLists[] = {"ScreenConfig", "ChannelConfig", "ViewportConfig", "WindowConfig"};
+constexpr std::pair<const char*, const char*> kCoverLists[] = {{"ScreenConfig", "Screen"},
+                                                               {"ChannelConfig", "Channel"},
+                                                               {"ViewportConfig", "Viewport"},
+                                                               {"WindowConfig", "Window"}};
 
 /// What is said for one computer: "ScreenConfig.Screen:0" → its attributes.
 using CoverSettings = std::map<std::string, std::map<std::string, std::string>>;
@@ -79,9 +85,14 @@ public:
                     "INCLUDE: the files that it names are not read: put what they say of screens in this one");
         const std::vector<std::string> hosts = hostsOf();
         const CoverSettings ofAll = settingsOfAll();
+        words_ = 0;
         for (const std::string& host : hosts) {
             if (!reading_.sound()) break;
-            readHost(host, settingsOf(host, ofAll));
+            const CoverSettings own = settingsOf(host);
+            if (words_ > kMostCoverWords)
+                reading_.refuse("", "too much is said of single computers: say once in GLOBAL what holds for many");
+            else
+                readHost(host, own, ofAll);
         }
         if (placed_ == 0 && reading_.sound())
             reading_.refuse("",
@@ -114,25 +125,29 @@ private:
         return hosts;
     }
 
-    /// What is of use here. The rest may be large, and is looked at once for each computer.
-    static void takeSection(const pugi::xml_node& section, CoverSettings& settings) {
+    /// What is of use here.
+    void takeSection(const pugi::xml_node& section, CoverSettings& settings) {
         const auto take = [&](const pugi::xml_node& node, const std::string& key) {
             if (attributeOf(node, "ARCH").starts_with("win")) return;
             std::map<std::string, std::string>& said = settings[key];
-            for (const pugi::xml_attribute& attribute : node.attributes())
+            for (const pugi::xml_attribute& attribute : node.attributes()) {
+                ++words_;
                 if (said.size() < kMostCoverAttributes || said.contains(attribute.name()))
                     said[attribute.name()] = attribute.value();
+            }
         };
         for (const pugi::xml_node& child : section.children()) {
-            if (std::ranges::find(kCoverSettings, std::string_view(child.name())) != std::end(kCoverSettings))
-                take(child, child.name());
-            if (std::ranges::find(kCoverLists, std::string_view(child.name())) == std::end(kCoverLists)) continue;
+            ++words_;
+            const std::string_view name = child.name();
+            if (std::ranges::find(kCoverSettings, name) != std::end(kCoverSettings)) take(child, child.name());
+            const auto list = std::ranges::find(kCoverLists, name, &std::pair<const char*, const char*>::first);
+            if (list == std::end(kCoverLists)) continue;
             for (const pugi::xml_node& one : child.children()) {
-                const std::string index = attributeOf(one, "name");
-                const std::optional<double> number = numberOfWord(index);
-                if (number && *number >= 0 && *number <= kMostCoverChannels)
-                    take(one, fmt::format("{}.{}:{}", child.name(), std::string_view(one.name()).substr(0, 40),
-                                          index.substr(0, 8)));
+                ++words_;
+                if (std::string_view(one.name()) != list->second) continue;
+                const std::optional<double> number = numberOfWord(attributeOf(one, "name"));
+                if (number && *number >= 0 && *number <= kMostCoverChannels && *number == std::floor(*number))
+                    take(one, fmt::format("{}.{}:{:g}", name, list->second, *number));
             }
         }
     }
@@ -144,27 +159,32 @@ private:
         for (const char* kind : {"GLOBAL", "CLUSTER"})
             for (const pugi::xml_node& section : childrenOf(root_, kind))
                 for (const pugi::xml_node& cover : childrenOf(section, "COVER")) takeSection(cover, settings);
+        takeLocal("", settings);
         return settings;
     }
-    CoverSettings settingsOf(const std::string& host, const CoverSettings& ofAll) {
-        CoverSettings settings = ofAll;
-        for (const std::string& name : {std::string(), host})
-            for (const pugi::xml_node& section : local_[name])
-                for (const pugi::xml_node& cover : childrenOf(section, "COVER")) takeSection(cover, settings);
+    CoverSettings settingsOf(const std::string& host) {
+        CoverSettings settings;
+        takeLocal(host, settings);
         return settings;
+    }
+    void takeLocal(const std::string& name, CoverSettings& settings) {
+        for (const pugi::xml_node& section : local_[name])
+            for (const pugi::xml_node& cover : childrenOf(section, "COVER")) takeSection(cover, settings);
     }
 
-    /// An attribute of what has been said for one computer.
+    /// An attribute of what has been said for one computer, else for all.
     class CoverLookup {
     public:
-        CoverLookup(const CoverSettings& settings, std::string host, WallReading& reading)
-            : settings_(settings), host_(std::move(host)), reading_(reading) {}
-        [[nodiscard]] bool has(const std::string& key) const { return settings_.contains(key); }
+        CoverLookup(const CoverSettings& own, const CoverSettings& ofAll, std::string host, WallReading& reading)
+            : settings_{&own, &ofAll}, host_(std::move(host)), reading_(reading) {}
+        [[nodiscard]] bool has(const std::string& key) const {
+            return settings_[0]->contains(key) || settings_[1]->contains(key);
+        }
         [[nodiscard]] std::string word(const std::string& key, const std::string& attribute) const {
-            const auto at = settings_.find(key);
-            if (at == settings_.end()) return {};
-            const auto value = at->second.find(attribute);
-            return value == at->second.end() ? std::string() : value->second;
+            for (const CoverSettings* settings : settings_)
+                if (const auto at = settings->find(key); at != settings->end())
+                    if (const auto value = at->second.find(attribute); value != at->second.end()) return value->second;
+            return {};
         }
         [[nodiscard]] double number(const std::string& key, const std::string& attribute, double otherwise,
                                     double least, double most) const {
@@ -175,13 +195,13 @@ private:
         }
 
     private:
-        const CoverSettings& settings_;
+        const CoverSettings* settings_[2];
         std::string host_;
         WallReading& reading_;
     };
 
-    void readHost(const std::string& host, const CoverSettings& settings) {
-        const CoverLookup said(settings, host, reading_);
+    void readHost(const std::string& host, const CoverSettings& own, const CoverSettings& ofAll) {
+        const CoverLookup said(own, ofAll, host, reading_);
         const bool stereo = isCoverOn(said.word("Stereo", "value"));
         User user{.name = "viewer"};
         const Vec3d eyes(said.number("ViewerPosition", "x", 0, -kFarthestMm, kFarthestMm),
@@ -194,8 +214,7 @@ private:
             user.eyeSeparationMetres = said.number("Stereo", "separation", kCoverEyesMm, 0, 1000) / 1000;
         if (!stereo) user.eyeSeparationMetres = 0;
         if (said.number("WorldAngle", "value", 0, -3600, 3600) != 0) reading_.note("WorldAngle is left out");
-        if (settings.contains("Input"))
-            reading_.note("trackers are left out; name them in the wall (`trackers`, `head`)");
+        if (said.has("Input")) reading_.note("trackers are left out; name them in the wall (`trackers`, `head`)");
         if (said.number("NumPBOs", "value", 0, 0, 1000) > 0)
             reading_.note("pictures that are drawn into buffers first (PBOs) are taken as if they were drawn at once");
         const int screens = static_cast<int>(said.number("NumScreens", "value", 1, 0, kMostCoverChannels));
@@ -305,7 +324,7 @@ private:
     WallAssembly assembly_;
     pugi::xml_node root_;
     std::map<std::string, std::vector<pugi::xml_node>> local_;  ///< sections by computer; "": those of any
-    std::size_t placed_ = 0;
+    std::size_t placed_ = 0, words_ = 0;  ///< screens that have a place; elements and attributes that were looked at
 };
 
 }  // namespace

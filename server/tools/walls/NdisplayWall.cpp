@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/base/LowerCase.h"
 #include "server/tools/walls/JsonNode.h"
 #include "server/tools/walls/WallAssembly.h"
 
@@ -48,11 +48,6 @@ Quatd unrealTurn(const Mat3d& unreal) {
     turn.col(1) = unrealAxes(unreal.col(2));
     turn.col(2) = -unrealAxes(unreal.col(0));
     return Quatd(turn).normalized();
-}
-
-std::string loweredWord(std::string text) {
-    std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
 }
 
 class NdisplayReading {
@@ -126,7 +121,7 @@ private:
 
     void readViewport(const std::string& host, const JsonNode& node, const JsonNode& viewport) {
         const JsonNode policy = viewport["projectionPolicy"];
-        const std::string type = loweredWord(policy["type"].text());
+        const std::string type = lowerCase(policy["type"].text());
         if (type != "simple") {
             reading_.note(
                 fmt::format("{}: projectionPolicy \"{}\" is left out: \"simple\" is read, which shows a screen",
@@ -165,7 +160,7 @@ private:
                                      ? std::string("there is no camera in scene.cameras: it is the head")
                                      : fmt::format("there is no camera \"{}\" in scene.cameras", id.substr(0, 60)));
         const JsonNode& node = at->second;
-        const std::string eye = loweredWord(node["stereoOffset"].text("none"));
+        const std::string eye = lowerCase(node["stereoOffset"].text("none"));
         if (eye == "left" || eye == "right")
             picture.eye = (eye == "left") != node["swapEyes"].flag(false) ? Eye::kLeft : Eye::kRight;
         const UnrealPose pose = poseOf(node);

@@ -1,5 +1,5 @@
-// node check.mjs REQUESTS.json SESSION.txt [ADDR:PORT TOKEN]: a client that has nothing but proto/WIRE.md reads the recorded session, says its
-// messages again byte for byte, and asks a running wall.
+// node check.mjs REQUESTS.json SESSION.txt [ADDR:PORT TOKEN]: a client that has nothing but proto/WIRE.md reads the
+// recorded session, says its messages again byte for byte, and asks a running wall.
 import assert from 'node:assert';
 import fs from 'node:fs';
 
@@ -38,11 +38,13 @@ if (address) {
     const node = records.readBigUInt64LE();
     const moved = await link.ask('MoveNode', {node, translation: [4, 5, 6]});
     assert.equal(moved.name, 'Committed');
-    await assert.rejects(link.ask('RemoveNode', {node: 1}), error => error.code === 'refused' && /root/.test(error.message));
+    await assert.rejects(link.ask('RemoveNode', {node: 1}),
+        error => error.code === 'refused' && /root/.test(error.message));
     const frame = new Promise(resolve => { link.notice = resolve; });
     await link.ask('SubscribeNews', {frames: 1});
     const told = await frame;
     assert.equal(told.name, 'Frame');
-    console.log(`moved #${node} of ${status.members.wall_name}; frame ${told.members.frame} was shown by ${told.members.shown}`);
+    const deed = `moved #${node} of ${status.members.wall_name}`;
+    console.log(`${deed}; frame ${told.members.frame} was shown by ${told.members.shown}`);
     link.close();
 }

@@ -1,5 +1,5 @@
-// node console.mjs LINK: a program in JavaScript that has nothing but the link of a console: it reads what can be said, moves /thing,
-// makes a triangle of arrays, and is told of all that.
+// node console.mjs LINK: a program in JavaScript that has nothing but the link of a console: it reads what can be said,
+// moves /thing, makes a triangle of arrays, and is told of all that.
 import assert from 'node:assert';
 import http from 'node:http';
 
@@ -7,7 +7,8 @@ import {Socket} from './socket.mjs';
 
 const link = process.argv[2], url = new URL(link), authorization = `Bearer ${url.searchParams.get('token')}`;
 
-const get = path => new Promise((resolve, reject) => http.get({host: url.hostname, port: url.port, path, headers: {authorization}}, response => {
+const from = path => ({host: url.hostname, port: url.port, path, headers: {authorization}});
+const get = path => new Promise((resolve, reject) => http.get(from(path), response => {
     let text = '';
     response.on('data', data => text += data);
     response.on('end', () => resolve({status: response.statusCode, text}));
@@ -21,7 +22,8 @@ const socket = await Socket.connect(link);
 let asked = 0;
 for (const request of api.requests.filter(each => each.role === 'viewer')) {
     const said = await socket.ask(request.name);
-    assert.ok(said.answer === request.answer || api.errors.includes(said.error.code), `${request.name}: ${JSON.stringify(said)}`);
+    assert.ok(said.answer === request.answer || api.errors.includes(said.error.code),
+        `${request.name}: ${JSON.stringify(said)}`);
     ++asked;
 }
 console.log(`asked ${asked} requests`);
@@ -31,12 +33,15 @@ assert.equal((await watcher.next()).changes.whole, true);
 const moved = await socket.ask('MoveNode', {node: '/thing', translation: [4, 5, 6]});
 assert.equal(moved.answer, 'Committed', JSON.stringify(moved));
 
-const corners = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer), indices = Buffer.from(new Uint32Array([0, 1, 2]).buffer);
+const corners = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
+const indices = Buffer.from(new Uint32Array([0, 1, 2]).buffer);
 const made = await socket.ask('ProposeChanges', {list: {
     created: [{id: '$0', type: 'Node'}, {id: '$1', type: 'Geometry'}],
     placed: [{node: '$0', parent: 1}],
-    set: [{type: 'Node', field: 'name', ids: ['$0'], values: ['made']}, {type: 'Node', field: 'core', ids: ['$0'], values: ['$1']},
-        {type: 'Geometry', field: 'positions', ids: ['$1'], values: [{binary: 0}]}, {type: 'Geometry', field: 'indices', ids: ['$1'], values: [{binary: 1}]}],
+    set: [{type: 'Node', field: 'name', ids: ['$0'], values: ['made']},
+        {type: 'Node', field: 'core', ids: ['$0'], values: ['$1']},
+        {type: 'Geometry', field: 'positions', ids: ['$1'], values: [{binary: 0}]},
+        {type: 'Geometry', field: 'indices', ids: ['$1'], values: [{binary: 1}]}],
 }}, corners, indices);
 assert.equal(made.answer, 'Committed', JSON.stringify(made));
 

@@ -9,7 +9,8 @@ export class Socket {
         const token = url.searchParams.get('token');
         return new Promise((resolve, reject) => {
             const request = http.request({host: url.hostname, port: url.port, path: `/socket?token=${token}${more}`,
-                headers: {Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': key}});
+                headers: {Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13',
+                    'Sec-WebSocket-Key': key}});
             request.on('upgrade', (response, socket, head) => resolve(new Socket(socket, head)));
             request.on('response', response => reject(new Error(`refused: ${response.statusCode}`)));
             request.on('error', reject);

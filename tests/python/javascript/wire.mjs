@@ -1,5 +1,5 @@
-// The native link in plain JavaScript, after proto/WIRE.md: what is needed to ask and to be told. All numbers, names and members come from what
-// `tessera-ctl requests --json` prints.
+// The native link in plain JavaScript, after proto/WIRE.md: what is needed to ask and to be told. All numbers, names
+// and members come from what `tessera-ctl requests --json` prints.
 import net from 'node:net';
 
 import {xxh3} from './xxh3.mjs';
@@ -14,7 +14,11 @@ export function varint(value) {
     }
 }
 const tag = (number, kind) => varint(number * 8 + kind);
-const eight = value => { const bytes = Buffer.alloc(8); bytes.writeBigUInt64LE(BigInt.asUintN(64, BigInt(value))); return bytes; };
+const eight = value => {
+    const bytes = Buffer.alloc(8);
+    bytes.writeBigUInt64LE(BigInt.asUintN(64, BigInt(value)));
+    return bytes;
+};
 const double = value => { const bytes = Buffer.alloc(8); bytes.writeDoubleLE(value); return bytes; };
 const within = (number, bytes) => Buffer.concat([tag(number, 2), varint(bytes.length), bytes]);
 
@@ -46,7 +50,10 @@ export function splitParts(bytes) {
     const headSize = bytes.readUInt32LE(), count = bytes.readUInt32LE(4), parts = [];
     let at = 8 + 8 * count;
     const head = bytes.subarray(at, at += headSize);
-    for (let i = 0; i < count; ++i) { const size = Number(bytes.readBigUInt64LE(8 + 8 * i)); parts.push(bytes.subarray(at, at += size)); }
+    for (let i = 0; i < count; ++i) {
+        const size = Number(bytes.readBigUInt64LE(8 + 8 * i));
+        parts.push(bytes.subarray(at, at += size));
+    }
     if (at !== bytes.length) throw new Error('bytes are left over');
     return {head, parts};
 }
@@ -66,8 +73,10 @@ export function framed(number, epoch, payload) {
 /** Of a whole message: {number, epoch, payload}. */
 export function unframed(bytes) {
     const payload = bytes.subarray(32);
-    if (bytes.toString('latin1', 0, 4) !== 'TSRA' || bytes.readUInt32LE(8) !== payload.length) throw new Error('no message');
-    if (bytes.readBigUInt64LE(24) !== xxh3(payload, xxh3(bytes.subarray(0, 24)))) throw new Error('the checksum is wrong');
+    if (bytes.toString('latin1', 0, 4) !== 'TSRA' || bytes.readUInt32LE(8) !== payload.length)
+        throw new Error('no message');
+    if (bytes.readBigUInt64LE(24) !== xxh3(payload, xxh3(bytes.subarray(0, 24))))
+        throw new Error('the checksum is wrong');
     return {number: bytes.readUInt16LE(6), epoch: bytes.readBigUInt64LE(16), payload};
 }
 
@@ -109,9 +118,11 @@ function membersOf(fields, values) {
         const one = each => {
             if (type === 'text') return within(number, Buffer.from(each));
             if (type === 'double') return Buffer.concat([tag(number, 1), double(each)]);
-            if (coordinates[type]) return within(number, Buffer.concat(each.flatMap((x, i) => x ? [tag(i + 1, 1), double(x)] : [])));
+            if (coordinates[type])
+                return within(number, Buffer.concat(each.flatMap((x, i) => x ? [tag(i + 1, 1), double(x)] : [])));
             if (field.fields) return within(number, membersOf(field.fields, each));
-            return Buffer.concat([tag(number, 0), varint(field.words && typeof each === 'string' ? field.words.indexOf(each) : Number(each))]);
+            const word = field.words && typeof each === 'string' ? field.words.indexOf(each) : Number(each);
+            return Buffer.concat([tag(number, 0), varint(word)]);
         };
         for (const each of many ? value : [value]) head.push(one(each));
     }
@@ -155,13 +166,16 @@ export function decodeBody(known, body) {
 // ---- the link
 
 export class Link {
-    /** Resolves when it is welcomed. `described`: what `tessera-ctl requests --json` prints; `access`: the word that lets it in. */
+    /** Resolves when it is welcomed. `described`: what `tessera-ctl requests --json` prints; `access`: the word that
+     *  lets it in. */
     static connect(address, described, name, access) {
         const link = new Link(described);
-        const [host, port] = [address.slice(0, address.lastIndexOf(':')), Number(address.slice(address.lastIndexOf(':') + 1))];
+        const colon = address.lastIndexOf(':');
+        const [host, port] = [address.slice(0, colon), Number(address.slice(colon + 1))];
         return new Promise((resolve, reject) => {
             link.socket = net.connect(port, host, () => link.say('Hello', {
-                protocol: described.protocol, schema: BigInt('0x' + described.wire.schema), role: 1, channel: 0, name, access}));
+                protocol: described.protocol, schema: BigInt('0x' + described.wire.schema), role: 1,
+                channel: 0, name, access}));
             link.socket.on('error', reject);
             link.socket.on('data', bytes => link.received(bytes));
             link.on.Welcome = welcome => {
@@ -173,7 +187,8 @@ export class Link {
         });
     }
     constructor(described) {
-        Object.assign(this, {described, epoch: 0n, left: Buffer.alloc(0), waiting: new Map(), last: 0, on: {}, notice: () => {}});
+        Object.assign(this, {described, epoch: 0n, left: Buffer.alloc(0), waiting: new Map(), last: 0, on: {},
+            notice: () => {}});
         this.messages = new Map(described.wire.messages.map(message => [message.name, message]));
     }
     say(name, values) {
@@ -190,7 +205,8 @@ export class Link {
             if (message.name === 'Reply') {
                 const {resolve, reject} = this.waiting.get(said.id);
                 this.waiting.delete(said.id);
-                if (said.error) reject(Object.assign(new Error(said.error), {code: this.described.wire.errors[Number(said.code)]}));
+                if (said.error)
+                    reject(Object.assign(new Error(said.error), {code: this.described.wire.errors[Number(said.code)]}));
                 else resolve(decodeBody(this.described.answers, said.body));
             } else if (message.name === 'Notice') this.notice(decodeBody(this.described.notices, said.body));
             else this.on[message.name]?.(said);

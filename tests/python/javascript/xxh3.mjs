@@ -1,4 +1,5 @@
-// XXH3-64 with a seed, in plain JavaScript: after xxHash's own scalar code (BSD 2-Clause, Yann Collet). Slow, and short.
+// XXH3-64 with a seed, in plain JavaScript: after xxHash's own scalar code (BSD 2-Clause, Yann Collet). Slow, and
+// short.
 const M = (1n << 64n) - 1n;
 const P32 = [0x9e3779b1n, 0x85ebca77n, 0xc2b2ae3dn];
 const P64 = [0x9e3779b185ebca87n, 0xc2b2ae3d27d4eb4fn, 0x165667b19e3779f9n, 0x85ebca77c2b2ae63n, 0x27d4eb2f165667c5n];
@@ -44,7 +45,8 @@ function short(data, seed) {
 }
 
 const mixed = (data, at, secret, seed) =>
-    folded(u64(data, at) ^ ((u64(SECRET, secret) + seed) & M), u64(data, at + 8) ^ ((u64(SECRET, secret + 8) - seed) & M));
+    folded(u64(data, at) ^ ((u64(SECRET, secret) + seed) & M),
+        u64(data, at + 8) ^ ((u64(SECRET, secret + 8) - seed) & M));
 
 function middle(data, seed) {
     const n = data.length;
@@ -83,7 +85,8 @@ function long(data, seed) {
     for (let s = 0; s < left; ++s) add(blocks * block + 64 * s, 8 * s);
     add(data.length - 64, 192 - 64 - 7);
     let sum = BigInt(data.length) * P64[0];
-    for (let i = 0; i < 4; ++i) sum += folded(sums[2 * i] ^ u64(secret, 11 + 16 * i), sums[2 * i + 1] ^ u64(secret, 19 + 16 * i));
+    for (let i = 0; i < 4; ++i)
+        sum += folded(sums[2 * i] ^ u64(secret, 11 + 16 * i), sums[2 * i + 1] ^ u64(secret, 19 + 16 * i));
     return avalanche(sum & M);
 }
 

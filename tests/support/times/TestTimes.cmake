@@ -1,6 +1,6 @@
-# Read by ctest when it has found all tests: each one's time-out, ten times what tests/times.txt says of it, times how much slower
-# this machine is than the one of that table. `table`, `speed` (the program), `folder` (of the tests found), `factor` come from
-# tests/CMakeLists.txt.
+# Read by ctest when it has found all tests: each one's time-out, ten times what tests/times.txt says of it, times how
+# much slower this machine is than the one of that table. `table`, `speed` (the program), `folder` (of the tests found),
+# `factor` come from tests/CMakeLists.txt.
 set(floor 30)      # seconds: what takes a moment may stand behind others
 set(unknown 20.00) # of what the table does not know: the most that a test may take
 file(STRINGS ${table} lines REGEX "^[a-z]")

@@ -11,6 +11,7 @@
 #include "common/base/Error.h"
 #include "common/base/Hash.h"
 #include "common/base/Log.h"
+#include "common/base/LowerCase.h"
 #include "common/base/Nearest.h"
 #include "common/base/StrongId.h"
 #include "common/base/Utf8.h"
@@ -45,6 +46,11 @@ TEST(Utf8, IsCutBetweenCharacters) {
     EXPECT_EQ(cutUtf8(text, 2), "a");
     EXPECT_EQ(cutUtf8(text, 0), "");
     EXPECT_EQ(cutUtf8("\x80\x80\x80", 2), "") << "what is no text ends somewhere";
+}
+
+TEST(LowerCase, LeavesAllButLettersOfAscii) {
+    EXPECT_EQ(lowerCase("DP-1.PNG"), "dp-1.png");
+    EXPECT_EQ(lowerCase("@[`{ \xc3\x84\xff"), "@[`{ \xc3\x84\xff");
 }
 
 TEST(Hash, PrintsAllDigits) {

@@ -107,6 +107,10 @@ TEST(Manners, LooksAreInWordsOfPeople) {
     material.metallic = 1;
     material.roughness = 0.1f;
     EXPECT_EQ(look({0.9f, 0.5f, 0.05f, 1}), "orange, mirroring metal");
+    material.roughness = 0.6f;
+    EXPECT_EQ(look({0.1f, 0, 0, 1}), "dark red, metal");
+    material.roughness = 0.9f;
+    EXPECT_EQ(look({0.1f, 0, 0, 0.5f}), "dark red, rough metal, see-through");
     material.emissive = Vec3f::Ones();
     material.unlit = true;
     EXPECT_EQ(look({1, 1, 1, 1}), "white, unlit, glows");

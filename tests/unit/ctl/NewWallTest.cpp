@@ -39,6 +39,8 @@ TEST(NewWall, TakesMeasuresAsPeopleWriteThem) {
     EXPECT_NEAR(plan.widthM / plan.heightM, 1.6, 1e-12);
     take("size", "1.21x0.68");
     EXPECT_EQ(plan.heightM, 0.68);
+    take("columns", "+3");
+    EXPECT_EQ(plan.columns, 3) << "a number as everywhere on the command line";
     take("bezel", "3.5 4");
     EXPECT_EQ(plan.bezelYMm, 4);
     take("bezel", "2");

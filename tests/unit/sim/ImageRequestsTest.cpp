@@ -18,6 +18,13 @@ Wall wallOfTwo() {
     return wall;
 }
 
+/// Frames may take eight seconds.
+ServerSessionConfig slowFrames() {
+    ServerSessionConfig config = twoHosts();
+    config.sync.frameDeadline = config.sync.firstFrameDeadline = 8s;
+    return config;
+}
+
 class ImageRequestsTest : public testing::Test {
 protected:
     void send(const std::string& host, const std::string& tile, std::string_view picture) {
@@ -30,8 +37,21 @@ protected:
         return std::get<answer::Images>(decodeAnswer(replies[0].body).value());
     }
 
+    /// Both draw the frame that is open, and show it.
+    void show() {
+        for (const ConnectionId host : {a, b}) server.ready(host, frame);
+        for (const ConnectionId host : {a, b}) server.show(host);
+    }
+    /// Time passes while both live and draw.
+    void draw(Duration time) {
+        for (const TimePoint end = server.now + time; server.now < end;) {
+            server.run(100ms, {a, b, application});
+            server.take(requests.advance(server.now));
+        }
+    }
+
     const Wall wall = wallOfTwo();
-    ServerFixture server;
+    ServerFixture server{slowFrames()};
     ImageRequests requests{wall, server.session, 5s};
     ConnectionId a = server.join("a"), b = server.join("b");
     ConnectionId application = server.hello("somebody", PeerRole::kApplication);
@@ -55,6 +75,7 @@ TEST_F(ImageRequestsTest, OfATileItsOwnHostSaysWhatItShows) {
 }
 
 TEST_F(ImageRequestsTest, WhatDoesNotComeInTimeIsMissing) {
+    show();
     server.take(requests.ask({.connection = application, .request = 1}, server.now));
     send("a", "front-1-0", "a lie");
     send("b", "front-1-0", "right");
@@ -63,6 +84,47 @@ TEST_F(ImageRequestsTest, WhatDoesNotComeInTimeIsMissing) {
     ASSERT_TRUE(images);
     EXPECT_EQ(images->missing, Names{"front-0-0"});
     EXPECT_EQ(images->tiles.size(), 1u);
+}
+
+TEST_F(ImageRequestsTest, FramesMayTakeSeconds) {
+    server.take(requests.ask({.connection = application, .request = 1}, server.now));
+    for (int i = 0; i < 2; ++i) {  // the frame before, and the one that was asked for
+        draw(6s);
+        EXPECT_FALSE(answer()) << "hosts draw";
+        show();
+        if (i == 0) frame = server.begin();
+    }
+    draw(4s);  // pictures are made and sent
+    EXPECT_FALSE(answer());
+    send("a", "front-0-0", "left");
+    send("b", "front-1-0", "right");
+    const auto images = answer();
+    ASSERT_TRUE(images);
+    EXPECT_EQ(images->missing, Names{});
+}
+
+TEST_F(ImageRequestsTest, NobodyIsWaitedForWithoutEnd) {
+    server.take(requests.ask({.connection = application, .request = 1}, server.now));
+    const TimePoint begun = server.now;
+    while (!answer() && server.now < begun + 100s) {
+        draw(1s);
+        // Frames go on, but the one that was asked for is never shown by a.
+        if (server.session.mayBegin(server.now)) frame = server.begin();
+        server.ready(b, frame);
+        server.show(b);
+    }
+    ASSERT_TRUE(answer());
+    EXPECT_LE(server.now - begun, ImageRequests::kLongest + 1s);
+    EXPECT_EQ(answer()->missing.size(), 2u);
+}
+
+TEST_F(ImageRequestsTest, AWallWithoutFramesIsNotWaitedForLongerThanOne) {
+    show();
+    server.take(requests.ask({.connection = application, .request = 1}, server.now));
+    draw(4900ms);
+    EXPECT_FALSE(answer());
+    draw(200ms);
+    EXPECT_TRUE(answer());
 }
 
 }  // namespace

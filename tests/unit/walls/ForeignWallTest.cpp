@@ -375,6 +375,30 @@ TEST(ForeignWall, FilesAreKnownByWhatTheyHold) {
     EXPECT_EQ(wallFormats().size(), 5u);
 }
 
+TEST(ForeignWall, AFileOfManyComputersIsReadOnce) {
+    std::string hosts;
+    for (int i = 0; i < 256; ++i) hosts += (i > 0 ? ",h" : "h") + std::to_string(i);
+    const auto file = [&](const std::string& sections) {
+        return "<COCONFIG><GLOBAL><COVER><MultiPC><SyncMode hosts=\"" + hosts + "\"/></MultiPC><ScreenConfig>" +
+               "<Screen name=\"0\" originX=\"5\" width=\"2000\"/></ScreenConfig></COVER></GLOBAL>" + sections +
+               "</COCONFIG>";
+    };
+    std::string settings, keys;
+    for (int i = 0; i < 100'000; ++i) settings += "<Stereo value=\"on\"/>";
+    for (int i = 0; i < 100'000; ++i) keys += "<S" + std::to_string(i) + " name=\"0.5\" a=\"\"/>";
+    // What holds for any computer, and 256 take it: these would be 25 million words.
+    const auto any = wallOfCover(file("<LOCAL><COVER>" + settings + "<ScreenConfig>" + keys +
+                                      "<Screen name=\"0\" width=\"3000\"/></ScreenConfig></COVER></LOCAL>"),
+                                 "h");
+    ASSERT_TRUE(any) << errorOf(any);
+    EXPECT_NEAR(any->wall.screens[0].lowerRight.x() - any->wall.screens[0].lowerLeft.x(), 3, 1e-9);
+    EXPECT_NEAR(any->wall.screens[0].lowerLeft.x(), 0.005 - 1.5, 1e-9);
+    // And where it stands in a section that names them all, it is said so often.
+    EXPECT_WORDS(
+        errorOf(wallOfCover(file("<LOCAL HOST=\"" + hosts + "\"><COVER>" + settings + "</COVER></LOCAL>"), "h")),
+        "too much is said of single computers");
+}
+
 TEST(ForeignWall, FilesThatMeanIllEndWithWords) {
     std::mt19937 random(45);
     for (const char* file : {"two-by-two.json", "room.ndisplay", "room.xml", "room.pvx"}) {
