@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "common/session/HeartbeatClock.h"
 #include "server/sim/desk/CollisionAnswers.h"
 
 namespace tessera {
