@@ -105,6 +105,8 @@ public:
             " In text files: what a newer version wrote here.");
         add(*saved_, {}, "later_file", SceneSchema::kLaterFile, FieldDescriptorProto::TYPE_BYTES, false,
             " In text files: what a newer version wrote beside this message.");
+        add(*saved_, {}, "named", SceneSchema::kNamed, FieldDescriptorProto::TYPE_BOOL, false,
+            " Filled in by the reader of a text file: its numbers say nothing to people.");
     }
 
     void addObject() {
