@@ -33,7 +33,7 @@ public:
 
     Expected<SavedText> read() {
         if (Expected<void> good = next(); !good) return tl::unexpected(good.error());
-        if (Expected<void> good = next(); !good) return tl::unexpected(good.error());  // saved
+        if (Expected<void> good = toBrace(); !good) return tl::unexpected(good.error());  // behind `saved`
         open_.push_back({"saved", line(), nullptr});
         items_.push_back({.type = types_.at("node"), .line = line() + 1, .column = column() + 1});
         if (Expected<void> good = insideBraces([&] { return readTop(); }); !good) return tl::unexpected(good.error());

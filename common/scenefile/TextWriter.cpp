@@ -124,8 +124,7 @@ private:
                 if (!scene_.get<Node>(child)->ofServer) held_[places_.at(child)].isChild = true;
             if (node->core) {
                 Held& core = held_[places_.at(node->core)];
-                ++core.cores;
-                core.holder = place;
+                if (core.cores++ == 0) core.holder = place;
             }
             return;
         }

@@ -94,7 +94,7 @@ TEST(SceneFileLaw, AnySceneIsTheSameWhenItHasBeenAFile) {
         ASSERT_TRUE(nested) << nested.error().message << "\n" << *text;
         const Expected<Aspect> again = readBack(*nested, scene);
         expectSame(scene, again);
-        if (rootIsBare(scene)) EXPECT_EQ(*writeScene(*again, SceneEncoding::kBinary), *binary);
+        EXPECT_TRUE(!rootIsBare(scene) || *writeScene(*again, SceneEncoding::kBinary) == *binary);
         const std::string path = testing::TempDir() + "scene-file-law.tsct";
         std::string arrays;
         ASSERT_TRUE(saveScene(path, scene, {}, &arrays));
@@ -196,8 +196,7 @@ TEST(SceneFileLaw, NoTypeOrFieldIsCalledAsAWordOfTheText) {
                                                 textform::kArray, textform::kId, textform::kCore})
             EXPECT_NE(word, reserved);
         for (const FieldEntry& field : type.fields) EXPECT_NE(snakeCase(field.name), textform::kId) << type.name;
-        if (word != textform::kNode)
-            for (const FieldEntry& field : allTypes().front().fields) EXPECT_NE(snakeCase(field.name), word);
+        for (const FieldEntry& field : findType(typeOf<Node>())->fields) EXPECT_NE(snakeCase(field.name), word);
         EXPECT_LE(type.fields.size(), 64u) << "the reader's bits of what is there twice";
     }
 }
