@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/base/Nearest.h"
+#include "common/base/Utf8.h"
 #include "common/cores/Node.h"
 #include "common/scenefile/TextForm.h"
 
@@ -12,6 +13,8 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kMostNotes = 20;
+// A name that is told of has so many bytes, and is compared with so many.
+constexpr std::size_t kMostShown = 200, kMostKnown = 100'000;
 // What a field may lead to, beside one type.
 constexpr std::uint64_t kAnyCore = 0x10000, kAnything = 0x10001;
 
@@ -84,6 +87,7 @@ Expected<void> SavedNames::resolve(std::vector<SavedRef>& refs, std::vector<std:
 
 tl::unexpected<Error> SavedNames::unknown(const SavedRef& ref) const {
     const std::string& name = names_[ref.target];
+    const std::string shown(cutUtf8(name, kMostShown));
     const FieldEntry& field = *ref.field->entry;
     const std::string wanted = describe(field);
     std::vector<std::string> known;
@@ -91,19 +95,21 @@ tl::unexpected<Error> SavedNames::unknown(const SavedRef& ref) const {
         if (item.id == name || item.name == name)
             return fail(ErrorCode::kBadInput,
                         fmt::format("{}:{}: {} leads to a {}, and '{}' is of type {}", ref.line, ref.column,
-                                    ref.field->descriptor->name(), wanted, name, item.type->info->name));
+                                    ref.field->descriptor->name(), wanted, shown, item.type->info->name));
         const TypeInfo& type = *item.type->info;
         if (field.mayReferTo(type.type, type.isCore)) {
             known.push_back(item.id);
             known.push_back(item.name);
         }
+        if (known.size() > kMostKnown) break;
         if (item.core != kNoItem && field.mayReferTo(items_[item.core].type->info->type, true))
             known.push_back(item.name);
     }
-    const std::string nearest = nearestName(name, known);
+    std::erase_if(known, [](const std::string& other) { return other.empty() || other.size() > kMostShown; });
+    const std::string nearest = name.size() > kMostShown ? std::string() : nearestName(name, known);
     return fail(ErrorCode::kBadInput,
                 fmt::format("{}:{}: {}: there is no {} '{}'{}", ref.line, ref.column, ref.field->descriptor->name(),
-                            wanted, name, nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
+                            wanted, shown, nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
 }
 
 }  // namespace tessera

@@ -101,10 +101,10 @@ private:
         for (std::size_t i = 0; i + 1 < open_.size(); ++i)
             if (open_[i].type && (open_[i].type->inObject->message_type()->FindFieldByName(word) ||
                                   (open_[i].type->info->type == typeOf<Node>() && types_.contains(word))))
-                return failHere(fmt::format("{} has no '{}'; {}", owner, word,
+                return failHere(fmt::format("{} has no '{}'; {}", owner, shown(),
                                             askForBrace({open_.back().name, open_.back().line})));
         const std::string nearest = nearestName(word, known);
-        return failHere(fmt::format("{} has no '{}'{}", owner, word,
+        return failHere(fmt::format("{} has no '{}'{}", owner, shown(),
                                     nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
     }
 
@@ -269,7 +269,7 @@ private:
                 const std::string& said = tokens_.current().text;
                 const bool yes = said == "true" || said == "True" || said == "t" || said == "1";
                 if (!yes && said != "false" && said != "False" && said != "f" && said != "0")
-                    return failHere(fmt::format("{} is true or false, not '{}'", word, said));
+                    return failHere(fmt::format("{} is true or false, not '{}'", word, shown()));
                 addNumber(value, number, yes ? 1 : 0);
                 return next();
             }
@@ -314,7 +314,7 @@ private:
             return next();
         }
         const std::string nearest = nearestName(said, known);
-        return failHere(fmt::format("{} cannot be {}{} (it can be {})", word, said,
+        return failHere(fmt::format("{} cannot be {}{} (it can be {})", word, shown(),
                                     nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest),
                                     fmt::join(known, ", ")));
     }

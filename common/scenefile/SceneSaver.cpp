@@ -91,6 +91,14 @@ std::string arraysNamedBy(const std::string& path) {
     return isArraysName(name) ? name : std::string();
 }
 
+/// Whether this text's own saving has named them so: whatever else a text says, its file stays.
+bool isOwnArrays(const std::string& path, std::string_view name) {
+    constexpr std::size_t kIdBytes = 16, kEnd = std::string_view(".arrays").size();
+    if (name.size() < kIdBytes + kEnd) return false;
+    const std::string_view id = name.substr(name.size() - kEnd - kIdBytes, kIdBytes);
+    return id.find_first_not_of("0123456789abcdef") == std::string_view::npos && name == arraysNameFor(path, id);
+}
+
 /// Whether another text in the folder names these arrays: a copy of the one that is replaced.
 bool isNamedByOthers(const fs::path& folder, const std::string& arrays) {
     constexpr std::size_t kMostTexts = 4096;
@@ -109,7 +117,8 @@ Expected<void> saveText(const std::string& path, const FilePlace& place, const A
     const Expected<WrittenText> text = writeNested(scene);
     if (!text) return failWith(path, text.error());
     const fs::path folder = fs::path(place.path).parent_path();
-    const std::string before = arraysNamedBy(place.path);
+    std::string before = arraysNamedBy(place.path);
+    if (!isOwnArrays(place.path, before)) before.clear();
     std::string name;
     if (!text->arrays.empty()) {
         const ArraysHead head = arraysHead(text->arrays);

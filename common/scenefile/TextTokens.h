@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/base/OpenBraces.h"
+#include "common/base/Utf8.h"
 #include "common/scene/Aspect.h"
 #include "common/scenefile/SavedText.h"
 #include "common/scenefile/SceneSchema.h"
@@ -63,6 +64,13 @@ protected:
         while (words.ends_with('.')) words.remove_suffix(1);
         broken_ = fmt::format("{}:{}: {}", line + part_.line + 1, column + (line == 0 ? part_.column : 0) + 1, words);
     }
+    /// What stands here, for messages.
+    [[nodiscard]] std::string shown() {
+        constexpr std::size_t kMost = 40;
+        const std::string& text = tokens_.current().text;
+        if (!isUtf8(text)) return "bytes that are no UTF-8";
+        return text.size() > kMost ? std::string(cutUtf8(text, kMost)) + "…" : text;
+    }
     Expected<void> next() {
         tokens_.Next();
         if (!broken_.empty()) return fail(ErrorCode::kBadInput, broken_);
@@ -82,7 +90,7 @@ protected:
         if (isSymbol(c)) return next();
         if (tokens_.current().type == Tokenizer::TYPE_END && !open_.empty())
             return failHere(endsInside({open_.back().name, open_.back().line}));
-        return failHere(fmt::format("expected '{}' after {}, not '{}'", c, after, tokens_.current().text));
+        return failHere(fmt::format("expected '{}' after {}, not '{}'", c, after, shown()));
     }
 
     /// `{ … }`, whose inside is fields. The one that is open is the last of `open_` already.
@@ -96,7 +104,7 @@ protected:
             if (tokens_.current().type == Tokenizer::TYPE_END)
                 return failHere(endsInside({open_.back().name, open_.back().line}));
             if (tokens_.current().type != Tokenizer::TYPE_IDENTIFIER)
-                return failHere(fmt::format("expected a word, not '{}'", tokens_.current().text));
+                return failHere(fmt::format("expected a word, not '{}'", shown()));
             if (Expected<void> good = field(); !good) return good;
             if (isSymbol(',') || isSymbol(';'))
                 if (Expected<void> good = next(); !good) return good;
@@ -153,7 +161,7 @@ protected:
             value = *minus ? static_cast<T>(0 - whole) : static_cast<T>(whole);
         }
         if (!good)
-            return failAt(at, fmt::format("{} cannot be '{}{}': expected {}", word, *minus ? "-" : "", token.text,
+            return failAt(at, fmt::format("{} cannot be '{}{}': expected {}", word, *minus ? "-" : "", shown(),
                                           std::is_floating_point_v<T> ? "a number" : "a whole number in its bounds"));
         if (Expected<void> further = next(); !further) return tl::unexpected(further.error());
         return value;

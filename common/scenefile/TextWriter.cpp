@@ -468,16 +468,22 @@ std::string headOf(std::string_view where) {
         kVersion, where);
 }
 
+bool isPlainByte(unsigned char c) {
+    return c >= ' ' && c < 0x7f && c != '"' && c != '\\';
+}
+std::size_t escapedBytes(ByteSpan bytes) {
+    std::size_t plain = 0;
+    for (const std::byte byte : bytes) plain += isPlainByte(static_cast<unsigned char>(byte)) ? 1 : 0;
+    return bytes.size() * 4 - plain * 3;
+}
 void addBytes(std::string& file, ByteSpan bytes) {
     for (const std::byte byte : bytes) {
         const auto c = static_cast<unsigned char>(byte);
-        if (c == '"' || c == '\\')
-            file += '\\', file += static_cast<char>(c);
-        else if (c >= ' ' && c < 0x7f)
+        if (isPlainByte(c))
             file += static_cast<char>(c);
         else
-            file += '\\', file += static_cast<char>('0' + (c >> 6)), file += static_cast<char>('0' + (c >> 3 & 7)),
-                file += static_cast<char>('0' + (c & 7));
+            for (const int part : {int{'\\'}, '0' + (c >> 6), '0' + (c >> 3 & 7), '0' + (c & 7)})
+                file += static_cast<char>(part);
     }
 }
 
@@ -493,16 +499,16 @@ Expected<WrittenText> writeNested(const Aspect& scene) {
 
 Expected<std::string> textWithArrays(const WrittenText& text) {
     std::size_t total = text.inside.size() + 1024;
-    for (const Blob& array : text.arrays) total += array.sizeBytes() + 16;
+    for (const Blob& array : text.arrays) total += escapedBytes(array.bytes()) + 16;
     if (total > kMaxSceneFileBytes) return sceneTooLarge();
     std::string file = headOf(text.arrays.empty() ? "" : " Its large arrays are at the end.");
+    file.reserve(total);
     file += "saved {";
     file += text.inside;
     for (const Blob& array : text.arrays) {
         file += "\n  array: \"";
         addBytes(file, array.bytes());
         file += '"';
-        if (file.size() > kMaxSceneFileBytes) return sceneTooLarge();
     }
     return file += "\n}\n";
 }

@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include <ctime>
-#include <fstream>
 #include <limits>
 #include <random>
 
@@ -16,11 +15,6 @@
 
 namespace tessera {
 namespace {
-
-std::string contentOf(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 const std::vector<std::string> kExtensions = {".tsc", ".tsct"};
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "common/cores/Geometry.h"
 #include "common/cores/Interest.h"
@@ -15,11 +14,6 @@
 
 namespace tessera {
 namespace {
-
-std::string contentOf(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// What authors write, saved: a red box that drives, two lamps of one kind, rules.
 std::string savedYard(const Scratch& scratch, const std::string& name = "yard.tsct") {
@@ -36,13 +30,13 @@ node { name: "grüße" interest { object: "/crate" against: "/post" response: BO
     return scratch.path(name);
 }
 
-void replace(std::string& text, std::string_view what, std::string_view with) {
+void replaceOnce(std::string& text, std::string_view what, std::string_view with) {
     const std::size_t at = text.find(what);
     ASSERT_NE(at, std::string::npos) << what << " in\n" << text;
-    text.replace(at, what.size(), with);
+    text.replaceOnce(at, what.size(), with);
 }
 
-std::size_t countOf(const std::string& text, std::string_view what) {
+std::size_t timesIn(const std::string& text, std::string_view what) {
     std::size_t count = 0;
     for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += what.size()) ++count;
     return count;
@@ -55,7 +49,7 @@ std::vector<std::string> arraysIn(const Scratch& scratch) {
     return names;
 }
 
-Expected<ImportedScene> imported(const Scratch& scratch, const std::string& text) {
+Expected<ImportedScene> editedText(const Scratch& scratch, const std::string& text) {
     return importScene(scratch.write("edited.tsct", text), kRootNode, importOptions());
 }
 
@@ -81,10 +75,10 @@ TEST(SavedText, TakesWhatAHandAddsCopiesDeletesAndRenames) {
     const std::string whole = contentOf(savedYard(scratch));
     {
         std::string text = whole;
-        replace(text, "\n  node { name: \"post\"",
-                "\n  # a lamp\n  node { name: \"lamp\" point_light { intensity: 8; color: [1, 1, 0] }, }"
-                "\n  node { name: \"post\"");
-        Expected<ImportedScene> scene = imported(scratch, text);
+        replaceOnce(text, "\n  node { name: \"post\"",
+                    "\n  # a lamp\n  node { name: \"lamp\" point_light { intensity: 8; color: [1, 1, 0] }, }"
+                    "\n  node { name: \"post\"");
+        Expected<ImportedScene> scene = editedText(scratch, text);
         ASSERT_TRUE(scene) << messageOf(scene);
         EXPECT_TRUE(scene->notes.empty()) << scene->notes.front();
         EXPECT_TRUE(findNode(*ImportedAspect(std::move(*scene)), "/lamp"));
@@ -94,7 +88,7 @@ TEST(SavedText, TakesWhatAHandAddsCopiesDeletesAndRenames) {
         const std::size_t from = text.find("  node { name: \"crate\""), to = text.find("  node { name: \"post\"");
         const std::string crate = text.substr(from, to - from);
         text.insert(to, crate);
-        Expected<ImportedScene> scene = imported(scratch, text);
+        Expected<ImportedScene> scene = editedText(scratch, text);
         ASSERT_TRUE(scene) << messageOf(scene);
         EXPECT_EQ(scene->tops.size(), 5u);
         EXPECT_TRUE(hasNote(*scene, "'crate' means several objects, in the lines "));
@@ -105,10 +99,10 @@ TEST(SavedText, TakesWhatAHandAddsCopiesDeletesAndRenames) {
     }
     {  // Inside of its own copy a name means what is near.
         std::string text = whole;
-        replace(text, "\n  node { name: \"post\"",
-                "\n  node { name: \"second\" node { name: \"crate\" transform {} }"
-                " node { motion { target: \"crate\" } } }\n  node { name: \"post\"");
-        Expected<ImportedScene> scene = imported(scratch, text);
+        replaceOnce(text, "\n  node { name: \"post\"",
+                    "\n  node { name: \"second\" node { name: \"crate\" transform {} }"
+                    " node { motion { target: \"crate\" } } }\n  node { name: \"post\"");
+        Expected<ImportedScene> scene = editedText(scratch, text);
         ASSERT_TRUE(scene) << messageOf(scene);
         const ImportedAspect aspect(std::move(*scene));
         const Node* second = aspect->get<Node>(*findNode(*aspect, "/second"));
@@ -119,11 +113,11 @@ TEST(SavedText, TakesWhatAHandAddsCopiesDeletesAndRenames) {
         std::string text = whole;
         const std::size_t from = text.find("  node { name: \"drive\""), to = text.find('\n', from);
         text.erase(from, to - from);
-        EXPECT_TRUE(imported(scratch, text));
+        EXPECT_TRUE(editedText(scratch, text));
     }
     std::string text = whole;
-    while (text.find("material-1") != std::string::npos) replace(text, "material-1", "rote Farbe");
-    EXPECT_TRUE(imported(scratch, text)) << messageOf(imported(scratch, text));
+    while (text.find("material-1") != std::string::npos) replaceOnce(text, "material-1", "rote Farbe");
+    EXPECT_TRUE(editedText(scratch, text)) << messageOf(editedText(scratch, text));
 }
 
 TEST(SavedText, WhatIsWrongIsSaidWithItsPlaceAndTheNearestName) {
@@ -159,16 +153,16 @@ TEST(SavedText, WhatIsWrongIsSaidWithItsPlaceAndTheNearestName) {
          "2:3: the arrays lie beside the text: `file` is a name that ends in .arrays, without a folder");
     says("arrays { file: \"/etc/passwd\" id: \"1\" }",
          "2:3: the arrays lie beside the text: `file` is a name that ends in .arrays, without a folder");
-    EXPECT_EQ(messageOf(imported(scratch, "saved { node {} }\nsaved { node {} }")),
+    EXPECT_EQ(messageOf(editedText(scratch, "saved { node {} }\nsaved { node {} }")),
               scratch.path("edited.tsct") + ":2:1: saved is there twice");
     const std::string flat = "saved { root: 1 object { number: 1 node {} } }";
-    EXPECT_EQ(messageOf(imported(scratch, "saved { node {} }\n" + flat)),
+    EXPECT_EQ(messageOf(editedText(scratch, "saved { node {} }\n" + flat)),
               scratch.path("edited.tsct") + ": saved is there twice");
 }
 
 TEST(SavedText, TakesWordsAsAuthorsWriteThem) {
     const Scratch scratch;
-    Expected<ImportedScene> scene = imported(
+    Expected<ImportedScene> scene = editedText(
         scratch, "saved: { node: { motion { mode: PING_PONG time: 0x10 playing: false keys: \"\" } } }\n# end");
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
@@ -184,16 +178,16 @@ TEST(SavedText, IsBoundedInDepth) {
         for (std::size_t i = 0; i < depth; ++i) text += " }";
         return text + " }";
     };
-    EXPECT_TRUE(imported(scratch, nested(SceneLimits().maxDepth - 1)));
-    EXPECT_FALSE(imported(scratch, nested(SceneLimits().maxDepth)));
-    const std::string deep = messageOf(imported(scratch, nested(200'000)));
+    EXPECT_TRUE(editedText(scratch, nested(SceneLimits().maxDepth - 1)));
+    EXPECT_FALSE(editedText(scratch, nested(SceneLimits().maxDepth)));
+    const std::string deep = messageOf(editedText(scratch, nested(200'000)));
     EXPECT_NE(deep.find("it is nested deeper than "), std::string::npos) << deep;
 }
 
 /// Materials that lead to each other in a ring, and one that leads to itself.
 TEST(SavedText, CirclesOfNamesAreAsInAScene) {
     const Scratch scratch;
-    Expected<ImportedScene> scene = imported(scratch, R"(saved {
+    Expected<ImportedScene> scene = editedText(scratch, R"(saved {
   material { id: "a" coarser: "b" coarser_below: 3 } material { id: "b" coarser: "a" coarser_below: 2 }
   node { geometry { material: "a" } } })");
     if (!scene) {
@@ -309,9 +303,9 @@ TEST(SavedText, HoldsItsArraysWhereThereIsNoPlaceBeside) {
     const ImportedAspect aspect(std::move(*scene));
     const Expected<std::string> text = writeScene(*aspect, SceneEncoding::kText);
     ASSERT_TRUE(text);
-    EXPECT_GT(countOf(*text, "\n  array: \""), 0u);
+    EXPECT_GT(timesIn(*text, "\n  array: \""), 0u);
     const Scratch elsewhere;
-    Expected<ImportedScene> again = imported(elsewhere, *text);
+    Expected<ImportedScene> again = editedText(elsewhere, *text);
     ASSERT_TRUE(again) << messageOf(again);
     EXPECT_EQ(structureDifference(*aspect, *ImportedAspect(std::move(*again))), "");
 }
