@@ -106,7 +106,7 @@ TEST(SceneFileLaw, AnySceneIsTheSameWhenItHasBeenAFile) {
         if (!arrays.empty()) std::remove(arrays.c_str());
     }
     EXPECT_GT(objects, 2000u);  // else it has tried nothing
-    EXPECT_GT(withArrays, 20u);
+    EXPECT_GT(withArrays, 3u);  // most have a few bytes each, which stand in place
 }
 
 TEST(SceneFileLaw, DamagedBytesAreRefusedOrAScene) {
