@@ -33,7 +33,7 @@ node { name: "grüße" interest { object: "/crate" against: "/post" response: BO
 void replaceOnce(std::string& text, std::string_view what, std::string_view with) {
     const std::size_t at = text.find(what);
     ASSERT_NE(at, std::string::npos) << what << " in\n" << text;
-    text.replaceOnce(at, what.size(), with);
+    text.replace(at, what.size(), with);
 }
 
 std::size_t timesIn(const std::string& text, std::string_view what) {
