@@ -143,7 +143,7 @@ TEST(SavedScene, KeepsSharingTheRootsCoreAndWhatIsReferredTo) {
         ASSERT_EQ(back->tops.size(), 1u);
         EXPECT_EQ(back->nodes, 6u);
         EXPECT_TRUE(hasNote(*back,
-                            std::string(extension == ".tsc" ? "object 1 (Node)" : ":5:3: Node") +
+                            std::string(extension == ".tsc" ? "object 1 (Node)" : ":6:3: Node") +
                                 ": it is the root, and has a name or a core, as no root has: it stands below the "
                                 "root, and all paths are a level deeper"))
             << fmt::format("{}", fmt::join(back->notes, "\n"));
