@@ -251,9 +251,10 @@ class Uploads(unittest.TestCase):
         text = file.read_text()
         self.assertIn('\n  node { name: "stop" interest { object: "carriage" against: "post" } }\n', text)
         # A node more, one less, another name; lines in another order.
-        lines = [line for line in text.splitlines() if 'name: "drive"' not in line]
+        lines = [line for line in text.splitlines() if 'name: "stop"' not in line]
         at = next(i for i, line in enumerate(lines) if line.startswith('  node { name: "sky"'))
-        lines.insert(len(lines) - 1, lines.pop(at))
+        sky = lines.pop(at)
+        lines.insert(len(lines) - 1, sky)
         lines.insert(at, '  node { name: "note" application_data { key: "by.hand" data: "17" } }')
         edited = "\n".join(lines).replace('"material-1"', '"Stahl, gebürstet"')
         self.assertIn("gebürstet", edited)
