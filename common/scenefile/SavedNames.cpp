@@ -6,7 +6,6 @@
 
 #include "common/base/Nearest.h"
 #include "common/base/Utf8.h"
-#include "common/cores/Node.h"
 #include "common/scenefile/TextForm.h"
 
 namespace tessera {

@@ -41,7 +41,8 @@ struct SavedScene {
     std::vector<std::string> mended;
 };
 
-/// "line:column: object 7 (Material): why", or "line:column: Material: why" without a number, as errors of `readSaved` begin.
+/// "line:column: object 7 (Material): why", or "line:column: Material: why" without a number, as errors of `readSaved`
+/// begin.
 [[nodiscard]] std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why);
 
 /// The notes about a part of a file that is not understood: it is kept, or left out.

@@ -10,7 +10,6 @@
 #include "common/base/Nearest.h"
 #include "common/base/OpenBraces.h"
 #include "common/base/Utf8.h"
-#include "common/cores/Node.h"
 #include "common/scene/Aspect.h"
 #include "common/scenefile/ArraysFile.h"
 #include "common/scenefile/SavedNames.h"

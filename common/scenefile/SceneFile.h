@@ -54,7 +54,8 @@ struct LaterParts {
 };
 
 /// The bytes of a file that holds its arrays itself: every node below the root, and whatever these refer to. Nodes
-/// taken out of the tree are left out, unless something refers to them. kRefused: an array is not here; kLimit: more than a file can hold (2 GiB).
+/// taken out of the tree are left out, unless something refers to them. kRefused: an array is not here; kLimit: more
+/// than a file can hold (2 GiB).
 [[nodiscard]] Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding,
                                                const LaterParts& later = {});
 /// Replaces the file at once, or leaves it as it was. A file that is there keeps its rights, a link leads to the file.

@@ -25,7 +25,6 @@ namespace {
 namespace pb = google::protobuf;
 using pb::internal::WireFormatLite;
 
-
 class SceneWriter {
 public:
     SceneWriter(const Aspect& scene, SceneEncoding encoding, const LaterParts& later)

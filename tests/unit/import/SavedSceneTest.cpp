@@ -142,10 +142,10 @@ TEST(SavedScene, KeepsSharingTheRootsCoreAndWhatIsReferredTo) {
         // The root has a core, so it comes back as a node of its own; nobody asked for the node that was lost.
         ASSERT_EQ(back->tops.size(), 1u);
         EXPECT_EQ(back->nodes, 6u);
-        EXPECT_TRUE(hasNote(*back,
-                            std::string(extension == ".tsc" ? "object 1 (Node)" : ":6:3: Node") +
-                                ": it is the root, and has a name or a core, as no root has: it stands below the "
-                                "root, and all paths are a level deeper"))
+        EXPECT_TRUE(
+            hasNote(*back, std::string(extension == ".tsc" ? "object 1 (Node)" : ":6:3: Node") +
+                               ": it is the root, and has a name or a core, as no root has: it stands below the "
+                               "root, and all paths are a level deeper"))
             << fmt::format("{}", fmt::join(back->notes, "\n"));
         const ImportedAspect again(std::move(*back));
         ASSERT_EQ(again->root().children.size(), 1u);
