@@ -368,16 +368,24 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
 
 Expected<Answer> run(Application& application, const verb::Save& save) {
     const Aspect& scene = application.scene();
-    if (const Expected<void> saved = saveScene(save.file, scene); !saved) return tl::unexpected(saved.error());
+    std::string arrays;
+    if (const Expected<void> saved = saveScene(save.file, scene, {}, &arrays); !saved)
+        return tl::unexpected(saved.error());
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(save.file, unknown);
-    return Answer{fmt::format("{}: {} objects, {} bytes, change {}\n", save.file, scene.objectCount(), bytes,
+    Answer answer{fmt::format("{}: {} objects, {} bytes, change {}\n", save.file, scene.objectCount(), bytes,
                               application.sequence().value),
                   {{"file", save.file},
                    {"objects", scene.objectCount()},
                    {"bytes", bytes},
                    {"sequence", application.sequence().value}},
                   {}};
+    if (arrays.empty()) return answer;
+    const std::uintmax_t besides = std::filesystem::file_size(arrays, unknown);
+    answer.text += fmt::format("{}: its arrays, {} bytes; the two belong together\n", arrays, besides);
+    answer.json["arrays"] = arrays;
+    answer.json["arrays_bytes"] = besides;
+    return answer;
 }
 
 Expected<Answer> run(Application& application, const verb::Snapshot& snapshot) {

@@ -125,7 +125,7 @@ private:
     static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
     [[nodiscard]] tl::unexpected<Error> failAt(const Item& item, ErrorCode code, std::string_view why) {
-        const SavedPlace place = parse(item) ? placeOfParsed(item) : SavedPlace{.number = item.number};
+        const SavedPlace place = parse(item) ? placeOfParsed(item) : SavedPlace{.number = shownNumber(item)};
         return fail(code, savedObjectText(place, item.type ? item.type->info->name : std::string_view(), why));
     }
 
@@ -136,8 +136,9 @@ private:
         const auto number = [&](int field) {
             return at.GetReflection()->GetUInt32(at, at.GetDescriptor()->FindFieldByNumber(field));
         };
-        return {.number = item.number, .line = number(1), .column = number(2)};
+        return {.number = shownNumber(item), .line = number(1), .column = number(2)};
     }
+    [[nodiscard]] std::uint32_t shownNumber(const Item& item) const { return isNamed_ ? 0 : item.number; }
 
     // ---- what is there
 
@@ -154,6 +155,8 @@ private:
             const bool hasLength = field.kind == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
             if (field.number == SceneSchema::kRoot && field.kind == WireFormatLite::WIRETYPE_VARINT) {
                 rootNumber_ = static_cast<std::uint32_t>(field.value);
+            } else if (field.number == SceneSchema::kNamed && field.kind == WireFormatLite::WIRETYPE_VARINT) {
+                isNamed_ = field.value != 0;
             } else if (field.number == SceneSchema::kLaterSaved && hasLength) {
                 return !quoted && findObjectsIn(field.bytes, true, problem);
             } else if (field.number == SceneSchema::kLaterFile && hasLength) {
@@ -530,6 +533,7 @@ private:
     std::uint32_t rootNumber_ = 0;
     std::size_t root_ = 0;
     bool rootIsParent_ = false;
+    bool isNamed_ = false;
     std::map<std::string, std::size_t> unknown_;
 };
 
@@ -546,8 +550,9 @@ std::string laterLeftOutText(std::string_view what) {
 }
 
 std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why) {
-    return fmt::format("{}object {}{}: {}", place.line > 0 ? fmt::format("{}:{}: ", place.line, place.column) : "",
-                       place.number, type.empty() ? "" : fmt::format(" ({})", type), why);
+    const std::string at = place.line > 0 ? fmt::format("{}:{}: ", place.line, place.column) : "";
+    if (place.number == 0) return fmt::format("{}{}: {}", at, type.empty() ? "object" : type, why);
+    return fmt::format("{}object {}{}: {}", at, place.number, type.empty() ? "" : fmt::format(" ({})", type), why);
 }
 
 Expected<SavedScene> readSaved(ByteSpan bytes, std::span<const Blob> blobs, const SavedOptions& options,

@@ -24,7 +24,7 @@ struct SavedOptions {
 };
 
 struct SavedPlace {
-    std::uint32_t number = 0;            ///< of the object, as the file counts
+    std::uint32_t number = 0;            ///< of the object, as the file counts; 0: it does not
     std::uint32_t line = 0, column = 0;  ///< from 1, where the file was a text
 };
 struct SavedScene {
@@ -41,7 +41,8 @@ struct SavedScene {
     std::vector<std::string> mended;
 };
 
-/// "line:column: object 7 (Material): why", as errors of `readSaved` begin.
+/// "line:column: object 7 (Material): why", or "line:column: Material: why" without a number, as errors of `readSaved`
+/// begin.
 [[nodiscard]] std::string savedObjectText(const SavedPlace& place, std::string_view type, std::string_view why);
 
 /// The notes about a part of a file that is not understood: it is kept, or left out.

@@ -53,12 +53,16 @@ struct LaterParts {
     }
 };
 
-/// The bytes of a file: every node below the root, and whatever these refer to. Nodes taken out of the tree are left
-/// out, unless something refers to them. kRefused: an array is not here; kLimit: more than a file can hold (2 GiB).
+/// The bytes of a file that holds its arrays itself: every node below the root, and whatever these refer to. Nodes
+/// taken out of the tree are left out, unless something refers to them. kRefused: an array is not here; kLimit: more
+/// than a file can hold (2 GiB).
 [[nodiscard]] Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding,
                                                const LaterParts& later = {});
 /// Replaces the file at once, or leaves it as it was. A file that is there keeps its rights, a link leads to the file.
-[[nodiscard]] Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later = {});
+/// Large arrays of a text go into a file beside it first (`arrays`: its path; empty: there are none). The file that the
+/// text before named goes last, unless another text in the folder names it.
+[[nodiscard]] Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later = {},
+                                       std::string* arrays = nullptr);
 
 /// The description of scene files as protobuf's language has it, for other languages.
 [[nodiscard]] std::string sceneSchemaText();

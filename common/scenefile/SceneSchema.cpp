@@ -105,6 +105,8 @@ public:
             " In text files: what a newer version wrote here.");
         add(*saved_, {}, "later_file", SceneSchema::kLaterFile, FieldDescriptorProto::TYPE_BYTES, false,
             " In text files: what a newer version wrote beside this message.");
+        add(*saved_, {}, "named", SceneSchema::kNamed, FieldDescriptorProto::TYPE_BOOL, false,
+            " Filled in by the reader of a text file: its numbers say nothing to people.");
     }
 
     void addObject() {
@@ -321,7 +323,22 @@ std::string SceneSchema::text() const {
                "// Scene files of Tessera {}: .tsc is this message in protobuf's binary form, .tsct in its text form.\n"
                "// Made from the table of types by tessera-check --schema. `saved` holds any scene; the other fields "
                "are the\n"
-               "// authors' way of writing one.\n",
+               "// authors' way of writing one.\n"
+               "//\n"
+               "// In a .tsct `saved` is nested instead: objects without numbers, by their types' names, with the "
+               "fields "
+               "of the\n"
+               "// messages Saved.…. A node holds its core and the nodes below it: node {{ name: \"a\" transform {{ … "
+               "}} "
+               "node {{ … }} }}.\n"
+               "// A field that is the number of an object is its id or name, or the object itself: material: "
+               "\"steel\", or\n"
+               "// material {{ … }}; ids are said first: material {{ id: \"steel\" … }}. An array is [numbers], a text "
+               "of its bytes, or\n"
+               "// {{ array: N }} of the file that arrays {{ file: \"…\" id: \"…\" }} names, or of those that stand "
+               "there as array: \"…\".\n"
+               "// Beside the nodes: objects that several use, root {{ … }}, unplaced {{ node {{ … }} }}. Or flat, as "
+               "below.\n",
                kVersion) +
            file_->file()->DebugStringWithOptions(options);
 }

@@ -31,7 +31,7 @@ public:
     static constexpr int kFirstType = 100;
     // Object's own fields, and those of Saved.
     static constexpr int kNumber = 1, kChild = 2, kLater = 3, kLaterFields = 4, kAt = 5;
-    static constexpr int kObject = 1, kRoot = 2, kLaterSaved = 3, kLaterFile = 4;
+    static constexpr int kObject = 1, kRoot = 2, kLaterSaved = 3, kLaterFile = 4, kNamed = 5;
 
     [[nodiscard]] static const SceneSchema& get();
 

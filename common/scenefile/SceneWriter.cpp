@@ -1,22 +1,14 @@
-// A scene as the bytes of a file.
+// A scene as the bytes of a binary file, or of a text that holds what a newer version wrote: object by object.
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/unknown_field_set.h>
 #include <google/protobuf/wire_format_lite.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -24,6 +16,7 @@
 #include "common/scene/ServerNodes.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/scenefile/SceneSchema.h"
+#include "common/scenefile/TextWriter.h"
 #include "proto/scene.pb.h"
 
 namespace tessera {
@@ -31,12 +24,6 @@ namespace {
 
 namespace pb = google::protobuf;
 using pb::internal::WireFormatLite;
-
-constexpr std::size_t kMaxFileBytes = 0x7fffffff;
-
-tl::unexpected<Error> tooLarge() {
-    return fail(ErrorCode::kLimit, "the scene is larger than the 2 GiB that a scene file can hold");
-}
 
 class SceneWriter {
 public:
@@ -232,7 +219,7 @@ private:
     Expected<std::string> binaryFile() {
         std::size_t total = saved_.size() + later_.ofSaved.size() + later_.ofFile.size() + 64;
         for (const Blob& blob : blobs_) total += blob.sizeBytes() + 8;
-        if (total > kMaxFileBytes) return tooLarge();
+        if (total > kMaxSceneFileBytes) return sceneTooLarge();
         std::string file;
         file.reserve(total);
         {
@@ -265,7 +252,8 @@ private:
 
     Expected<std::string> textFile() {
         std::string file = fmt::format(
-            "# A scene as Tessera {} had it. Objects name each other by their numbers, arrays by their place below.\n"
+            "# A scene of a newer version than Tessera {}. Objects name each other by their numbers, arrays by their "
+            "place below.\n"
             "# What each field means: tessera-check --schema\n"
             "version: 1\nsaved {{\n  root: {}\n",
             kVersion, numbers_.at(kRootNode));
@@ -283,14 +271,14 @@ private:
         file += "}\n";
         pb::TextFormat::Printer plain;
         for (const Blob& blob : blobs_) {
-            if (file.size() + blob.sizeBytes() > kMaxFileBytes) return tooLarge();
+            if (file.size() + blob.sizeBytes() > kMaxSceneFileBytes) return sceneTooLarge();
             proto::scene::SceneFile one;
             one.add_blob(std::string(asText(blob.bytes())));
             line.clear();
             (void)plain.PrintToString(one, &line);
             file += line;
         }
-        if (file.size() > kMaxFileBytes) return tooLarge();
+        if (file.size() > kMaxSceneFileBytes) return sceneTooLarge();
         return file;
     }
 
@@ -307,71 +295,12 @@ private:
     std::string saved_;
 };
 
-tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view what) {
-    return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
-}
-
-struct FilePlace {
-    std::string path;            ///< where a link leads
-    std::optional<mode_t> mode;  ///< of the file that is there already
-};
-Expected<FilePlace> placeOfFile(const std::string& path) {
-    FilePlace place{.path = path, .mode = {}};
-    struct stat there {};
-    if (::stat(path.c_str(), &there) != 0) return place;
-    if (!S_ISREG(there.st_mode))
-        return fail(ErrorCode::kFailed, path + ": cannot write there: this is a folder, device, pipe or socket");
-    place.mode = there.st_mode & 07777;
-    std::error_code unknown;
-    if (const std::filesystem::path real = std::filesystem::canonical(path, unknown); !unknown)
-        place.path = real.string();
-    return place;
-}
-
 }  // namespace
 
-Expected<SceneEncoding> sceneEncodingOf(const std::string& path) {
-    if (path.ends_with(".tsct")) return SceneEncoding::kText;
-    if (path.ends_with(".tsc")) return SceneEncoding::kBinary;
-    return fail(ErrorCode::kUsage, path + ": a scene is written as .tsct (text) or .tsc (binary)");
-}
-
 Expected<std::string> writeScene(const Aspect& scene, SceneEncoding encoding, const LaterParts& later) {
-    return SceneWriter(scene, encoding, later).write();
-}
-
-Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later) {
-    const Expected<SceneEncoding> encoding = sceneEncodingOf(path);
-    if (!encoding) return tl::unexpected(encoding.error());
-    const Expected<FilePlace> place = placeOfFile(path);
-    if (!place) return tl::unexpected(place.error());
-    const Expected<std::string> content = writeScene(scene, *encoding, later);
-    if (!content) return failWith(path, content.error());
-    // Not mkstemp: a new file gets the rights that the user's mask leaves.
-    std::string temporary;
-    int fd = -1;
-    for (int i = 0; fd < 0 && i < 100; ++i) {
-        temporary = fmt::format("{}.{}.{}", place->path, ::getpid(), i);
-        fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (fd < 0 && errno != EEXIST) break;
-    }
-    if (fd < 0) return failedSystemCall(path, "cannot write there");
-    if (place->mode) ::fchmod(fd, *place->mode);
-    bool written = true;
-    for (std::string_view left = *content; written && !left.empty();) {
-        const ssize_t done = ::write(fd, left.data(), left.size());
-        if (done > 0)
-            left.remove_prefix(static_cast<std::size_t>(done));
-        else if (done < 0 && errno != EINTR)
-            written = false;
-    }
-    const int why = errno;
-    const bool closed = ::close(fd) == 0;
-    if (written && closed && ::rename(temporary.c_str(), place->path.c_str()) == 0) return {};
-    if (!written) errno = why;
-    auto error = failedSystemCall(path, "cannot write");
-    ::unlink(temporary.c_str());
-    return error;
+    if (encoding == SceneEncoding::kBinary || !later.empty()) return SceneWriter(scene, encoding, later).write();
+    const Expected<WrittenText> text = writeNested(scene);
+    return text ? textWithArrays(*text) : tl::unexpected(text.error());
 }
 
 }  // namespace tessera

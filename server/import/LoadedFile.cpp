@@ -36,14 +36,31 @@ tl::unexpected<Error> badNumber(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
 }
 
+/// Of the files of arrays beside a text, one of which it may name: the largest.
+std::uintmax_t arraysBeside(const std::string& path) {
+    constexpr std::size_t kMostNames = 20'000;
+    std::uintmax_t largest = 0;
+    std::size_t seen = 0;
+    std::error_code unknown;
+    for (std::filesystem::directory_iterator at(std::filesystem::path(path).parent_path(), unknown), end;
+         !unknown && at != end && seen < kMostNames; at.increment(unknown), ++seen) {
+        std::error_code none;
+        if (at->path().extension() == ".arrays" && at->is_regular_file(none))
+            largest = std::max(largest, at->file_size(none));
+    }
+    return largest;
+}
+
 /// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed,
 /// sixteen times its letters.
 ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions options) {
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
     if (unknown || size > options.maxFileBytes) return options;
-    const auto bytes = static_cast<std::size_t>(size);
-    const std::size_t memory = options.maxMemoryBytes + bytes * (text ? 16 : 4);
+    const std::uintmax_t beside = text ? std::min<std::uintmax_t>(arraysBeside(path), options.maxFileBytes) : 0;
+    const auto bytes = static_cast<std::size_t>(size + beside);
+    const std::size_t memory = options.maxMemoryBytes + static_cast<std::size_t>(size) * (text ? 16 : 4) +
+                               static_cast<std::size_t>(beside) * 4;
     // Never so much that the machine itself would be short of it.
     const auto machine =
         static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));

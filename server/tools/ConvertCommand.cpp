@@ -157,9 +157,12 @@ int runConvert(const std::vector<std::string>& words) {
             sayCounts(*optimised);
             counts = *optimised;
         }
-        if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later); !saved) return saved;
+        std::string arrays;
+        if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later, &arrays); !saved)
+            return saved;
         fmt::print("{}: {} nodes, {} other objects, {} triangles\n", arguments.out, counts.nodesAfter,
                    counts.objectsAfter - counts.nodesAfter, file->imported.triangles);
+        if (!arrays.empty()) fmt::print("{}: its arrays; the two belong together\n", arrays);
         return {};
     }();
     if (done) return 0;

@@ -183,6 +183,8 @@ ROWS = {
         "ctl load $PWD/tests/data/outside/crane.tsct && ctl load --reload $PWD/tests/data/outside/crane.tsct",
         options="--allow $PWD/tests/data", says="took"),
     "tessera-ctl save": asked("ctl save $T/now.tsc && tessera-check $T/now.tsc", leaves=("$T/now.tsc",)),
+    "tessera-ctl save FILE.tsct": asked(
+        "ctl save $T/now.tsct && ls $T/now.*.arrays && tessera-check $T/now.tsct", leaves=("$T/now.tsct",)),
     "tessera-ctl --server ADDR:PORT save FILE.tsc": asked(
         "ctl save $T/now.tsc && ctl save $T/now.tsct && tessera-check $T/now.tsc $T/now.tsct",
         leaves=("$T/now.tsc", "$T/now.tsct")),
@@ -401,6 +403,7 @@ ROWS = {
                 "--frames 2 --output $T", display=True, leaves=("$T/wall.png",)),
 
     # ------------------------------------------------------------------ files
+    "tessera-check --schema": file("tessera-check --schema", says="Saved.Object"),
     "tessera-convert IN OUT": file("tessera-convert tests/data/scenes/yard.tsct $T/yard.tsc", leaves=("$T/yard.tsc",)),
     "tessera-convert IN OUT.tsct": file("tessera-convert "
                                         "/usr/share/assimp/models/glTF2/BoxTextured-glTF-Binary/BoxTextured.glb "

@@ -1,9 +1,13 @@
 /// Any scene is the same when it has been a file, kinds of fields included that no shipped type has.
-#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
+#include <cctype>
+#include <cstdio>
+#include <fstream>
+
 #include "common/scenefile/SavedReader.h"
-#include "common/scenefile/SceneSchema.h"
+#include "common/scenefile/SavedText.h"
+#include "common/scenefile/TextForm.h"
 #include "proto/scene.pb.h"
 #include "tests/property/SceneModel.h"
 #include "tests/support/SceneStructure.h"
@@ -42,6 +46,28 @@ Expected<Aspect> readBack(const proto::scene::SceneFile& file, const Aspect& sce
     return aspect;
 }
 
+std::string contentOf(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// As the reader of files does it.
+Expected<proto::scene::SceneFile> readText(const std::string& text) {
+    const Expected<std::optional<SavedPart>> part = findSavedPart(text);
+    if (!part || !*part) return fail(ErrorCode::kBadInput, "no part of it was saved");
+    Expected<SavedText> saved = readSavedText(text, **part, {.beside = [](const std::string& name) -> Expected<Bytes> {
+                                                  const std::string content = contentOf(testing::TempDir() + name);
+                                                  const ByteSpan bytes = asBytes(content);
+                                                  return Bytes(bytes.begin(), bytes.end());
+                                              }});
+    if (!saved) return tl::unexpected(saved.error());
+    EXPECT_TRUE(saved->notes.empty()) << saved->notes.front();
+    proto::scene::SceneFile file;
+    file.set_saved(std::move(saved->saved));
+    for (const Bytes& array : saved->arrays) file.add_blob(std::string(asText(array)));
+    return file;
+}
+
 void expectSame(const Aspect& scene, const Expected<Aspect>& again) {
     ASSERT_TRUE(again) << again.error().message;
     // A root of which anything is said comes back as a node of its own.
@@ -50,7 +76,7 @@ void expectSame(const Aspect& scene, const Expected<Aspect>& again) {
 }
 
 TEST(SceneFileLaw, AnySceneIsTheSameWhenItHasBeenAFile) {
-    std::size_t objects = 0;
+    std::size_t objects = 0, withArrays = 0;
     for (unsigned seed = 0; seed < 40; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
@@ -64,12 +90,23 @@ TEST(SceneFileLaw, AnySceneIsTheSameWhenItHasBeenAFile) {
 
         const Expected<std::string> text = writeScene(scene, SceneEncoding::kText);
         ASSERT_TRUE(text) << text.error().message;
-        const auto message = SceneSchema::get().newMessage(SceneSchema::get().file());
-        ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(*text, message.get()));
-        ASSERT_TRUE(file.ParseFromString(message->SerializeAsString()));
-        expectSame(scene, readBack(file, scene));
+        const Expected<proto::scene::SceneFile> nested = readText(*text);
+        ASSERT_TRUE(nested) << nested.error().message << "\n" << *text;
+        const Expected<Aspect> again = readBack(*nested, scene);
+        expectSame(scene, again);
+        EXPECT_TRUE(!rootIsBare(scene) || *writeScene(*again, SceneEncoding::kBinary) == *binary);
+        const std::string path = testing::TempDir() + "scene-file-law.tsct";
+        std::string arrays;
+        ASSERT_TRUE(saveScene(path, scene, {}, &arrays));
+        const Expected<proto::scene::SceneFile> beside = readText(contentOf(path));
+        ASSERT_TRUE(beside) << beside.error().message << "\n" << *text;
+        expectSame(scene, readBack(*beside, scene));
+        withArrays += arrays.empty() ? 0 : 1;
+        std::remove(path.c_str());
+        if (!arrays.empty()) std::remove(arrays.c_str());
     }
     EXPECT_GT(objects, 2000u);  // else it has tried nothing
+    EXPECT_GT(withArrays, 3u);  // most have a few bytes each, which stand in place
 }
 
 TEST(SceneFileLaw, DamagedBytesAreRefusedOrAScene) {
@@ -103,6 +140,65 @@ TEST(SceneFileLaw, DamagedBytesAreRefusedOrAScene) {
         }
     }
     EXPECT_GT(refused, 500u);
+}
+
+TEST(SceneFileLaw, DamagedTextsAreRefusedWithTheirPlaceOrAScene) {
+    std::size_t refused = 0;
+    for (unsigned seed = 0; seed < 40; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const std::string whole = *writeScene(randomScene(random), SceneEncoding::kText);
+        const std::size_t begin = whole.find("saved {");
+        for (int i = 0; i < 50; ++i) {
+            std::string bad = whole;
+            const std::size_t at = begin + 7 + below(random, bad.size() - begin - 7);
+            if (i % 5 == 0) {
+                bad.resize(at);
+            } else if (i % 5 == 1) {
+                // A line once more, or not at all.
+                const std::size_t from = bad.rfind('\n', at), to = bad.find('\n', at);
+                if (to == std::string::npos) continue;
+                if (i % 2)
+                    bad.insert(to, bad.substr(from, to - from));
+                else
+                    bad.erase(from, to - from);
+            } else {
+                for (int flips = 0; flips < i % 5; ++flips)
+                    bad[begin + 7 + below(random, bad.size() - begin - 7)] ^= static_cast<char>(1 << below(random, 7));
+            }
+            const Expected<std::optional<SavedPart>> part = findSavedPart(bad);
+            if (!part || !*part) continue;
+            const Expected<SavedText> saved = readSavedText(bad, **part, {});
+            if (!saved) {
+                ++refused;
+                EXPECT_NE(saved.error().message.find(':'), std::string::npos);
+                EXPECT_TRUE(std::isdigit(static_cast<unsigned char>(saved.error().message[0])))
+                    << saved.error().message;
+                continue;
+            }
+            std::vector<Blob> blobs;
+            for (const Bytes& array : saved->arrays) blobs.emplace_back(array);
+            ChangeListBuilder list;
+            const Expected<SavedScene> read = readSaved(asBytes(saved->saved), blobs, {.firstId = 1000}, list);
+            if (!read) continue;
+            Aspect aspect;
+            const Expected<void> applied = aspect.apply(list.take());
+            ASSERT_TRUE(applied) << applied.error().message;
+        }
+    }
+    EXPECT_GT(refused, 500u);
+}
+
+TEST(SceneFileLaw, NoTypeOrFieldIsCalledAsAWordOfTheText) {
+    for (const TypeInfo& type : allTypes()) {
+        const std::string word = textform::wordOf(type);
+        for (const std::string_view reserved : {textform::kRoot, textform::kUnplaced, textform::kArrays,
+                                                textform::kArray, textform::kId, textform::kCore})
+            EXPECT_NE(word, reserved);
+        for (const FieldEntry& field : type.fields) EXPECT_NE(snakeCase(field.name), textform::kId) << type.name;
+        for (const FieldEntry& field : findType(typeOf<Node>())->fields) EXPECT_NE(snakeCase(field.name), word);
+        EXPECT_LE(type.fields.size(), 64u) << "the reader's bits of what is there twice";
+    }
 }
 
 TEST(SceneFileLaw, TheSchemaNamesEveryFieldOfEveryType) {

@@ -240,6 +240,39 @@ class Uploads(unittest.TestCase):
         self.assertEqual(status, 200)
         self.assertEqual(loaded.decode(), text.decode())
 
+    def test_a_saved_text_that_a_hand_has_edited_looks_the_same(self):
+        self.wall["/drive"].playing = False
+        self.wall["/carriage"].translation = (-1, 0.5, 0)
+        file = self.folder / "hand.tsct"
+        said = self.live.run("tessera-ctl", "--server", self.live.address, "save", str(file))
+        self.assertEqual(said.returncode, 0, said.stderr)
+        arrays, = self.folder.glob("hand.*.arrays")
+        self.assertIn(str(arrays), said.stdout)
+        text = file.read_text()
+        self.assertIn('\n  node { name: "stop" interest { object: "carriage" against: "post" } }\n', text)
+        # A node more, one less, another name; lines in another order.
+        lines = [line for line in text.splitlines() if 'name: "stop"' not in line]
+        at = next(i for i, line in enumerate(lines) if line.startswith('  node { name: "sky"'))
+        sky = lines.pop(at)
+        lines.insert(len(lines) - 1, sky)
+        lines.insert(at, '  node { name: "note" application_data { key: "by.hand" data: "17" } }')
+        edited = "\n".join(lines).replace('"material-1"', '"Stahl, gebürstet"')
+        self.assertIn("gebürstet", edited)
+        file.write_text(edited)
+        with Live(wall="2x2", surface="osmesa", size="96x64", scene=file) as again, again.connect() as wall:
+            self.assertTrue(wall.find("/note"))
+            pictures = [decode_png(memoryview(door.ask("GET", "/wall.png")[1])) for door in (self.door, Door(again))]
+        self.assertTrue(numpy.array_equal(*pictures))
+        self.assertGreater(len(numpy.unique(pictures[0].reshape(-1, pictures[0].shape[-1]), axis=0)), 10, "a picture")
+        # It is brought with its arrays, as a model with its files.
+        missing = self.bring("alone/hand.tsct", edited.encode())
+        status, refused = self.door.request("LoadFile", path=missing)
+        self.assertNotEqual(status, 200)
+        self.assertIn(f"its arrays lie in '{arrays.name}' beside it", json.dumps(refused))
+        self.bring(f"hand/{arrays.name}", arrays.read_bytes())
+        status, loaded = self.door.request("LoadFile", path=self.bring("hand/hand.tsct", edited.encode()))
+        self.assertEqual(status, 200, loaded)
+
     def test_the_whole_wall_is_its_tiles_pixel_by_pixel(self):
         plan = self.door.request("GetWall")[1]["fields"]
         status, png = self.door.ask("GET", "/wall.png")

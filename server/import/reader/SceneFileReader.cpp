@@ -11,12 +11,14 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/Nearest.h"
 #include "common/base/OpenBraces.h"
 #include "common/base/Utf8.h"
+#include "common/scenefile/SavedText.h"
 #include "common/scenefile/SceneSchema.h"
 #include "server/import/SceneFileCheck.h"
 #include "server/import/reader/ReadScene.h"
@@ -190,6 +192,24 @@ Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseI
     return beside;
 }
 
+/// The text with blanks where the part stands: all places stay.
+std::string withoutPart(std::string_view text, const SavedPart& part) {
+    std::string rest(text.substr(0, part.begin));
+    for (const char c : text.substr(part.begin, part.end - part.begin)) rest += c == '\n' ? '\n' : ' ';
+    return rest += text.substr(part.end);
+}
+
+Expected<void> addSaved(std::string_view text, const SavedPart& part, const FolderFiles& files, PlainScene& scene) {
+    Expected<SavedText> saved = readSavedText(
+        text, part,
+        {.beside = [&](const std::string& name) { return files.read(name); }, .firstArray = scene.blobs.size() + 1});
+    if (!saved) return tl::unexpected(saved.error());
+    scene.file.set_saved(std::move(saved->saved));
+    for (Bytes& array : saved->arrays) scene.blobs.push_back(std::move(array));
+    for (std::string& note : saved->notes) scene.note(std::move(note));
+    return {};
+}
+
 }  // namespace
 
 Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& limits) {
@@ -199,13 +219,18 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     const std::unique_ptr<pb::Message> message = SceneSchema::get().newMessage(SceneSchema::get().file());
     // Some editors put a byte-order mark first.
     const std::size_t mark = bytes->size() >= 3 && std::memcmp(bytes->data(), "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-    FirstError errors(asText(*bytes).substr(mark));
+    const std::string_view text = asText(*bytes).substr(mark);
+    const Expected<std::optional<SavedPart>> nested = findSavedPart(text);
+    if (!nested) return tl::unexpected(nested.error());
+    const std::string rest = *nested ? withoutPart(text, **nested) : std::string();
+    const std::string_view others = *nested ? std::string_view(rest) : text;
+    FirstError errors(text);
     pb::TextFormat::ParseInfoTree places;
     pb::TextFormat::Parser parser;
     parser.RecordErrorsTo(&errors);
     parser.WriteLocationsTo(&places);
     parser.SetRecursionLimit(static_cast<int>(limits.maxDepth) + 8);
-    pb::io::ArrayInputStream input(bytes->data() + mark, static_cast<int>(bytes->size() - mark));
+    pb::io::ArrayInputStream input(others.data(), static_cast<int>(others.size()));
     if (!parser.Parse(&input, message.get()))
         return fail(ErrorCode::kBadInput, errors.text().empty() ? "it is not a Tessera scene" : errors.text());
     if (const Expected<void> sound = checkTexts(*message, &places); !sound) return tl::unexpected(sound.error());
@@ -220,7 +245,11 @@ Expected<PlainScene> readSceneText(const std::string& path, const ReadLimits& li
     if (!file) return tl::unexpected(file.error());
     binary = std::string();
     const FolderFiles files = filesBeside(path, limits);
-    return SceneExpander(files, limits).expand(std::move(*file), &places);
+    if (*nested && !file->saved().empty()) return fail(ErrorCode::kBadInput, "saved is there twice");
+    Expected<PlainScene> scene = SceneExpander(files, limits).expand(std::move(*file), &places);
+    if (!scene || !*nested) return scene;
+    if (Expected<void> added = addSaved(text, **nested, files, *scene); !added) return tl::unexpected(added.error());
+    return scene;
 }
 
 Expected<PlainScene> readSceneBinary(const std::string& path, const ReadLimits& limits) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,11 @@ std::vector<const T*> allOf(const ImportedAspect& aspect) {
     for (const ObjectId id : aspect->ids())
         if (const T* object = aspect->get<T>(id)) found.push_back(object);
     return found;
+}
+
+inline std::string contentOf(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 inline bool hasNote(const ImportedScene& scene, std::string_view text) {
