@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -128,6 +129,12 @@ private:
     }
 };
 
+/// `watch | head -1`: a wall on which nothing happens would never be written of, so the pipe's end has to be asked for.
+bool nobodyReads() {
+    pollfd out{.fd = STDOUT_FILENO, .events = 0, .revents = 0};
+    return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
+
 Expected<Answer> topOnce(Application& application, WallFigures& figures, std::chrono::milliseconds every) {
     for (const TimePoint until = clockNow() + every; clockNow() < until && !WishToLeave::there();) {
         const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - clockNow());
@@ -191,7 +198,7 @@ Expected<Answer> run(Application& application, const verb::Watch& watch, bool js
             ? clockNow() + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(watch.seconds))
             : TimePoint::max();
     bool goesOn = true;
-    while (goesOn && !WishToLeave::there() && clockNow() < end) {
+    while (goesOn && !WishToLeave::there() && !nobodyReads() && clockNow() < end) {
         const Expected<bool> there = room.poll(kListen);
         if (!there) return tl::unexpected(there.error());
         goesOn = *there;

@@ -18,8 +18,10 @@ void addLines(std::string& text, const SceneExcerpt& tree, ObjectId id, int dept
     text += id == kRootNode ? "/" : node.name.empty() ? "(unnamed)" : node.name;
     const Object core = tree.coreOf(id);
     if (core) text += fmt::format("  {}", core.info().name);
-    if (const auto* transform = core.as<Transform>())
-        text += fmt::format(" at {}", textOf(toValue(transform->translation)));
+    if (const auto* transform = core.as<Transform>()) {
+        const Vec3d at = withoutNoise(transform->translation);
+        text += fmt::format(" at {} {} {}", readable(at.x()), readable(at.y()), readable(at.z()));
+    }
     text += fmt::format("  #{}", id.value);
     if (depth == 0 && tree.childCount(id) != 0) text += fmt::format("  ({} below)", tree.childCount(id));
     text += '\n';

@@ -26,6 +26,7 @@
 #include "client/ctl/SearchVerbs.h"
 #include "client/ctl/TrackingVerbs.h"
 #include "client/ctl/ViewVerbs.h"
+#include "common/access/LocalWalls.h"
 #include "common/cores/Transform.h"
 #include "common/image/Picture.h"
 #include "common/mosaic/Mosaic.h"
@@ -441,11 +442,12 @@ std::string whyNoFrame(Application& application, const std::string& server) {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));  // several frames, at any usual rate
     const Expected<answer::Status> later = application.status();
     if (!later || later->frame != status->frame) return {};
+    const Expected<ServerMeant> meant = serverMeant(server);
     return withoutControls(fmt::format(
         "no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
         "tessera-client --server {} --host {} starts one",
-        fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000, server,
-        status->hosts.front().name));
+        fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000,
+        meant ? toString(meant->address) : server, status->hosts.front().name));
 }
 
 /// One verb prints as it goes, one says much in either form.

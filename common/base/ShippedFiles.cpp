@@ -40,12 +40,32 @@ Expected<std::string> resolveShipped(std::string_view what, const std::string& n
     return fail(
         ErrorCode::kNotFound,
         fmt::format("there is no {} \"{}\", neither shipped nor as a file{}; shipped: {}", what, nameOrPath,
-                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
+                    nearest.empty() ? nearestFileHint(nameOrPath) : fmt::format(" (did you mean \"{}\"?)", nearest),
                     names.empty() ? "none found beside the program" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
+std::string nearestFileHint(const std::string& path) {
+    constexpr std::size_t kMostNames = 10'000;
+    std::error_code none;
+    const fs::path wanted(path), folder = wanted.parent_path();
+    std::vector<std::string> names;
+    for (fs::directory_iterator it(folder.empty() ? "." : folder, none), end; it != end; it.increment(none)) {
+        if (names.size() == kMostNames) break;
+        if (fs::is_regular_file(it->path(), none)) names.push_back(it->path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    const std::string nearest = nearestName(wanted.filename().string(), names);
+    return nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", (folder / nearest).string());
+}
+
 Expected<std::string> findScene(const std::string& nameOrPath, const std::string& executablePath) {
-    if (nameOrPath.find_first_of("./") != std::string::npos) return nameOrPath;
+    if (nameOrPath.find_first_of("./") != std::string::npos) {
+        std::error_code none;
+        if (nameOrPath.find("://") != std::string::npos || fs::exists(nameOrPath, none) || none) return nameOrPath;
+        const std::string hint = nearestFileHint(nameOrPath);
+        if (hint.empty()) return nameOrPath;
+        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such file{}", nameOrPath, hint));
+    }
     return resolveShipped("scene", nameOrPath, shippedFolders("scenes", executablePath), ".tsct");
 }
 

@@ -19,8 +19,13 @@ namespace tessera {
 [[nodiscard]] Expected<std::string> resolveShipped(std::string_view what, const std::string& nameOrPath,
                                                    std::span<const std::string> folders, std::string_view extension);
 
+/// " (did you mean "a/hall.tsct"?)" of a path where nothing is: the nearest name in its folder; empty where none is
+/// near. Only for what people say at their own machine: it tells names.
+[[nodiscard]] std::string nearestFileHint(const std::string& path);
+
 /// resolveShipped for scenes (`NAME.tsct`) and a program's folders. Names with a dot or a slash come back as they are,
-/// as importers take assets and other places too, and say themselves that nothing is there.
+/// as importers take assets and other places too, and say themselves that nothing is there. kNotFound also where
+/// nothing is at a path, and a file of nearly that name is beside.
 [[nodiscard]] Expected<std::string> findScene(const std::string& nameOrPath, const std::string& executablePath);
 
 }  // namespace tessera

@@ -155,7 +155,7 @@ Expected<Wall> loadWall(const std::string& path) {
     std::error_code code;
     const std::filesystem::file_status status = std::filesystem::status(path, code);
     if (!std::filesystem::exists(status))
-        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such wall file", path));
+        return fail(ErrorCode::kNotFound, fmt::format("{}: there is no such wall file{}", path, nearestFileHint(path)));
     if (!std::filesystem::is_regular_file(status))
         return fail(ErrorCode::kBadInput, fmt::format("{}: not a file with a wall in it", path));
     std::ifstream file(path, std::ios::binary);
@@ -165,6 +165,13 @@ Expected<Wall> loadWall(const std::string& path) {
     if (file.bad())
         return fail(ErrorCode::kBadInput, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
     text.resize(static_cast<std::size_t>(file.gcount()));
+    // Ours begin with the name of a field, or a comment.
+    const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    if (first != std::string::npos && (text[first] == '{' || text[first] == '<' || text.starts_with("PK")))
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: no wall file of ours; of SGCT, ParaView, nDisplay, MPCDI or OpenCOVER: "
+                                "tessera-convert {} my.wall",
+                                path, path));
     return readWallText(text, path, filesBeside(path));
 }
 

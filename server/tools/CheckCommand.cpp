@@ -15,6 +15,7 @@
 #include "server/panel/PanelInScene.h"
 #include "server/tools/MachineCheck.h"
 #include "server/tools/SceneImport.h"
+#include "server/tools/WallFormats.h"
 
 namespace tessera {
 
@@ -100,6 +101,17 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         if (!faults->empty()) return bad({ErrorCode::kBadInput, *faults});
         result.what = fmt::format("a panel of {} controls", panel->controls.size());
         return result;
+    }
+    // Of endings that others use too only what a wall holds: the rest may be a scene.
+    if (namesForeignWall(path) || path.ends_with(".json") || path.ends_with(".xml")) {
+        const Expected<ForeignWall> made = readForeignWall(path);
+        if (made) {
+            result.what = fmt::format("a wall of another program, {} screens; tessera-convert makes a .wall of it",
+                                      made->wall.screens.size());
+            result.notes = made->notes;
+            return result;
+        }
+        if (namesForeignWall(path)) return bad(made.error());
     }
     const Expected<FileScene> file =
         importAsScene(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});

@@ -20,6 +20,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/access/LocalWalls.h"
 #include "common/base/ChildProgram.h"
 #include "common/base/Clock.h"
 #include "common/base/FileHandle.h"
@@ -82,7 +83,7 @@ ClientsWord askClient(const std::vector<std::string>& options) {
         if (got <= 0) break;
         text.append(some.data(), static_cast<std::size_t>(got));
     }
-    if (text.empty()) word.troubles.emplace_back("tessera-client --check says nothing");
+    if (text.empty()) word.troubles.emplace_back("tessera-client --check says nothing: a driver may have crashed it");
     std::istringstream lines(text);
     constexpr std::string_view kFact = "check: ", kTrouble = "trouble ";
     for (std::string line; std::getline(lines, line);) {
@@ -146,6 +147,22 @@ MachineFinding files() {
             "use Linux 5.13 or later with lsm=landlock among its options"};
 }
 
+/// errno of a connection to this machine itself, to a port that is free just now; 0: there is one. Hosts and programs
+/// of this machine come by it.
+int loopbackFault() {
+    const FileHandle listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)),
+        dialler(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    auto* const place = reinterpret_cast<sockaddr*>(&address);
+    if (::bind(listener.get(), place, size) != 0 || ::listen(listener.get(), 1) != 0 ||
+        ::getsockname(listener.get(), place, &size) != 0)
+        return errno;
+    return ::connect(dialler.get(), place, size) == 0 || errno == EINPROGRESS ? 0 : errno;
+}
+
 MachineFinding port() {
     const FileHandle socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     constexpr int kYes = 1;
@@ -154,6 +171,9 @@ MachineFinding port() {
     address.sin_family = AF_INET;
     address.sin_port = htons(kUsualPort);
     address.sin_addr.s_addr = htonl(INADDR_ANY);
+    if (const int why = loopbackFault(); why != 0)
+        return {"port", State::kLacks, fmt::format("127.0.0.1 cannot be reached: {}", std::strerror(why)),
+                "ip link set lo up"};
     if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
         return {"port", State::kGood, fmt::format("{} is free", kUsualPort), {}};
     const int why = errno;
@@ -203,6 +223,21 @@ MachineFinding sharedMemory() {
     return {"shared memory", State::kNote, what, "mount -o remount,size=1G /dev/shm; of a container: --shm-size 1g"};
 }
 
+/// A server leaves there what lets this user's programs in, and does not start where it cannot.
+MachineFinding placeForWalls() {
+    const std::string cure = "set XDG_RUNTIME_DIR to a folder of this user alone, with room; /run/user/UID is one";
+    const Expected<std::string> folder = runFolder();
+    if (!folder) return {"run folder", State::kLacks, folder.error().message, cure};
+    std::string trial = *folder + "/.check-XXXXXX";
+    const FileHandle file(::mkostemp(trial.data(), O_CLOEXEC));
+    const std::string some(4096, '\0');
+    const bool written = file.get() >= 0 && ::write(file.get(), some.data(), some.size()) == 4096;
+    const int why = written ? 0 : errno;
+    if (file.get() >= 0) ::unlink(trial.c_str());
+    if (written) return {"run folder", State::kGood, fmt::format("{} takes files", *folder), {}};
+    return {"run folder", State::kLacks, fmt::format("{}: {}", *folder, std::strerror(why)), cure};
+}
+
 MachineFinding clock() {
     timex asked{};
     const int state = ::adjtimex(&asked);
@@ -224,8 +259,8 @@ MachineFinding ssh() {
 }  // namespace
 
 std::vector<MachineFinding> checkMachine() {
-    return {drawing(),   card(),     desktop(), fonts(),        files(), port(),
-            openFiles(), priority(), memory(),  sharedMemory(), clock(), ssh()};
+    return {drawing(),  card(),   desktop(),      fonts(),         files(), port(), openFiles(),
+            priority(), memory(), sharedMemory(), placeForWalls(), clock(), ssh()};
 }
 
 std::string lineOf(const MachineFinding& finding, bool json) {

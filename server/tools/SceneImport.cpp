@@ -1,10 +1,20 @@
 #include "server/tools/SceneImport.h"
 
+#include <filesystem>
+
+#include "common/base/ShippedFiles.h"
+
 namespace tessera {
 
 Expected<FileScene> importAsScene(const std::string& path, const ImportOptions& options) {
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
-    if (!imported) return tl::unexpected(imported.error());
+    if (!imported) {
+        Error error = imported.error();
+        std::error_code none;
+        if (error.code == ErrorCode::kNotFound && !std::filesystem::exists(path, none))
+            error.message += nearestFileHint(path);
+        return tl::unexpected(std::move(error));
+    }
     // In an aspect of its own the new objects can have any ids.
     const auto real = [](ObjectId id) {
         return isPlaceholder(id) ? ObjectId{id.value - kFirstPlaceholder + kRootNode.value + 1} : id;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/base/LowerCase.h"
+#include "common/base/ShippedFiles.h"
 #include "server/tools/mpcdi/MpcdiWall.h"
 #include "server/tools/walls/CoverWall.h"
 #include "server/tools/walls/NdisplayWall.h"
@@ -50,20 +51,50 @@ std::string wallEndingOf(std::string_view path) {
     return lowerCase(std::filesystem::path(path).extension().string());
 }
 
+/// Unreal and editors of Windows write UTF-16, with a mark at the beginning that tells. Halves of pairs that stand
+/// alone are U+FFFD. Other texts stay.
+std::string utf8Of(std::string text) {
+    const bool bigEnds = text.starts_with("\xFE\xFF");
+    if (!bigEnds && !text.starts_with("\xFF\xFE")) return text;
+    const auto unit = [&](std::size_t at) {
+        const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+        return static_cast<std::uint32_t>(bigEnds ? byte(at) << 8 | byte(at + 1) : byte(at + 1) << 8 | byte(at));
+    };
+    std::string out;
+    for (std::size_t at = 2; at + 1 < text.size(); at += 2) {
+        std::uint32_t code = unit(at);
+        if (code >= 0xD800 && code < 0xE000) {
+            const std::uint32_t second = code < 0xDC00 && at + 3 < text.size() ? unit(at + 2) : 0;
+            const bool pair = second >= 0xDC00 && second < 0xE000;
+            code = pair ? 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00) : 0xFFFD;
+            if (pair) at += 2;
+        }
+        const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+        constexpr unsigned char kFirst[] = {0, 0xC0, 0xE0, 0xF0};
+        out += static_cast<char>(kFirst[more] | code >> (6 * more));
+        for (int i = more - 1; i >= 0; --i) out += static_cast<char>(0x80 | (code >> (6 * i) & 0x3F));
+    }
+    return out;
+}
+
 /// All of a text; of an archive, which readers open themselves, its beginning.
 Expected<std::string> wallFileText(const std::string& path) {
     std::error_code unread;
-    if (!std::filesystem::exists(path, unread)) return fail(ErrorCode::kNotFound, path + ": there is no such file");
+    const std::filesystem::file_status there = std::filesystem::status(path, unread);
+    if (!std::filesystem::exists(there))
+        return fail(ErrorCode::kNotFound, path + ": there is no such file" + nearestFileHint(path));
+    if (!std::filesystem::is_regular_file(there))
+        return fail(ErrorCode::kBadInput, path + ": this is a folder, device, pipe or socket, not a file");
     std::ifstream file(path, std::ios::binary);
     std::string text(kMostWallFileBytes + 1, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    if (std::filesystem::is_directory(path, unread) || file.bad() || (file.gcount() == 0 && !file.eof()))
-        return fail(ErrorCode::kBadInput, path + ": it may not be read, or is a folder");
+    if (file.bad() || (file.gcount() == 0 && !file.eof()))
+        return fail(ErrorCode::kBadInput, path + ": it may not be read");
     text.resize(static_cast<std::size_t>(file.gcount()));
     if (text.size() > kMostWallFileBytes && !text.starts_with("PK"))
         return fail(ErrorCode::kLimit,
                     fmt::format("{}: a description of a wall has at most {} bytes", path, kMostWallFileBytes));
-    return text;
+    return utf8Of(std::move(text));
 }
 
 }  // namespace

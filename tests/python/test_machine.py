@@ -11,7 +11,7 @@ import unittest
 from live import BIN, PATIENCE
 
 THINGS = ["drawing", "graphics card", "desktop", "fonts", "reading files", "port", "open files", "priority", "memory",
-          "shared memory", "clock", "ssh"]
+          "shared memory", "run folder", "clock", "ssh"]
 
 
 def check(*options, files=None, **variables):
@@ -54,6 +54,15 @@ class Machine(unittest.TestCase):
         self.assertIn("fonts-dejavu-core", found["fonts"]["cure"])
         self.assertIn("openssh-client", found["ssh"]["cure"])
         self.assertIn("is held by", found["port"]["what"])
+
+    def test_what_a_server_needs_to_start_is_there(self):
+        code, found = check(XDG_RUNTIME_DIR="/nonexistent")
+        self.assertEqual((code, found["run folder"]["state"]), (1, "lacks"), found["run folder"])
+        if os.geteuid() == 0:  # a machine whose loopback is down, as new network namespaces are
+            told = subprocess.run(["unshare", "-n", str(BIN / "tessera-check"), "--machine"], capture_output=True,
+                                  text=True, timeout=2 * PATIENCE)
+            self.assertEqual(told.returncode, 1)
+            self.assertRegex(told.stdout, r"port +LACKS 127.0.0.1 cannot be reached: Network is unreachable")
 
     def test_without_the_client_nothing_can_draw(self):
         with tempfile.TemporaryDirectory() as alone:

@@ -33,6 +33,8 @@ class WallsHere(unittest.TestCase):
                 self.assertEqual(wall.address, first.address)
             found = first.run("tessera-ctl", "status")
             self.assertEqual(found.returncode, 0, found.stderr)
+            waits = first.run("tessera-ctl", "--timeout", "1", "undo")
+            self.assertIn(f"tessera-client --server {first.address} --host", waits.stderr, "a command to be typed")
             with Live() as second:
                 with self.assertRaisesRegex(tessera.NotFound, "2 walls on this machine"):
                     tessera.connect()

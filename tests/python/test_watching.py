@@ -118,6 +118,19 @@ class Watching(unittest.TestCase):
         watch.send_signal(signal.SIGINT)
         self.assertEqual(watch.wait(PATIENCE), 0, "Ctrl-C is no error")
 
+    def test_watch_ends_where_nobody_reads(self):
+        process = self.started("watch", stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        process.stdout.close()  # as `watch | head -1`, on a wall on which nothing happens
+        process.wait(PATIENCE)
+
+    def test_trace_takes_the_place_of_files_alone(self):
+        pipe = self.live.folder / "pipe"
+        os.mkfifo(pipe)
+        done = self.live.run("tessera-ctl", "--server", self.live.address, "trace", str(pipe), "--frames", "1")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("device, pipe or socket", done.stderr)
+        self.assertTrue(pipe.is_fifo())
+
     def test_trace_is_a_file_of_trace_events(self):
         file = self.live.folder / "trace.json"
         self.assertIn(f"30 frames of {len(self.hosts)} hosts", self.ctl("trace", str(file), "--frames", "30"))

@@ -132,7 +132,10 @@ bool Search::decide() {
         for (unsigned left = meeting[group] | open[group]; left != 0; left &= left - 1) {
             const unsigned bit = static_cast<unsigned>(std::countr_zero(left));
             const FacePair pair{facesA_[8 * group + bit], facesB_[8 * group + bit]};
-            if ((open[group] >> bit & 1U) != 0 && !pair_.meets(pair)) continue;
+            if ((open[group] >> bit & 1U) != 0) {
+                sink_.triangleTests += kExactTests;
+                if (!pair_.meets(pair)) continue;
+            }
             pairs_.push_back(pair);
             if (any_) return true;
         }

@@ -58,6 +58,9 @@ public:
     Search(const Search&) = delete;
     Search& operator=(const Search&) = delete;
 
+    /// So many tests of triangles does one in exact arithmetic count for: it takes about as long. Where a body stands
+    /// in its copy almost every test is exact, and a limit that counted it as one would not bound the time.
+    static constexpr std::uint64_t kExactTests = 32;
     static constexpr unsigned kAllLevels = ~0u;
     /// Looks at what is below an overlapping pair of slots. True: the search is over (found, or out of work).
     bool walk(kernel::SlotPair from, unsigned levels = kAllLevels);

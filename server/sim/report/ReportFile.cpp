@@ -9,6 +9,10 @@ Expected<void> writeReport(const std::string& path, std::string_view text) {
     const std::filesystem::path target(path);
     const std::filesystem::path temporary = path + ".new";
     std::error_code error;
+    // What takes a device's name takes its place: --report /dev/null of a service would be the last of it.
+    if (const auto there = std::filesystem::status(target, error);
+        std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
+        return fail(ErrorCode::kFailed, "cannot write the report " + path + ": it is no file");
     if (target.has_parent_path()) std::filesystem::create_directories(target.parent_path(), error);
     std::ofstream out(temporary, std::ios::binary);
     out.write(text.data(), static_cast<std::streamsize>(text.size()));

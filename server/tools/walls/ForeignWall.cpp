@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -38,11 +40,18 @@ Screen screenOf(const std::string& name, const Vec3d& corner, const Vec3d& right
 Expected<void> saveForeignWall(const ForeignWall& made, const std::string& path) {
     const std::filesystem::path out(path);
     const auto write = [](const std::filesystem::path& to, std::string_view bytes) -> Expected<void> {
-        std::ofstream file(to, std::ios::binary);
+        // A wall that is there stays whole where the disk is full.
+        const std::filesystem::path unfinished = to.string() + ".new";
+        std::ofstream file(unfinished, std::ios::binary);
         file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         file.close();
-        if (file) return {};
-        return fail(ErrorCode::kFailed, to.string() + ": cannot be written");
+        const int why = errno;
+        std::error_code error;
+        if (file) std::filesystem::rename(unfinished, to, error);
+        if (file && !error) return {};
+        const std::string reason = error ? error.message() : std::strerror(why);
+        std::filesystem::remove(unfinished, error);
+        return fail(ErrorCode::kFailed, fmt::format("{}: cannot be written: {}", to.string(), reason));
     };
     Wall named = made.wall;
     for (WallHost& host : named.hosts) {

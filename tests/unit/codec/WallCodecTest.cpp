@@ -357,6 +357,12 @@ TEST_F(WallFiles, AreLoadedWithTheirNameInFrontOfErrors) {
 TEST_F(WallFiles, ThatAreNoFilesAreRefused) {
     EXPECT_EQ(loadWall((folder_ / "none.wall").string()).error().code, ErrorCode::kNotFound);
     EXPECT_EQ(loadWall(folder_.string()).error().code, ErrorCode::kBadInput);
+    EXPECT_NE(loadWall((folder_ / "god.wall").string()).error().message.find("good.wall\"?)"), std::string::npos);
+    for (const char* others : {"{\"version\": 1}", "\n<pvx>", "PK\3\4"}) {
+        std::ofstream(folder_ / "theirs") << others;
+        const std::string message = loadWall((folder_ / "theirs").string()).error().message;
+        EXPECT_NE(message.find("tessera-convert"), std::string::npos) << message;
+    }
     EXPECT_EQ(loadWall("/dev/zero").error().code, ErrorCode::kBadInput);
     write("huge.wall", std::string(2 * kMaxWallBytes, ' '));
     EXPECT_EQ(loadWall((folder_ / "huge.wall").string()).error().code, ErrorCode::kLimit);
@@ -408,6 +414,10 @@ TEST(ShippedScenes, AreKnownByTheirNames) {
     EXPECT_EQ(*findScene("materials", program), TESSERA_SOURCE_DIR "/deploy/scenes/materials.tsct");
     EXPECT_EQ(*findScene("/nowhere/materials", program), "/nowhere/materials") << "a path is not a name";
     EXPECT_EQ(*findScene("hall.gltf", program), "hall.gltf");
+    EXPECT_EQ(*findScene("asset://materials.tsct", program), "asset://materials.tsct");
+    const Expected<std::string> near = findScene(TESSERA_SOURCE_DIR "/deploy/scenes/materals.tsct", program);
+    ASSERT_FALSE(near);
+    EXPECT_NE(near.error().message.find("scenes/materials.tsct\"?)"), std::string::npos) << near.error().message;
     const Expected<std::string> missing = findScene("engine-hal", program);
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);

@@ -58,6 +58,8 @@ TEST(Ctl, SetsAnyFieldByItsName) {
     EXPECT_EQ(ctl(server, {"set", "/hall/crane", "translation", "4", "5", "-6"}).exitCode, 0);
     EXPECT_EQ(ctl(server, {"set", "/hall/crane", "name", "hoist"}).exitCode, 0);
     EXPECT_NE(ctl(server, {"tree"}).out.find("hoist  Transform at 4 5 -6"), std::string::npos);
+    EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "translation", "0.30000000000000004", "5", "-6"}).exitCode, 0);
+    EXPECT_NE(ctl(server, {"tree"}).out.find("Transform at 0.3 5 -6"), std::string::npos) << "numbers for people";
     EXPECT_EQ(ctl(server, {"set", "/hall/hoist", "colour", "1"}).exitCode, 3);
     EXPECT_EQ(ctl(server, {"set", "#7", "baseColor", "1", "0", "0", "1"}).exitCode, 0) << "a material has no path";
     EXPECT_EQ(ctl(server, {"set", "#7", "translation", "1", "0", "0"}).exitCode, 3);

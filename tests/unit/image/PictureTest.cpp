@@ -145,6 +145,18 @@ TEST(WriteFile, SaysWhatIsInTheWay) {
     EXPECT_NE(written.error().message.find("plain/below"), std::string::npos);
 }
 
+// A picture that took the name of /dev/null would have been the last that was heard of it.
+TEST(WriteFile, TakesThePlaceOfFilesAlone) {
+    const test::TestFolder folder;
+    const std::string pipe = folder / "pipe";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    ASSERT_FALSE(writeFile(pipe, asBytes("x")));
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+    const auto written = writeFile(folder.path(), asBytes("x"));
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message.find("this is a folder"), std::string::npos) << written.error().message;
+}
+
 TEST(PictureSheet, IsShrunkToMeansWhereItWouldBeTooLarge) {
     constexpr int kWidth = 2 * PictureSheet::kMaxSidePx + 3;
     PictureSheet sheet(kWidth, 8, 14);

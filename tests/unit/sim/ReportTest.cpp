@@ -2,16 +2,20 @@
 #include "server/sim/report/Report.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <random>
 
 #include <nlohmann/json.hpp>
 
+#include "server/sim/report/ReportFile.h"
 #include "server/sim/view/FrameBudget.h"
 #include "tests/property/Seeds.h"
+#include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {
@@ -66,6 +70,18 @@ void expectAsSorted(std::vector<double> numbers, const std::string& which) {
     }
     EXPECT_EQ(series.quantile(1), numbers.back()) << which;
     EXPECT_EQ(series.count(), numbers.size());
+}
+
+// A rename onto /dev/null would be the last of it.
+TEST(ReportFile, TakesThePlaceOfFilesAlone) {
+    const test::TestFolder folder;
+    ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+    const Expected<void> written = writeReport(folder / "pipe", "{}");
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message.find("no file"), std::string::npos) << written.error().message;
+    EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+    EXPECT_TRUE(writeReport(folder / "report.json", "{}"));
+    EXPECT_TRUE(writeReport(folder / "report.json", "{}")) << "once more";
 }
 
 TEST(Series, TellsQuantilesOfAnyDistributionWithinAHundredth) {

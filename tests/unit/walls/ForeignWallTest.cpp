@@ -1,8 +1,12 @@
 /// Walls of SGCT, ParaView, nDisplay and OpenCOVER: where their screens and eyes are, what is not carried over, what is
 /// refused.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
@@ -101,6 +105,25 @@ TEST(ForeignWall, WhatIsSavedCanBeLoaded) {
     ASSERT_TRUE(loaded) << loaded.error().message;
     EXPECT_EQ(loaded->screens[0].lowerLeft, loadWall(kShipped + "2x2.wall")->screens[0].lowerLeft) << "in every bit";
     EXPECT_EQ(loaded->hosts[2].machine->ssh, "upper-left");
+}
+
+TEST(ForeignWall, AFullDiskLeavesTheWallThatWasThere) {
+    const test::TestFolder folder;
+    const auto made = readForeignWall(kSamples + "two-by-two.json").value();
+    ASSERT_TRUE(saveForeignWall(made, folder / "hall.wall"));
+    const auto before = std::filesystem::file_size(folder / "hall.wall");
+    rlimit limit{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);
+    const rlimit small{.rlim_cur = 100, .rlim_max = limit.rlim_max};
+    const auto former = std::signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const Expected<void> saved = saveForeignWall(made, folder / "hall.wall");
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+    std::signal(SIGXFSZ, former);
+    ASSERT_FALSE(saved);
+    EXPECT_WORDS(saved.error().message, "File too large");
+    EXPECT_EQ(std::filesystem::file_size(folder / "hall.wall"), before);
+    EXPECT_FALSE(std::filesystem::exists(folder / "hall.wall.new"));
 }
 
 TEST(ForeignWall, AnglesTurnAsEachProgramTurns) {
@@ -397,6 +420,29 @@ TEST(ForeignWall, AFileOfManyComputersIsReadOnce) {
     EXPECT_WORDS(
         errorOf(wallOfCover(file("<LOCAL HOST=\"" + hosts + "\"><COVER>" + settings + "</COVER></LOCAL>"), "h")),
         "too much is said of single computers");
+}
+
+// Unreal saves what has an umlaut in UTF-16.
+TEST(ForeignWall, TextsMayBeUtf16) {
+    const test::TestFolder folder;
+    for (const bool bigEnds : {false, true})
+        for (const char* name : {"room.json", "room.ndisplay", "room.xml", "room.pvx"}) {
+            std::string wide(bigEnds ? "\xFE\xFF" : "\xFF\xFE");
+            for (const char c : textOfSample(name)) (wide += bigEnds ? '\0' : c) += bigEnds ? c : '\0';
+            std::ofstream(folder / name, std::ios::binary) << wide;
+            EXPECT_EQ(errorOf(readForeignWall(folder / name)), "accepted") << name;
+            // Halves of pairs, and half a unit.
+            std::ofstream(folder / name, std::ios::binary) << wide.substr(0, 2) << "\xD8\xD8\xDC\xDC\xD8";
+            EXPECT_NE(errorOf(readForeignWall(folder / name)), "accepted") << name;
+        }
+}
+
+TEST(ForeignWall, APipeIsNotWaitedFor) {
+    const test::TestFolder folder;
+    ASSERT_EQ(::mkfifo((folder / "hall.json").c_str(), 0600), 0);
+    EXPECT_WORDS(errorOf(readForeignWall(folder / "hall.json")), "pipe");
+    std::ofstream(folder / "room.json") << textOfSample("room.json");
+    EXPECT_WORDS(errorOf(readForeignWall(folder / "rom.json")), "room.json\"?)");
 }
 
 TEST(ForeignWall, FilesThatMeanIllEndWithWords) {
