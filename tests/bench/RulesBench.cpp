@@ -86,7 +86,7 @@ double median(const Stage& stage, const ChangeList& edit, int times) {
         const auto sound = checkRules(stage.scene, edit, stage.movies);
         taken.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begun).count());
         if (!sound) {
-            fmt::print(stderr, "bench_rules: {}\n", sound.error().message);
+            fmt::print(stderr, "bench_rules: {}\n", sound.error().why.message);
             std::exit(2);
         }
     }
@@ -162,7 +162,7 @@ int main(int argc, char** argv) {
         const ChangeList whole = list.take();
         const Clock::time_point begun = Clock::now();
         if (const auto sound = checkRules(Aspect(), whole, {}); !sound) {
-            fmt::print(stderr, "bench_rules: {}\n", sound.error().message);
+            fmt::print(stderr, "bench_rules: {}\n", sound.error().why.message);
             return 2;
         }
         const double taken = std::chrono::duration<double, std::micro>(Clock::now() - begun).count();
