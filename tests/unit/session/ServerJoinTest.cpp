@@ -82,7 +82,7 @@ TEST(ServerJoin, TakesApplicationsOfEarlierProtocolsThatHoldNoReplica) {
         for (const bool host : {true, false})
             for (const bool follows : {true, false}) {
                 ServerFixture s;
-                message::Hello hello = s.greeting("left");
+                message::Hello hello = s.greeting("a");
                 if (!host) hello.role = PeerRole::kApplication;
                 hello.protocol = protocol;
                 hello.follows = follows;
