@@ -25,6 +25,11 @@ ClientSessionConfig sessionConfig(const ApplicationSessionOptions& options) {
     config.follows = options.lists;
     config.access = options.access;
     config.seenEpoch = options.seenEpoch;
+    // A frame may take long, and until its end nobody is welcomed: who is patient gets in. Later the network says that
+    // the server lives (Peers), and less would do.
+    constexpr std::chrono::seconds kMostSilence{30};
+    config.serverLostAfter =
+        std::clamp<std::chrono::milliseconds>(options.connectTimeout, config.serverLostAfter, kMostSilence);
     return config;
 }
 

@@ -58,9 +58,10 @@ public:
     Search(const Search&) = delete;
     Search& operator=(const Search&) = delete;
 
-    /// So many tests of triangles does one in exact arithmetic count for: it takes about as long. Where a body stands
-    /// in its copy almost every test is exact, and a limit that counted it as one would not bound the time.
-    static constexpr std::uint64_t kExactTests = 32;
+    /// So many tests of triangles does one in exact arithmetic count for. It takes longer still, up to 30 of them; but
+    /// what a limit leaves undecided is asked again in each frame, and a body of 200,000 faces in its copy is to be
+    /// decided in one. Where a body stands in its copy almost every test is exact.
+    static constexpr std::uint64_t kExactTests = 8;
     static constexpr unsigned kAllLevels = ~0u;
     /// Looks at what is below an overlapping pair of slots. True: the search is over (found, or out of work).
     bool walk(kernel::SlotPair from, unsigned levels = kAllLevels);

@@ -482,6 +482,9 @@ TEST(Application, WhatIsNoTesseraServerIsNamed) {
               std::string::npos);
     const Stranger silent("");
     EXPECT_NE(why(silent.address(), 500ms).find("did not answer within 500 ms"), std::string::npos);
+    // Nobody is welcomed within a long frame: --timeout says how long that may last, and not the 5 s of a lost server.
+    const Stranger busy("");
+    EXPECT_NE(why(busy.address(), 5500ms).find("did not answer within 5500 ms"), std::string::npos);
     EXPECT_EQ(Application::connect({.address = "nonsense"}).error().code, ErrorCode::kUsage);
 }
 

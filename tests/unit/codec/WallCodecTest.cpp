@@ -357,6 +357,7 @@ TEST_F(WallFiles, AreLoadedWithTheirNameInFrontOfErrors) {
 TEST_F(WallFiles, ThatAreNoFilesAreRefused) {
     EXPECT_EQ(loadWall((folder_ / "none.wall").string()).error().code, ErrorCode::kNotFound);
     EXPECT_EQ(loadWall(folder_.string()).error().code, ErrorCode::kBadInput);
+    write("good.wall", kExample);
     EXPECT_NE(loadWall((folder_ / "god.wall").string()).error().message.find("good.wall\"?)"), std::string::npos);
     for (const char* others : {"{\"version\": 1}", "\n<pvx>", "PK\3\4"}) {
         std::ofstream(folder_ / "theirs") << others;
