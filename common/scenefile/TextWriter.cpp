@@ -184,6 +184,7 @@ private:
             std::replace(word.begin(), word.end(), '_', '-');
             // What a node is there for is called after it.
             const Node* node = held.cores > 0 ? held_[held.holder].object.as<Node>() : nullptr;
+            if (node && node->name == word) node = scene_.get<Node>(node->parent);
             if (node && !node->name.empty() && node->name != word && node->name.size() <= kLongestName)
                 held.name = fmt::format("{} {}", node->name, word);
             while (held.name.empty() || nodes.contains(held.name) || !given.insert(held.name).second)
