@@ -289,10 +289,13 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
 
     ServerOptions options;
     options.wall = std::move(*wall);
+    // A journal that has begun knows its scene: its files may be gone.
+    std::error_code none;
+    const bool goesOn = !arguments.journal.empty() && !std::filesystem::is_empty(arguments.journal, none) && !none;
     for (const std::string& scene : arguments.scenes) {
         Expected<std::string> found = findScene(scene, executable);
-        if (!found) return tl::unexpected(found.error());
-        options.scenes.push_back(std::move(*found));
+        if (!found && !goesOn) return tl::unexpected(found.error());
+        options.scenes.push_back(found ? std::move(*found) : scene);
     }
     options.placing = arguments.placing;
     options.listen = *address;

@@ -16,8 +16,10 @@ constexpr float kSmallestRoughness = 0.045f;
 
 bool saysNoColor(const Material& material) {
     static const Material kSaysNothing;
-    return material.baseColor == kSaysNothing.baseColor && !material.baseColorImage && !material.program &&
-           material.layers.empty() && !material.unlit;
+    return material.baseColor == kSaysNothing.baseColor && material.metallic == kSaysNothing.metallic &&
+           material.roughness == kSaysNothing.roughness && material.emissive == kSaysNothing.emissive &&
+           material.shading == kSaysNothing.shading && !material.baseColorImage && !material.metallicRoughnessImage &&
+           !material.program && material.layers.empty() && !material.unlit;
 }
 
 std::array<float, 4> four(const Vec3f& v, float w) {

@@ -213,7 +213,11 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
         // What a spot's depths begin with says what is about it.
         const Box about = sun ? shaded : boundsWithin(shadedAround(light.position, kMiddleMetres, unitsPerMetre));
         Box around = about.empty() ? shaded : about;
-        if (sun && studio) around.extend(studioFloor(*studio));
+        if (sun && studio) {
+            const Box floor = studioFloor(*studio), near = shadedAround(screen.headWorld, kFarMetres, unitsPerMetre);
+            const Box both{.lower = floor.lower.cwiseMax(near.lower), .upper = floor.upper.cwiseMin(near.upper)};
+            if ((both.lower.array() <= both.upper.array()).all()) around.extend(both);
+        }
         const ScreenCamera camera = shadowCamera(light, around);
         if (sun) {
             now->sun = now->views.size();

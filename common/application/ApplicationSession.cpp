@@ -26,10 +26,9 @@ ClientSessionConfig sessionConfig(const ApplicationSessionOptions& options) {
     config.access = options.access;
     config.seenEpoch = options.seenEpoch;
     // A frame may take long, and until its end nobody is welcomed: who is patient gets in. Later the network says that
-    // the server lives (Peers), and less would do.
-    constexpr std::chrono::seconds kMostSilence{30};
-    config.serverLostAfter =
-        std::clamp<std::chrono::milliseconds>(options.connectTimeout, config.serverLostAfter, kMostSilence);
+    // the server lives (Peers).
+    constexpr std::chrono::seconds kMostPatient{30};
+    config.welcomeAfter = std::min<std::chrono::milliseconds>(2 * options.connectTimeout, kMostPatient);
     return config;
 }
 

@@ -167,7 +167,8 @@ Expected<Wall> loadWall(const std::string& path) {
     text.resize(static_cast<std::size_t>(file.gcount()));
     // Ours begin with the name of a field, or a comment.
     const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-    if (first != std::string::npos && (text[first] == '{' || text[first] == '<' || text.starts_with("PK")))
+    if (first != std::string::npos && (text[first] == '{' || text[first] == '<' || text.starts_with("PK") ||
+                                       text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")))
         return fail(ErrorCode::kBadInput,
                     fmt::format("{}: no wall file of ours; of SGCT, ParaView, nDisplay, MPCDI or OpenCOVER: "
                                 "tessera-convert {} my.wall",

@@ -31,12 +31,16 @@ bool writeAll(int fd, ByteSpan bytes) {
 
 }  // namespace
 
-Expected<void> writeFile(const std::string& path, ByteSpan bytes) {
+Expected<void> writeFile(const std::string& said, ByteSpan bytes) {
+    std::error_code ignored;  // a folder that is missing afterwards shows as an error of open
+    // A link leads to the file: /dev/stdout does.
+    std::string path = said;
+    if (std::filesystem::is_symlink(said, ignored))
+        if (const auto led = std::filesystem::weakly_canonical(said, ignored); !ignored) path = led.string();
     // What takes a device's name takes its place: root could lay a picture where /dev/null is.
     struct stat there {};
     if (::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
         return fail(ErrorCode::kFailed, path + ": cannot write there: this is a folder, device, pipe or socket");
-    std::error_code ignored;  // a folder that is missing afterwards shows as an error of open
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
     // Not mkstemp: it has the rights that the user's mask leaves.
     std::string temporary;

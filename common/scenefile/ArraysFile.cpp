@@ -1,7 +1,15 @@
 #include "common/scenefile/ArraysFile.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+
+#include "common/base/Controls.h"
+#include "common/base/FileHandle.h"
 #include "common/base/Hash.h"
 #include "common/base/Utf8.h"
 
@@ -25,6 +33,20 @@ tl::unexpected<Error> damaged(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("is damaged: {}", what));
 }
 
+/// `_` for whatever cannot stand in quotes as it is. A file's name may be any bytes.
+std::string plainName(std::string_view name) {
+    std::string plain;
+    while (!name.empty()) {
+        const std::size_t length = utf8CharacterLength(name);
+        const std::string_view character = name.substr(0, std::max<std::size_t>(length, 1));
+        const bool isPlain =
+            length > 0 && !isControl(numberOfCharacter(character)) && character != "\"" && character != "\\";
+        plain += isPlain ? character : "_";
+        name.remove_prefix(character.size());
+    }
+    return plain;
+}
+
 }  // namespace
 
 ArraysHead arraysHead(std::span<const Blob> arrays) {
@@ -46,7 +68,7 @@ ArraysHead arraysHead(std::span<const Blob> arrays) {
 }
 
 std::string arraysNameFor(const std::string& textPath, std::string_view id) {
-    std::string name = textPath.substr(textPath.rfind('/') + 1);
+    std::string name = plainName(std::string_view(textPath).substr(textPath.rfind('/') + 1));
     if (name.ends_with(".tsct")) name.resize(name.size() - 5);
     constexpr std::size_t kLongestStem = 200;  // a name has at most 255 bytes
     while (name.starts_with('.')) name.erase(0, 1);
@@ -56,6 +78,24 @@ std::string arraysNameFor(const std::string& textPath, std::string_view id) {
 bool isArraysName(std::string_view name) {
     return name.size() > kEnding.size() && name.ends_with(kEnding) && name.find('/') == std::string_view::npos &&
            name.find('\0') == std::string_view::npos && name.front() != '.';
+}
+
+std::optional<std::string> headOfText(const std::string& path) {
+    constexpr std::size_t kMost = 65'536;
+    const FileHandle file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOFOLLOW));
+    struct stat info {};
+    if (file.get() < 0 || ::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode)) return std::nullopt;
+    std::string head(kMost, '\0');
+    std::size_t filled = 0;
+    while (filled < kMost) {
+        const ssize_t got = ::read(file.get(), head.data() + filled, kMost - filled);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return std::nullopt;
+        if (got == 0) break;
+        filled += static_cast<std::size_t>(got);
+    }
+    head.resize(filled);
+    return head;
 }
 
 Expected<std::vector<Bytes>> readArrays(ByteSpan file, std::string_view id) {

@@ -4,6 +4,7 @@
 /// bytes, one array behind the other. Numbers have eight bytes, little-endian.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,10 +22,15 @@ struct ArraysHead {
 };
 [[nodiscard]] ArraysHead arraysHead(std::span<const Blob> arrays);
 
-/// "hall.3f2a91c07b5ed012.arrays" for "/scenes/hall.tsct".
+/// "hall.3f2a91c07b5ed012.arrays" for "/scenes/hall.tsct". Stands in quotes as it is: UTF-8, no quotes, backslashes and
+/// control characters.
 [[nodiscard]] std::string arraysNameFor(const std::string& textPath, std::string_view id);
 /// Whether that is such a name, and nothing but a name.
 [[nodiscard]] bool isArraysName(std::string_view name);
+
+/// As much of a file as is searched for the arrays that it names: 64 KiB. Nothing: it cannot be read, or is no ordinary
+/// file. Waits for no pipe, follows no link.
+[[nodiscard]] std::optional<std::string> headOfText(const std::string& path);
 
 /// Checks everything. kBadInput: it is damaged, none of these files, or of another save than `id` names; messages do
 /// not name the file.

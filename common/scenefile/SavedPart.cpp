@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "common/scenefile/ArraysFile.h"
 #include "common/scenefile/SavedText.h"
 #include "common/scenefile/TextForm.h"
 
@@ -28,7 +31,9 @@ public:
     bool beginsNested() {
         if (!opensBrace()) return false;
         step();
-        if (!skipBlank() || !isWordCharacter(text_[at_])) return false;
+        if (!skipBlank()) return false;
+        if (text_[at_] == '}') return true;  // a person deleted all that was there
+        if (!isWordCharacter(text_[at_])) return false;
         const SavedPart part = takeWord();
         const std::string_view first = text_.substr(part.begin, part.end - part.begin);
         if (first == "object" || first.starts_with("later")) return false;
@@ -56,6 +61,14 @@ public:
         else
             column_ += c == '\t' ? 8 - column_ % 8 : 1;
     }
+    /// What stands in quotes here, with a colon before it or none; empty: nothing, or not all of it.
+    std::string_view quoted() {
+        if (skipBlank() && text_[at_] == ':') step();
+        if (!skipBlank() || (text_[at_] != '"' && text_[at_] != '\'')) return {};
+        const std::string_view rest = text_.substr(at_ + 1);
+        const std::size_t end = rest.find(text_[at_]);
+        return end == std::string_view::npos ? std::string_view() : rest.substr(0, end);
+    }
 
 private:
     static bool isWordCharacter(char c) {
@@ -80,7 +93,8 @@ private:
         }
     }
     SavedPart takeWord() {
-        SavedPart part{.begin = at_, .end = at_, .line = line_, .column = column_};
+        SavedPart part{.begin = at_, .end = at_, .line = line_};
+        part.column = static_cast<int>(std::min(column_, kMostColumn));
         while (at_ < text_.size() && isWordCharacter(text_[at_])) step();
         part.end = at_;
         return part;
@@ -88,7 +102,9 @@ private:
 
     std::string_view text_;
     std::size_t at_ = 0;
-    int line_ = 0, column_ = 0;
+    int line_ = 0;
+    std::int64_t column_ = 0;  // tabs make it eight times the bytes of a line
+    static constexpr std::int64_t kMostColumn = 1'000'000'000;
 };
 
 }  // namespace
@@ -110,6 +126,21 @@ Expected<std::optional<SavedPart>> findSavedPart(std::string_view text) {
         found = word;
     }
     return found;
+}
+
+std::string arraysNamedIn(std::string_view head) {
+    TopScanner scanner(head);
+    const auto reaches = [&](std::string_view wanted) {
+        while (const std::optional<SavedPart> word = scanner.word())
+            if (head.substr(word->begin, word->end - word->begin) == wanted) return true;
+        return false;
+    };
+    for (const std::string_view around : {textform::kSaved, textform::kArrays}) {
+        if (!reaches(around) || !scanner.opensBrace()) return {};
+        scanner.step();
+    }
+    const std::string_view name = reaches(textform::kFile) ? scanner.quoted() : std::string_view();
+    return isArraysName(name) ? std::string(name) : std::string();
 }
 
 }  // namespace tessera

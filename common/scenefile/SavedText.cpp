@@ -329,11 +329,11 @@ private:
             open_.push_back({word, line(), nullptr});
             if (Expected<void> good = insideBraces([&]() -> Expected<void> {
                     if (tokens_.current().text != textform::kArray) return failUnknown(word, {"array"});
+                    if (std::exchange(isSaid, true)) return failHere("array is there twice");
                     if (Expected<void> said = toColon(textform::kArray); !said) return said;
                     const Expected<std::uint32_t> number = this->number<std::uint32_t>(textform::kArray);
                     if (!number) return tl::unexpected(number.error());
                     ref.target = *number;
-                    isSaid = true;
                     return {};
                 });
                 !good)
@@ -415,9 +415,12 @@ private:
         open_.push_back({"arrays", line(), nullptr});
         if (Expected<void> good = next(); !good) return good;
         std::string file, id;
+        bool saysFile = false, saysId = false;
         if (Expected<void> good = insideBraces([&]() -> Expected<void> {
                 const std::string word = tokens_.current().text;
                 if (word != textform::kFile && word != textform::kId) return failUnknown("arrays", {"file", "id"});
+                if (std::exchange(word == textform::kFile ? saysFile : saysId, true))
+                    return failHere(fmt::format("{} is there twice", word));
                 if (Expected<void> colon = toColon(word); !colon) return colon;
                 Expected<std::string> said = text(word);
                 if (!said) return tl::unexpected(said.error());

@@ -22,6 +22,10 @@ struct SavedPart {
 /// Nothing: there is none. kBadInput: there are two. Errors begin with "line:column: ".
 [[nodiscard]] Expected<std::optional<SavedPart>> findSavedPart(std::string_view text);
 
+/// The NAME in `saved { arrays { file: "NAME" … } … }`, of which `head` is the beginning; the rest may be missing.
+/// Empty: there is none, or it is no plain name.
+[[nodiscard]] std::string arraysNamedIn(std::string_view head);
+
 struct SavedTextOptions {
     /// The bytes of a file that lies beside the text; messages name it.
     std::function<Expected<Bytes>(const std::string& name)> beside;

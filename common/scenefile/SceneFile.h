@@ -60,7 +60,7 @@ struct LaterParts {
                                                const LaterParts& later = {});
 /// Replaces the file at once, or leaves it as it was. A file that is there keeps its rights, a link leads to the file.
 /// Large arrays of a text go into a file beside it first (`arrays`: its path; empty: there are none). The file that the
-/// text before named goes last, unless another text in the folder names it.
+/// text before named goes last, unless another file in the folder names it.
 [[nodiscard]] Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later = {},
                                        std::string* arrays = nullptr);
 

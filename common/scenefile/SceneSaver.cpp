@@ -1,16 +1,21 @@
 // A scene into its file, and its arrays into the one beside it.
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <optional>
+#include <thread>
 
+#include "common/base/FileHandle.h"
 #include "common/scenefile/ArraysFile.h"
 #include "common/scenefile/SavedText.h"
 #include "common/scenefile/SceneFile.h"
@@ -21,29 +26,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kNoFile = "cannot write there: this is a folder, device, pipe or socket";
+
 tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view what) {
     return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
 struct FilePlace {
-    std::string path;            ///< where a link leads
+    std::string path;            ///< as it was said, or where that leads if it is a link
     std::optional<mode_t> mode;  ///< of the file that is there already
 };
 Expected<FilePlace> placeOfFile(const std::string& path) {
     FilePlace place{.path = path, .mode = {}};
     struct stat there {};
     if (::stat(path.c_str(), &there) != 0) return place;
-    if (!S_ISREG(there.st_mode))
-        return fail(ErrorCode::kFailed, path + ": cannot write there: this is a folder, device, pipe or socket");
+    if (!S_ISREG(there.st_mode)) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFile));
     place.mode = there.st_mode & 07777;
     std::error_code unknown;
-    if (const fs::path real = fs::canonical(path, unknown); !unknown) place.path = real.string();
+    if (fs::is_symlink(path, unknown))
+        if (const fs::path real = fs::canonical(path, unknown); !unknown) place.path = real.string();
     return place;
 }
 
-/// Takes the place of a file at once. `path` is named in messages.
-Expected<void> replaceFile(const std::string& path, const FilePlace& place,
-                           const std::vector<std::string_view>& parts) {
+/// Takes the place of a file at once, on the disk or as soon as the system likes. `path` is named in messages.
+Expected<void> replaceFile(const std::string& path, const FilePlace& place, const std::vector<std::string_view>& parts,
+                           bool onDisk) {
     // Not mkstemp: a new file gets the rights that the user's mask leaves.
     std::string temporary;
     int fd = -1;
@@ -63,8 +70,7 @@ Expected<void> replaceFile(const std::string& path, const FilePlace& place,
             else if (done < 0 && errno != EINTR)
                 written = false;
         }
-    // Else, of two files that belong together, a machine without power might keep one.
-    if (written && parts.size() > 1 && ::fdatasync(fd) != 0) written = false;
+    if (written && onDisk && ::fdatasync(fd) != 0) written = false;
     const int why = errno;
     const bool closed = ::close(fd) == 0;
     if (written && closed && ::rename(temporary.c_str(), place.path.c_str()) == 0) return {};
@@ -76,21 +82,6 @@ Expected<void> replaceFile(const std::string& path, const FilePlace& place,
 
 // ---- the file beside
 
-/// The name of the arrays that a text says in its first lines; empty: none.
-std::string arraysNamedBy(const std::string& path) {
-    constexpr std::size_t kHead = 2048;
-    std::string head(kHead, '\0');
-    std::ifstream in(path, std::ios::binary);
-    in.read(head.data(), static_cast<std::streamsize>(head.size()));
-    head.resize(static_cast<std::size_t>(in.gcount()));
-    constexpr std::string_view kBefore = "arrays { file: \"";
-    const std::size_t at = head.find(kBefore);
-    if (at == std::string::npos) return {};
-    const std::size_t begin = at + kBefore.size();
-    const std::string name = head.substr(begin, head.find('"', begin) - begin);
-    return isArraysName(name) ? name : std::string();
-}
-
 /// Whether this text's own saving has named them so: whatever else a text says, its file stays.
 bool isOwnArrays(const std::string& path, std::string_view name) {
     constexpr std::size_t kIdBytes = 16, kEnd = std::string_view(".arrays").size();
@@ -99,49 +90,127 @@ bool isOwnArrays(const std::string& path, std::string_view name) {
     return id.find_first_not_of("0123456789abcdef") == std::string_view::npos && name == arraysNameFor(path, id);
 }
 
-/// Whether another text in the folder names these arrays: a copy of the one that is replaced.
-bool isNamedByOthers(const fs::path& folder, const std::string& arrays) {
-    constexpr std::size_t kMostTexts = 4096;
-    std::size_t seen = 0;
-    std::error_code unknown;
-    for (fs::directory_iterator at(folder, unknown), end; !unknown && at != end; at.increment(unknown)) {
-        if (at->path().extension() != ".tsct") continue;
-        if (++seen > kMostTexts || arraysNamedBy(at->path().string()) == arrays) return true;
+/// A text's folder, locked: what one save finds there, no other takes away before the first has ended.
+class SaveFolder {
+public:
+    explicit SaveFolder(const fs::path& path)
+        : path_(path.empty() ? "." : path), handle_(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+        // Anybody who may read a shared folder can hold its lock for ever.
+        constexpr std::chrono::seconds kPatience{5};
+        const auto end = std::chrono::steady_clock::now() + kPatience;
+        while (handle_.get() >= 0) {
+            isLocked_ = ::flock(handle_.get(), LOCK_EX | LOCK_NB) == 0;
+            if (isLocked_ || (errno != EWOULDBLOCK && errno != EINTR)) break;
+            if (std::chrono::steady_clock::now() >= end) break;
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
     }
-    return static_cast<bool>(unknown);
+
+    /// Its names are on the disk; false: nobody knows.
+    bool sync() { return handle_.get() >= 0 && ::fsync(handle_.get()) == 0; }
+    /// Without the lock all stays.
+    void remove(const std::string& name) {
+        if (isLocked_) ::unlinkat(handle_.get(), name.c_str(), 0);
+    }
+    /// Whether a file in it names these arrays, as copies of a text do, whatever they are called. What cannot be read
+    /// may name them.
+    [[nodiscard]] bool isNamed(const std::string& arrays) const {
+        constexpr std::size_t kMostFiles = 4096;
+        const std::unique_ptr<DIR, int (*)(DIR*)> listed(::opendir(path_.c_str()), &::closedir);
+        if (!listed) return true;
+        for (std::size_t seen = 0;;) {
+            errno = 0;
+            const dirent* entry = ::readdir(listed.get());
+            if (!entry) return errno != 0;
+            if (std::string_view(entry->d_name).ends_with(".arrays")) continue;
+            if (++seen > kMostFiles || mayName(entry->d_name, arrays)) return true;
+        }
+    }
+
+private:
+    [[nodiscard]] bool mayName(const char* file, const std::string& arrays) const {
+        struct stat info {};
+        if (::fstatat(handle_.get(), file, &info, AT_SYMLINK_NOFOLLOW) != 0) return errno != ENOENT;
+        // Where a link leads is looked at there, or reads no arrays of this folder.
+        if (!S_ISREG(info.st_mode)) return false;
+        const std::optional<std::string> head = headOfText((path_ / file).string());
+        return !head || head->find(arrays) != std::string::npos;
+    }
+
+    fs::path path_;
+    FileHandle handle_;
+    bool isLocked_ = false;
+};
+
+/// What goes into the files, made before any of them is touched.
+struct SavedFiles {
+    std::string content;
+    std::string arrays;  ///< name of the file beside; empty: there is none
+    ArraysHead head;
+    std::vector<Blob> blobs;
+};
+Expected<SavedFiles> filesOf(const FilePlace& place, const Aspect& scene, SceneEncoding encoding,
+                             const LaterParts& later) {
+    SavedFiles files;
+    Expected<std::string> content;
+    if (encoding == SceneEncoding::kBinary || !later.empty()) {
+        content = writeScene(scene, encoding, later);
+    } else {
+        Expected<WrittenText> text = writeNested(scene);
+        if (!text) return tl::unexpected(text.error());
+        if (text->arrays.empty()) {
+            content = textWithArrays(*text);
+        } else {
+            files.head = arraysHead(text->arrays);
+            if (files.head.total > kMaxSceneFileBytes) return sceneTooLarge();
+            files.arrays = arraysNameFor(place.path, files.head.id);
+            content = textBesideArrays(*text, files.arrays, files.head.id);
+            files.blobs = std::move(text->arrays);
+        }
+    }
+    if (!content) return tl::unexpected(content.error());
+    files.content = std::move(*content);
+    return files;
+}
+
+/// True: nothing was there before.
+Expected<bool> writeArrays(const std::string& path, const FilePlace& text, const SavedFiles& files) {
+    // A link there is replaced, not followed: others may have made it.
+    struct stat there {};
+    const bool isNew = ::lstat(path.c_str(), &there) != 0;
+    if (!isNew && !S_ISREG(there.st_mode) && !S_ISLNK(there.st_mode))
+        return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFile));
+    std::vector<std::string_view> parts = {files.head.bytes};
+    for (const Blob& array : files.blobs) parts.push_back(asText(array.bytes()));
+    if (Expected<void> written = replaceFile(path, {.path = path, .mode = text.mode}, parts, true); !written)
+        return tl::unexpected(written.error());
+    return isNew;
 }
 
 /// Arrays first, under a name of their own, then the text that names them, then what the text before has left: whenever
 /// it is cut short, a text lies there with its arrays.
-Expected<void> saveText(const std::string& path, const FilePlace& place, const Aspect& scene, std::string* arrays) {
-    const Expected<WrittenText> text = writeNested(scene);
-    if (!text) return failWith(path, text.error());
-    const fs::path folder = fs::path(place.path).parent_path();
-    std::string before = arraysNamedBy(place.path);
+Expected<void> saveText(const std::string& path, const FilePlace& place, const SavedFiles& files, std::string* arrays) {
+    const fs::path parent = fs::path(place.path).parent_path();
+    SaveFolder folder(parent);
+    const std::optional<std::string> head = headOfText(place.path);
+    std::string before = head ? arraysNamedIn(*head) : std::string();
     if (!isOwnArrays(place.path, before)) before.clear();
-    std::string name;
-    if (!text->arrays.empty()) {
-        const ArraysHead head = arraysHead(text->arrays);
-        if (head.total > kMaxSceneFileBytes) return failWith(path, sceneTooLarge().value());
-        name = arraysNameFor(place.path, head.id);
-        const Expected<FilePlace> beside = placeOfFile((folder / name).string());
-        if (!beside) return tl::unexpected(beside.error());
-        std::vector<std::string_view> parts = {head.bytes};
-        for (const Blob& array : text->arrays) parts.push_back(asText(array.bytes()));
-        FilePlace where = *beside;
-        where.mode = place.mode;
-        if (Expected<void> written = replaceFile((folder / name).string(), where, parts); !written) return written;
-        const Expected<std::string> content = textBesideArrays(*text, name, head.id);
-        if (!content) return failWith(path, content.error());
-        if (Expected<void> written = replaceFile(path, place, {*content}); !written) return written;
-    } else {
-        const Expected<std::string> content = textWithArrays(*text);
-        if (!content) return failWith(path, content.error());
-        if (Expected<void> written = replaceFile(path, place, {*content}); !written) return written;
+    const std::string beside = files.arrays.empty() ? std::string() : (parent / files.arrays).string();
+    bool isNew = false;
+    if (!beside.empty()) {
+        const Expected<bool> written = writeArrays(beside, place, files);
+        if (!written) return tl::unexpected(written.error());
+        isNew = *written;
+        folder.sync();
     }
-    if (!before.empty() && before != name && !isNamedByOthers(folder.empty() ? "." : folder, before))
-        ::unlink((folder / before).c_str());
-    if (arrays) *arrays = name.empty() ? name : (folder / name).string();
+    // Else, of two files that belong together, a machine without power might keep one.
+    const bool onDisk = !beside.empty() || !before.empty();
+    if (Expected<void> written = replaceFile(path, place, {files.content}, onDisk); !written) {
+        if (isNew) folder.remove(files.arrays);
+        return written;
+    }
+    if (!before.empty() && before != files.arrays && folder.sync() && !folder.isNamed(before)) folder.remove(before);
+    if (arrays) *arrays = beside;
     return {};
 }
 
@@ -154,14 +223,15 @@ Expected<SceneEncoding> sceneEncodingOf(const std::string& path) {
 }
 
 Expected<void> saveScene(const std::string& path, const Aspect& scene, const LaterParts& later, std::string* arrays) {
+    if (arrays) arrays->clear();
     const Expected<SceneEncoding> encoding = sceneEncodingOf(path);
     if (!encoding) return tl::unexpected(encoding.error());
     const Expected<FilePlace> place = placeOfFile(path);
     if (!place) return tl::unexpected(place.error());
-    if (*encoding == SceneEncoding::kText && later.empty()) return saveText(path, *place, scene, arrays);
-    const Expected<std::string> content = writeScene(scene, *encoding, later);
-    if (!content) return failWith(path, content.error());
-    return replaceFile(path, *place, {*content});
+    const Expected<SavedFiles> files = filesOf(*place, scene, *encoding, later);
+    if (!files) return failWith(path, files.error());
+    if (*encoding == SceneEncoding::kText) return saveText(path, *place, *files, arrays);
+    return replaceFile(path, *place, {files->content}, false);
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include "common/base/Version.h"
 #include "common/scene/Text.h"
 #include "common/scenefile/SceneFile.h"
+#include "common/scenefile/TextForm.h"
 #include "proto/scene.pb.h"
 
 namespace tessera {
@@ -21,11 +22,6 @@ using google::protobuf::FieldDescriptorProto;
 using google::protobuf::FileDescriptorProto;
 
 constexpr const char* kPackage = ".tessera.proto.scene";
-
-std::string upperCase(std::string text) {
-    for (char& c : text) c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return text;
-}
 
 std::string numberText(const FieldValue& value) {
     std::string text;
@@ -199,9 +195,9 @@ private:
         std::string name(field.name);
         name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
         words.set_name(name);
-        const std::string head = upperCase(snakeCase(field.name)) + "_";
+        const std::string head = textform::enumHead(snakeCase(field.name));
         const auto addWord = [&](std::int64_t number, const std::string& word) {
-            words.add_value()->set_name(head + upperCase(word));
+            words.add_value()->set_name(head + textform::enumWord(word));
             words.mutable_value(words.value_size() - 1)->set_number(static_cast<int>(number));
         };
         // What is first must be 0.

@@ -52,8 +52,7 @@ public:
     }
 
 private:
-    /// The root, what is below it, and whatever these refer to, each followed by what it refers to. They keep the
-    /// numbers that they have in the file they come from.
+    /// Objects keep the numbers that they have in the file they come from.
     void collect() {
         std::uint32_t highest = 0;
         for (const auto& [id, number] : later_.numbers) highest = std::max(highest, number);
@@ -62,23 +61,12 @@ private:
             highest =
                 std::max(highest, message_->GetReflection()->GetUInt32(*message_, &objectField(SceneSchema::kNumber)));
         }
-        std::vector<ObjectId> open = {kRootNode};
-        std::vector<ObjectId> next;
-        while (!open.empty()) {
-            const ObjectId id = open.back();
-            open.pop_back();
-            const auto [at, isNew] = numbers_.try_emplace(id, 0);
-            if (!isNew) continue;
+        ObjectsToSave objects = objectsToSave(scene_);
+        order_ = std::move(objects.order);
+        numbers_ = std::move(objects.places);
+        for (const ObjectId id : order_) {
             const auto known = later_.numbers.find(id);
-            at->second = known != later_.numbers.end() ? known->second : ++highest;
-            order_.push_back(id);
-            const Object object = scene_.find(id);
-            next.clear();
-            if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
-            if (const Node* node = object.as<Node>())
-                for (const ObjectId child : node->children)
-                    if (!scene_.get<Node>(child)->ofServer) next.push_back(child);
-            open.insert(open.end(), next.rbegin(), next.rend());
+            numbers_[id] = known != later_.numbers.end() ? known->second : ++highest;
         }
     }
 

@@ -21,11 +21,15 @@ inline constexpr std::string_view kRootName = "/";
     return snakeCase(type.name).substr(1);
 }
 
-/// "RESPONSE_": how the words of a field begin in the schema.
+/// "PING_PONG" for "ping-pong": a word of an enumeration in the schema.
+[[nodiscard]] inline std::string enumWord(std::string_view word) {
+    std::string upper(word);
+    for (char& c : upper) c = c == '-' ? '_' : static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+    return upper;
+}
+/// "RESPONSE_": how the words of a field begin there.
 [[nodiscard]] inline std::string enumHead(std::string_view field) {
-    std::string head(field);
-    for (char& c : head) c = c == '-' ? '_' : static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
-    return head + "_";
+    return enumWord(field) + "_";
 }
 
 /// What the elements of an array are, where the table says so.

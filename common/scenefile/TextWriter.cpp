@@ -66,7 +66,6 @@ public:
 
 private:
     struct Held {
-        ObjectId id;
         Object object;
         std::size_t holder = 0;                           ///< whose field refers to it: the first
         std::uint32_t cores = 0, typed = 0, untyped = 0;  ///< fields that refer to it
@@ -85,20 +84,11 @@ private:
     // ---- what there is
 
     Expected<void> collect() {
-        std::vector<ObjectId> open = {kRootNode}, next;
-        while (!open.empty()) {
-            const ObjectId id = open.back();
-            open.pop_back();
-            if (!places_.try_emplace(id, held_.size()).second) continue;
-            const Object object = scene_.find(id);
-            held_.push_back({.id = id, .object = object});
-            next.clear();
-            if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
-            if (const Node* node = object.as<Node>())
-                for (const ObjectId child : node->children)
-                    if (!scene_.get<Node>(child)->ofServer) next.push_back(child);
-            open.insert(open.end(), next.rbegin(), next.rend());
-            if (Expected<void> here = countArrays(id, object); !here) return here;
+        ObjectsToSave objects = objectsToSave(scene_);
+        places_ = std::move(objects.places);
+        for (const ObjectId id : objects.order) {
+            held_.push_back({.object = scene_.find(id)});
+            if (Expected<void> here = countArrays(id, held_.back().object); !here) return here;
         }
         for (std::size_t i = 0; i < held_.size(); ++i) countRefs(i);
         return {};
@@ -453,7 +443,7 @@ private:
     const SceneSchema& schema_ = SceneSchema::get();
     const Aspect& scene_;
     std::vector<Held> held_;
-    std::unordered_map<ObjectId, std::size_t> places_;
+    std::unordered_map<ObjectId, std::uint32_t> places_;
     std::unordered_map<BlobId, Use> uses_;
     std::vector<std::size_t> shared_;
     bool rootIsSaid_ = false;
@@ -492,6 +482,25 @@ void addBytes(std::string& file, ByteSpan bytes) {
 
 tl::unexpected<Error> sceneTooLarge() {
     return fail(ErrorCode::kLimit, "the scene is larger than the 2 GiB that a scene file can hold");
+}
+
+ObjectsToSave objectsToSave(const Aspect& scene) {
+    ObjectsToSave objects;
+    std::vector<ObjectId> open = {kRootNode}, next;
+    while (!open.empty()) {
+        const ObjectId id = open.back();
+        open.pop_back();
+        if (!objects.places.try_emplace(id, static_cast<std::uint32_t>(objects.order.size())).second) continue;
+        objects.order.push_back(id);
+        const Object object = scene.find(id);
+        next.clear();
+        if (object.info().refers) forEachRef(object, [&](ObjectId target) { next.push_back(target); });
+        if (const Node* node = object.as<Node>())
+            for (const ObjectId child : node->children)
+                if (!scene.get<Node>(child)->ofServer) next.push_back(child);
+        open.insert(open.end(), next.rbegin(), next.rend());
+    }
+    return objects;
 }
 
 Expected<WrittenText> writeNested(const Aspect& scene) {

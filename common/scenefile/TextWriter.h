@@ -1,7 +1,9 @@
 /// A scene as a person would write it. Internal to this folder; README.md has the form.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "common/scene/Aspect.h"
@@ -15,6 +17,14 @@ struct WrittenText {
 /// Of a text, and of the arrays beside it.
 inline constexpr std::size_t kMaxSceneFileBytes = 0x7fffffff;
 [[nodiscard]] tl::unexpected<Error> sceneTooLarge();
+
+/// The root, what is below it, and whatever these refer to, each followed by what it refers to. Binary files have the
+/// same.
+struct ObjectsToSave {
+    std::vector<ObjectId> order;
+    std::unordered_map<ObjectId, std::uint32_t> places;  ///< in `order`
+};
+[[nodiscard]] ObjectsToSave objectsToSave(const Aspect& scene);
 
 /// kRefused: an array is not here.
 [[nodiscard]] Expected<WrittenText> writeNested(const Aspect& scene);

@@ -31,6 +31,7 @@ struct ClientSession::Impl {
     void misplaced(const MessageInfo& said, ChannelKind channel);
     void closed(ChannelKind channel, TimePoint now);
     void advance(TimePoint now);
+    [[nodiscard]] std::chrono::milliseconds mostSilence() const;
     [[nodiscard]] TimePoint nextDeadline() const;
     [[nodiscard]] TimePoint bulkStuckAt() const;
     // What the server says. A message that is for peers and has no `on` does not compile.
@@ -88,6 +89,7 @@ struct ClientSession::Impl {
     TimePoint bulkProgress{};
     SessionToken token;
     Epoch epoch;
+    bool isWelcome = false;
 
     ReplicaSteps steps;
     std::deque<Notice> notices;
@@ -207,13 +209,13 @@ void ClientSession::Impl::closed(ChannelKind channel, TimePoint now) {
 void ClientSession::Impl::advance(TimePoint now) {
     if (stage == Stage::kUnconnected) return;
     // Where this process itself stood still, what the server said meanwhile may lie unread in a queue.
-    if (lastAdvance && now - *lastAdvance > config.serverLostAfter / 2) graceUntil = now + heartbeatInterval();
+    if (lastAdvance && now - *lastAdvance > mostSilence() / 2) graceUntil = now + heartbeatInterval();
     lastAdvance = now;
     if (now >= nextHeartbeat) {
         nextHeartbeat = now + heartbeatInterval();
         send(ChannelKind::kControl, clock.next(now));
     }
-    if (now >= lastByte + config.serverLostAfter && now >= graceUntil)
+    if (now >= lastByte + mostSilence() && now >= graceUntil)
         return disconnect("the server was silent for " +
                           std::to_string((now - lastByte) / std::chrono::milliseconds(1)) + " ms");
     if (now >= bulkStuckAt() && now >= graceUntil)
@@ -225,10 +227,13 @@ void ClientSession::Impl::advance(TimePoint now) {
     }
 }
 
+std::chrono::milliseconds ClientSession::Impl::mostSilence() const {
+    return isWelcome ? config.serverLostAfter : std::max(config.serverLostAfter, config.welcomeAfter);
+}
+
 TimePoint ClientSession::Impl::nextDeadline() const {
     if (stage == Stage::kUnconnected || dead()) return TimePoint::max();
-    TimePoint next =
-        std::min(nextHeartbeat, std::max(graceUntil, std::min(lastByte + config.serverLostAfter, bulkStuckAt())));
+    TimePoint next = std::min(nextHeartbeat, std::max(graceUntil, std::min(lastByte + mostSilence(), bulkStuckAt())));
     if (bulk == Bulk::kClosed) next = std::min(next, bulkRetryAt);
     return next;
 }
@@ -244,6 +249,7 @@ void ClientSession::Impl::on(const message::Welcome& welcome, TimePoint) {
                               " has welcomed this host before: that one started later",
                           true, ErrorCode::kRefused);
     stage = Stage::kWelcomed;
+    isWelcome = true;
     token = welcome.token;
     epoch = welcome.epoch;
     heartbeatEvery = welcome.heartbeat;

@@ -32,6 +32,8 @@ struct ClientSessionConfig {
     std::size_t maxUnwantedBytes = FetchLimits().maxUnwantedBytes;  ///< see there
     /// Silence of the server for this long counts as a broken connection.
     std::chrono::milliseconds serverLostAfter{5'000};
+    /// Until the server has welcomed this peer, which it does between two frames, and if it is more than that.
+    std::chrono::milliseconds welcomeAfter{0};
     /// Pause before a bulk connection that broke or could not be made is tried again.
     std::chrono::milliseconds bulkRetry{200};
     /// Chunks are under way and none comes for this long: the bulk connection is dead, though the other one lives.

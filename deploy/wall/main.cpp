@@ -161,11 +161,11 @@ int main(int argc, char** argv) {
     if (!options.testPicture && (!options.scenes.empty() || !goesOn)) showShipped(options);
     for (std::string& scene : options.scenes) {
         Expected<std::string> found = findScene(scene, options.executable);
-        if (!found) {
+        if (!found && !goesOn) {
             fmt::print(stderr, "tessera-wall: {}\n", found.error().message);
             return exitCode(found.error().code);
         }
-        scene = std::move(*found);
+        if (found) scene = std::move(*found);
     }
     if ((options.window || options.start) && !frames.given()) options.frames = 0;
     Console console = Console::standard(options.verbose);

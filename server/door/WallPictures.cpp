@@ -26,6 +26,9 @@ std::string textOf(ByteSpan bytes) {
 
 void WallPictures::images(DoorLink& link, Waiting waiting) {
     if (newest_ && std::chrono::steady_clock::now() - newestAt_ < kFresh) return waiting(newest_);
+    constexpr std::size_t kMostWaiting = 256;
+    if (waiting_.size() == kMostWaiting)
+        return waiting(fail(ErrorCode::kNetwork, "as many wait for pictures already as may: try again"));
     waiting_.push_back(std::move(waiting));
     if (waiting_.size() > 1) return;
     link.ask(ImagesQuestion{}, {}, [this, &link](const Expected<ApplicationAnswer>& answer) {

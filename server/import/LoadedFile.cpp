@@ -13,6 +13,8 @@
 #include <memory>
 
 #include "common/drawable/Drawable.h"
+#include "common/scenefile/ArraysFile.h"
+#include "common/scenefile/SavedText.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/ChildProcess.h"
 #include "server/import/SceneFileCheck.h"
@@ -36,19 +38,15 @@ tl::unexpected<Error> badNumber(std::string_view what) {
     return fail(ErrorCode::kBadInput, fmt::format("{} holds a number that is not finite or beyond 1e15", what));
 }
 
-/// Of the files of arrays beside a text, one of which it may name: the largest.
+/// The bytes of the file of arrays that a text names. Others that lie there say nothing about it.
 std::uintmax_t arraysBeside(const std::string& path) {
-    constexpr std::size_t kMostNames = 20'000;
-    std::uintmax_t largest = 0;
-    std::size_t seen = 0;
+    const std::optional<std::string> head = headOfText(path);
+    const std::string name = head ? arraysNamedIn(*head) : std::string();
+    if (name.empty()) return 0;
     std::error_code unknown;
-    for (std::filesystem::directory_iterator at(std::filesystem::path(path).parent_path(), unknown), end;
-         !unknown && at != end && seen < kMostNames; at.increment(unknown), ++seen) {
-        std::error_code none;
-        if (at->path().extension() == ".arrays" && at->is_regular_file(none))
-            largest = std::max(largest, at->file_size(none));
-    }
-    return largest;
+    const std::filesystem::path beside = std::filesystem::path(path).parent_path() / name;
+    const std::uintmax_t size = std::filesystem::is_regular_file(beside, unknown) ? file_size(beside, unknown) : 0;
+    return unknown ? 0 : size;
 }
 
 /// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed,

@@ -68,8 +68,10 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     ConvertArguments out;
     Options commandLine("tessera-convert",
                         "Reads a scene or model and writes it as a scene of Tessera's: OUT holds\n"
-                        "every object as it is, arrays and images included, and needs no other file\n"
-                        "but those that it names itself: films, and scenes of Inline and ProxyGroup.\n"
+                        "every object as it is, arrays and images included. A text's large arrays\n"
+                        "lie beside it in OUT.….arrays: the two belong together. Else OUT needs\n"
+                        "no file but those that it names itself: films, and scenes of Inline and\n"
+                        "ProxyGroup.\n"
                         "Of a wall of another program it makes a .wall, with what is beside it:\n" +
                             wallFormatList() + ".",
                         versionText("tessera-convert"));

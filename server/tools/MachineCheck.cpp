@@ -231,8 +231,9 @@ MachineFinding placeForWalls() {
     std::string trial = *folder + "/.check-XXXXXX";
     const FileHandle file(::mkostemp(trial.data(), O_CLOEXEC));
     const std::string some(4096, '\0');
-    const bool written = file.get() >= 0 && ::write(file.get(), some.data(), some.size()) == 4096;
-    const int why = written ? 0 : errno;
+    const ssize_t took = file.get() >= 0 ? ::write(file.get(), some.data(), some.size()) : -1;
+    const bool written = took == static_cast<ssize_t>(some.size());
+    const int why = took < 0 ? errno : ENOSPC;  // half of it: there is no room for the rest
     if (file.get() >= 0) ::unlink(trial.c_str());
     if (written) return {"run folder", State::kGood, fmt::format("{} takes files", *folder), {}};
     return {"run folder", State::kLacks, fmt::format("{}: {}", *folder, std::strerror(why)), cure};

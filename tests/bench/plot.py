@@ -195,7 +195,7 @@ class Charts:
             values = [each for each in value if is_number(each)] if isinstance(value, list) else [value]
             if not values or not all(map(is_number, values)):
                 continue
-            if "_".join(path) in LIMITS:
+            if "_".join(path) in LIMITS and is_number(value):
                 limits.setdefault("×", []).append(("_".join(path), value))
                 continue
             statistic = next((word for word in path if word in STATISTICS), "")
@@ -204,7 +204,7 @@ class Charts:
                 unit, words = "×", ["beside", *words[1:]] if words[0] == "times" else words[1:]
             else:
                 unit, words = unit_of(words)
-            if words == ["limit"]:
+            if words == ["limit"] and is_number(value):
                 limits.setdefault(unit, []).append(("at_most", value))
                 continue
             rest = " ".join(words)
@@ -239,11 +239,16 @@ class Charts:
 
 # --- The picture ------------------------------------------------------------------------------------------------------
 
+def placed(value):
+    """Beyond, ranges are no numbers any more."""
+    return finite(value) and (value == 0 or 1e-300 < abs(value) < 1e300)
+
+
 class Scale:
     """From values to pixels: logarithmic for ratios and wide ranges, else from 0."""
 
     def __init__(self, values, ratio):
-        values = [float(value) for value in values if finite(value)]
+        values = [float(value) for value in values if placed(value)]
         above = [value for value in values if value > 0]
         self.log = ratio or bool(above) and min(values) >= 0 and max(above) > 50 * sorted(above)[len(above) // 4]
         if self.log:
@@ -261,7 +266,7 @@ class Scale:
 
     def at(self, value):
         """None: it has no place, as a 0 has none among logarithms."""
-        if not finite(value) or self.log and value <= 0:
+        if not placed(value) or self.log and value <= 0:
             return None
         value = math.log10(value) if self.log else float(value)
         return LEFT + 2 * GAP + PLOT * (value - self.low) / (self.high - self.low)

@@ -208,6 +208,14 @@ class Plot(unittest.TestCase):
         ran = subprocess.run([sys.executable, PLOT, "/nowhere/at.json"], capture_output=True, text=True)
         self.assertEqual((ran.returncode, ran.stderr), (1, "plot.py: /nowhere/at.json: No such file or directory\n"))
 
+    def test_numbers_beyond_all_ranges_are_words_alone(self):
+        for given in ([{"row": "a", "x_ms": 1e308, "y_ms": -1e308, "z_ms": 3}], [{"row": "a", "x_ms": 5e-324}],
+                      [{"row": "a", "x_ms": 2, "ratio": 1e308}], [{"row": "a", "x_ms": 2, "at_most": [1, 2]}]):
+            with self.subTest(given):
+                ran, svg = picture_of(given)
+                self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+                self.assertIn("a", run_together(texts(svg)))
+
     def test_each_benchmark_leaves_what_it_draws(self):
         """A line for each benchmark there is none; but each must leave a file."""
         listed = (ROOT / "tests/bench/CMakeLists.txt").read_text()

@@ -1,4 +1,7 @@
 """A model without light stands in a studio on a wall of real processes, and no program finds anything of it."""
+import pathlib
+import shutil
+import tempfile
 import unittest
 
 from live import ROOT, Live
@@ -43,7 +46,9 @@ class Studio(unittest.TestCase):
                 self.assertTrue((other.image() == plain).all())
 
     def test_goes_with_the_first_light_and_comes_back_with_a_journal(self):
-        with Live(scene=MODEL, surface="osmesa", size="320x180", journal=True) as live:
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        model = shutil.copy(MODEL, folder / "wedge.stl")
+        with Live(scene=model, surface="osmesa", size="320x180", journal=True) as live:
             with live.connect() as wall:
                 before = wall.image()
                 wall.create("/lamp", "DirectionalLight")
@@ -52,6 +57,7 @@ class Studio(unittest.TestCase):
                 wall.remove("/lamp")
                 self.assertTrue((wall.image() == before).all())
             live.kill_server()
+            (folder / "wedge.stl").rename(folder / "wedge2.stl")  # the journal knows the scene
             live.start_server()
             live._wait_until_live(1)
             with live.connect() as wall:

@@ -3,12 +3,14 @@ back."""
 import fcntl
 import json
 import os
+import pathlib
 import pty
 import re
 import select
 import signal
 import struct
 import subprocess
+import tempfile
 import termios
 import time
 import unittest
@@ -163,7 +165,12 @@ class Watching(unittest.TestCase):
         self.assertIn(no_folder, refused.stderr)
 
     def test_draw_times_are_those_of_hosts_that_draw(self):
-        with Live(surface="osmesa", size="64x36") as live:
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (folder / "turns.tsct").write_text("""
+            node { name: "thing" transform { } box { size { x: 1 y: 1 z: 1 } } }
+            node { name: "turns" motion { target: "thing" mode: LOOP key { time: 0 transform { } }
+                   key { time: 1 transform { translation { x: 1 } } } } }""")
+        with Live(scene=folder / "turns.tsct", surface="osmesa", size="64x36") as live:
             told = json.loads(live.run("tessera-ctl", "--json", "--server", live.address, "top", "--every", "1").stdout)
             self.assertGreater(told["hosts"][0]["draw_ms"], 0)
             file = live.folder / "trace.json"

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/LowerCase.h"
 #include "common/confine/Confinement.h"
 #include "common/confine/OrdinaryFile.h"
 
@@ -29,12 +30,6 @@ std::set<std::string>& lookedFor() {
 
 void isLookedFor(const std::string& path) {
     if (lookedFor().size() < kMostFilesLookedFor) lookedFor().insert(path);
-}
-
-std::string lowerCase(std::string text) {
-    for (char& c : text)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return text;
 }
 
 /// Its folders and its last part, in lower case, backslashes as slashes, without a drive and what leads upwards.

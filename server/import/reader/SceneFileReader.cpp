@@ -194,8 +194,10 @@ Expected<std::string> takeQuoted(pb::Message& file, const pb::TextFormat::ParseI
 
 /// The text with blanks where the part stands: all places stay.
 std::string withoutPart(std::string_view text, const SavedPart& part) {
-    std::string rest(text.substr(0, part.begin));
-    for (const char c : text.substr(part.begin, part.end - part.begin)) rest += c == '\n' ? '\n' : ' ';
+    std::string rest;
+    rest.reserve(text.size());
+    rest += text.substr(0, part.begin);
+    for (const char c : text.substr(part.begin, part.end - part.begin)) rest += c == '\n' || c == '\t' ? c : ' ';
     return rest += text.substr(part.end);
 }
 

@@ -113,7 +113,8 @@ ServerActions FrameNews::released(const server_action::FrameReleased& release, T
                 work.lastShown = drawn->second.seen;
                 // Clocks are estimated: a picture may seem to be seen a little later than now.
                 if (drawn->second.seenAtNs != 0)
-                    work.shownMs = std::max(0.0, static_cast<double>(toNs(now) - drawn->second.seenAtNs) * 1e-6);
+                    work.shownMs = std::max(
+                        0.0, (static_cast<double>(toNs(now)) - static_cast<double>(drawn->second.seenAtNs)) * 1e-6);
             }
             return told;
         });

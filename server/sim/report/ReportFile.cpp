@@ -6,9 +6,11 @@
 namespace tessera {
 
 Expected<void> writeReport(const std::string& path, std::string_view text) {
-    const std::filesystem::path target(path);
-    const std::filesystem::path temporary = path + ".new";
     std::error_code error;
+    std::filesystem::path target(path);
+    if (std::filesystem::is_symlink(target, error))  // a link leads to the file
+        if (const auto led = std::filesystem::weakly_canonical(target, error); !error) target = led;
+    const std::filesystem::path temporary = target.string() + ".new";
     // What takes a device's name takes its place: --report /dev/null of a service would be the last of it.
     if (const auto there = std::filesystem::status(target, error);
         std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))

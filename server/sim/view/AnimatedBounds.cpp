@@ -1,6 +1,7 @@
 #include "server/sim/view/AnimatedBounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <new>
@@ -105,6 +106,47 @@ double arcHeight(const Affine3d& from, const Affine3d& to, const Box& box) {
     return 0.5 * chord * std::tan(0.25 * turn);
 }
 
+/// The farthest places along 26 directions: a room of eight corners shows around a chair of a million.
+class Outermost {
+public:
+    void add(std::span<const float> positions, const Affine3d& world_T_node) {
+        if (positions.size() < 3) return;
+        // The lowest and the highest along the node's own axes and diagonals: those of a box are all its corners.
+        static const std::array<Vec3f, 7> kWays = {Vec3f(1, 0, 0),  Vec3f(0, 1, 0),  Vec3f(0, 0, 1), Vec3f(1, 1, 1),
+                                                   Vec3f(1, 1, -1), Vec3f(1, -1, 1), Vec3f(-1, 1, 1)};
+        struct Found {
+            std::size_t at = 0;
+            float along = 0;
+        };
+        std::array<Found, 14> found;
+        for (std::size_t i = 0; i + 3 <= positions.size(); i += 3)
+            for (std::size_t way = 0; way < kWays.size(); ++way) {
+                const float along = kWays[way].dot(Vec3f(positions[i], positions[i + 1], positions[i + 2]));
+                Found &low = found[2 * way], &high = found[2 * way + 1];
+                if (i == 0 || along < low.along) low = {i, along};
+                if (i == 0 || along > high.along) high = {i, along};
+            }
+        for (const auto& [i, along] : found) {
+            const Vec3d place = world_T_node * Vec3d(positions[i], positions[i + 1], positions[i + 2]);
+            if (!place.allFinite()) continue;
+            for (int x = -1, n = 0; x <= 1; ++x)
+                for (int y = -1; y <= 1; ++y)
+                    for (int z = -1; z <= 1; ++z, ++n) {
+                        std::optional<Vec3d>& farthest = farthest_[static_cast<std::size_t>(n)];
+                        const Vec3d direction(x, y, z);
+                        if (!farthest || direction.dot(place) > direction.dot(*farthest)) farthest = place;
+                    }
+        }
+    }
+    void appendTo(std::vector<Vec3d>& places) const {
+        for (const std::optional<Vec3d>& place : farthest_)
+            if (place) places.push_back(*place);
+    }
+
+private:
+    std::array<std::optional<Vec3d>, 27> farthest_;
+};
+
 class Survey {
 public:
     explicit Survey(const Aspect& scene) : scene_(scene) {}
@@ -118,7 +160,10 @@ public:
         }
         findMoving();
         findDrawn();
-        if (moving_.empty()) return result_;
+        if (moving_.empty()) {
+            takeSamples();
+            return result_;
+        }
         for (std::size_t group = 0; group <= lastGroup_; ++group) lookAt(group);
         return result_;
     }
@@ -139,8 +184,10 @@ private:
         visitEach([&](std::span<const float> positions, const Affine3d&) { all += positions.size() / 3; });
         const std::size_t step = all / kMostSamples + 1;
         std::size_t next = 0;  // among those that are still to come
+        Outermost outermost;
         visitEach([&](std::span<const float> positions, const Affine3d& world_T_node) {
             const std::size_t count = positions.size() / 3;
+            outermost.add(positions, world_T_node);
             for (; next < count; next += step) {
                 const Vec3d at =
                     world_T_node * Vec3d(positions[3 * next], positions[3 * next + 1], positions[3 * next + 2]);
@@ -148,6 +195,7 @@ private:
             }
             next -= count;
         });
+        outermost.appendTo(result_.samples);
     }
 
     void findPlayers() {

@@ -12,7 +12,8 @@ namespace tessera {
 struct AnimatedBounds {
     Box box;       ///< world
     Box now = {};  ///< of where all stands at the moment
-    /// Some of the places of what is drawn, evenly among all, at most about kMostSamples; none where something moves.
+    /// Some of the places of what is drawn, evenly among all, at most about kMostSamples, and the outermost; none where
+    /// something moves.
     std::vector<Vec3d> samples = {};
     std::uint64_t looks = 0;   ///< times that were looked at
     std::uint64_t placed = 0;  ///< nodes that were placed for them

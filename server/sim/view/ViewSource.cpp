@@ -59,7 +59,9 @@ Expected<View> ViewSource::view(const Aspect& scene) {
     Expected<View> result = override_ ? Expected<View>(*override_) : home(scene);
     if (!result) return result;
     result->users = usersNow();
-    result->studio = stage_ == Stage::kStudio && default_ ? default_->studio : std::nullopt;
+    // While a new place is looked for, the old one stays.
+    const std::optional<View>& known = default_ || !ordered_ ? default_ : last_;
+    result->studio = stage_ == Stage::kStudio && known ? known->studio : std::nullopt;
     last_ = *result;
     return result;
 }

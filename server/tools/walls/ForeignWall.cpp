@@ -1,6 +1,7 @@
 #include "server/tools/walls/ForeignWall.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -40,14 +41,18 @@ Screen screenOf(const std::string& name, const Vec3d& corner, const Vec3d& right
 Expected<void> saveForeignWall(const ForeignWall& made, const std::string& path) {
     const std::filesystem::path out(path);
     const auto write = [](const std::filesystem::path& to, std::string_view bytes) -> Expected<void> {
-        // A wall that is there stays whole where the disk is full.
-        const std::filesystem::path unfinished = to.string() + ".new";
+        // A wall that is there stays whole where the disk is full; a link leads to the file.
+        std::error_code unknown;
+        const std::filesystem::path led = std::filesystem::weakly_canonical(to, unknown);
+        if (std::filesystem::exists(led, unknown) && !std::filesystem::is_regular_file(led, unknown))
+            return fail(ErrorCode::kFailed, fmt::format("{}: cannot be written: it is no file", to.string()));
+        const std::filesystem::path unfinished = fmt::format("{}.{}.new", led.string(), ::getpid());
         std::ofstream file(unfinished, std::ios::binary);
         file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         file.close();
         const int why = errno;
         std::error_code error;
-        if (file) std::filesystem::rename(unfinished, to, error);
+        if (file) std::filesystem::rename(unfinished, led, error);
         if (file && !error) return {};
         const std::string reason = error ? error.message() : std::strerror(why);
         std::filesystem::remove(unfinished, error);

@@ -359,7 +359,7 @@ TEST_F(WallFiles, ThatAreNoFilesAreRefused) {
     EXPECT_EQ(loadWall(folder_.string()).error().code, ErrorCode::kBadInput);
     write("good.wall", kExample);
     EXPECT_NE(loadWall((folder_ / "god.wall").string()).error().message.find("good.wall\"?)"), std::string::npos);
-    for (const char* others : {"{\"version\": 1}", "\n<pvx>", "PK\3\4"}) {
+    for (const char* others : {"{\"version\": 1}", "\n<pvx>", "PK\3\4", "\xFF\xFE<", "\xFE\xFF"}) {
         std::ofstream(folder_ / "theirs") << others;
         const std::string message = loadWall((folder_ / "theirs").string()).error().message;
         EXPECT_NE(message.find("tessera-convert"), std::string::npos) << message;

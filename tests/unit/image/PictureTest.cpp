@@ -155,6 +155,15 @@ TEST(WriteFile, TakesThePlaceOfFilesAlone) {
     const auto written = writeFile(folder.path(), asBytes("x"));
     ASSERT_FALSE(written);
     EXPECT_NE(written.error().message.find("this is a folder"), std::string::npos) << written.error().message;
+    // A link stays, and leads to what was written.
+    const std::string file = folder / "file", link = folder / "link", loose = folder / "loose";
+    std::filesystem::create_symlink("file", link);
+    std::filesystem::create_symlink("pipe", loose);
+    ASSERT_TRUE(writeFile(link, asBytes("new")));
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_EQ(std::filesystem::file_size(file), 3u);
+    EXPECT_FALSE(writeFile(loose, asBytes("x"))) << "a pipe at its end";
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 TEST(PictureSheet, IsShrunkToMeansWhereItWouldBeTooLarge) {

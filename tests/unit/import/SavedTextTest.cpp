@@ -1,13 +1,22 @@
 /// Saved texts as people read, write and break them.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <limits>
+#include <thread>
 
+#include "common/base/FileHandle.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Interest.h"
 #include "common/cores/Material.h"
 #include "common/cores/Motion.h"
 #include "common/cores/Transform.h"
+#include "common/scenefile/ArraysFile.h"
+#include "common/scenefile/SavedText.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/support/SceneStructure.h"
 #include "tests/unit/import/Picture.h"
@@ -46,6 +55,24 @@ std::vector<std::string> arraysIn(const Scratch& scratch) {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(scratch.path("")))
         if (entry.path().extension() == ".arrays") names.push_back(entry.path().filename());
+    return names;
+}
+
+/// A scene whose arrays are others than the yard's, and of each radius others.
+ImportedAspect sphereOf(double radius) {
+    const Scratch scratch;
+    Expected<ImportedScene> scene =
+        importScene(scratch.write("o.tsct", fmt::format("node {{ sphere {{ radius: {} segments: 12 }} }}", radius)),
+                    kRootNode, importOptions());
+    if (!scene) std::abort();
+    return ImportedAspect(std::move(*scene));
+}
+
+std::vector<std::string> sortedFilesIn(const Scratch& scratch) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch.path("")))
+        names.push_back(entry.path().filename());
+    std::ranges::sort(names);
     return names;
 }
 
@@ -151,6 +178,9 @@ TEST(SavedText, WhatIsWrongIsSaidWithItsPlaceAndTheNearestName) {
     says("root {} root {}", "2:11: root is there twice");
     says("arrays { file: \"../a.arrays\" id: \"1\" }",
          "2:3: the arrays lie beside the text: `file` is a name that ends in .arrays, without a folder");
+    says("arrays { file: \"a.arrays\" id: \"1\" file: \"b.arrays\" }", "2:37: file is there twice");
+    says("arrays { id: \"1\" id: \"1\" }", "2:20: id is there twice");
+    says("array: \"\" node { geometry { positions { array: 1 array: 1 } } }", "2:52: array is there twice");
     says("arrays { file: \"/etc/passwd\" id: \"1\" }",
          "2:3: the arrays lie beside the text: `file` is a name that ends in .arrays, without a folder");
     EXPECT_EQ(messageOf(editedText(scratch, "saved { node {} }\nsaved { node {} }")),
@@ -168,6 +198,27 @@ TEST(SavedText, TakesWordsAsAuthorsWriteThem) {
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_EQ(allOf<Motion>(aspect).at(0)->mode, Motion::kPingPong);
     EXPECT_EQ(allOf<Motion>(aspect).at(0)->time, 16);
+}
+
+TEST(SavedText, MayHaveNothingLeft) {
+    const Scratch scratch;
+    for (const char* text : {"saved { }", "saved: {}", "saved {\n  # all gone\n}\n"}) {
+        Expected<ImportedScene> scene = editedText(scratch, text);
+        ASSERT_TRUE(scene) << text << "\n" << messageOf(scene);
+        EXPECT_TRUE(scene->tops.empty()) << text;
+    }
+}
+
+TEST(SavedText, PlacesBehindItAreThoseOfTheFile) {
+    const Scratch scratch;
+    // Tabs inside of it lead as far as tabs before it. Protobuf says the place of the brace.
+    EXPECT_EQ(messageOf(editedText(scratch, "saved {\n\tnode { } }\tnod { }")),
+              scratch.path("edited.tsct") + ":2:29: SceneFile has no 'nod'; did you mean 'node'?");
+    std::string far = "saved { node { } }";
+    far.insert(0, std::size_t{1} << 28, '\t');  // 2^31 columns
+    const Expected<std::optional<SavedPart>> part = findSavedPart(far);
+    ASSERT_TRUE(part && *part);
+    EXPECT_GT((*part)->column, 999'999'999);
 }
 
 TEST(SavedText, IsBoundedInDepth) {
@@ -271,26 +322,178 @@ TEST(SavedText, IsNeverTornFromItsArrays) {
     const Scratch scratch;
     const std::string path = savedYard(scratch);
     const std::string before = contentOf(path), first = arraysIn(scratch).at(0);
-    Expected<ImportedScene> small =
-        importScene(scratch.write("o.tsct", "node { sphere { radius: 2 segments: 12 } }"), kRootNode, importOptions());
-    ASSERT_TRUE(small);
-    const ImportedAspect scene(std::move(*small));
-    // A copy of the text goes on having its arrays.
-    std::filesystem::copy_file(path, scratch.path("copy.tsct"));
-    ASSERT_TRUE(saveScene(path, *scene));
-    EXPECT_EQ(arraysIn(scratch).size(), 2u);
-    EXPECT_TRUE(importScene(scratch.path("copy.tsct"), kRootNode, importOptions()));
+    const ImportedAspect scene = sphereOf(2);
+    // Cut short before the text takes its place: all names that it could have until then are there.
+    for (int i = 0; i < 100; ++i) scratch.write(fmt::format("yard.tsct.{}.{}", ::getpid(), i), "");
+    const Expected<void> failed = saveScene(path, *scene);
+    ASSERT_FALSE(failed);
+    EXPECT_EQ(failed.error().message, path + ": cannot write there: File exists");
+    EXPECT_EQ(contentOf(path), before);
+    EXPECT_EQ(arraysIn(scratch), std::vector<std::string>{first});
     EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
-    // As though it had been cut short before the text took its place: the old pair is whole.
-    scratch.write("yard.tsct", before);
+    // Nor do arrays go that were there before it.
+    const Expected<ImportedScene> yard = importScene(path, kRootNode, importOptions());
+    ASSERT_TRUE(yard);
+    ASSERT_FALSE(saveScene(path, *ImportedAspect(ImportedScene(*yard))));
     EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
+    for (int i = 0; i < 100; ++i) std::filesystem::remove(scratch.path(fmt::format("yard.tsct.{}.{}", ::getpid(), i)));
     // What nobody names any more goes.
-    std::filesystem::remove(scratch.path("copy.tsct"));
-    ASSERT_TRUE(saveScene(path, *scene));
-    EXPECT_EQ(arraysIn(scratch).size(), 1u);
-    EXPECT_FALSE(std::filesystem::exists(scratch.path(first)));
+    std::string arrays;
+    ASSERT_TRUE(saveScene(path, *scene, {}, &arrays));
+    EXPECT_EQ(sortedFilesIn(scratch).size(), 3u);  // authored.tsct, too
+    EXPECT_TRUE(std::filesystem::exists(arrays));
+    EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
+    ASSERT_TRUE(saveScene(path, Aspect(), {}, &arrays));
+    EXPECT_TRUE(arrays.empty());
+    EXPECT_TRUE(arraysIn(scratch).empty());
+}
+
+/// A save leaves the arrays that any other file of the folder names.
+TEST(SavedText, LeavesTheArraysOfItsCopies) {
+    const ImportedAspect scene = sphereOf(2);
+    const auto staysFor = [&](const std::string& copy, auto&& edit) {
+        const Scratch scratch;
+        const std::string path = savedYard(scratch), first = arraysIn(scratch).at(0);
+        std::string text = contentOf(path);
+        edit(text, first);
+        scratch.write(copy, text);
+        EXPECT_TRUE(saveScene(path, *scene));
+        EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
+        return std::filesystem::exists(scratch.path(first));
+    };
+    const auto asItIs = [](std::string&, const std::string&) {};
+    for (const char* copy : {"copy.tsct", "COPY.TSCT", "yard.tsct.bak", "yard.tsct~", "notes"})
+        EXPECT_TRUE(staysFor(copy, asItIs)) << copy;
+    EXPECT_TRUE(staysFor("copy.tsct", [](std::string& text, const std::string& name) {
+        const std::string id = name.substr(name.size() - 23, 16);
+        replaceOnce(text, fmt::format("file: \"{}\" id: \"{}\"", name, id),
+                    fmt::format("id: \"{}\" file: '{}'", id, name));
+    }));
+    EXPECT_TRUE(staysFor("copy.tsct", [](std::string& text, const std::string&) {
+        text.insert(0, "# " + std::string(2048, 'x') + "\n");
+    }));
+    EXPECT_FALSE(staysFor("other.tsct", [](std::string& text, const std::string&) { text = "node { }"; }));
+    EXPECT_FALSE(staysFor("below/copy.tsct", asItIs)) << "there it has no arrays at all";
+}
+
+/// Nobody is at the other end, so opening it would wait for ever.
+TEST(SavedText, WaitsForNoPipeBesideIt) {
+    const Scratch scratch;
+    const std::string path = savedYard(scratch);
+    ASSERT_EQ(::mkfifo(scratch.path("pipe.tsct").c_str(), 0600), 0);
+    std::filesystem::create_symlink("pipe.tsct", scratch.path("link.tsct"));
+    EXPECT_FALSE(headOfText(scratch.path("pipe.tsct")));
     ASSERT_TRUE(saveScene(path, Aspect()));
     EXPECT_TRUE(arraysIn(scratch).empty());
+}
+
+TEST(SavedText, SavedByTwoAtOnceHasItsArrays) {
+    const Scratch scratch;
+    const std::string path = scratch.path("both.tsct");
+    const ImportedAspect one = sphereOf(1), two = sphereOf(2);
+    const auto saves = [&](const Aspect& first, const Aspect& second) {
+        for (int i = 0; i < 2; ++i) EXPECT_TRUE(saveScene(path, i == 0 ? first : second));
+    };
+    for (int round = 0; round < 20; ++round) {
+        std::thread other([&] { saves(*one, *two); });
+        saves(*two, *one);
+        other.join();
+        const std::string name = arraysNamedIn(contentOf(path));
+        ASSERT_FALSE(name.empty()) << round;
+        ASSERT_EQ(arraysIn(scratch), std::vector<std::string>{name}) << round;
+    }
+}
+
+/// Whoever may read a folder may hold its lock for ever.
+TEST(SavedText, IsSavedWhereAStrangerHoldsTheLock) {
+    const Scratch scratch;
+    const std::string path = savedYard(scratch);
+    const FileHandle stranger(::open(scratch.path("").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    ASSERT_EQ(::flock(stranger.get(), LOCK_EX), 0);
+    const std::string first = arraysIn(scratch).at(0);
+    ASSERT_TRUE(saveScene(path, *sphereOf(2)));
+    EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
+    EXPECT_TRUE(std::filesystem::exists(scratch.path(first)));
+}
+
+TEST(SavedText, ItsArraysTakeThePlaceOfALinkAndOfNoFolder) {
+    const Scratch scratch;
+    std::string arrays;
+    const ImportedAspect scene = sphereOf(2);
+    ASSERT_TRUE(saveScene(scratch.path("a.tsct"), *scene, {}, &arrays));
+    const std::string foreign = scratch.write("foreign", "of somebody else");
+    std::filesystem::remove(arrays);
+    std::filesystem::create_symlink(foreign, arrays);
+    ASSERT_TRUE(saveScene(scratch.path("a.tsct"), *scene));
+    EXPECT_EQ(contentOf(foreign), "of somebody else");
+    EXPECT_TRUE(importScene(scratch.path("a.tsct"), kRootNode, importOptions()));
+    std::filesystem::remove(arrays);
+    std::filesystem::create_directory(arrays);
+    const Expected<void> refused = saveScene(scratch.path("a.tsct"), *scene);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().message, arrays + ": cannot write there: this is a folder, device, pipe or socket");
+}
+
+/// The flat form, which a scene with parts of a newer version keeps.
+TEST(SavedText, TakesItsArraysAwayWhateverFormIsNext) {
+    const Scratch scratch;
+    const std::string path = savedYard(scratch);
+    LaterParts later;
+    later.ofFile = std::string("\xfa\x7d\x01x", 4);  // field 2015, a text
+    std::string arrays = "from a call before";
+    ASSERT_TRUE(saveScene(path, Aspect(), later, &arrays));
+    EXPECT_NE(contentOf(path).find("later_file"), std::string::npos);
+    EXPECT_TRUE(arrays.empty());
+    EXPECT_TRUE(arraysIn(scratch).empty());
+}
+
+TEST(SavedText, TellsOfItsArraysAsItWasNamedItself) {
+    const Scratch scratch;
+    std::filesystem::create_directory(scratch.path("real"));
+    std::filesystem::create_directory_symlink("real", scratch.path("link"));
+    const std::string path = scratch.path("./link/a.tsct");
+    const ImportedAspect scene = sphereOf(2);
+    std::string first, second, third;
+    ASSERT_TRUE(saveScene(path, *scene, {}, &first));
+    ASSERT_TRUE(saveScene(path, *scene, {}, &second));
+    EXPECT_TRUE(first.starts_with(scratch.path("./link/a."))) << first;
+    EXPECT_EQ(second, first);
+    // Where the text is a link itself they lie beside the file.
+    std::filesystem::create_symlink("real/a.tsct", scratch.path("a.tsct"));
+    ASSERT_TRUE(saveScene(scratch.path("a.tsct"), *scene, {}, &third));
+    EXPECT_TRUE(third.starts_with(scratch.path("real/a."))) << third;
+}
+
+TEST(SavedText, WhatItNamesIsToldByItsHead) {
+    const auto named = [](std::string_view head) { return arraysNamedIn(head); };
+    EXPECT_EQ(named("saved { arrays { file: \"a.1.arrays\" id: \"1\" } node { } }"), "a.1.arrays");
+    EXPECT_EQ(named("# arrays { file: \"b.arrays\" }\nnode { name: \"arrays { file: \" }\nsaved: { node { }\n"
+                    "arrays: { id: '\\'file' file : 'a.arrays' "),
+              "a.arrays");
+    for (const char* none :
+         {"", "saved {", "saved { arrays { file: \"a.arrays", "saved { arrays { file: \"a/b.arrays\" } }",
+          "saved { arrays { file: \"../b.arrays\" } }", "saved { arrays { id: \"a.arrays\" } }",
+          "saved { node { arrays { file: \"a.arrays\" } } }", "arrays { file: \"a.arrays\" }", "saved { arrays file"})
+        EXPECT_EQ(named(none), "") << none;
+}
+
+/// What reading may take follows the arrays that a text names, not any that lie beside it.
+TEST(SavedText, BoundsFollowItsOwnArrays) {
+    const Scratch scratch;
+    ImportOptions options = importOptions();
+    options.maxResultBytes = 1;
+    const std::string path = scratch.path("a.tsct");
+    std::string arrays;
+    ASSERT_TRUE(saveScene(path, *sphereOf(2), {}, &arrays));
+    const Expected<ImportedScene> whole = importScene(path, kRootNode, options);
+    EXPECT_TRUE(whole) << messageOf(whole);
+    std::string wordy = "saved {";
+    for (int i = 0; i < 1000; ++i) wordy += "node{}";
+    scratch.write("wordy.tsct", wordy + "}");
+    scratch.write("stranger.0123456789abcdef.arrays", std::string(1 << 20, 'x'));
+    const Expected<ImportedScene> refused = importScene(scratch.path("wordy.tsct"), kRootNode, options);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kLimit) << messageOf(refused);
 }
 
 TEST(SavedText, HoldsItsArraysWhereThereIsNoPlaceBeside) {

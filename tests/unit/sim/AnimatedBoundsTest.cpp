@@ -157,6 +157,21 @@ ChangeList someMovingScene(Random& random) {
     return make.builder.take();
 }
 
+/// A room of a few corners, turned, around a sheet of many: whoever takes each so-many-th sees the sheet alone.
+TEST(AnimatedBounds, SamplesKnowWhatIsOutermost) {
+    ListMaker make;
+    const ObjectId turn = make.create<Transform>();
+    setField<&Transform::rotation>(make.builder, turn, Quatd(Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized())));
+    make.node("sheet", kRootNode, make.sheet(255));
+    make.node("room", make.node("turned", kRootNode, turn), make.box(Vec3d(2000, 600, 1000)));
+    Simulation simulation;
+    ASSERT_TRUE(simulation.load({make.builder.take()}));
+    Box sampled;
+    for (const Vec3d& place : animatedBounds(simulation.scene()).samples) sampled.extend(place);
+    const Box all = verticesOf(simulation.scene());
+    EXPECT_LT((sampled.lower - all.lower).norm() + (sampled.upper - all.upper).norm(), 1e-9);
+}
+
 TEST(AnimatedBounds, HoldWhatRandomAnimationsShowInEveryFrame) {
     std::size_t moved = 0, frames = 0;
     forSeeds(100, [&](Random& random) {
