@@ -418,8 +418,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     CLI::App* save = app.add_subcommand("save", "The scene as it is now, as a file of this machine");
     save->add_option("FILE", in.save.file,
                      "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; a text's large "
-                     "arrays lie\nbeside it in FILE.….arrays: the two belong together;\nfilms, and scenes of Inline "
-                     "and ProxyGroup, stay\nfiles of their own")
+                     "arrays lie\nbeside it in FILE.….arrays: the two belong\ntogether; films, and scenes of Inline "
+                     "and\nProxyGroup, stay files of their own")
         ->required();
     when(save, [&]() -> Expected<Verb> {
         // Before the scene is fetched, not after it.

@@ -35,8 +35,12 @@ Expected<void> writeFile(const std::string& said, ByteSpan bytes) {
     std::error_code ignored;  // a folder that is missing afterwards shows as an error of open
     // A link leads to the file: /dev/stdout does.
     std::string path = said;
-    if (std::filesystem::is_symlink(said, ignored))
-        if (const auto led = std::filesystem::weakly_canonical(said, ignored); !ignored) path = led.string();
+    if (std::filesystem::is_symlink(said, ignored)) {
+        std::filesystem::path led = std::filesystem::canonical(said, ignored);
+        if (ignored)  // to what is not there yet
+            led = std::filesystem::path(said).parent_path() / std::filesystem::read_symlink(said, ignored);
+        if (!ignored) path = led.string();
+    }
     // What takes a device's name takes its place: root could lay a picture where /dev/null is.
     struct stat there {};
     if (::stat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode))
