@@ -372,21 +372,9 @@ private:
                 return {};
             });
         };
-        switch (elements.kind) {
-            case Elements::Kind::kFloat:
-                return of(float{});
-            case Elements::Kind::kDouble:
-                return of(double{});
-            case Elements::Kind::kUint8:
-                return of(std::uint8_t{});
-            case Elements::Kind::kUint16:
-                return of(std::uint16_t{});
-            case Elements::Kind::kUint32:
-                return of(std::uint32_t{});
-            case Elements::Kind::kNone:
-                break;
-        }
-        return failHere(fmt::format("{} holds bytes, not numbers: \"bytes\" or {{ array: N }}", word));
+        if (elements.kind == Elements::Kind::kNone)
+            return failHere(fmt::format("{} holds bytes, not numbers: \"bytes\" or {{ array: N }}", word));
+        return textform::withNumber(elements.kind, of, Expected<void>());
     }
 
     /// Equal ones stand there once.

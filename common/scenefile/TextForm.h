@@ -51,4 +51,24 @@ struct Elements {
     return {kind, field.integersEach, field.integerBytes};
 }
 
+/// `take` with a number of the elements' type; `otherwise`: they are bytes.
+template <typename Result, typename Take>
+[[nodiscard]] Result withNumber(Elements::Kind kind, const Take& take, Result otherwise) {
+    switch (kind) {
+        case Elements::Kind::kFloat:
+            return take(float{});
+        case Elements::Kind::kDouble:
+            return take(double{});
+        case Elements::Kind::kUint8:
+            return take(std::uint8_t{});
+        case Elements::Kind::kUint16:
+            return take(std::uint16_t{});
+        case Elements::Kind::kUint32:
+            return take(std::uint32_t{});
+        case Elements::Kind::kNone:
+            break;
+    }
+    return otherwise;
+}
+
 }  // namespace tessera::textform

@@ -423,21 +423,7 @@ private:
             putList(std::span<const T>(numbers), elements.each, level);
             return true;
         };
-        switch (elements.kind) {
-            case Elements::Kind::kFloat:
-                return of(float{});
-            case Elements::Kind::kDouble:
-                return of(double{});
-            case Elements::Kind::kUint8:
-                return of(std::uint8_t{});
-            case Elements::Kind::kUint16:
-                return of(std::uint16_t{});
-            case Elements::Kind::kUint32:
-                return of(std::uint32_t{});
-            case Elements::Kind::kNone:
-                break;
-        }
-        return false;
+        return textform::withNumber(elements.kind, of, false);
     }
 
     const SceneSchema& schema_ = SceneSchema::get();

@@ -18,29 +18,6 @@
 namespace tessera::test {
 namespace {
 
-/// One flat screen, 3.2 m wide, cut into tiles that all belong to one host.
-Wall makeWall(const Screen::Grid& grid, Eye eye = Eye::kCenter) {
-    Wall wall;
-    wall.name = "test";
-    Screen screen;
-    screen.name = "front";
-    screen.grid = grid;
-    const double width = 3.2;
-    const ScreenPixels pixels = screenPixels(screen);
-    const double height = width * pixels.height / pixels.width;
-    screen.lowerLeft = {-width / 2, -height / 2, 0};
-    screen.lowerRight = {width / 2, -height / 2, 0};
-    screen.upperLeft = {-width / 2, height / 2, 0};
-    wall.screens = {screen};
-    wall.users = {User{.name = "viewer", .position = {0.3, 0.15, 2.1}}};
-    WallHost host{.name = "all"};
-    for (int row = 0; row < grid.rows; ++row)
-        for (int column = 0; column < grid.columns; ++column)
-            host.tiles.push_back({.screen = "front", .column = column, .row = row, .eye = eye, .user = "viewer"});
-    wall.hosts = {host};
-    return wall;
-}
-
 ScreenCamera cameraOf(const Wall& wall, Eye eye) {
     return screenCamera(wall.screens.front(), wall.users.front(), eye, {});
 }

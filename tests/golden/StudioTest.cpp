@@ -25,27 +25,6 @@ Aspect model(double lift = 0, bool lamp = false, bool surroundings = false) {
 constexpr double kReach = 1.2;
 const Studio kStudio{.middle = Vec3d(0, 0, 0), .reach = kReach};
 
-Wall wallOf(const Screen::Grid& grid, Eye eye) {
-    Wall wall;
-    wall.name = "test";
-    Screen screen;
-    screen.name = "front";
-    screen.grid = grid;
-    const ScreenPixels pixels = screenPixels(screen);
-    const double width = 3.2, height = width * pixels.height / pixels.width;
-    screen.lowerLeft = {-width / 2, -height / 2, 0};
-    screen.lowerRight = {width / 2, -height / 2, 0};
-    screen.upperLeft = {-width / 2, height / 2, 0};
-    wall.screens = {screen};
-    wall.users = {User{.name = "viewer", .position = {0.2, 0.15, 2.1}}};
-    WallHost host{.name = "all"};
-    for (int row = 0; row < grid.rows; ++row)
-        for (int column = 0; column < grid.columns; ++column)
-            host.tiles.push_back({.screen = "front", .column = column, .row = row, .eye = eye, .user = "viewer"});
-    wall.hosts = {host};
-    return wall;
-}
-
 View viewOf(const Wall& wall, std::optional<Studio> studio = kStudio) {
     Box bounds;
     bounds.extend(Vec3d(-1, 0, -0.7));
@@ -73,7 +52,7 @@ TEST(StudioPicture, IsOneOverAllTilesForEveryCullerAndBothEyes) {
     const Aspect aspect = model();
     for (const int samples : {1, 4})
         for (const Eye eye : {Eye::kLeft, Eye::kRight}) {
-            const Wall wall = wallOf(kSmall, eye);
+            const Wall wall = makeWall(kSmall, eye);
             const View view = viewOf(wall);
             const ScreenCamera camera = screenCamera(wall.screens.front(), wall.users.front(), eye, view);
             const Picture whole = Drawn(samples, aspect, camera).picture;
@@ -91,7 +70,7 @@ TEST(StudioPicture, IsOneOverAllTilesForEveryCullerAndBothEyes) {
 }
 
 TEST(StudioPicture, CrossesTheBordersOfCells) {
-    const Wall wall = wallOf({.columns = 2, .rows = 2, .tileWidthPx = 640, .tileHeightPx = 360}, Eye::kCenter);
+    const Wall wall = makeWall({.columns = 2, .rows = 2, .tileWidthPx = 640, .tileHeightPx = 360}, Eye::kCenter);
     const ScreenCamera camera = screenCamera(wall.screens.front(), wall.users.front(), Eye::kCenter, viewOf(wall));
     const Picture picture = Drawn(1, model(), camera).picture;
     // Neighbours on both sides of the border at 1024 pixels differ no more than those beside it, on the ground below.
@@ -101,7 +80,7 @@ TEST(StudioPicture, CrossesTheBordersOfCells) {
 }
 
 TEST(StudioPicture, StandsStillWhileTheModelMovesAndItsShadowGoesAlong) {
-    const Wall wall = wallOf(kSmall, Eye::kCenter);
+    const Wall wall = makeWall(kSmall, Eye::kCenter);
     const ScreenCamera camera = screenCamera(wall.screens.front(), wall.users.front(), Eye::kCenter, viewOf(wall));
     const Picture on = Drawn(4, model(0), camera).picture, above = Drawn(4, model(0.4), camera).picture,
                   gone = Drawn(4, model(1e6), camera).picture;
@@ -120,7 +99,7 @@ TEST(StudioPicture, StandsStillWhileTheModelMovesAndItsShadowGoesAlong) {
 }
 
 TEST(StudioPicture, IsThereForWhatBringsNeitherLightNorSurroundingsAlone) {
-    const Wall wall = wallOf(kSmall, Eye::kCenter);
+    const Wall wall = makeWall(kSmall, Eye::kCenter);
     const auto cameraIn = [&](std::optional<Studio> studio) {
         return screenCamera(wall.screens.front(), wall.users.front(), Eye::kCenter, viewOf(wall, studio));
     };
@@ -142,7 +121,7 @@ TEST(StudioPicture, IsThereForWhatBringsNeitherLightNorSurroundingsAlone) {
 }
 
 TEST(StudioPicture, CountsNothing) {
-    const Wall wall = wallOf(kSmall, Eye::kCenter);
+    const Wall wall = makeWall(kSmall, Eye::kCenter);
     const Aspect aspect = model();
     const ScreenCamera with = screenCamera(wall.screens.front(), wall.users.front(), Eye::kCenter, viewOf(wall)),
                        without = screenCamera(wall.screens.front(), wall.users.front(), Eye::kCenter, viewOf(wall, {}));
@@ -162,7 +141,7 @@ TEST(StudioPicture, CountsNothing) {
 }
 
 TEST(StudioPicture, HasNoGroundForWhoLooksFromBelow) {
-    const Wall wall = wallOf(kSmall, Eye::kCenter);
+    const Wall wall = makeWall(kSmall, Eye::kCenter);
     View view = viewOf(wall);
     view.position.y() = -3;
     view.orientation = Quatd(Eigen::AngleAxisd(0.3, Vec3d::UnitX()));
