@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "client/draw/Surface.h"
+#include "client/draw/surface/Surface.h"
 #include "client/replica/HostCheck.h"
 #include "client/replica/HostProgram.h"
 #include "client/replica/LifeLine.h"

@@ -1,5 +1,5 @@
 /// The kinds of things that are drawn, and what each is to whoever culls, sorts and lights it: a row each. How GL draws
-/// a kind is its row in client/draw/DrawForms.h.
+/// a kind is its row in client/draw/store/DrawForms.h.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@
 #include <sstream>
 #include <thread>
 
-#include "client/draw/Renderer.h"
+#include "client/draw/passes/Renderer.h"
 #include "common/base/Clock.h"
 #include "common/base/FileHandle.h"
 #include "common/base/LowerCase.h"

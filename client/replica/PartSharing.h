@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "client/replica/ShareMode.h"
 #include "client/share/Board.h"
 #include "common/base/HistoryIds.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/render/LineWidths.h"
+#include "client/render/scene/LineWidths.h"
 #include "client/replica/TileWindows.h"
 #include "client/testpicture/TestPicture.h"
 #include "common/codec/ChangeCodec.h"

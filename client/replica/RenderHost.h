@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "client/draw/UploadAhead.h"
+#include "client/draw/passes/UploadAhead.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PartSharing.h"
 #include "client/replica/PictureWriter.h"

@@ -4,8 +4,8 @@
 #include <functional>
 #include <memory>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "client/replica/ProcessorQueue.h"
 #include "common/base/Clock.h"
 

@@ -6,8 +6,8 @@
 #include <array>
 #include <ctime>
 
-#include "client/draw/PersonText.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/shaders/PersonText.h"
+#include "client/render/order/RenderAction.h"
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/SurfaceParts.h"

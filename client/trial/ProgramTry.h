@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "client/draw/Renderer.h"
+#include "client/draw/passes/Renderer.h"
 #include "common/cores/ShippedTypes.h"
 
 namespace tessera {

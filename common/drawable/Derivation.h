@@ -6,7 +6,7 @@
 /// (Drawable.h, originsOf), and who follows ranges follows them.
 ///
 /// How fine they are is a Fineness: 0 is as the fields say, for whoever collides, picks and counts; a screen may draw
-/// finer ones, everywhere or in parts (client/render/ScreenFineness.h).
+/// finer ones, everywhere or in parts (client/render/scene/ScreenFineness.h).
 ///
 /// Every host derives for itself, and seams and collisions rest on all getting the same bytes: a derivation is a pure
 /// function of its source, with no clock, no order of asking, no eye, and the same result along every way of edits.

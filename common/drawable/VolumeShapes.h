@@ -7,7 +7,7 @@
 ///                   the eye is. `pointRadius` 1
 ///   slices          of each plane what lies in that box, cut where earlier planes go through it. `pointRadius` 2
 /// `texcoords` are no place: the first number keeps their content from being that of any Geometry, the second one says
-/// which slice a corner is of. What is seen there is the voxels' (client/draw/VolumeTextures.h).
+/// which slice a corner is of. What is seen there is the voxels' (client/draw/store/VolumeTextures.h).
 #pragma once
 
 #include "common/cores/Volume.h"

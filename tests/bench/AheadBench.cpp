@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "client/draw/UploadAhead.h"
+#include "client/draw/passes/UploadAhead.h"
 #include "tests/bench/DrawingStage.h"
 
 namespace tessera::bench {

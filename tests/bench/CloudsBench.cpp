@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "common/drawable/Drawable.h"
 #include "common/drawable/VolumeArrays.h"
 #include "tests/golden/TestScene.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "common/cores/Geometry.h"
 #include "common/scene/Aspect.h"
 #include "tests/bench/DrawingCity.h"

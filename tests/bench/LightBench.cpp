@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "tests/bench/CaseFile.h"
 #include "tests/golden/TestScene.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client/render/RenderAction.h"
+#include "client/render/order/RenderAction.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Aspect.h"

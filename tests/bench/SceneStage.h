@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <deque>
 
-#include "client/render/RenderAction.h"
+#include "client/render/order/RenderAction.h"
 #include "common/scene/Aspect.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/view/ViewSource.h"

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "client/render/RenderAction.h"
+#include "client/render/order/RenderAction.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Action.h"
 #include "common/scene/Column.h"

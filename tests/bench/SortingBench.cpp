@@ -1,5 +1,5 @@
-/// The sortings (client/render/DrawSorting.h) beside each other: what drawing costs, scene by scene, in turns in the
-/// same run. Four tiles of 960×540, what `auto` leaves to be drawn.
+/// The sortings (client/render/order/DrawSorting.h) beside each other: what drawing costs, scene by scene, in turns in
+/// the same run. Four tiles of 960×540, what `auto` leaves to be drawn.
 #include <fmt/format.h>
 
 #include <algorithm>

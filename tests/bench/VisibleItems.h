@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "client/draw/Renderer.h"
+#include "client/draw/passes/Renderer.h"
 #include "tests/bench/DrawingStage.h"
 
 namespace tessera::bench {

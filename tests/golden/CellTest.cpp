@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "client/draw/ScreenCells.h"
+#include "client/draw/passes/ScreenCells.h"
 #include "tests/golden/SeamScene.h"
 #include "tests/golden/Stage.h"
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <set>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "common/scene/Action.h"
 #include "tests/golden/ShippedScene.h"
 

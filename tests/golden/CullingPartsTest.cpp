@@ -5,8 +5,8 @@
 #include <memory>
 #include <random>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "common/geometry/TriangleOrder.h"
 #include "tests/golden/TestScene.h"
 

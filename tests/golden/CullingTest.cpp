@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 #include "common/geometry/Points.h"
 #include "common/geometry/TriangleOrder.h"
 #include "tests/golden/TestScene.h"

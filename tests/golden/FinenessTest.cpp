@@ -5,7 +5,7 @@
 #include <fstream>
 #include <map>
 
-#include "client/render/SceneItems.h"
+#include "client/render/scene/SceneItems.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "common/image/Picture.h"

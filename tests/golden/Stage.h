@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
 
 namespace tessera::test {
 

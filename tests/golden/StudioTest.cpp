@@ -2,7 +2,7 @@
 // scene.
 #include <cmath>
 
-#include "client/render/StudioLook.h"
+#include "client/render/scene/StudioLook.h"
 #include "common/codec/WallCodec.h"
 #include "tests/golden/SeamScene.h"
 #include "tests/golden/Stage.h"

@@ -7,9 +7,9 @@
 #include <random>
 #include <set>
 
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
-#include "client/render/TransparentOrder.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/render/order/RenderAction.h"
+#include "client/render/order/TransparentOrder.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera::test {

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "client/render/VisibilityDevice.h"
+#include "client/render/cull/VisibilityDevice.h"
 #include "tests/unit/draw/FineBalls.h"
 #include "tests/unit/draw/RendererStage.h"
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "client/draw/UploadAhead.h"
+#include "client/draw/passes/UploadAhead.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "client/draw/ScreenBlocks.h"
+#include "client/draw/passes/ScreenBlocks.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

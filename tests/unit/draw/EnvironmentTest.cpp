@@ -5,7 +5,7 @@
 #include <functional>
 #include <numbers>
 
-#include "client/draw/EnvironmentLight.h"
+#include "client/draw/store/EnvironmentLight.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <random>
 
-#include "client/draw/LightClusters.h"
-#include "client/draw/ScreenCells.h"
+#include "client/draw/passes/LightClusters.h"
+#include "client/draw/passes/ScreenCells.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 #include <array>
 #include <random>
 
-#include "client/draw/DrawForms.h"
+#include "client/draw/store/DrawForms.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/draw/RendererStage.h"
 

@@ -56,7 +56,8 @@ TEST_F(PassTest, CornersAreSquares) {
     EXPECT_NEAR(count(draw(scene), {0, 255, 0}), 4 * 36, 4 * 13);
 }
 
-// A screen may bear no more (client/render/LineWidths.h): own lines, those that stand for a surface, and those over it.
+// A screen may bear no more (client/render/scene/LineWidths.h): own lines, those that stand for a surface, and those
+// over it.
 TEST_F(PassTest, NoLineIsWiderThanItsItemMayHaveIt) {
     Material edges = flat(kRed);
     edges.fill = Material::kEdges;

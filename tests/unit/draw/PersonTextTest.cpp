@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "client/draw/PersonText.h"
+#include "client/draw/shaders/PersonText.h"
 
 namespace tessera {
 namespace {

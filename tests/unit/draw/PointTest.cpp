@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "client/draw/MeshBuffers.h"
+#include "client/draw/store/MeshBuffers.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

@@ -1,4 +1,4 @@
-#include "client/draw/RangeAllocator.h"
+#include "client/draw/store/RangeAllocator.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <map>
 #include <random>
 
-#include "client/draw/MeshBuffers.h"
-#include "client/draw/Renderer.h"
-#include "client/render/RenderAction.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/draw/store/MeshBuffers.h"
+#include "client/render/order/RenderAction.h"
 #include "tests/golden/TestScene.h"
 
 namespace tessera {

@@ -1,5 +1,5 @@
 /// Renderer, feature by feature, where possible against a closed form.
-#include "client/draw/Renderer.h"
+#include "client/draw/passes/Renderer.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 /// process of its own (ctest), so that a library that one test loads does not meet that of another.
 #include <gtest/gtest.h>
 
-#include "client/draw/Renderer.h"
-#include "client/draw/Surface.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/draw/surface/Surface.h"
 
 namespace tessera::test {
 namespace {

@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "client/draw/BlockPixels.h"
-#include "client/draw/EnvironmentTexture.h"
-#include "client/draw/TextureCache.h"
+#include "client/draw/store/BlockPixels.h"
+#include "client/draw/store/EnvironmentTexture.h"
+#include "client/draw/store/TextureCache.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "client/draw/UseClock.h"
+#include "client/draw/store/UseClock.h"
 
 namespace tessera {
 namespace {

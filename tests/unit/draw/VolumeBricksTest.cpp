@@ -1,5 +1,5 @@
 /// What rays leave out of volumes: nothing that could be seen, and pictures are those of rays that look everywhere.
-#include "client/draw/VolumeBricks.h"
+#include "client/draw/store/VolumeBricks.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "client/draw/VolumeTextures.h"
+#include "client/draw/store/VolumeTextures.h"
 #include "common/drawable/VolumeShapes.h"
 #include "tests/unit/draw/RendererStage.h"
 

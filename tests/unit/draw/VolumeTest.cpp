@@ -5,7 +5,7 @@
 #include <array>
 #include <map>
 
-#include "client/draw/UploadAhead.h"
+#include "client/draw/passes/UploadAhead.h"
 #include "tests/unit/draw/VolumeStage.h"
 
 namespace tessera {

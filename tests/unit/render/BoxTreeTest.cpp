@@ -1,4 +1,4 @@
-#include "client/render/BoxTree.h"
+#include "client/render/scene/BoxTree.h"
 
 #include <gtest/gtest.h>
 

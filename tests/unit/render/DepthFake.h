@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "client/render/VisibilityDevice.h"
+#include "client/render/cull/VisibilityDevice.h"
 #include "common/scene/Aspect.h"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "client/render/SceneItems.h"
+#include "client/render/scene/SceneItems.h"
 #include "common/cores/Image.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/Switch.h"

@@ -8,8 +8,8 @@
 #include <map>
 #include <random>
 
-#include "client/render/SceneItems.h"
-#include "client/render/ScreenFineness.h"
+#include "client/render/scene/SceneItems.h"
+#include "client/render/scene/ScreenFineness.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/freeform/nurbs/NurbsShapes.h"
 #include "tests/unit/drawable/ControlCube.h"

@@ -1,7 +1,7 @@
 // Lights that light a part of the scene alone: who lies in which scope, what that costs, and how many scopes there are.
 #include <bit>
 
-#include "client/render/SceneItems.h"
+#include "client/render/scene/SceneItems.h"
 #include "common/cores/PointLight.h"
 #include "tests/unit/render/TestScene.h"
 

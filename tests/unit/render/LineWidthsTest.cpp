@@ -7,8 +7,8 @@
 #include <optional>
 #include <random>
 
-#include "client/render/LineWidths.h"
-#include "client/render/SceneItems.h"
+#include "client/render/scene/LineWidths.h"
+#include "client/render/scene/SceneItems.h"
 #include "tests/unit/render/TestScene.h"
 
 namespace tessera {

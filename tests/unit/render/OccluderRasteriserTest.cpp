@@ -1,4 +1,4 @@
-#include "client/render/OccluderRasteriser.h"
+#include "client/render/cull/OccluderRasteriser.h"
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 // What may hide what. Each case is one that a careless software depth buffer gets wrong.
 #include <random>
 
-#include "client/render/OccluderMesh.h"
+#include "client/render/scene/OccluderMesh.h"
 #include "common/cores/Image.h"
 #include "tests/unit/render/VisibilityOracle.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <random>
 
-#include "client/render/DepthPyramid.h"
-#include "client/render/PlateCuts.h"
+#include "client/render/cull/DepthPyramid.h"
+#include "client/render/cull/PlateCuts.h"
 
 namespace tessera {
 namespace {

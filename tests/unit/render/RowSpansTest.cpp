@@ -1,4 +1,4 @@
-#include "client/render/RowSpans.h"
+#include "client/render/cull/RowSpans.h"
 
 #include <gtest/gtest.h>
 

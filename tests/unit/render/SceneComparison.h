@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-#include "client/render/SceneItems.h"
+#include "client/render/scene/SceneItems.h"
 
 namespace tessera {
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "client/render/SceneItems.h"
+#include "client/render/scene/SceneItems.h"
 #include "common/cores/Billboard.h"
 #include "common/cores/ComponentTransform.h"
 #include "common/cores/DirectionalLight.h"

@@ -3,7 +3,7 @@
 #include <random>
 #include <tuple>
 
-#include "client/render/ShadowCasters.h"
+#include "client/render/scene/ShadowCasters.h"
 #include "common/cores/DirectionalLight.h"
 #include "tests/unit/render/TestScene.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/render/RenderAction.h"
+#include "client/render/order/RenderAction.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"

@@ -4,8 +4,8 @@
 #include <limits>
 #include <random>
 
-#include "client/render/SceneItems.h"
-#include "client/render/ShadowCasters.h"
+#include "client/render/scene/SceneItems.h"
+#include "client/render/scene/ShadowCasters.h"
 #include "common/cores/Billboard.h"
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/PointLight.h"

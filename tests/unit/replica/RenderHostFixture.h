@@ -8,7 +8,7 @@
 #include <optional>
 #include <set>
 
-#include "client/draw/Surface.h"
+#include "client/draw/surface/Surface.h"
 #include "client/replica/RenderHost.h"
 #include "common/base/Channel.h"
 #include "common/codec/ChangeCodec.h"

@@ -1,0 +1,47 @@
+/// The lights of a frame and the lists of a cell, where shaders read them.
+#pragma once
+
+#include "client/draw/passes/LightClusters.h"
+#include "client/draw/shaders/Program.h"
+#include "client/draw/surface/GlState.h"
+
+namespace tessera {
+
+/// Belongs to the surface's thread.
+class LightBuffers {
+public:
+    explicit LightBuffers(GlState& gl);
+    /// The surface is current, or gone.
+    ~LightBuffers();
+    LightBuffers(const LightBuffers&) = delete;
+    LightBuffers& operator=(const LightBuffers&) = delete;
+
+    /// `shadowViews`: what ShadowMaps says of the lights with shadows; none: they have none.
+    [[nodiscard]] LightLists begin(std::span<const LightItem> lights, const ScreenCamera& camera,
+                                   std::span<const std::array<float, 4>> shadowViews);
+    /// Where shaders find the lights with shadows, in texels; how many there are.
+    [[nodiscard]] std::array<float, 2> shadowed() const {
+        return {static_cast<float>(4 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
+    }
+    /// Whether a light of `begin`'s has a scope.
+    [[nodiscard]] bool scoped() const { return scoped_; }
+    /// Where `begin` said kSun or kSuns: they; those that there are not are dark.
+    [[nodiscard]] const std::array<Sun, kMostSuns>& suns() const { return suns_; }
+    /// Uploads the cell's lists; what FrameBlock::slices says.
+    [[nodiscard]] std::array<float, 4> beginCell(const ScreenCamera& cell, const PixelRect& scissor);
+    void bind(GLuint lightUnit, GLuint listUnit) const;
+    [[nodiscard]] LightClusters& clusters() { return clusters_; }
+
+private:
+    /// False: there are others, or more.
+    [[nodiscard]] bool findSuns();
+
+    GlState& gl_;
+    LightClusters clusters_;
+    std::array<Sun, kMostSuns> suns_{};
+    bool scoped_ = false;
+    std::vector<std::array<float, 4>> texels_;
+    GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,427 @@
+// What a list holds becomes draw calls, for one cell after the other, and for what a light sees.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/draw/passes/RendererImpl.h"
+#include "common/math/Srgb.h"
+#include "common/wall/Detail.h"
+
+namespace tessera {
+namespace {
+
+/// A tile's scissor lies on this grid: it is the software rasteriser's own, and makes seams exact.
+constexpr int kGridPx = 64;
+/// Passes over the screen need whole pixels alone; whole stamps of the software rasteriser's, in which pixels know
+/// their neighbours.
+constexpr int kStampPx = 4;
+constexpr float kFarthest = 0;  ///< depth is reversed
+
+/// The tile's rectangle grown outwards to a grid.
+PixelRect grownTo(int grid, const PixelRect& r) {
+    const int left = r.x / grid * grid;
+    const int bottom = r.y / grid * grid;
+    const int right = (r.x + r.width + grid - 1) / grid * grid;
+    const int top = (r.y + r.height + grid - 1) / grid * grid;
+    return {.x = left, .y = bottom, .width = right - left, .height = top - bottom};
+}
+
+Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
+    if (r.x < 0 || r.y < 0 || r.width <= 0 || r.height <= 0 || r.width > camera.pixels.width - r.x ||
+        r.height > camera.pixels.height - r.y)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a tile of {}x{} at {},{} does not lie on its screen of {}x{}", r.width, r.height, r.x,
+                                r.y, camera.pixels.width, camera.pixels.height));
+    return {};
+}
+
+/// What a screen shows of radiance where nothing else is, to the step of 255: kToneMapping's formulas. So it does not
+/// matter how a clear colour is rounded.
+Vec3d shownOf(const Vec3d& radiance) {
+    const double peak = radiance.maxCoeff();
+    Vec3d c = radiance;
+    if (peak > 0.8) {
+        const double newPeak = 1 - 0.04 / (peak - 0.6), whiter = 1 - 1 / (0.15 * (peak - newPeak) + 1);
+        c = (1 - whiter) * (newPeak / peak) * radiance + Vec3d::Constant(whiter * newPeak);
+    }
+    const auto encoded = [](double v) { return std::round(255 * srgbOfLinear(std::clamp(v, 0.0, 1.0))) / 255; };
+    return {encoded(c.x()), encoded(c.y()), encoded(c.z())};
+}
+
+/// From the origin to the farthest corner.
+double reachOf(const Box& box, const Vec3d& origin) {
+    return (box.upper - origin).cwiseAbs().cwiseMax((box.lower - origin).cwiseAbs()).norm();
+}
+
+}  // namespace
+
+Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                     const PixelRect& rect) {
+    if (auto good = checkRect(camera, rect); !good) return good;
+    samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
+    tile.useSamples(samples);
+    scene = {.detail = list.detailed,
+             .coated = list.coated,
+             .glossy = list.glossy,
+             .studio = list.studio.has_value(),
+             .samples = samples};
+    calls.persons().beginDraw();
+    const auto stale = shadows.begin(list.casters);
+    if (!stale) return tl::unexpected(stale.error());
+    for (const std::size_t view : *stale)
+        if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
+    collect(aspect, list, camera);
+    for (const std::uint32_t gone : calls.persons().forgetUnused()) {
+        std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
+        std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
+    }
+    triangles = glCalls = states = pixels = 0;
+    lightsLeftOut = list.lightsLeftOut;
+    shadowsLeftOut = list.shadowsLeftOut;
+    scopesLeftOut = list.scopesLeftOut;
+    lights.clusters().setEverywhere(!options.clusterLights);
+    scene.lists =
+        lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.scoped = lights.scoped();
+    scene.environment = surroundings.begin(aspect, list.environment);
+    const Vec3d seen = shownOf(list.environment.background.cast<double>());
+    background = {static_cast<float>(seen.x()), static_cast<float>(seen.y()), static_cast<float>(seen.z()), 1};
+    return {};
+}
+
+void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
+    calls.collect(aspect, list, camera, *meshes, textures, volumes);
+    volumes.upload(calls.volumes());
+    // Images of what was drawn before may be gone.
+    std::erase_if(kin, [](const Kin& k) {
+        return k.what.second.maps != 0 || k.what.second.layers != 0 || k.what.second.person != 0;
+    });
+    const auto upload = [this](GLuint buffer, const auto& values) {
+        gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
+                           GL_STREAM_DRAW);
+    };
+    if (!calls.calls().empty()) upload(lookBuffer, calls.lookBlocks());
+    if (!calls.blocks().empty()) upload(blockBuffer, calls.blocks());
+    if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
+    upload(materialBuffer, calls.materials());
+    gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
+}
+
+/// Once for all tiles and frames that show the scene as it is now.
+Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t index) {
+    const ShadowView& view = shadows.view(index);
+    DrawList seen;
+    seen.opaque = view.items;
+    collect(aspect, seen, view.camera);
+    inCell.clear();
+    runs.clear();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        runs.push_back({0, call.mesh.indexCount / 3});
+        inCell.push_back({first, first + 1});
+    }
+    scissor = shadows.place(index);
+    shadows.attach(index);
+    FrameBlock block = makeFrameBlock(seen, view.camera);
+    block.pixelRays = pixelRaysOf(view.camera, scissor.x, scissor.y);
+    upload(block);
+    setUp(scissor, shadows.framebuffer());
+    view.clamped ? gl.Enable(GL_DEPTH_CLAMP) : gl.Disable(GL_DEPTH_CLAMP);
+    gl.ClearNamedFramebufferfv(shadows.framebuffer(), GL_DEPTH, 0, &kFarthest);
+    const auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow);
+    gl.Disable(GL_DEPTH_CLAMP);
+    if (!drawn) return drawn;
+    shadows.setDrawn(index);
+    return {};
+}
+
+void Renderer::Impl::upload(const FrameBlock& block) {
+    gl.NamedBufferSubData(frameBuffer, 0, sizeof block, &block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 0, frameBuffer);
+}
+
+void Renderer::Impl::setUp(const PixelRect& viewport, GLuint framebuffer) {
+    gl.Viewport(viewport.x, viewport.y, viewport.width, viewport.height);
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(scissor.x, scissor.y, scissor.width, scissor.height);
+    gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_GREATER);
+    gl.DepthMask(GL_TRUE);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    gl.Disable(GL_BLEND);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+}
+
+Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
+                                         TileBuffers& buffers) {
+    scissor = grownTo(kGridPx, cell.inCell);
+    if (auto room = buffers.reach(scissor.x + scissor.width, scissor.y + scissor.height); !room) return room;
+    const ClusterSight sight(screen, cell.onScreen,
+                             {.x = cell.onScreen.x - cell.inCell.x,
+                              .y = cell.onScreen.y - cell.inCell.y,
+                              .width = kCellWidthPx,
+                              .height = kCellHeightPx});
+    const Frustum frustum = tileFrustum(screen, cell.onScreen);
+    const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
+    inCell.clear();
+    runs.clear();
+    const TileProjection projection(cell.camera, {.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx});
+    ScreenBlocks blocks(scissor), transparent(scissor);
+    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || !projection.usable() || backgroundIsLit();
+    if (everywhere) blocks.addAll();
+    for (const DrawCall& call : calls.calls()) {
+        const auto first = static_cast<std::uint32_t>(runs.size());
+        const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
+        const Box& box = call.item->box;
+        const Frustum& sides = rowOf(call.item->kind).standsOut ? aroundLines : frustum;
+        const Frustum::Result result = box.empty() ? Frustum::Result{} : sides.classify(box, Frustum::kAllPlanes);
+        if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
+            sight.appendRuns({.clusters = call.item->clusters,
+                              .triangles = all,
+                              .hidden = list.hiddenOf(*call.item),
+                              .backFacesShown = calls.lookOf(call).doubleSided,
+                              .reach = reachOf(box, call.item->world_T_item.translation())},
+                             call.item->world_T_item, runs);
+        else if (!result.outside)
+            runs.push_back({0, all});
+        const bool solid = inCell.size() < calls.opaqueCount();
+        inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
+        ScreenBlocks& of = solid ? blocks : transparent;
+        if (first == runs.size() || of.full()) continue;
+        if (box.empty() || everywhere)
+            of.addAll();
+        else
+            of.add(projection.footprint(projection.clip_T_world(), box,
+                                        projection.noise(reachOf(box, call.item->world_T_item.translation()), box)),
+                   lineReachPx(call.item->lineWidth));
+    }
+    blocks.add(transparent);
+    const PixelRect own = grownTo(kStampPx, cell.inCell);
+    shown = blocks.rectangles(own);
+    blending = transparent.rectangles(own);
+    for (const PixelRect& part : shown)
+        pixels += static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
+
+    FrameBlock block = makeFrameBlock(list, cell.camera);
+    block.slices = lights.beginCell(cell.camera, scissor);
+    block.surroundings = surroundings.block();
+    if (scene.studio) block.surroundings[1][3] = 1;
+    const auto [from, count] = lights.shadowed();
+    const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
+    block.shadows = {from, count, pixelWidth, pixelHeight};
+    block.suns = lights.suns();
+    const bool detailed = scene.detail && &buffers == &tile;
+    const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
+    const PixelRect viewport{.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height};
+    upload(block);
+    setUp(viewport, *framebuffer);
+    if (&buffers == &tile) {
+        if (auto cleared = clearSurfaces(*framebuffer); !cleared) return cleared;
+        setUp(viewport, *framebuffer);
+        return {};
+    }
+    const std::array<GLuint, 4> nothing{};
+    gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, 0, nothing.data());
+    gl.ClearNamedFramebufferfv(*framebuffer, GL_DEPTH, 0, &kFarthest);
+    return {};
+}
+
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
+    using Use = ProgramKind::Use;
+    ProgramKind kind{.use = use};
+    const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
+    if (isLit(use)) {
+        kind.coated = scene.coated;
+        kind.glossy = scene.glossy;
+        kind.scoped = scene.scoped;
+        kind.lists = scene.lists;
+        kind.environment = scene.environment;
+    }
+    if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces)
+        kind.detail = scene.detail;
+    if (lightsSurfaces) kind.studio = scene.studio;
+    if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
+        use != Use::kCopy && use != Use::kClear)
+        kind.samples = samples;
+    return kind;
+}
+
+ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) const {
+    using Use = ProgramKind::Use;
+    const DrawLook& look = calls.lookOf(call);
+    ProgramKind kind = kindOf(use);
+    kind.items = call.mesh.kind;
+    kind.pointParts = call.mesh.pointParts;
+    kind.masked = look.masked && use != Use::kBlend;
+    if (look.person && use != Use::kDepth)
+        kind.person = calls.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
+    if (use == Use::kNodeIds || use == Use::kShadow) {
+        if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
+        if (kind.person) kind.maps = look.mapBits;
+        kind.faceted = kind.person && !call.mesh.hasNormals;
+    } else {
+        kind.maps = look.mapBits;
+        kind.layers = look.layerBits;
+        kind.faceted = !call.mesh.hasNormals;
+    }
+    // No material says anything of a volume.
+    if (rowOf(call.mesh.kind).volume) {
+        kind.maps = kind.layers = 0;
+        kind.masked = false;
+        kind.person = PersonPrograms::kNone;
+        if (use == Use::kBlend) kind.samples = samples;
+    }
+    kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
+    kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked &&
+                 (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
+    kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person ||
+                (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
+    const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
+    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints))
+        kind.samples = samples;
+    return kind;
+}
+
+/// In the list's order. Neighbours of one mesh and one state are instances of one call: GL draws these in their order.
+Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, ProgramKind::Use use) {
+    inPass.clear();
+    records.clear();
+    for (std::size_t i = first; i < last; ++i) {
+        if (inCell[i].first == inCell[i].end) continue;
+        // Outlines that lie over a surface.
+        if (use == ProgramKind::Use::kShadow && !rowOf(calls.calls()[i].mesh.kind).castsShadows) continue;
+        inPass.push_back(static_cast<std::uint32_t>(i));
+        records.push_back(calls.recordOf(calls.calls()[i]));
+    }
+    if (inPass.empty()) return {};
+    gl.NamedBufferData(itemBuffer, static_cast<GLsizeiptr>(records.size() * sizeof(ItemRecord)), records.data(),
+                       GL_STREAM_DRAW);
+    gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer, 0, sizeof(ItemRecord));
+    gl.BindVertexArray(vertexArray);
+    recordsFrom = 0;
+    if (auto compiledFirst = compileWatched(use); !compiledFirst) return compiledFirst;
+    const auto oneRun = [this](std::uint32_t call) { return inCell[call].end - inCell[call].first == 1; };
+    const DrawCall* before = nullptr;
+    for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
+        if (auto wanted = goOn(); !wanted) return wanted;
+        const DrawCall& call = calls.calls()[inPass[i]];
+        if (auto watching = watchFor(kindOf(use, call)); !watching) return watching;
+        if (auto set = setState(call, before, use); !set) return set;
+        before = &call;
+        next = i + 1;
+        while (!kindNow.large && oneRun(inPass[i]) && next < inPass.size() && oneRun(inPass[next]) &&
+               runs[inCell[inPass[next]].first] == runs[inCell[inPass[i]].first] &&
+               DrawCalls::sameButPlace(call, calls.calls()[inPass[next]]))
+            ++next;
+        drawInstances(i, next - i);
+        if (call.mesh.kind != DrawKind::kMarched || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
+        // Then pixels whose samples see different depths.
+        kindNow.pointParts |= kMarchEachSample;
+        if (auto used = useProgram(kindNow); !used) return used;
+        met(Pass::kBlend, kindNow, call.look);
+        drawInstances(i, next - i);
+    }
+    return watchNoMore();
+}
+
+Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {
+    const DrawLook& look = calls.lookOf(call);
+    const ProgramKind wanted = kindOf(use, call);
+    const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
+    // What turns its back to a light stands in its way all the same. A ray leaves a box once.
+    const auto bothSides = [this, use](const DrawCall& of) {
+        if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
+        return calls.lookOf(of).doubleSided || use == ProgramKind::Use::kShadow;
+    };
+    // The triangles around points are made for the eye: no mirror turns them around.
+    const auto mirrored = [](const DrawCall& of) { return of.mirrored && of.mesh.kind != DrawKind::kPoints; };
+    const bool otherSides = !before || bothSides(*before) != bothSides(call);
+    const bool otherFront = !before || mirrored(*before) != mirrored(call);
+    if (anotherProgram)
+        if (auto used = useProgram(wanted); !used) return used;
+    if (anotherLook || kindNow.maps != wanted.maps || kindNow.layers != wanted.layers)
+        bindLook(call.look, wanted.maps, wanted.layers);
+    if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
+    kindNow = wanted;
+    if (otherSides) bothSides(call) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
+    // What is solid ends a ray: its depth is looked up, not tested.
+    const auto depthTest = [](const DrawCall& of) -> GLenum {
+        return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
+    };
+    if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER))
+        gl.DepthFunc(depthTest(call));
+    if (use == ProgramKind::Use::kBlend && call.voxels.voxels != 0) volumes.bind(call.voxels, call.volume);
+    if (otherFront) gl.FrontFace(mirrored(call) ? GL_CW : GL_CCW);
+    insidesNow = bothSides(call);
+    if (wanted.large)
+        gl.BindBufferRange(GL_UNIFORM_BUFFER, 2, blockBuffer, static_cast<GLintptr>(call.block * sizeof(ItemBlock)),
+                           sizeof(ItemBlock));
+    states += anotherProgram || anotherLook || otherSides || otherFront;
+    using Use = ProgramKind::Use;
+    if (anotherProgram && (use == Use::kSurface || use == Use::kBlend))
+        met(use == Use::kBlend ? Pass::kBlend : Pass::kSurfaces, wanted, call.look);
+    return {};
+}
+
+void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instances) {
+    const std::uint32_t index = inPass[firstRecord];
+    const DrawCall& call = calls.calls()[index];
+    const Span& span = inCell[index];
+    const bool sorted = call.sortedCount > 0;
+    // Several runs in one call know no first instance: their record is bound instead.
+    const bool severalRuns = span.end - span.first > 1;
+    if (const std::size_t wanted = severalRuns ? firstRecord : 0; !kindNow.large && wanted != recordsFrom) {
+        gl.VertexArrayVertexBuffer(vertexArray, kItemBinding, itemBuffer,
+                                   static_cast<GLintptr>(wanted * sizeof(ItemRecord)), sizeof(ItemRecord));
+        recordsFrom = wanted;
+    }
+    if (!severalRuns) {
+        const TriangleRun& run = runs[span.first];
+        triangles += run.count * instances;
+        if (!sorted) {
+            glCalls += meshes->draw(call.mesh, run.first, run.count, firstRecord, instances, insidesNow);
+            return;
+        }
+        ++glCalls;
+        meshes->bindElements(sortedBuffer);
+        gl.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>((call.firstSorted + 3 * std::size_t{run.first}) * sizeof(std::uint32_t)),
+            static_cast<GLsizei>(instances), call.mesh.baseVertex, static_cast<GLuint>(firstRecord));
+        return;
+    }
+    ++glCalls;
+    meshes->bindElements(meshes->indexBuffer());
+    counts.clear();
+    offsets.clear();
+    for (std::uint32_t k = span.first; k < span.end; ++k) {
+        counts.push_back(static_cast<GLsizei>(3 * runs[k].count));
+        offsets.push_back(reinterpret_cast<const void*>((call.mesh.firstIndex + 3 * std::size_t{runs[k].first}) *
+                                                        sizeof(std::uint32_t)));
+        triangles += runs[k].count;
+    }
+    baseVertices.assign(counts.size(), call.mesh.baseVertex);
+    gl.MultiDrawElementsBaseVertex(GL_TRIANGLES, counts.data(), GL_UNSIGNED_INT, offsets.data(),
+                                   static_cast<GLsizei>(counts.size()), baseVertices.data());
+}
+
+void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers) {
+    gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
+                       sizeof(LookBlock));
+    const DrawLook& look = calls.looks()[index];
+    for (GLuint map = 0; map < kImageMaps; ++map) {
+        if ((maps >> map & 1) == 0) continue;
+        gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture);
+        gl.BindSampler(kFirstMapUnit + map, look.maps[map].sampler);
+    }
+    for (GLuint layer = 0; layers >> (kLayerBits * layer) != 0; ++layer) {
+        gl.BindTextureUnit(kFirstLayerUnit + layer, look.layers[layer].texture);
+        gl.BindSampler(kFirstLayerUnit + layer, look.layers[layer].sampler);
+    }
+}
+
+}  // namespace tessera

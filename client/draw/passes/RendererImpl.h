@@ -1,0 +1,186 @@
+/// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), light and what is
+/// transparent over parts of the screen (ScreenPasses.cpp), programs that may be needed (Programs.cpp), and pictures of
+/// all cells (Renderer.cpp).
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "client/draw/passes/DepthQueries.h"
+#include "client/draw/passes/DrawCalls.h"
+#include "client/draw/passes/LightBuffers.h"
+#include "client/draw/passes/Renderer.h"
+#include "client/draw/passes/ScreenBlocks.h"
+#include "client/draw/passes/ScreenCells.h"
+#include "client/draw/passes/ShadowMaps.h"
+#include "client/draw/shaders/LoopWatch.h"
+#include "client/draw/store/TileBuffers.h"
+
+namespace tessera {
+
+// Texture units, as the shaders have them: those of materials are no others', as a sampler stays bound to its unit.
+inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageMaps, kLightUnit = kDetailUnit + 1,
+                        kListUnit = kLightUnit + 1, kSurroundingsUnit = kListUnit + 1,
+                        kShadowUnit = kSurroundingsUnit + 1;
+static_assert(kShadowUnit < kPointUnit);
+inline constexpr GLuint kFirstLayerUnit = 16;
+
+/// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
+enum class Pass : std::uint8_t {
+    kSurfaces,    ///< what is solid
+    kClear,       ///< see ProgramKind
+    kClearDepth,  ///< the same without colours
+    kClassify,
+    kLightOne,
+    kLight,
+    kLightRest,
+    kRestAlone,  ///< the same into a picture of its own
+    kCopy,
+    kSpread,
+    kBlend,
+    kResolve,
+    kShadow,
+};
+
+struct Renderer::Impl {
+    Impl(Surface& onSurface, const GlState& state, RendererOptions o);
+    ~Impl();
+
+    [[nodiscard]] Expected<void> begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                                       const PixelRect& rect);
+    /// An error once nobody wants what is drawn.
+    [[nodiscard]] Expected<void> goOn();
+    [[nodiscard]] Expected<void> beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
+                                           TileBuffers& buffers);
+    /// What is to be drawn of a list, seen from here.
+    void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
+    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
+    void upload(const FrameBlock& block);
+    /// For what is drawn first.
+    void setUp(const PixelRect& viewport, GLuint framebuffer);
+    [[nodiscard]] Expected<void> drawCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell);
+    [[nodiscard]] Expected<void> drawCells(const DrawList& list, const ScreenCamera& camera, const PixelRect& rect,
+                                           const PixelRows& rows);
+    /// Into rows of `rect`, from below.
+    void readBack(GLuint framebuffer, const CellPart& cell, const PixelRect& rect, GLenum format, GLenum type,
+                  std::size_t bytesPerPixel, void* rows);
+    /// The colours of a cell's picture, to where they belong in that of `rect`.
+    void readColors(const CellPart& cell, const PixelRect& rect, const PixelRows& rows);
+    [[nodiscard]] Expected<GLuint> program(const ProgramKind& kind);
+    [[nodiscard]] Expected<void> useProgram(const ProgramKind& kind);
+    /// The program for something of this list; for one of its calls.
+    [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use) const;
+    [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
+    [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
+    /// Program, material and sides for a call, where they are not what they were for the one before (or null).
+    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use);
+    /// So many records from here on, of one mesh.
+    void drawInstances(std::size_t firstRecord, std::size_t instances);
+    void bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers);
+    /// What a material says to the person's program in use.
+    void say(const ProgramKind& kind, const DrawLook& look);
+    /// Sets what a pass needs but its program; `kSurfaces` sets `setUp`.
+    [[nodiscard]] Expected<void> enter(Pass pass);
+    /// The pass over these parts of the cell; where there are none, it is to be prepared.
+    [[nodiscard]] Expected<void> drawOver(Pass pass, std::span<const PixelRect> parts);
+    [[nodiscard]] Expected<void> lightSurfaces();
+    [[nodiscard]] Expected<void> blendTransparent();
+    /// To nothing, far away: what is `shown` of the tile's.
+    [[nodiscard]] Expected<void> clearSurfaces(GLuint framebuffer);
+    /// Notes that a program was drawn with, in a pass: what other lights would draw in its place is to be made some
+    /// time.
+    void met(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    void expectKin(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    void expect(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    [[nodiscard]] Expected<void> make(Pass pass, const ProgramKind& kind, std::uint32_t look);
+    void bindSurfaces();
+    /// Pixels where nothing is are lit as others are: surroundings are seen there, or a studio.
+    [[nodiscard]] bool backgroundIsLit() const { return surroundings.seen() || scene.studio; }
+    /// Draws until no person's program holds it up (see RendererOptions::programsMost).
+    [[nodiscard]] Expected<void> drawInTime(const std::function<Expected<void>()>& once);
+    /// Whether what is drawn with it is watched.
+    [[nodiscard]] bool isWatched(const ProgramKind& kind) const;
+    /// Draws nothing with the programs of a pass that are watched: what a software rasteriser compiles then is no time
+    /// of theirs.
+    [[nodiscard]] Expected<void> compileWatched(ProgramKind::Use use);
+    /// Before something is drawn with this program: what a person's loops take is measured, that of several together as
+    /// long as nobody is to blame.
+    [[nodiscard]] Expected<void> watchFor(const ProgramKind& kind);
+    /// An error where it took too long.
+    [[nodiscard]] Expected<void> watchNoMore();
+    void blame();
+    void blameAll();
+
+    Surface& surface;
+    GlState gl;
+    RendererOptions options;
+    const std::function<bool()>* unwanted = nullptr;  ///< while something is drawn that may not be wanted to its end
+    bool leftOff = false;                             ///< it was not
+    int samples = 4;  ///< per pixel, of the list being drawn: the options', or fewer where the camera's detail says so
+    std::map<ProgramKind, Program> programs;  ///< made when first needed
+    std::uint64_t compiled = 0;               ///< of them, those that are gone again included
+    using Drawn = std::pair<Pass, ProgramKind>;
+    std::set<Drawn> drawnWith;  ///< compiled to the last
+    /// Not made yet, and for which of the list's looks.
+    struct Kin {
+        Drawn what;
+        std::uint32_t look = 0;
+    };
+    std::vector<Kin> kin;
+    GLuint vertexArray = 0, emptyArray = 0;
+    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0,
+           materialTexture = 0;
+    GLuint white = 0;  ///< of one pixel: an image that nobody says
+    std::unique_ptr<MeshBuffers> meshes;
+    TextureCache textures;
+    VolumeTextures volumes;
+    TileBuffers tile, ids;
+    LightBuffers lights;
+    EnvironmentTexture surroundings;
+    ShadowMaps shadows;
+    std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
+
+    LoopWatch loops;
+    /// Each program by itself: once one of several was too slow, and from then on.
+    bool watchesEach = false;
+    bool shared = false;                 ///< a time of this frame is that of several together
+    std::vector<std::uint32_t> watched;  ///< those of now; none: nobody is watched
+    using ByProgram = std::map<std::uint32_t, Duration>;
+    ByProgram loopsTook, loopsTookBefore;  ///< in the picture so far; in the pictures of this frame before it
+    Duration loopsMay{};                   ///< in the picture
+    bool framesAreTold = false;            ///< by beginFrame; else each picture is one
+
+    // Of the list being drawn.
+    DrawCalls calls;
+    // Of the cell being drawn, by call: which runs of triangles it may show, of all that are.
+    struct Span {
+        std::uint32_t first = 0, end = 0;
+    };
+    std::vector<Span> inCell;
+    std::vector<TriangleRun> runs;
+    // Of the pass: calls that the cell may show, and their records, in order.
+    std::vector<std::uint32_t> inPass;
+    std::vector<ItemRecord> records;
+    ProgramKind kindNow;
+    bool insidesNow = false;      ///< both sides of what is drawn are seen
+    std::size_t recordsFrom = 0;  ///< the record that the vertex array has first
+    std::vector<GLsizei> counts;
+    std::vector<const void*> offsets;
+    std::vector<GLint> baseVertices;
+    std::vector<std::uint8_t> rgbx;  ///< of `draw`
+    Duration readBackTime{};
+    std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0,
+                  scopesLeftOut = 0;
+    PixelRect scissor;
+    /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
+    std::vector<PixelRect> shown, blending;
+    std::array<float, 4> background{};  ///< as a screen shows it
+    ProgramKind scene;                  ///< what all programs of the list share
+};
+
+}  // namespace tessera

@@ -1,0 +1,384 @@
+// How light falls on a surface.
+#include "client/draw/shaders/ShaderText.h"
+
+namespace tessera::shader_text {
+
+// Metal-roughness as glTF 2.0 (appendix B) defines it: GGX distribution, Smith's visibility in Hammon's approximation
+// (2017), Schlick's Fresnel term. A light of radiance 1 that falls straight onto a white surface gives 1: the factor pi
+// is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no
+// branches.
+const char kLighting[] = R"(
+#ifdef ENVIRONMENT
+// The surroundings' picture, made soft (EnvironmentLight.h): sides and first rows of its maps are those of that file.
+layout(binding = 11) uniform sampler2D surroundings;
+vec2 onSquare(vec3 d) {
+    d /= abs(d.x) + abs(d.y) + abs(d.z);
+    vec2 folded = (1.0 - abs(d.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(d.xz, vec2(0.0)));
+    return (d.y >= 0.0 ? d.xz : folded) * 0.5 + 0.5;
+}
+vec3 mapOf(vec2 square, float level) {
+    float side = level < 0.5 ? 512.0 : level < 1.5 ? 128.0 : level < 2.5 ? 64.0 : 32.0;
+    float row = level < 0.5 ? 0.0 : level < 1.5 ? 514.0 : level < 2.5 ? 644.0 : 710.0 + 34.0 * (level - 3.0);
+    return textureLod(surroundings, (vec2(1.0, row + 1.0) + square * side) / vec2(514.0, 812.0), 0.0).rgb *
+        surround[0].w;
+}
+vec3 environment(vec3 d, float roughness) {
+    vec2 square = onSquare(d);
+    float level = 5.0 * roughness, below = min(floor(level), 4.0);
+    return mix(mapOf(square, below), mapOf(square, below + 1.0), level - below);
+}
+vec3 ambient(vec3 n) {
+    vec3 d = vec3(dot(worldRow0.xyz, n), dot(worldRow1.xyz, n), dot(worldRow2.xyz, n));
+    vec3 sum = surround[0].rgb + surround[1].rgb * d.y + surround[2].rgb * d.z + surround[3].rgb * d.x;
+    sum += surround[4].rgb * (d.x * d.y) + surround[5].rgb * (d.y * d.z) + surround[6].rgb * (3.0 * d.z * d.z - 1.0);
+    return max(sum + surround[7].rgb * (d.x * d.z) + surround[8].rgb * (d.x * d.x - d.y * d.y), vec3(0.0));
+}
+#else
+vec3 ambient(vec3 n) { return mix(ground.rgb, sky.rgb, 0.5 + 0.5 * dot(n, worldRow1.xyz)); }
+// Radiance from a direction in the world: sky, horizon and ground, and three lamps as in a photographer's studio, so
+// that metal has something to reflect. A function of the direction alone; a rough surface sees it blurred.
+vec3 environment(vec3 d, float roughness) {
+    float blur = 0.06 + 0.94 * roughness, breadth = 0.18 + 0.6 * roughness;
+    float breadth2 = breadth * breadth, horizon = breadth2 + 4.0 * d.y * d.y;
+    float dimming = 1.0 + 5.0 * roughness * roughness;
+    // One division for three.
+    float all = 1.0 / (blur * horizon * dimming);
+    float invBlur = all * horizon * dimming;
+    float up = clamp(0.5 + 0.5 * d.y * invBlur, 0.0, 1.0);
+    vec3 c = mix(ground.rgb, sky.rgb, up * up * (3.0 - 2.0 * up));
+    vec3 toLamps = vec3(d.y, dot(d, vec3(0.64, 0.48, 0.60)), dot(d, vec3(-0.80, 0.36, 0.48)));
+    // Steps from 0.7 blur below to 0.06 blur above where each lamp's edge is.
+    vec3 lamps = clamp((toLamps - vec3(0.90, 0.93, 0.95)) * (invBlur / 0.76) + 0.7 / 0.76, 0.0, 1.0);
+    lamps *= lamps * (3.0 - 2.0 * lamps);
+    return c + sky.rgb * (0.35 * breadth2 * (all * blur * dimming) +
+                          dot(lamps, vec3(2.2, 3.0, 1.6)) * (all * blur * horizon));
+}
+#endif
+
+// Integral of the specular lobe over a white environment (Karis 2014, "Physically based shading on mobile").
+vec3 environmentFactor(vec3 f0, float f90, float roughness, float nv) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    vec2 scaleAndBias = vec2(-1.04, 1.04) * a + r.zw;
+    return f0 * scaleAndBias.x + f90 * scaleAndBias.y;
+}
+
+// What a material says of how it reflects (MaterialTexels in Program.h), and of the lights that reach it.
+struct Gloss {
+    vec4 specular;
+    float shininess;
+    uint scopes;
+};
+const Gloss kPlainGloss = Gloss(vec4(0.04, 0.04, 0.04, 1.0), -1.0, 0u);
+
+struct Lit {
+    vec3 position, n, v, f0;
+#ifdef GLOSSY
+    float f90, shininess;  // of Phong's surfaces f0 is the highlight's colour; the exponent is below 0 for others
+    vec3 tint;             // how much less f0 is than its strongest colour
+#endif
+#ifdef SCOPED
+    uint scopes;
+#endif
+    float nv, alpha, alpha2;
+    vec3 diffuse, specular;
+#ifdef COATED
+    float coatAlpha, coatAlpha2;
+    vec3 coat;  // what a whole layer of lacquer reflects
+#endif
+};
+
+#ifdef STUDIO
+bool onGround;  // it is the studio's that is lit
+#endif
+
+layout(binding = 9) uniform samplerBuffer lightTexels;
+layout(binding = 10) uniform usamplerBuffer lightLists;
+
+// Light that comes from l, of length 1.
+void addRay(inout Lit lit, vec3 l, vec3 radiance) {
+    float nl = clamp(dot(lit.n, l), 0.0, 1.0);
+    // With h = (l + v) / |l + v|: h.v is half of |l + v|, whose square is 2 + 2 l.v, and n.h = (n.l + n.v) / (2 h.v).
+    // So nothing needs a vector h, and the lobe, with (h.v)^4 above and below, no division but its own.
+    float hv2 = max(0.5 + 0.5 * dot(l, lit.v), 2.5e-7), hv4 = hv2 * hv2;
+    float both = nl + lit.nv, twice = 2.0 * nl * lit.nv;
+    float nh2 = min(0.25 * both * both, hv2);  // (n.h)^2 (h.v)^2
+    float grazing = 1.0 - min(sqrt(hv2), 1.0);
+    float grazing2 = grazing * grazing;
+#ifdef GLOSSY
+    vec3 fresnel = lit.f0 + (lit.f90 - lit.f0) * (grazing2 * grazing2 * grazing);
+#else
+    vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
+#endif
+    float q = nh2 * (lit.alpha2 - 1.0) + hv2;
+    float lobe = 0.5 * lit.alpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.alpha), 1e-6 * hv4);
+    vec3 arriving = radiance * nl;
+#ifdef GLOSSY
+    // As OpenGL's lights have it (OpenGL 1.5, 2.14.1): (n.h)^shininess wherever light falls at all, not times n.l.
+    float highlight = nl > 0.0 ? exp2(lit.shininess * 0.5 * log2(max(nh2 / hv2, 1e-30))) : 0.0;
+    bool phong = lit.shininess >= 0.0;
+    // What is tinted lets through what its strongest colour leaves (KHR_materials_specular).
+    lit.diffuse += phong ? arriving : arriving * (1.0 - fresnel - lit.tint * (1.0 - grazing2 * grazing2 * grazing));
+    lit.specular += phong ? radiance * highlight * lit.f0 : arriving * min(lobe, 40.0) * fresnel;
+#else
+    lit.diffuse += arriving * (1.0 - fresnel);
+    lit.specular += arriving * min(lobe, 40.0) * fresnel;
+#endif
+#ifdef COATED
+    q = nh2 * (lit.coatAlpha2 - 1.0) + hv2;
+    lobe = 0.5 * lit.coatAlpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.coatAlpha), 1e-6 * hv4);
+    lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+#endif
+}
+
+void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec4 falloff) {
+    vec3 l = place.xyz - lit.position * place.w;
+    float d2 = max(dot(l, l), 1e-8);
+    float invD = inversesqrt(d2);
+    l *= invD;
+    // Window of KHR_lights_punctual: the light is zero at its range. Of a directional light, place.w is 0.
+    float x2 = d2 * radiance.w * radiance.w;
+    // Its cone: squared, so that it fades without an edge.
+    float inCone = clamp(cone.w - dot(l, cone.xyz), 0.0, 1.0);
+    // 1 / (x + y d + z d²), by the inverse of d: with 0 0 1 the square alone, to the bit.
+    float invD2 = invD * invD;
+    float fallen = min(invD2 / max(falloff.x * invD2 + falloff.y * invD + falloff.z, 1e-30), 1e18);
+    float strength = inCone * inCone * mix(1.0, fallen * max(1.0 - x2 * x2, 0.0), place.w);
+#ifdef SCOPED
+    // falloff.w: a scope's number, below 0 where it lights what is outside.
+    bool within = ((lit.scopes >> uint(max(abs(falloff.w) - 1.0, 0.0))) & 1u) != 0u;
+    strength = falloff.w == 0.0 || within == (falloff.w > 0.0) ? strength : 0.0;
+#endif
+    addRay(lit, l, radiance.rgb * strength);
+}
+
+#if LIGHTS == 2
+layout(binding = 12) uniform sampler2DArrayShadow shadowMaps;
+/// Whether a place lies in the map of a view, not at its rim, and between its depths.
+bool knows(int view, vec4 place) {
+    vec3 q = vec3(dot(texelFetch(lightTexels, view), place), dot(texelFetch(lightTexels, view + 1), place),
+                  dot(texelFetch(lightTexels, view + 2), place)) /
+             max(dot(texelFetch(lightTexels, view + 3), place), 1e-6);
+    vec4 inside = texelFetch(lightTexels, view + 5);
+    return all(greaterThan(q, vec3(mix(inside.xy, inside.zw, 0.01), 0.0))) &&
+           all(lessThan(q, vec3(mix(inside.zw, inside.xy, 0.01), 1.0)));
+}
+
+// How much of a light arrives: `at` is the first texel of its views (ShadowMaps.h). Four taps of four pixels each.
+// Looked for a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying
+// goodbye to shadow acne"); beyond the map's edge everything arrives.
+float arrives(int at, vec3 position, vec3 n, vec3 towards) {
+    // The finest that knows the place.
+    at += knows(at, vec4(position, 1.0)) ? 0 : knows(at + 6, vec4(position, 1.0)) ? 6 : 12;
+    vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
+    vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
+    vec3 size = texelFetch(lightTexels, at + 4).xyz;
+    vec4 inside = texelFetch(lightTexels, at + 5);
+    float pixel = size.x + size.y * max(dot(row3, vec4(position, 1.0)), 0.0);
+    float slope = sqrt(max(1.0 - dot(n, towards) * dot(n, towards), 0.0));
+    vec4 p = vec4(position + pixel * ((0.5 + 1.5 * slope) * n + 1.0 * towards), 1.0);
+    float w = dot(row3, p);
+    vec3 q = vec3(dot(row0, p), dot(row1, p), dot(row2, p)) / max(w, 1e-6);
+    q.z = clamp(q.z, 0.0, 1.0);
+    vec2 tap = 0.75 * shadows.zw;
+    // Of one level: whatever derivatives are here.
+    float sum = texture(shadowMaps, vec4(q.xy + vec2(-tap.x, -tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(tap.x, -tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(-tap.x, tap.y), size.z, q.z)) +
+                texture(shadowMaps, vec4(q.xy + vec2(tap.x, tap.y), size.z, q.z));
+    bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
+    return known ? 0.25 * sum : 1.0;
+}
+#ifdef STUDIO
+// The same on the studio's ground, from the coarsest view alone: as soft everywhere. Taps on a spiral lie at as many
+// distances from any straight edge. The loop ends at once where no pixel of a stamp is on the ground.
+float arrivesSoftly(int at, vec3 position) {
+    at += 12;
+    vec4 p = vec4(position, 1.0);
+    vec3 q = vec3(dot(texelFetch(lightTexels, at), p), dot(texelFetch(lightTexels, at + 1), p),
+                  clamp(dot(texelFetch(lightTexels, at + 2), p), 0.0, 1.0));
+    float layer = texelFetch(lightTexels, at + 4).z;
+    vec4 inside = texelFetch(lightTexels, at + 5);
+    bool known = onGround && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
+    float taps = known ? 24.0 : 0.0, sum = 0.0;
+    vec2 towards = vec2(1.0, 0.0);
+    for (float i = 0.5; i < taps; i += 1.0) {
+        sum += texture(shadowMaps, vec4(q.xy + towards * (14.0 * sqrt(i / 24.0) * shadows.z), layer, q.z));
+        towards = mat2(-0.7374, 0.6755, -0.6755, -0.7374) * towards;  // the golden angle
+    }
+    return known ? sum / 24.0 : 1.0;
+}
+#endif
+#endif
+
+/// Diffusely and specularly reflected radiance towards the eye, for a surface with a unit normal in eye space.
+/// `occlusion`: the share of the surroundings' light that arrives. `coat`: of lacquer over it
+/// (KHR_materials_clearcoat), and its roughness. `gloss`: counts where GLOSSY, SCOPED are defined.
+Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, float occlusion, vec2 coat, Gloss gloss) {
+    vec3 v = normalize(-position);
+    float nvRaw = dot(n, v);
+    float nv = max(nvRaw, 1e-3);
+#ifdef GLOSSY
+    vec3 f0 = mix(gloss.specular.rgb, base, metallic);
+    float f90 = mix(gloss.specular.a, 1.0, metallic);
+#else
+    vec3 f0 = mix(vec3(0.04), base, metallic);
+#endif
+    vec3 diffuse = occlusion * ambient(n);
+    vec3 r = 2.0 * nvRaw * n - v;
+    vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
+#ifdef GLOSSY
+    // Phong's surfaces mirror nothing.
+    vec3 mirrored = gloss.shininess < 0.0 ? environmentFactor(f0, f90, roughness, nv) : vec3(0.0);
+#else
+    vec3 mirrored = environmentFactor(f0, 1.0, roughness, nv);
+#endif
+    vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
+#ifdef ENVIRONMENT
+    // A white thing in white surroundings is as white as they are.
+    diffuse *= 1.0 - mirrored;
+#endif
+    float alpha = roughness * roughness;
+    Lit lit;
+    lit.position = position;
+    lit.n = n;
+    lit.v = v;
+    lit.f0 = f0;
+#ifdef GLOSSY
+    lit.f90 = f90;
+    lit.tint = (max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b) - gloss.specular.rgb) * (1.0 - metallic);
+    lit.shininess = gloss.shininess;
+#endif
+#ifdef SCOPED
+    lit.scopes = gloss.scopes;
+#endif
+    lit.nv = nv;
+    lit.alpha = alpha;
+    lit.alpha2 = alpha * alpha;
+    lit.diffuse = diffuse;
+    lit.specular = specular;
+#ifdef COATED
+    float coatRoughness = max(coat.y, 0.045);
+    lit.coatAlpha = coatRoughness * coatRoughness;
+    lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
+    lit.coat = occlusion * environmentFactor(vec3(0.04), 1.0, coatRoughness, nv) * environment(rWorld, coatRoughness);
+#endif
+#if LIGHTS == 2
+    uint one = 0u;
+    do {
+        int at = int(shadows.x) + 22 * int(one);
+        vec4 place = texelFetch(lightTexels, at), radiance = texelFetch(lightTexels, at + 1);
+        vec3 towards = normalize(place.xyz - position * place.w);
+        float arriving = arrives(at + 4, position, n, towards);
+#ifdef STUDIO
+        float softly = arrivesSoftly(at + 4, position);
+        arriving = onGround ? softly : arriving;
+#endif
+        radiance.rgb *= arriving;
+        addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3));
+    } while (++one < uint(shadows.y));
+#endif
+#if LIGHTS >= 3
+    addRay(lit, suns[0].xyz, suns[1].rgb);
+#if LIGHTS == 4
+    addRay(lit, suns[2].xyz, suns[3].rgb);
+    addRay(lit, suns[4].xyz, suns[5].rgb);
+#endif
+#else
+    // One light at least (LightClusters.h): a loop without a test at its start, because a software rasteriser would go
+    // through it once more, with nothing to do.
+    uint k = 0u;
+#if LIGHTS == 0
+    uint count = uint(slices.w);
+#else
+    int slice = int(clamp(log2(max(-position.z, 1e-30)) * slices.x + slices.y, 0.0, 31.0));
+    ivec2 column = ivec2(gl_FragCoord.xy) >> 6;
+    int cluster = 2 * ((slice * 9 + column.y) * 16 + column.x);
+    uint list = texelFetch(lightLists, cluster).x, count = texelFetch(lightLists, cluster + 1).x;
+    uint everywhere = uint(slices.z);
+#endif
+    do {
+#if LIGHTS == 0
+        int index = int(k);
+#else
+        int index = int(k < everywhere ? k : texelFetch(lightLists, int(k < everywhere ? 0u : list + k)).x);
+#endif
+        addLight(lit, texelFetch(lightTexels, 4 * index), texelFetch(lightTexels, 4 * index + 1),
+                 texelFetch(lightTexels, 4 * index + 2), texelFetch(lightTexels, 4 * index + 3));
+    } while (++k < count);
+#endif
+    lit.diffuse *= base * (1.0 - metallic);
+#ifdef COATED
+    // What the lacquer reflects towards the eye does not come from below it.
+    float grazing = 1.0 - nv;
+    float grazing2 = grazing * grazing;
+    float below = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.diffuse *= below;
+    lit.specular = lit.specular * below + coat.x * lit.coat;
+#endif
+    return lit;
+}
+)";
+
+const char kToneMapping[] = R"(
+// Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights
+// fade towards white.
+vec3 toneMap(vec3 c) {
+    float peak = min(max(max(c.r, c.g), c.b), 1e8);
+    // newPeak = 1 - 0.04 / a; whiter = 1 - 1 / (0.15 (peak - newPeak) + 1): one division for three.
+    float a = max(peak - 0.6, 0.2), bounded = max(peak, 0.8);
+    float b = a * (0.85 + 0.15 * peak) + 0.006;
+    float all = 1.0 / (a * b * bounded);
+    float newPeak = 1.0 - 0.04 * all * b * bounded;
+    float whiter = 1.0 - a * (a * bounded) * all;
+    vec3 bright = mix(c * (newPeak * a * b * all), vec3(newPeak), whiter);
+    return peak <= 0.8 ? c : bright;
+}
+
+// sRGB's curve as a polynomial of the square root (minimax, by Remez' exchange): a fifth of a step of 255 off at most.
+// Of curve and line the larger one is the right one, once the line ends where they meet.
+vec3 encodeSrgb(vec3 c) {
+    c = clamp(c, vec3(0.0), vec3(1.0));
+    vec3 s = sqrt(c);
+    vec3 curve = (((-0.309571871 * s + 0.842791157) * s - 0.944860931) * s + 1.44789934) * s - 0.0370046656;
+    return max(curve, min(12.92 * c, vec3(0.04045)));
+}
+)";
+
+const char kBlendFragment[] = R"(
+layout(location = 0) out vec4 outColor;
+
+void main() {
+#ifdef POINTS
+    meetBall();
+#endif
+    Surface s = surface();
+    vec3 n = s.normal;
+    float length2 = dot(n, n);
+    n = length2 > 1e-30 ? n * inversesqrt(length2) : normalize(-vPosition);
+    vec2 coat = vec2(0.0);
+    float through = 0.0, unlit = 0.0;
+#ifdef MAPS
+    through = look.effects.x * (1.0 - s.metallic);
+    unlit = look.effects.y;
+    coat = look.effects.zw;
+#endif
+    Gloss gloss = kPlainGloss;
+#ifdef GLOSSY
+    gloss.specular = look.specular;
+    gloss.shininess = look.metallic.y;
+#endif
+    gloss.scopes = look.material.w;
+    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat, gloss);
+    // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its
+    // highlights all the same. Alpha weakens all of it.
+    float a = 1.0 - through * max(max(s.base.r, s.base.g), s.base.b);
+    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
+    float dense = a + (1.0 - a) * shine;
+    vec3 c = ((lit.diffuse * (1.0 - through) + s.emissive) * a + lit.specular) / max(dense, 1e-3);
+    c = unlit > 0.5 ? s.base.rgb : toneMap(c);
+    outColor = vec4(encodeSrgb(c), clamp(s.base.a, 0.0, 1.0) * dense);
+}
+)";
+
+}  // namespace tessera::shader_text

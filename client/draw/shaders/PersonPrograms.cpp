@@ -1,0 +1,122 @@
+#include "client/draw/shaders/PersonPrograms.h"
+
+#include <algorithm>
+
+#include "common/cores/Material.h"
+#include "common/cores/SurfaceParts.h"
+#include "common/drawable/ProgramImages.h"
+
+namespace tessera {
+namespace {
+
+/// Loud, the same under any light, on every wall at the same pixels: borders of cells are whole squares.
+constexpr const char* kErrorSurface = R"(
+void surface(inout Surface s) {
+    vec2 square = floor(gl_FragCoord.xy / 16.0);
+    s.base = vec4(mod(square.x + square.y, 2.0) < 0.5 ? vec3(1.0, 0.0, 1.0) : vec3(0.0), 1.0);
+    s.emissive = vec3(0.0);
+}
+)";
+
+const SurfaceProgram* programOf(const Aspect& aspect, const Material& material) {
+    const auto* program = material.program ? aspect.get<SurfaceProgram>(material.program) : nullptr;
+    return program && !(program->surface.empty() && program->vertex.empty()) ? program : nullptr;
+}
+
+}  // namespace
+
+PersonPrograms::PersonPrograms() {
+    known_.emplace(kError, Known{.text = {.surface = kErrorSurface, .vertex = {}, .uniforms = {}}});
+}
+
+bool PersonPrograms::isBad(const Aspect& aspect, const Material& material) {
+    const SurfaceProgram* program = programOf(aspect, material);
+    return program && program->verdict == SurfaceProgram::kBad;
+}
+
+std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& material) {
+    const SurfaceProgram* program = programOf(aspect, material);
+    if (!program || program->verdict == SurfaceProgram::kUntried || program->verdict == SurfaceProgram::kHeavy)
+        return kNone;
+    if (program->verdict != SurfaceProgram::kGood) return kError;
+    if (uniformOfAnotherShape(aspect, material)) return kNone;
+    const auto [it, isNew] = ids_.try_emplace({program->surface, program->vertex}, next_);
+    if (isNew) {
+        Known known;
+        if (auto text = preparePersonText(program->surface, program->vertex)) {
+            known.text = std::move(*text);
+        } else {
+            known.refused = true;
+            trouble_ = text.error().message;
+        }
+        known_.emplace(next_++, std::move(known));
+    }
+    Known& known = known_.at(it->second);
+    clock_.use(known.uses);
+    known.object = material.program;
+    if (known.refused) return kError;
+    if (known.heldUpFor > Duration::zero()) return kNone;
+    return known.text.surface.empty() && known.text.vertex.empty() ? kNone : it->second;
+}
+
+PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person,
+                                      TextureCache& textures) const {
+    PersonValues values;
+    if (person <= kError) return values;
+    values.reach = static_cast<float>(aspect.get<SurfaceProgram>(material.program)->reach);
+    const auto said = [&](const std::string& name) -> const Uniform* {
+        for (const ObjectId id : material.uniforms)
+            if (const auto* uniform = aspect.get<Uniform>(id); uniform && uniform->name == name) return uniform;
+        return nullptr;
+    };
+    for (const PersonUniform& wanted : textOf(person).uniforms) {
+        const Uniform* uniform = said(wanted.name);
+        if (wanted.width > 0) {
+            const Vec4f value = uniform ? uniform->value : Vec4f(Vec4f::Zero());
+            values.numbers.push_back({value.x(), value.y(), value.z(), value.w()});
+            continue;
+        }
+        const auto* image = uniform && uniform->image ? aspect.get<Image>(uniform->image) : nullptr;
+        const GLuint texture = image ? textures.find(*image, ImageUse::kColor) : 0;
+        values.maps.push_back({texture, texture ? textures.sampler(*image) : 0});
+    }
+    return values;
+}
+
+void PersonPrograms::refused(std::uint32_t person, std::string problem) {
+    known_.at(person).refused = true;
+    trouble_ = "a program of a material: " + personProblem(problem);
+}
+
+void PersonPrograms::holdsUp(std::uint32_t person, Duration took) {
+    known_.at(person).heldUpFor = std::max(took, Duration(1));
+}
+
+std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
+    std::vector<HeldUpBy> all;
+    for (const auto& [texts, person] : ids_) {
+        Known& known = known_.at(person);
+        if (known.heldUpFor == Duration::zero()) continue;
+        const auto* program = aspect.get<SurfaceProgram>(known.object);
+        if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first ||
+            program->vertex != texts.second)
+            known.heldUpFor = {};
+        else
+            all.push_back({known.object, known.heldUpFor});
+    }
+    return all;
+}
+
+std::vector<std::uint32_t> PersonPrograms::forgetUnused() {
+    std::vector<std::uint32_t> gone;
+    if (known_.size() <= kKept) return gone;
+    for (const auto& candidate : clock_.lastNeededFirst(known_)) {
+        if (candidate.nextUse != UseClock::kNever || known_.size() - gone.size() <= kKept) break;
+        if (*candidate.key != kError) gone.push_back(*candidate.key);
+    }
+    for (const std::uint32_t id : gone) known_.erase(id);
+    if (!gone.empty()) std::erase_if(ids_, [this](const auto& entry) { return !known_.contains(entry.second); });
+    return gone;
+}
+
+}  // namespace tessera

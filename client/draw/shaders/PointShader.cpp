@@ -1,0 +1,243 @@
+// Points: balls that no triangle stands for. The rasteriser is given a triangle around each one's outline; what of it
+// is the ball, and how deep, is found for each sample from the ray through it. So a picture shows the ball itself, and
+// what a tile shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought
+// it there.
+#include "client/draw/shaders/ShaderText.h"
+
+namespace tessera::shader_text {
+
+// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches
+// them. Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way
+// there.
+//
+// Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound
+// the other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter
+// hexagon: a software rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a
+// third more).
+const char kPointVertex[] = R"(
+layout(binding = 13) uniform usamplerBuffer points;
+layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
+vec3 position, normal = vec3(0.0, 0.0, 1.0);
+vec4 color = vec4(1.0);
+vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
+
+flat out vec4 vBall;  // its centre, and its radius: below 0 for what is seen from inside
+flat out vec4 vRays;  // from a pixel to where its ray is a metre before the eye
+// What a way along a ray has to do with depth; 1, or 0 where rays are parallel; what the eye is off a far larger ball,
+// see below, or 0.
+flat out vec4 vDepth;
+#ifdef ROWS
+flat out vec3 vRow0, vRow1, vRow2;
+#endif
+#ifdef IN_ITEM
+flat out vec4 vPoint;  // centre and radius in the item's own coordinates
+#endif
+
+void fetchPoint() {
+    int at = (gl_VertexID >> 3) * (1 + ((POINTS >> 1) & 1) + ((POINTS >> 2) & 1));
+    uvec4 point = texelFetch(points, at);
+    position = uintBitsToFloat(point.xyz);
+#ifdef SURFACE
+#if (POINTS & 2) != 0
+    normal = uintBitsToFloat(texelFetch(points, at + 1).xyz);
+#endif
+#if (POINTS & 1) != 0
+    uvec4 bytes = (uvec4(point.w) >> uvec4(0, 8, 16, 24)) & 255u;
+    ivec3 at8 = ivec3(bytes.rgb);
+    color = vec4(texelFetch(linearOf, at8.r).r, texelFetch(linearOf, at8.g).r, texelFetch(linearOf, at8.b).r,
+                 float(257u * bytes.a) * (1.0 / 65535.0));
+#endif
+#if (POINTS & 4) != 0
+    vec4 both = uintBitsToFloat(texelFetch(points, at + 1 + ((POINTS >> 1) & 1)));
+    texcoord = both.xy;
+    texcoord1 = both.zw;
+#endif
+#endif
+}
+
+// How far a linear form of eye space varies from the centre to the surface, as a vector: along which, how much.
+vec3 overBall(vec3 form) {
+#if (POINTS & 8) != 0
+    return uintBitsToFloat(itemSize.x) * (eyeRow0.xyz * form.x + eyeRow1.xyz * form.y + eyeRow2.xyz * form.z);
+#else
+    return uintBitsToFloat(itemSize.x) * form;
+#endif
+}
+
+// A line that touches the outline, across a direction: how far from the middle of the viewport. All in units of the
+// centre's clip w: a of the centre, b over the ball, bw of w. It is where a plane through the eye touches:
+// (a - k)^2 = |b - k bw|^2.
+float touching(float a, vec3 b, vec3 bw, float inverse) {
+    vec3 across = b - a * bw, turned = cross(b, bw);
+    return (a - dot(b, bw) + sqrt(max(dot(across, across) - dot(turned, turned), 0.0))) * inverse;
+}
+
+vec4 aroundBall(vec3 centre) {
+    const vec3 row0 = vec3(clip_T_eye[0][0], clip_T_eye[1][0], clip_T_eye[2][0]);
+    const vec3 row1 = vec3(clip_T_eye[0][1], clip_T_eye[1][1], clip_T_eye[2][1]);
+    const vec3 row2 = vec3(clip_T_eye[0][2], clip_T_eye[1][2], clip_T_eye[2][2]);
+    const vec3 row3 = vec3(clip_T_eye[0][3], clip_T_eye[1][3], clip_T_eye[2][3]);
+    bool inside = (gl_VertexID & 4) != 0, parallel = clip_T_eye[3][3] == 1.0;
+    vec4 at = clip_T_eye * vec4(centre, 1.0);
+    vec3 x = overBall(row0), y = overBall(row1), w = overBall(row3);
+    float reach = length(w);
+    vRays = pixelRays;
+    vDepth = vec4(clip_T_eye[2][2], clip_T_eye[3][2], parallel ? 0.0 : 1.0, 0.0);
+    float radius = inside ? -uintBitsToFloat(itemSize.x) : uintBitsToFloat(itemSize.x);
+#if (POINTS & 8) != 0
+    vBall = vec4(normalRow0.xyz * centre.x + normalRow1.xyz * centre.y + normalRow2.xyz * centre.z, sign(radius));
+#else
+    vBall = vec4(centre, radius);
+#endif
+    // From right above a planet the centre is as far as the surface behind it: what two such lengths differ by would be
+    // noise, of each pixel another one. So the power of the eye to the ball is found once, and rays meet the ball by it
+    // (Citardauq's formula).
+    float toCentre = length(vBall.xyz), ballSize = abs(vBall.w), power = (toCentre - ballSize) * (toCentre + ballSize);
+    if (!parallel && !inside && power > 0.0 && power < 1e-3 * ballSize * ballSize) vDepth.w = power;
+    // Depth where it is nearest: no fragment's is more (DEPTH_LESS).
+    float nearest = parallel       ? at.z + length(overBall(row2))
+                    : at.w > reach ? clip_T_eye[3][2] / (at.w - reach) - clip_T_eye[2][2]
+                                   : 2.0;
+    bool cut = nearest > 0.9999;
+    bool shown = !inside || cut;
+#ifdef BLENDED
+    shown = true;
+#endif
+    // What lies before the near plane as a whole, or beyond a side.
+    float farthest = parallel ? 0.0 : clip_T_eye[3][2] / max(at.w + reach, 1e-30) - clip_T_eye[2][2];
+    shown = shown && at.w + reach > 0.0 && farthest <= 1.0;
+    shown = shown && at.w - at.x > -length(w - x) && at.w + at.x > -length(w + x);
+    shown = shown && at.w - at.y > -length(w - y) && at.w + at.y > -length(w + y);
+    float depth = clamp(nearest + 1e-5 * abs(nearest), 0.0, 1.0);
+    int corner = gl_VertexID & 3;
+    if (!shown) return vec4(2.0, 2.0, 0.0, 1.0);
+    // It reaches the plane of the eye, where it has no outline.
+    if (!(at.w > 1.01 * reach)) return vec4(corner == 1 ? 3.0 : -1.0, corner == 2 ? 3.0 : -1.0, depth, 1.0);
+    vec2 pixels = 1.0 / clipPerPixel.xy;
+    float inverseW = 1.0 / at.w;
+    vec2 middle = at.xy * inverseW * pixels;
+    x *= inverseW * pixels.x;
+    y *= inverseW * pixels.y;
+    w *= inverseW;
+    float inverse = 1.0 / (1.0 - dot(w, w));
+    // Two sides meet in a corner: those across e and f, a third of a turn apart.
+    vec2 e = corner == 0 ? vec2(-0.8660254, 0.5) : corner == 1 ? vec2(0.0, -1.0) : vec2(0.8660254, 0.5);
+    vec2 f = vec2(-0.5 * e.x - 0.8660254 * e.y, 0.8660254 * e.x - 0.5 * e.y);
+    // A little more than it is, as corners are rounded; and no farther than the viewport.
+    float most = 4.0 * (pixels.x + pixels.y);
+    float k = clamp(touching(dot(e, middle), e.x * x + e.y * y, w, inverse) + 0.05, -most, most);
+    float l = clamp(touching(dot(f, middle), f.x * x + f.y * y, w, inverse) + 0.05, -most, most);
+    vec2 p = 1.3333333 * ((k + 0.5 * l) * e + (l + 0.5 * k) * f);
+    return vec4(p * clipPerPixel.xy, depth, 1.0);
+}
+)";
+
+// What of the triangle is the ball. Each sample has its own ray and depth; all samples of a pixel that show one ball
+// have the normal of one place of it, where the pixel's middle is, or what of the ball is nearest to that: so a pixel
+// that shows one ball is lit once.
+const char kPointFragment[] = R"(
+layout(depth_less) out float gl_FragDepth;
+flat in vec4 vBall;
+flat in vec4 vRays;
+flat in vec4 vDepth;
+#ifdef ROWS
+flat in vec3 vRow0, vRow1, vRow2;
+#endif
+#ifdef IN_ITEM
+flat in vec4 vPoint;
+#endif
+vec3 ballNormal = vec3(0.0), vPosition = vec3(0.0), ballItem = vec3(0.0);
+
+// Of the ray through a place of the picture: begin + t * along, in the eye's coordinates.
+vec3 alongOf(vec2 place) { return vec3(vDepth.z * place, -1.0); }
+vec3 beginOf(vec2 place) { return vec3((1.0 - vDepth.z) * place, 0.0); }
+// Where it is a ball.
+vec3 asBall(vec3 v) {
+#if (POINTS & 8) != 0
+    return vRow0 * v.x + vRow1 * v.y + vRow2 * v.z;
+#else
+    return v;
+#endif
+}
+float ballRadius() {
+#if (POINTS & 8) != 0
+    return 1.0;
+#else
+    return abs(vBall.w);
+#endif
+}
+
+// The place of a ray that is nearest to the centre: how far along it, and from the centre to there. Not by a difference
+// of squares, which is nothing any more of a small ball far away (Haines and others 2019, "Precision improvements for
+// ray/sphere intersection").
+float nearestTo(vec2 place, out vec3 along, out vec3 off, out float inverse) {
+    along = asBall(alongOf(place));
+    vec3 centre = vBall.xyz - asBall(beginOf(place));
+    inverse = 1.0 / dot(along, along);
+    float t = dot(centre, along) * inverse;
+    off = t * along - centre;
+    return t;
+}
+
+// Where a ray meets it whose place nearest to the centre is known. `left2`: below 0, it does not.
+float meets(float middle, vec3 off, float inverse, float side, float radius2, out float left2) {
+    if (vDepth.w > 0.0) {
+        precise float square = middle * middle - vDepth.w * inverse;
+        left2 = middle > 0.0 ? square : -1.0;
+        precise float near = vDepth.w * inverse / (middle + sqrt(max(square, 0.0)));
+        return near;
+    }
+    precise float left = radius2 - dot(off, off);
+    left2 = left;
+    precise float t = middle - side * sqrt(max(left, 0.0) * inverse);
+    return t;
+}
+
+void meetBall() {
+    vec2 pixel = floor(gl_FragCoord.xy), place = (pixel + 0.5) * vRays.xy + vRays.zw;
+    float side = vBall.w < 0.0 ? -1.0 : 1.0, radius2 = ballRadius() * ballRadius();
+    vec3 along, off;
+    float inverse;
+#if SAMPLES > 1
+    precise float middle = nearestTo((pixel + gl_SamplePosition) * vRays.xy + vRays.zw, along, off, inverse);
+#else
+    precise float middle = nearestTo(place, along, off, inverse);
+#endif
+    float left2;
+    precise float t = meets(middle, off, inverse, side, radius2, left2);
+    precise float depth = vDepth.z > 0.5 ? vDepth.y / t - vDepth.x : vDepth.y - vDepth.x * t;
+#ifdef SHADOW
+    // A sun's: what is before its depths stands at their front.
+    bool between = vDepth.z > 0.5 ? t > 0.0 && depth <= 1.0 && depth >= 0.0 : true;
+    depth = clamp(depth, 0.0, 1.0);
+#else
+    bool between = t > 0.0 && depth <= 1.0 && depth >= 0.0;
+#endif
+    if (!(left2 >= 0.0) || !between) discard;
+    gl_FragDepth = depth;
+#ifdef SURFACE
+#if SAMPLES > 1
+    middle = nearestTo(place, along, off, inverse);
+#endif
+    // Past the ball: the outline's nearest.
+    t = meets(middle, off, inverse, side, radius2, left2);
+    vec3 fromCentre = off + (t - middle) * along;
+#if (POINTS & 8) != 0
+    ballNormal = vec3(dot(vRow0, fromCentre), dot(vRow1, fromCentre), dot(vRow2, fromCentre));
+#else
+    ballNormal = fromCentre / ballRadius();
+#endif
+    vPosition = beginOf(place) + t * alongOf(place);
+#ifdef IN_ITEM
+#if (POINTS & 8) != 0
+    ballItem = fromCentre;
+#else
+    ballItem = vRow0 * fromCentre.x + vRow1 * fromCentre.y + vRow2 * fromCentre.z;
+#endif
+    ballItem = vPoint.xyz + vPoint.w * normalize(ballItem);
+#endif
+#endif
+}
+)";
+
+}  // namespace tessera::shader_text

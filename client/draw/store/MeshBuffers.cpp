@@ -1,0 +1,317 @@
+#include "client/draw/store/MeshBuffers.h"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kFirstCapacity = 8 * 1024;
+
+/// What lies in GL is the same whatever the radius of points is.
+MeshKey withoutRadius(MeshKey key) {
+    key.pointRadius = 0;
+    return key;
+}
+
+}  // namespace
+
+MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes)
+    : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {
+    // As many texels as a texture has, and as vertices have numbers.
+    GLint most = 0;
+    gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    mostTexels_ = std::min<std::uint64_t>(most > 0 ? static_cast<std::uint64_t>(most) : 0,
+                                          std::uint64_t{std::numeric_limits<std::int32_t>::max()} / kNumbersPerPoint);
+}
+
+MeshBuffers::~MeshBuffers() {
+    for (const Buffer& buffer : buffers_) gl_.DeleteBuffers(1, &buffer.name);
+    for (const GLuint* buffer : {&sharedIndices_[0], &sharedIndices_[1], &linearBuffer_}) gl_.DeleteBuffers(1, buffer);
+    for (const GLuint* texture : {&pointTexture_, &linearTexture_}) gl_.DeleteTextures(1, texture);
+}
+
+void MeshBuffers::beginDraw() {
+    clock_.beginDraw();
+    clock_.giveWay(
+        meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, [this](const Mesh& mesh) { release(mesh); });
+}
+
+std::size_t MeshBuffers::residentBytes() const {
+    MeshSize used;
+    for (std::size_t i = 0; i < kMeshStores; ++i) used.elements[i] = buffers_[i].ranges.used();
+    return used.bytes();
+}
+
+std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
+    const MeshKey key = withoutRadius(drawable.key());
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!drawable.resident()) return std::nullopt;
+        const MeshArrays arrays = drawable.arrays();
+        if (takeOver(key, arrays)) {
+            it = meshes_.find(key);
+        } else {
+            const std::optional<Mesh> made = allocate(arrays);
+            if (!made) return std::nullopt;
+            it = meshes_.emplace(key, *made).first;
+        }
+        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
+    }
+    Mesh& mesh = it->second;
+    clock_.use(mesh.uses);
+    if (mesh.refused) return std::nullopt;
+    if (mesh.written < mesh.toWrite) writeOn(drawable.arrays(), mesh, ~std::size_t{0});
+    return mesh.range;
+}
+
+std::optional<MeshRange> MeshBuffers::findOutline(const Drawable& drawable, std::int64_t fill) {
+    MeshKey key = drawable.key();
+    if (key.primitive != Primitive::kTriangles) return std::nullopt;
+    // As no drawable has them: lines with indices of triangles.
+    key.primitive = Primitive::kLines;
+    key.pointRadius = fill == Material::kCorners ? 1 : 0;
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!drawable.resident()) return std::nullopt;
+        const MeshArrays arrays = drawable.arrays();
+        std::optional<Mesh> made = Mesh{.refused = true};
+        if (checkMesh(arrays)) {
+            const MeshArrays outline = outlineOf(arrays, fill);
+            made = allocate(outline);
+            if (!made) return std::nullopt;
+            if (!made->refused) writeOn(outline, *made, ~std::size_t{0});
+        }
+        it = meshes_.emplace(key, *made).first;
+        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
+    }
+    clock_.use(it->second.uses);
+    return it->second.refused ? std::nullopt : std::optional(it->second.range);
+}
+
+std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::size_t bytes) {
+    const MeshKey key = withoutRadius(drawable.key());
+    auto it = meshes_.find(key);
+    if (it == meshes_.end()) {
+        if (!drawable.resident()) return 0;
+        const MeshArrays arrays = drawable.arrays();
+        // What goes on changing takes a place over when it is drawn.
+        for (const MeshOrigin& origin : originsOf(arrays))
+            if (meshes_.contains(withoutRadius(origin.key))) return 0;
+        if (residentBytes() + sizeOf(arrays).bytes() > budgetBytes_) return std::nullopt;
+        const std::optional<Mesh> made = allocate(arrays);
+        if (!made) return 0;
+        it = meshes_.emplace(key, *made).first;
+        it->second.uses.lastDraw = clock_.draw();
+    }
+    const std::uint64_t before = uploadedBytes_;
+    if (it->second.written < it->second.toWrite) writeOn(drawable.arrays(), it->second, bytes);
+    return uploadedBytes_ - before;
+}
+
+void MeshBuffers::expect(const MeshSize& more) {
+    for (std::size_t i = 0; i < kMeshStores; ++i) {
+        const auto store = static_cast<MeshStore>(i);
+        const std::uint64_t most = std::min<std::uint64_t>(budgetBytes_ / elementBytes(store), mostOf(store));
+        const std::uint64_t wanted = std::min(most, buffers_[i].ranges.used() + more.elements[i]);
+        if (wanted > buffers_[i].ranges.capacity()) grow(store, wanted);
+    }
+}
+
+std::uint64_t MeshBuffers::mostOf(MeshStore store) const {
+    return store == MeshStore::kTexels ? mostTexels_ : std::numeric_limits<std::uint64_t>::max();
+}
+
+std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
+    Mesh mesh;
+    if (!checkMesh(arrays)) {
+        mesh.refused = true;
+        return mesh;
+    }
+    const DrawForm& form = formOf(kindOf(arrays));
+    for (const MeshPart& part : form.parts(arrays)) {
+        // What is fetched by its number lies at a multiple of its size.
+        const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
+        if (!place(part.store, part.elements(), multipleOf, mesh.places[static_cast<std::size_t>(part.store)])) {
+            release(mesh);
+            return std::nullopt;
+        }
+        mesh.toWrite += part.units;
+    }
+    const auto firstOf = [&mesh](MeshStore store) { return mesh.places[static_cast<std::size_t>(store)].first; };
+    const MeshPart first = form.parts(arrays)[0];
+    mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices)),
+                  .indexCount = static_cast<std::uint32_t>(
+                      sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
+                  .baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kVertices)),
+                  .hasNormals = form.normals || !arrays.normals.empty(),
+                  .hasColors = !arrays.colors.empty(),
+                  .kind = form.kind,
+                  .pointParts = pointPartsOf(arrays)};
+    if (form.fetched) {
+        mesh.range.indexCount = static_cast<std::uint32_t>(first.units * kIndicesPerPoint);
+        mesh.range.baseVertex =
+            static_cast<std::int32_t>(firstOf(MeshStore::kTexels) / first.elementsPerUnit * kNumbersPerPoint);
+        makeSharedByPoints();
+    }
+    return mesh;
+}
+
+void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes) {
+    std::uint64_t before = 0;
+    bool any = false;
+    for (const MeshPart& part : formOf(mesh.range.kind).parts(arrays)) {
+        const std::uint64_t end = before + part.units;
+        if (mesh.written < end && (!any || bytes >= part.unitBytes())) {
+            const std::uint64_t upTo =
+                std::min(end, mesh.written + std::max<std::uint64_t>(1, bytes / part.unitBytes()));
+            write(arrays, mesh, part, {mesh.written - before, upTo - before});
+            bytes -= std::min<std::size_t>(bytes, (upTo - mesh.written) * part.unitBytes());
+            mesh.written = upTo;
+            any = true;
+        }
+        if (mesh.written < end) return;
+        before = end;
+    }
+}
+
+bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
+    const DrawForm& form = formOf(kindOf(arrays));
+    if (form.follows.empty()) return false;
+    for (const MeshOrigin& origin : originsOf(arrays)) {
+        const auto known = meshes_.find(withoutRadius(origin.key));
+        if (known == meshes_.end() || known->second.refused || clock_.usedNow(known->second.uses) ||
+            known->second.written < known->second.toWrite || !soundWithin(arrays, origin.changed))
+            continue;
+        auto mesh = meshes_.extract(known);
+        mesh.key() = key;
+        for (const DrawForm::Follows& array : form.follows)
+            for (const MeshPart& part : form.parts(arrays))
+                if (part.store == array.store)
+                    write(arrays, mesh.mapped(), part, elementsOf(origin.changed[array.array], array.bytesPerUnit));
+        meshes_.insert(std::move(mesh));
+        return true;
+    }
+    return false;
+}
+
+void MeshBuffers::write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units) {
+    if (units.empty()) return;
+    std::uint64_t at = mesh.places[static_cast<std::size_t>(part.store)].first * elementBytes(part.store) +
+                       units.begin * part.unitBytes();
+    formOf(mesh.range.kind).write(arrays, part.store, units, [&](ByteSpan made) {
+        gl_.NamedBufferSubData(buffer(part.store).name, static_cast<GLintptr>(at), static_cast<GLsizeiptr>(made.size()),
+                               made.data());
+        at += made.size();
+        uploadedBytes_ += made.size();
+    });
+}
+
+bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place) {
+    if (count == 0) return true;
+    Buffer& in = buffer(store);
+    const std::uint64_t wanted = count + multipleOf - 1;
+    std::optional<std::uint64_t> start = in.ranges.allocate(wanted);
+    if (!start) {
+        const std::uint64_t old = in.ranges.capacity(), most = mostOf(store);
+        const std::uint64_t larger = std::min(most, std::max({kFirstCapacity, 2 * old, old + wanted}));
+        if (larger > old && wanted <= most) grow(store, larger);
+        start = in.ranges.allocate(wanted);
+        if (!start) return false;
+    }
+    place = {.taken = *start, .takenCount = wanted, .first = (*start + multipleOf - 1) / multipleOf * multipleOf};
+    return true;
+}
+
+void MeshBuffers::release(const Mesh& mesh) {
+    for (std::size_t i = 0; i < kMeshStores; ++i)
+        buffers_[i].ranges.release(mesh.places[i].taken, mesh.places[i].takenCount);
+}
+
+void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
+    Buffer& grown = buffer(store);
+    const std::size_t bytesEach = elementBytes(store);
+    GLuint larger = 0;
+    gl_.CreateBuffers(1, &larger);
+    gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
+    if (grown.name) {
+        gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0,
+                                   static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
+        // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are
+        // missing for as long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
+        gl_.Finish();
+        gl_.DeleteBuffers(1, &grown.name);
+    }
+    grown.name = larger;
+    grown.ranges.grow(capacity);
+    rebind();
+}
+
+void MeshBuffers::rebind() {
+    if (const GLuint vertices = buffer(MeshStore::kVertices).name)
+        gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices, 0, sizeof(MeshVertex));
+    if (const GLuint texels = buffer(MeshStore::kTexels).name) {
+        if (!pointTexture_) gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &pointTexture_);
+        gl_.TextureBuffer(pointTexture_, GL_RGBA32UI, texels);
+    }
+    // The vertex array may have had one that is gone.
+    elementsBound_ = 0;
+}
+
+void MeshBuffers::makeSharedByPoints() {
+    if (sharedIndices_[0]) return;
+    const auto fill = [this](GLuint& buffer, const auto& values) {
+        gl_.CreateBuffers(1, &buffer);
+        gl_.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
+                            GL_STATIC_DRAW);
+    };
+    for (const bool insides : {false, true}) fill(sharedIndices_[insides], sharedPointIndices(insides));
+    fill(linearBuffer_, linearNumbers());
+    gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &linearTexture_);
+    gl_.TextureBuffer(linearTexture_, GL_R32F, linearBuffer_);
+}
+
+void MeshBuffers::bindFor(DrawKind kind) {
+    if (!formOf(kind).fetched) return;
+    gl_.BindTextureUnit(kPointUnit, pointTexture_);
+    gl_.BindTextureUnit(kLinearUnit, linearTexture_);
+}
+
+void MeshBuffers::bindElements(GLuint buffer) {
+    if (buffer != elementsBound_) gl_.VertexArrayElementBuffer(vertexArray_, buffer);
+    elementsBound_ = buffer;
+}
+
+std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles,
+                                std::size_t firstRecord, std::size_t instances, bool insides) {
+    const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base,
+                              std::size_t record) {
+        gl_.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(count), type, reinterpret_cast<const void*>(offset),
+            static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
+    };
+    if (!formOf(mesh.kind).fetched) {
+        bindElements(indexBuffer());
+        issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances,
+              mesh.baseVertex, firstRecord);
+        return 1;
+    }
+    bindElements(sharedIndices_[insides]);
+    const std::uint64_t points = mesh.indexCount / kIndicesPerPoint, indicesEach = kIndicesPerPoint * (insides ? 2 : 1);
+    if (points <= kPointsAtOnce) {
+        issue(points * indicesEach, GL_UNSIGNED_SHORT, 0, instances, mesh.baseVertex, firstRecord);
+        return 1;
+    }
+    // One instance after the other, whole: as they are drawn one by one.
+    std::uint64_t calls = 0;
+    for (std::size_t i = 0; i < instances; ++i)
+        for (std::uint64_t first = 0; first < points; first += kPointsAtOnce, ++calls)
+            issue(indicesEach * std::min<std::uint64_t>(kPointsAtOnce, points - first), GL_UNSIGNED_SHORT, 0, 1,
+                  mesh.baseVertex + static_cast<std::int64_t>(kNumbersPerPoint * first), firstRecord + i);
+    return calls;
+}
+
+}  // namespace tessera

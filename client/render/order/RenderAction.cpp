@@ -1,0 +1,210 @@
+#include "client/render/order/RenderAction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <tuple>
+
+#include "client/render/cull/MaskedCuller.h"
+#include "client/render/cull/PartCuller.h"
+#include "client/render/order/TransparentOrder.h"
+#include "client/render/scene/SceneItems.h"
+#include "common/wall/Detail.h"
+
+namespace tessera {
+
+/// An item's place in the one draw order (DrawSorting.h). Node ids are unique, so the order is total.
+struct Ranked {
+    double depth;
+    ObjectId node;
+    std::uint32_t item;
+    // Nothing where the sorting does not ask.
+    std::int32_t band = 0;
+    std::uint32_t state = 0;
+    ObjectId material, geometry;
+
+    [[nodiscard]] auto place() const { return std::tie(band, state, material, geometry, depth, node); }
+};
+
+/// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a
+/// pause, and after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
+class LookingHabit {
+public:
+    /// `items`: in the frustum now. Where there are far more than at the last look, it is another sight.
+    bool looks(std::size_t items) {
+        if (items > 2 * itemsThen_ + 16) left_ = inVain_ = 0;
+        if (left_ == 0) return true;
+        --left_;
+        return false;
+    }
+    void looked(std::size_t items, const CullingWork& work) {
+        itemsThen_ = items;
+        inVain_ = work.savedNs > work.spentNs ? 0 : inVain_ + 1;
+        left_ = inVain_ < kPatience ? 0 : (1u << std::min(inVain_ - kPatience, kLongestPause)) - 1;
+    }
+
+private:
+    static constexpr unsigned kPatience =
+        3;  ///< looks: the first ones find meshes that are not yet ready to hide things
+    static constexpr unsigned kLongestPause = 7;  ///< 127 frames
+    std::size_t itemsThen_ = 0;
+    unsigned inVain_ = 0;  ///< looks, the last ones
+    unsigned left_ = 0;    ///< frames until the next
+};
+
+struct RenderAction::Impl {
+    CullerKind kind = CullerKind::kAuto;
+    DrawSorting sorting = kDefaultSorting;
+    MaskedCuller masked;
+    LookingHabit habit;
+    std::vector<std::unique_ptr<PartCuller>> parts;  ///< of the tile, where the renderer is asked
+    std::vector<std::uint32_t> visible;
+    std::vector<std::uint32_t> items;
+    std::vector<Ranked> opaque, transparent;
+    TransparentOrder transparentOrder;
+    std::vector<TransparentOrder::Item> transparentItems;
+
+    /// Keeps of `items` what the renderer does not say is hidden.
+    [[nodiscard]] Expected<void> askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
+                                             const PixelRect& pixels, VisibilityDevice& device, CullCounts& count);
+    void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
+    [[nodiscard]] DrawItem drawItem(const RenderScene::Impl& scene, std::uint32_t item) const;
+    [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
+};
+
+RenderAction::RenderAction(CullerKind kind, DrawSorting sorting) : impl_(std::make_unique<Impl>()) {
+    impl_->kind = kind;
+    impl_->sorting = sorting;
+}
+RenderAction::~RenderAction() = default;
+
+DrawList RenderAction::run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                           CullCounts* counts) {
+    TESSERA_CHECK(!asksRenderer(impl_->kind), "this culler asks the renderer: run it with one");
+    return *run(scene, camera, pixels, nullptr, counts);
+}
+
+Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamera& camera, const PixelRect& pixels,
+                                     VisibilityDevice* device, CullCounts* counts) {
+    const bool asks = asksRenderer(impl_->kind);
+    if (asks && !device)
+        return fail(ErrorCode::kUnsupported,
+                    fmt::format("the culler '{}' asks the renderer what is hidden, and there is none here",
+                                nameOf(impl_->kind)));
+    const RenderScene::Impl& all = scene.seenFrom(camera);
+    std::vector<std::uint32_t>& items = impl_->items;
+    items.clear();
+    if (impl_->kind == CullerKind::kNone) {
+        for (std::uint32_t i = 0; i < all.items.size(); ++i) {
+            if (!all.boxes[i].empty()) items.push_back(i);
+        }
+    } else {
+        collectInFrustum(all, tileFrustum(camera, pixels, kFrustumMarginPx + all.widestLineReachPx()), items);
+    }
+    CullCounts count;
+    count.inFrustum = items.size();
+    count.looked = asks || impl_->kind == CullerKind::kMasked ||
+                   (impl_->kind == CullerKind::kAuto && impl_->habit.looks(count.inFrustum));
+    // What was found hidden is not true of another sight.
+    impl_->masked.forget();
+    if (asks) {
+        if (auto asked = impl_->askRenderer(all, camera, pixels, *device, count); !asked)
+            return tl::unexpected(asked.error());
+    } else if (count.looked) {
+        impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
+    }
+    count.drawn = items.size();
+    for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
+    if (counts) *counts = count;
+
+    impl_->rank(all, camera);
+    return impl_->list(all, camera);
+}
+
+Expected<void> RenderAction::Impl::askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
+                                               const PixelRect& pixels, VisibilityDevice& device, CullCounts& count) {
+    const std::vector<VisibilityDevice::Part> partsNow = device.partsOf(camera, pixels);
+    while (parts.size() < partsNow.size()) parts.push_back(makePartCuller(kind));
+    visible.clear();
+    DeviceWork work;
+    for (std::size_t i = 0; i < partsNow.size(); ++i) {
+        const PartView view(scene, partsNow[i]);
+        // Nothing is known of other projections: all that is in the frustum stays.
+        if (!view.usable()) return {};
+        if (auto begun = device.begin(partsNow[i]); !begun) return begun;
+        if (auto culled = parts[i]->cull(view, device, visible, work); !culled) return culled;
+    }
+    // What several parts show is drawn once; what the whole tile's frustum leaves out has no pixel in any part.
+    std::sort(visible.begin(), visible.end());
+    visible.erase(std::unique(visible.begin(), visible.end()), visible.end());
+    std::sort(items.begin(), items.end());
+    std::vector<std::uint32_t> kept;
+    std::set_intersection(items.begin(), items.end(), visible.begin(), visible.end(), std::back_inserter(kept));
+    items.swap(kept);
+    count.queries = work.queries;
+    count.waits = work.waits;
+    count.depthTriangles = work.depthTriangles;
+    return {};
+}
+
+// The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.
+void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera& camera) {
+    opaque.clear();
+    transparent.clear();
+    const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
+    const double offset = -camera.eye_T_world.translation().z();
+    for (const std::uint32_t i : items) {
+        const SceneItem& item = scene.items[i];
+        Ranked ranked{.depth = axis.dot(scene.boxes[i].center()) + offset, .node = item.node, .item = i};
+        if (sorting == DrawSorting::kBoth) ranked.band = depthBand(ranked.depth);
+        if (sorting != DrawSorting::kDepth) {
+            ranked.state = 2u * item.state + item.mirrored;
+            ranked.material = item.material;
+            ranked.geometry = item.geometry;
+        }
+        (item.transparent ? transparent : opaque).push_back(ranked);
+        if (item.over) transparent.push_back(ranked);
+    }
+    std::sort(opaque.begin(), opaque.end(), [](const Ranked& a, const Ranked& b) { return a.place() < b.place(); });
+}
+
+DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint32_t index) const {
+    DrawItem drawn = scene.drawItem(index);
+    // `none` leaves nothing away anywhere: what others are compared with.
+    if (kind == CullerKind::kNone) return drawn;
+    drawn.box = scene.boxes[index];
+    if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters;
+    drawn.hiddenFrom = masked.hiddenFrom(index);
+    return drawn;
+}
+
+DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCamera& camera) {
+    DrawList result;
+    result.hiddenClusters = masked.hiddenClusters();
+    result.opaque.reserve(opaque.size());
+    for (const Ranked& ranked : opaque) result.opaque.push_back(drawItem(scene, ranked.item));
+    transparentItems.clear();
+    for (const Ranked& ranked : transparent) {
+        transparentItems.push_back({drawItem(scene, ranked.item), ranked.item, ranked.depth});
+        transparentItems.back().drawn.over = scene.items[ranked.item].over;
+    }
+    transparentOrder.append(scene, camera, transparentItems, result);
+    result.lights = scene.lights;
+    const bool shadows = detailStep(camera.detail).shadows;
+    if (!shadows)
+        for (LightItem& light : result.lights) light.shadows = false;
+    result.narrowed = scene.narrowed;
+    result.lightsLeftOut = scene.lightsLeftOut;
+    result.shadowsLeftOut = scene.shadowsLeftOut;
+    result.scopesLeftOut = scene.scopesLeftOut;
+    if (shadows) result.casters = scene.shadowCasters(camera);
+    result.environment = scene.environment;
+    result.studio = scene.studio;
+    result.detailed = scene.detailedItems > 0;
+    result.coated = scene.coatedItems > 0;
+    result.glossy = scene.glossyItems > 0;
+    return result;
+}
+
+}  // namespace tessera
