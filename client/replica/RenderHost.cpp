@@ -7,9 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/render/scene/LineWidths.h"
 #include "client/replica/TileWindows.h"
-#include "client/testpicture/TestPicture.h"
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/scene/FieldTable.h"
@@ -23,7 +21,8 @@ RenderHost::RenderHost(RenderHostOptions options, Surface* surface, const BlobSt
       blobs_(blobs),
       log_(log),
       report_(std::move(report)),
-      writer_(std::make_unique<PictureWriter>(log)) {}
+      writer_(std::make_unique<PictureWriter>(log)),
+      warnings_(log) {}
 
 RenderHost::~RenderHost() = default;
 
@@ -97,22 +96,14 @@ std::optional<Outcome> RenderHost::drawAgain(const Work& work, const message::Be
     if (!still_ || begin.list->changed() || !(begin.payload == still_->payload)) return std::nullopt;
     if (options_.injection.frame == begin.frame.value) return std::nullopt;  // for the draw thread, as all of them
     sequence_ = begin.list->sequence;
-    for (const auto& state : tiles_) {
-        ++state->painted;
-        ++state->again;
-        if (!state->drawn) state->drawn = state->shown;
-        state->drawnFrame = begin.frame;
-        if (!state->file) continue;
-        state->file->prepareAgain(begin.frame.value);
-        state->ready = state->file->ready();
-    }
+    for (const auto& tile : tiles_) tile->drawAgain(begin.frame);
     return Outcome{work.attempt, drawnFrame(begin.frame, still_->stats)};
 }
 
 std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
     // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
     if (options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
-    for (const auto& state : tiles_) noteShown(*state);
+    for (const auto& tile : tiles_) tile->show();
     flippedBy_ = clockNow() + kFlipsTake;
     return Outcome{work.attempt, outcome::Noted{}};
 }
@@ -122,8 +113,8 @@ outcome::Drawn RenderHost::drawnFrame(FrameNumber frame, const ByteSlice& stats)
     outcome::Drawn drawn{.frame = frame, .stateHash = aspect_.stateHash(), .stats = stats};
     if (options_.injection.kind == Injection::Kind::kLie && frame.value >= options_.injection.frame)
         drawn.stateHash.value ^= 1;
-    for (const auto& state : tiles_)
-        if (state->ready) drawn.pictures.push_back(*state->ready);
+    for (const auto& tile : tiles_)
+        if (tile->ready()) drawn.pictures.push_back(*tile->ready());
     return drawn;
 }
 
@@ -131,7 +122,7 @@ bool RenderHost::on(const work::Configure& configure) {
     flippedBy_ = TimePoint{};
     // Images of an earlier connection are asked for again by whoever still wants them.
     waitingImages_.clear();
-    for (const auto& state : tiles_) state->previewed.clear();
+    for (const auto& tile : tiles_) tile->forgetPreviews();
     auto wall = decodeWall(configure.configuration);
     if (!wall) return broken({wall.error().code, "the server's wall: " + wall.error().message});
     if (auto used = useWall(std::move(*wall)); !used) return broken(used.error());
@@ -190,22 +181,15 @@ Expected<void> RenderHost::useWall(Wall wall) {
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }
-    // A tile that is as it was keeps the image it shows.
-    std::vector<std::unique_ptr<TileState>> before = std::move(tiles_);
+    std::vector<std::unique_ptr<HostTile>> before = std::move(tiles_);
     tiles_.clear();
     for (Tile& tile : tilesOf(wall_, options_.name)) {
-        auto state = std::make_unique<TileState>(std::move(tile), options_.culler.value_or(wall_.culler));
-        for (auto& old : before) {
-            if (!old || old->tile.name != state->tile.name || old->tile.rect.width != state->tile.rect.width ||
-                old->tile.rect.height != state->tile.rect.height)
-                continue;
-            state->shown = old->shown;
-            state->shownFrame = old->shownFrame;
-            state->seen = std::move(old->seen);
-            state->file = std::move(old->file);
-            old.reset();
-        }
-        tiles_.push_back(std::move(state));
+        std::string folder =
+            options_.output.empty() ? std::string() : fmt::format("{}/tiles/{}", options_.output, tile.name);
+        tiles_.push_back(
+            std::make_unique<HostTile>(std::move(tile), options_.culler.value_or(wall_.culler), std::move(folder)));
+        for (auto& old : before)
+            if (old && tiles_.back()->takeOver(*old)) old.reset();
     }
     if (options_.windows) options_.windows->follow(wall_, tilesOf(wall_, options_.name));
     return {};
@@ -287,219 +271,57 @@ bool RenderHost::on(const work::Draw& draw) {
     const bool scene = payload->showing == Showing::kScene;
     const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
-    std::uint64_t skipped = 0, dark = 0, scopeless = 0;
-    NarrowedLines narrowed;
-    std::string trouble;
     if (renderer_) renderer_->beginFrame();
-    for (const auto& state : tiles_) {
-        auto drawn = scene ? drawTile(*state, payload->view, frame) : drawTestPicture(*state, payload->showing, frame);
+    std::vector<const PaintedTile*> painted;
+    for (const auto& tile : tiles_) {
+        auto drawn = drawTile(*tile, *payload, frame);
         if (!drawn)
-            return broken({drawn.error().code,
-                           fmt::format("frame {}, tile {}: {}", frame.value, state->tile.name, drawn.error().message)});
+            return broken({drawn.error().code, fmt::format("frame {}, tile {}: {}", frame.value, tile->tile().name,
+                                                           drawn.error().message)});
         stats.tiles.push_back(std::move(*drawn));
-        skipped += state->skipped;
-        dark = std::max(dark, state->lightsLeftOut);
-        scopeless = std::max(scopeless, state->scopesLeftOut);
-        if (!state->trouble.empty()) trouble = state->trouble;
-        if (state->narrowed.items > 0) narrowed = state->narrowed;
+        painted.push_back(&tile->painted());
     }
-    if (skipped != skippedBefore_ && skipped > 0)
-        log_.warning(fmt::format("frame {}: {} items cannot be drawn (their meshes are damaged or absent)", frame.value,
-                                 skipped),
-                     {.frame = frame.value});
-    skippedBefore_ = skipped;
-    if (const std::set<ObjectId>& undrawn = scene_.undrawn(); surface_ && undrawn != undrawnBefore_) {
-        if (!undrawn.empty()) {
-            const std::string others =
-                undrawn.size() > 1 ? fmt::format(" (and {} things more)", undrawn.size() - 1) : std::string();
-            log_.warning(fmt::format("frame {}: {}{}", frame.value, whyNotDrawn(aspect_, *undrawn.begin()), others),
-                         {.frame = frame.value});
-        }
-        undrawnBefore_ = undrawn;
+    if (renderer_) {
+        const std::vector<HeldUpBy> heldUp = renderer_->heldUpBy(aspect_);
+        for (const HeldUpBy& held : heldUp) stats.heldUp.push_back({held.program, toMilliseconds(held.took)});
+        warnings_.tell(frame, aspect_, painted, scene_.undrawn(), heldUp);
     }
-    if (dark != darkBefore_ && dark > 0)
-        log_.warning(fmt::format("frame {}: {} lights beyond the first {} are left out", frame.value, dark,
-                                 DrawList::kMaxLights),
-                     {.frame = frame.value});
-    darkBefore_ = dark;
-    if (scopeless != scopelessBefore_ && scopeless > 0)
-        log_.warning(
-            fmt::format("frame {}: {} lights are left out, as their scopes are beyond the first {} that lights name",
-                        frame.value, scopeless, DrawList::kMaxScopes),
-            {.frame = frame.value});
-    scopelessBefore_ = scopeless;
-    if (narrowed.items > 0 && !std::exchange(narrowedBefore_, narrowed.items > 0)) {
-        const std::string others =
-            narrowed.items > 1 ? fmt::format(" (and those of {} things more)", narrowed.items - 1) : std::string();
-        log_.warning(fmt::format("frame {}: the lines of {}{} are drawn {:.1f} pixels wide in place of {:g}: all lines "
-                                 "of the screen would cover {:.0f} million pixels, "
-                                 "of which it has {:.0f}",
-                                 frame.value, pathOf(aspect_, narrowed.node), others, narrowed.drawnPx,
-                                 narrowed.wantedPx, narrowed.wantedPixels / 1e6, kMostLinePixels / 1e6),
-                     {.frame = frame.value});
-    }
-    narrowedBefore_ = narrowed.items > 0;
-    if (trouble != troubleBefore_ && !trouble.empty())
-        log_.warning(fmt::format("frame {}: {}", frame.value, trouble), {.frame = frame.value});
-    troubleBefore_ = trouble;
-    if (renderer_)
-        for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) {
-            stats.heldUp.push_back({held.program, toMilliseconds(held.took)});
-            if (heldUpBefore_.insert(held.program).second)
-                log_.warning(
-                    fmt::format("frame {}: SurfaceProgram #{} holds this host up ({:.0f} ms): drawn without it",
-                                frame.value, held.program.value, toMilliseconds(held.took)),
-                    {.frame = frame.value});
-        }
-    if (stats.heldUp.empty()) heldUpBefore_.clear();
     if (shares) options_.sharing->end();
     stats.workMs = toMilliseconds(clockNow() - begun);
     const ByteSlice encoded = encodeStats(stats);
     if (!draw.begin.list->changed() && stats.helpedParts == 0 &&
-        std::ranges::all_of(tiles_, [](const auto& state) { return state->still; }))
+        std::ranges::all_of(tiles_, [](const auto& tile) { return tile->still(); }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
     tell(drawnFrame(frame, encoded));
     helpNeighbours();
     return true;
 }
 
-Expected<TileStats> RenderHost::drawTile(TileState& state, const View& view, FrameNumber frame) {
-    if (!surface_) {
-        state.still = true;
-        return TileStats{.tile = state.tile.name};
-    }
-    if (std::exchange(state.test, nullptr))
-        state.painter.forget();  // what it has drawn is no longer where it was drawn to
-    const ScreenCamera camera = tileCamera(wall_, state.tile, view);
+Expected<TileStats> RenderHost::drawTile(HostTile& tile, const FramePayload& payload, FrameNumber frame) {
+    if (!surface_) return tile.drawNothing();
+    if (payload.showing != Showing::kScene) return tile.drawTestPicture(wall_, payload.showing, frame);
+    const ScreenCamera camera = tileCamera(wall_, tile.tile(), payload.view);
     eye_ = camera.eyeWorld;
-    if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
-    PartCounts parts;
-    Duration readBack{};
-    auto painted = state.painter.paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& list) {
-        const auto whole = [&] { return drawWhole(state, list, camera, readBack); };
-        if (!options_.sharing) return whole();
-        const auto heldUp = [&] {
-            std::vector<ObjectId> programs;
-            for (const HeldUpBy& held : renderer_->heldUpBy(aspect_)) programs.push_back(held.program);
-            return programs;
-        };
-        const std::vector<ObjectId> before = heldUp();
-        auto picture = options_.sharing->draw(*renderer_, aspect_, list, camera, state.tile, whole, parts);
-        if (heldUp() == before) return picture;
-        // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those
-        // that would be drawn for them.
-        options_.sharing->forget();
-        return whole();
-    });
-    if (!painted) return tl::unexpected(painted.error());
-    ++state.painted;
-    state.again += painted->again ? 1 : 0;
-    state.skipped = painted->skipped;
-    state.trouble = painted->trouble;
-    state.lightsLeftOut = painted->lightsLeftOut;
-    state.scopesLeftOut = painted->scopesLeftOut;
-    state.narrowed = painted->narrowed;
-    state.still = painted->again && painted->cull == Duration::zero();
-    state.drawn = painted->picture;
-    state.drawnFrame = frame;
-    const TimePoint painting = clockNow();
-    if (state.file) {
-        if (painted->again)
-            state.file->prepareAgain(frame.value);
-        else if (liesInFile(*state.drawn))
-            state.file->prepared(frame.value);
-        else
-            state.file->prepare(frame.value, *state.drawn);
-        state.ready = state.file->ready();
-    }
-    return TileStats{.tile = state.tile.name,
-                     .cullMs = toMilliseconds(painted->cull),
-                     .drawMs = toMilliseconds(painted->draw),
-                     .inFrustum = painted->counts.inFrustum,
-                     .drawn = painted->counts.drawn,
-                     .trianglesDrawn = painted->counts.trianglesDrawn,
-                     .queries = painted->counts.queries,
-                     .waits = painted->counts.waits,
-                     .depthTriangles = painted->counts.depthTriangles,
-                     .handOverMs = toMilliseconds(readBack + (state.file ? clockNow() - painting : Duration::zero())),
-                     .cullQueuedMs = toMilliseconds(painted->cullQueued),
-                     .drawQueuedMs = toMilliseconds(painted->drawQueued),
-                     .parts = parts.parts,
-                     .partsHelped = parts.helped,
-                     .partsTwice = parts.twice};
-}
-
-/// Once, and again only where it counts frames.
-Expected<TileStats> RenderHost::drawTestPicture(TileState& state, Showing showing, FrameNumber frame) {
-    state.still = true;
-    if (!surface_) return TileStats{.tile = state.tile.name};
-    if (auto ready = openFile(state); !ready) return tl::unexpected(ready.error());
-    const bool counts = showing == Showing::kCountedTestPicture;
-    const bool again = state.test && !counts && !state.testCounts;
-    const TimePoint begin = clockNow();
-    if (!again)
-        state.test = std::make_shared<const Picture>(
-            testPicture(wall_, state.tile, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
-    state.testCounts = counts;
-    state.still = again;
-    ++state.painted;
-    state.again += again ? 1 : 0;
-    state.drawn = state.test;
-    state.drawnFrame = frame;
-    const TimePoint drawn = clockNow();
-    if (state.file && again)
-        state.file->prepareAgain(frame.value);
-    else if (state.file)
-        state.file->prepare(frame.value, *state.drawn);
-    if (state.file) state.ready = state.file->ready();
-    return TileStats{.tile = state.tile.name,
-                     .drawMs = toMilliseconds(drawn - begin),
-                     .handOverMs = toMilliseconds(clockNow() - drawn)};
-}
-
-/// Where the tile's pictures will be shown, before the first of them is drawn.
-Expected<void> RenderHost::openFile(TileState& state) const {
-    if (state.file || options_.output.empty()) return {};
-    auto file = SharedFrameWriter::create(fmt::format("{}/tiles/{}/shown.frame", options_.output, state.tile.name),
-                                          state.tile.rect.width, state.tile.rect.height);
-    if (!file) return tl::unexpected(file.error());
-    state.file = std::move(*file);
-    return {};
-}
-
-/// Straight to where it will be shown, where there is such a place: that picture has no pixels of its own.
-Expected<Picture> RenderHost::drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera,
-                                        Duration& readBack) {
-    const PixelRect& rect = state.tile.rect;
-    if (!state.file) return renderer_->draw(aspect_, list, camera, rect);
-    if (auto drawn = renderer_->drawInto(aspect_, list, camera, rect, state.file->begin()); !drawn)
-        return tl::unexpected(drawn.error());
-    readBack = renderer_->lastCounts().readBack;
-    return Picture{.widthPx = rect.width, .heightPx = rect.height, .rgb = {}};
+    return tile.drawScene({.wall = wall_,
+                           .aspect = aspect_,
+                           .scene = scene_,
+                           .renderer = *renderer_,
+                           .queue = queue_,
+                           .sharing = options_.sharing},
+                          camera, frame);
 }
 
 bool RenderHost::on(const work::Shown& shown) {
     flippedBy_ = clockNow() + kFlipsTake;
-    for (const auto& state : tiles_) {
-        if (!state->drawn) continue;
-        noteShown(*state);
-        if (options_.keepFrames && !options_.output.empty())
-            writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);
-    }
+    for (const auto& tile : tiles_)
+        if (tile->show() && options_.keepFrames && !options_.output.empty())
+            writer_->writePng(tile->pngPath(), tile->shown(), tile->shownFrame().value);
     std::erase_if(waitingImages_, [&](const WaitingImages& waiting) {
         if (waiting.request.frame > shown.frame) return false;
         sendImages(waiting);
         return true;
     });
     return true;
-}
-
-void RenderHost::noteShown(TileState& state) {
-    if (!state.drawn) return;
-    state.shown = std::exchange(state.drawn, nullptr);
-    state.shownFrame = state.drawnFrame;
-    state.seen = std::exchange(state.ready, std::nullopt);
-    state.copied = nullptr;
 }
 
 bool RenderHost::on(const work::Describe& describe) {
@@ -515,13 +337,13 @@ bool RenderHost::on(const work::Describe& describe) {
 }
 
 bool RenderHost::on(const work::Finish&) {
-    for (const auto& state : tiles_)
-        log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", state->tile.name,
-                                state->painted, state->again),
-                    {.tile = state->tile.name});
+    for (const auto& tile : tiles_)
+        log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", tile->tile().name,
+                                tile->frames(), tile->framesAgain()),
+                    {.tile = tile->tile().name});
     if (!options_.keepFrames && !options_.output.empty())
-        for (const auto& state : tiles_)
-            if (state->shown) writer_->writePng(pngPath(*state), shownBy(*state), state->shownFrame.value);
+        for (const auto& tile : tiles_)
+            if (tile->showsAny()) writer_->writePng(tile->pngPath(), tile->shown(), tile->shownFrame().value);
     if (!writer_->finish()) return broken({ErrorCode::kFailed, "not every picture could be written"});
     return false;
 }
@@ -561,10 +383,6 @@ void RenderHost::corruptOneField() {
 bool RenderHost::broken(const Error& error) {
     tell(outcome::Broken{error});
     return false;
-}
-
-std::string RenderHost::pngPath(const TileState& state) const {
-    return fmt::format("{}/tiles/{}/{:06}.png", options_.output, state.tile.name, state.shownFrame.value);
 }
 
 }  // namespace tessera

@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "client/draw/passes/UploadAhead.h"
+#include "client/replica/HostTile.h"
 #include "client/replica/Injection.h"
 #include "client/replica/PartSharing.h"
+#include "client/replica/PictureWarnings.h"
 #include "client/replica/PictureWriter.h"
-#include "client/replica/TilePainter.h"
 #include "client/replica/Work.h"
 #include "common/base/Log.h"
 #include "common/codec/FrameCodec.h"
-#include "common/image/SharedFrame.h"
 
 namespace tessera {
 
@@ -69,26 +69,6 @@ public:
     [[nodiscard]] std::optional<Outcome> again(const Work& work);
 
 private:
-    struct TileState {
-        TileState(Tile t, CullerKind culler) : tile(std::move(t)), painter(tile.rect, culler) {}
-        Tile tile;
-        TilePainter painter;
-        /// Without pixels (`liesInFile`) where those are in `file` alone.
-        std::shared_ptr<const Picture> drawn, shown;
-        std::shared_ptr<const Picture> copied;  ///< of `shown` from the file, while somebody wants it
-        FrameNumber drawnFrame, shownFrame;
-        std::optional<SharedFrameWriter> file;
-        std::optional<ReadyFrame> ready, seen;  ///< of `drawn` and `shown`, in that file
-        std::uint64_t painted = 0, again = 0;   ///< frames, and those of them that needed no new picture
-        std::uint64_t skipped = 0;              ///< items that the picture lacks because they cannot be drawn
-        std::uint64_t lightsLeftOut = 0, scopesLeftOut = 0;
-        NarrowedLines narrowed;
-        std::string trouble;
-        std::shared_ptr<const Picture> test;  ///< drawn last; null: the scene was
-        bool testCounts = false;
-        bool still = false;  ///< nothing that this tile's picture is made from has changed
-        std::map<std::uint32_t, std::weak_ptr<const Picture>> previewed;  ///< sent last, by how much it was shrunk
-    };
     /// A frame that had all its pictures already. One with the same payload and no list is the same, statistics and
     /// all.
     struct StillFrame {
@@ -113,17 +93,10 @@ private:
     [[nodiscard]] Expected<void> useWall(Wall wall);
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
-    [[nodiscard]] Expected<TileStats> drawTile(TileState& state, const View& view, FrameNumber frame);
-    [[nodiscard]] Expected<TileStats> drawTestPicture(TileState& state, Showing showing, FrameNumber frame);
+    [[nodiscard]] Expected<TileStats> drawTile(HostTile& tile, const FramePayload& payload, FrameNumber frame);
     bool aheadSlice();
     bool uploadSlice();
     void uploadWhereNoTimeIsLeft();
-    [[nodiscard]] Expected<void> openFile(TileState& state) const;
-    [[nodiscard]] Expected<Picture> drawWhole(TileState& state, const DrawList& list, const ScreenCamera& camera,
-                                              Duration& readBack);
-    [[nodiscard]] static bool liesInFile(const Picture& picture) { return picture.rgb.empty(); }
-    [[nodiscard]] static std::shared_ptr<const Picture> shownBy(TileState& state);
-    static void noteShown(TileState& state);
     [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats);
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
@@ -137,14 +110,13 @@ private:
     void injectBefore(FrameNumber frame);
     void corruptOneField();
     void sendImages(const WaitingImages& waiting);
-    void sendPreview(const WaitingImages& waiting, TileState& state);
+    void sendPreview(const WaitingImages& waiting, HostTile& tile);
     /// Of tiles that there is no picture of, or no room for: the server names them.
-    void sendNoImage(const WaitingImages& waiting, const TileState& state);
+    void sendNoImage(const WaitingImages& waiting, const HostTile& tile);
     [[nodiscard]] std::optional<Outcome> drawAgain(const Work& work, const message::Begin& begin);
     [[nodiscard]] std::optional<Outcome> shownAgain(const Work& work);
     bool broken(const Error& error);
     void tell(decltype(Outcome::what) what) { report_({attempt_, std::move(what)}); }
-    [[nodiscard]] std::string pngPath(const TileState& state) const;
 
     RenderHostOptions options_;
     Surface* surface_;  ///< null: nothing is drawn
@@ -165,7 +137,7 @@ private:
     UploadAhead uploads_;
     std::optional<Vec3d> eye_;  ///< in the world, of the tile drawn last
     int samples_ = 0;
-    std::vector<std::unique_ptr<TileState>> tiles_;
+    std::vector<std::unique_ptr<HostTile>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
     TimePoint lastSlice_{};  ///< when the last slice began of what is done ahead
     std::atomic<TimePoint> flippedBy_{
@@ -173,12 +145,7 @@ private:
     std::optional<StillFrame> still_;  ///< the frame drawn last, if nothing has happened since
     std::vector<WaitingImages> waitingImages_;
     std::unique_ptr<PictureWriter> writer_;
-    std::string troubleBefore_;                           ///< with the surroundings, in the frame before
-    bool narrowedBefore_ = false;                         ///< some lines were drawn narrower, in the frame before
-    std::uint64_t darkBefore_ = 0, scopelessBefore_ = 0;  ///< lights left out in the frame before
-    std::set<ObjectId> heldUpBefore_;                     ///< programs that take too long here, and have been said
-    std::set<ObjectId> undrawnBefore_;                    ///< RenderScene::undrawn, in the frame before: said once
-    std::uint64_t skippedBefore_ = 0;  ///< items left away in the frame before: said once, not sixty times a second
+    PictureWarnings warnings_;
 };
 
 }  // namespace tessera
