@@ -1,6 +1,6 @@
-/// Points, as of a scan: balls of one radius. Pictures show the balls (client/draw/shaders/PointShader.cpp). Where
-/// triangles are asked for, by rays and by what names a face of a contact, it is an octahedron each whose corners lie
-/// on the ball; these are made where somebody needs them, and are in no scene and in no file.
+/// Points, as of a scan: balls of one radius. Pictures show the balls (client/draw/shaders/glsl/PointFragment.glsl).
+/// Where triangles are asked for, by rays and by what names a face of a contact, it is an octahedron each whose corners
+/// lie on the ball; these are made where somebody needs them, and are in no scene and in no file.
 #pragma once
 
 #include <cstddef>

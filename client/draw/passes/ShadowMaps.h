@@ -31,7 +31,7 @@ public:
     /// Where the map of a view lies in its layer.
     [[nodiscard]] PixelRect place(std::size_t view) const { return places_[view].rect; }
     /// What shaders read of each light besides itself, kTexels each: of three views, the finest first, where there is
-    /// none the next one again (LightShader.cpp): a matrix, by rows, from the screen's eye space to the texture and
+    /// none the next one again (Lighting.glsl): a matrix, by rows, from the screen's eye space to the texture and
     /// depth, all times w; how large a pixel of the map is (at w = 0, and for each w more), in metres, and the layer;
     /// the rectangle.
     [[nodiscard]] std::vector<std::array<float, 4>> texels(const ScreenCamera& camera) const;

@@ -2,21 +2,13 @@
 
 #include <algorithm>
 
+#include "client/draw/shaders/ShaderText.h"
 #include "common/cores/Material.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/drawable/ProgramImages.h"
 
 namespace tessera {
 namespace {
-
-/// Loud, the same under any light, on every wall at the same pixels: borders of cells are whole squares.
-constexpr const char* kErrorSurface = R"(
-void surface(inout Surface s) {
-    vec2 square = floor(gl_FragCoord.xy / 16.0);
-    s.base = vec4(mod(square.x + square.y, 2.0) < 0.5 ? vec3(1.0, 0.0, 1.0) : vec3(0.0), 1.0);
-    s.emissive = vec3(0.0);
-}
-)";
 
 const SurfaceProgram* programOf(const Aspect& aspect, const Material& material) {
     const auto* program = material.program ? aspect.get<SurfaceProgram>(material.program) : nullptr;
@@ -26,7 +18,7 @@ const SurfaceProgram* programOf(const Aspect& aspect, const Material& material) 
 }  // namespace
 
 PersonPrograms::PersonPrograms() {
-    known_.emplace(kError, Known{.text = {.surface = kErrorSurface, .vertex = {}, .uniforms = {}}});
+    known_.emplace(kError, Known{.text = {.surface = shader_text::kErrorSurface, .vertex = {}, .uniforms = {}}});
 }
 
 bool PersonPrograms::isBad(const Aspect& aspect, const Material& material) {

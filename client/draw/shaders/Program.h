@@ -114,7 +114,7 @@ struct LookBlock {
 };
 static_assert(sizeof(LookBlock) == 512);
 
-/// Of the 64 bits of a surface (SurfaceShader.cpp) those that its material alone decides: all but its normal's, where
+/// Of the 64 bits of a surface (PackFragment.glsl) those that its material alone decides: all but its normal's, where
 /// it is of one colour.
 [[nodiscard]] std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color);
 

@@ -1,4 +1,5 @@
-/// The shaders, in pieces that programs are put together from.
+/// The shaders, in pieces that programs are put together from: kNAME is glsl/NAME.glsl, as ShaderText.cmake embeds it.
+/// Each begins with a line break.
 #pragma once
 
 namespace tessera::shader_text {
@@ -58,12 +59,13 @@ extern const char kResolveFragment[];
 extern const char kNodeIdFragment[];
 /// The same without any colour.
 extern const char kShadowFragment[];
-// DepthShaderText.cpp: what cullers ask.
-/// Nothing but depth.
+/// Nothing but depth, which cullers ask for.
 extern const char kDepthFragment[];
 /// Corners in clip space.
 extern const char kPlateVertex[];
 /// The farthest depth of each pixel's samples. SAMPLES.
 extern const char kFarthestFragment[];
+/// `surface()` in place of a person's program that is at fault.
+extern const char kErrorSurface[];
 
 }  // namespace tessera::shader_text

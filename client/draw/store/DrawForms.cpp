@@ -103,7 +103,7 @@ std::array<MeshPart, 2> partsOfLines(const MeshArrays& arrays) {
     return {{{MeshStore::kVertices, lines, 4}, {MeshStore::kIndices, lines, 6}}};
 }
 
-/// As SurfaceShader.cpp wants them: each end twice, with the other end as its normal and the side in the second texture
+/// As MeshVertex.glsl wants them: each end twice, with the other end as its normal and the side in the second texture
 /// coordinate.
 void writeLines(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
                 const std::function<void(ByteSpan)>& tell) {

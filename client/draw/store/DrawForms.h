@@ -71,7 +71,7 @@ struct DrawForm {
     };
     std::span<const Follows> follows;  ///< none: ranges tell nothing, and meshes are written anew
     bool normals;                      ///< there always are some, whatever the arrays say
-    /// Vertices are fetched by their number (see SurfaceShader.cpp), with indices that all such meshes share.
+    /// Vertices are fetched by their number (PointVertex.glsl), with indices that all such meshes share.
     bool fetched;
     /// ItemRecord::size.
     std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
@@ -89,7 +89,7 @@ struct DrawForm {
 inline constexpr float kOutlineNearer = 1.0f / 2048;
 
 /// Eight vertex numbers a point, of which three are the triangle that it is seen in from outside, three what it is seen
-/// in from inside (PointShader.cpp): dividing by eight costs nothing.
+/// in from inside (PointVertex.glsl): dividing by eight costs nothing.
 inline constexpr std::uint32_t kNumbersPerPoint = 8, kIndicesPerPoint = 3;
 /// So many points at a time: all that two bytes can number.
 inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;

@@ -1,4 +1,4 @@
-// A ball of a material in a studio, in the light that walls know (client/draw/shaders/LightShader.cpp), worked out here: no
+// A ball of a material in a studio, in the light that walls know (client/draw/shaders/glsl/Lighting.glsl), worked out here: no
 // picture is asked for. Light adds up linearly; each of red, green and blue goes its own way.
 import { element, setText } from './elements.js';
 import { isReference, spaced } from './schema.js';

@@ -1,4 +1,4 @@
-/// The light in clouds: each pixel beside rays in double that are lit as VolumeShader.cpp and LightShader.cpp say.
+/// The light in clouds: each pixel beside rays in double that are lit as VolumeFragment.glsl and Lighting.glsl say.
 #include <gtest/gtest.h>
 
 #include "tests/unit/draw/VolumeStage.h"

@@ -1,13 +1,10 @@
 // How light falls on a surface.
-#include "client/draw/shaders/ShaderText.h"
-
-namespace tessera::shader_text {
-
+//
 // Metal-roughness as glTF 2.0 (appendix B) defines it: GGX distribution, Smith's visibility in Hammon's approximation
 // (2017), Schlick's Fresnel term. A light of radiance 1 that falls straight onto a white surface gives 1: the factor pi
 // is taken into the light. A software rasteriser has no jumps (lanes are masked, not skipped): so there are no
 // branches.
-const char kLighting[] = R"(
+
 #ifdef ENVIRONMENT
 // The surroundings' picture, made soft (EnvironmentLight.h): sides and first rows of its maps are those of that file.
 layout(binding = 11) uniform sampler2D surroundings;
@@ -318,67 +315,3 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
 #endif
     return lit;
 }
-)";
-
-const char kToneMapping[] = R"(
-// Khronos PBR Neutral (2024) without its toe: the identity up to 0.8, so that colours stay what they are; highlights
-// fade towards white.
-vec3 toneMap(vec3 c) {
-    float peak = min(max(max(c.r, c.g), c.b), 1e8);
-    // newPeak = 1 - 0.04 / a; whiter = 1 - 1 / (0.15 (peak - newPeak) + 1): one division for three.
-    float a = max(peak - 0.6, 0.2), bounded = max(peak, 0.8);
-    float b = a * (0.85 + 0.15 * peak) + 0.006;
-    float all = 1.0 / (a * b * bounded);
-    float newPeak = 1.0 - 0.04 * all * b * bounded;
-    float whiter = 1.0 - a * (a * bounded) * all;
-    vec3 bright = mix(c * (newPeak * a * b * all), vec3(newPeak), whiter);
-    return peak <= 0.8 ? c : bright;
-}
-
-// sRGB's curve as a polynomial of the square root (minimax, by Remez' exchange): a fifth of a step of 255 off at most.
-// Of curve and line the larger one is the right one, once the line ends where they meet.
-vec3 encodeSrgb(vec3 c) {
-    c = clamp(c, vec3(0.0), vec3(1.0));
-    vec3 s = sqrt(c);
-    vec3 curve = (((-0.309571871 * s + 0.842791157) * s - 0.944860931) * s + 1.44789934) * s - 0.0370046656;
-    return max(curve, min(12.92 * c, vec3(0.04045)));
-}
-)";
-
-const char kBlendFragment[] = R"(
-layout(location = 0) out vec4 outColor;
-
-void main() {
-#ifdef POINTS
-    meetBall();
-#endif
-    Surface s = surface();
-    vec3 n = s.normal;
-    float length2 = dot(n, n);
-    n = length2 > 1e-30 ? n * inversesqrt(length2) : normalize(-vPosition);
-    vec2 coat = vec2(0.0);
-    float through = 0.0, unlit = 0.0;
-#ifdef MAPS
-    through = look.effects.x * (1.0 - s.metallic);
-    unlit = look.effects.y;
-    coat = look.effects.zw;
-#endif
-    Gloss gloss = kPlainGloss;
-#ifdef GLOSSY
-    gloss.specular = look.specular;
-    gloss.shininess = look.metallic.y;
-#endif
-    gloss.scopes = look.material.w;
-    Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat, gloss);
-    // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its
-    // highlights all the same. Alpha weakens all of it.
-    float a = 1.0 - through * max(max(s.base.r, s.base.g), s.base.b);
-    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
-    float dense = a + (1.0 - a) * shine;
-    vec3 c = ((lit.diffuse * (1.0 - through) + s.emissive) * a + lit.specular) / max(dense, 1e-3);
-    c = unlit > 0.5 ? s.base.rgb : toneMap(c);
-    outColor = vec4(encodeSrgb(c), clamp(s.base.a, 0.0, 1.0) * dense);
-}
-)";
-
-}  // namespace tessera::shader_text

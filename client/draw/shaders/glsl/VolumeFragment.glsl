@@ -1,13 +1,10 @@
 // Scalar fields: rays through them, and planes (VolumeTextures.h).
-#include "client/draw/shaders/ShaderText.h"
-
-namespace tessera::shader_text {
-
+//
 // A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on
 // the screen, the eye and the volume alone. Colours are blended as bytes stand, as all that is transparent here.
 // MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in empty bricks are counted, not looked at: the same
 // numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
-const char kVolumeFragment[] = R"(
+
 layout(std140, binding = 3) uniform VolumeBlock {
     vec4 stepsRow0, stepsRow1, stepsRow2;
     vec4 nodeRow0, nodeRow1, nodeRow2;
@@ -230,6 +227,3 @@ void main() {
 #endif
 }
 #endif
-)";
-
-}  // namespace tessera::shader_text

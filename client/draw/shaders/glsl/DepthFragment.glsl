@@ -1,0 +1,7 @@
+// Nothing but depth, for what culls.
+
+void main() {
+#ifdef POINTS
+    meetBall();
+#endif
+}
