@@ -32,7 +32,7 @@ struct Arguments {
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false, quiet = false;
     ServiceNotifier* service = nullptr;
-    int threads = -1, device = -1, whileInput = 0;
+    int threads = -1, device = -1, whileInput = 0, anisotropy = 0;
 };
 
 /// The name becomes that of a folder, before the server has said whether it knows it.
@@ -141,6 +141,7 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                         .output = arguments.output,
                         .surface = arguments.surface,
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
+                        .anisotropy = arguments.anisotropy,
                         .culler = culler,
                         .cache = arguments.cache,
                         .keepFrames = arguments.keepFrames,
@@ -219,6 +220,11 @@ int main(int argc, char** argv) {
                 "Of egl: the device to draw on, counted from 0\n(the first GPU, else Mesa's software)")
         .typeName("N")
         .range(0, 63);
+    options
+        .option("--anisotropy", arguments.anisotropy,
+                "Samples of an image that is seen at a grazing angle\n(16 on a GPU, 1 on Mesa's software)")
+        .typeName("N")
+        .range(1, 16);
     // Two lines of the help.
     std::string cullers = cullerNames();
     if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';

@@ -24,6 +24,7 @@
 #include "common/confine/Confinement.h"
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
+#include "common/wall/Exposure.h"
 #include "common/wall/WallNotes.h"
 #include "server/door/Door.h"
 #include "server/door/UploadFolder.h"
@@ -55,6 +56,7 @@ struct Arguments {
     int samples = 0;
     double budget = -1;
     std::string camera;
+    std::string exposure, toneMap;
     std::string report;
     std::string record;
     std::string journal, audit;
@@ -305,6 +307,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.frames = arguments.frames;
     options.rateHz = arguments.rate >= 0 ? arguments.rate : arguments.frames > 0 ? 0 : 60;
     options.camera = arguments.camera;
+    if (!arguments.exposure.empty()) options.exposure = parseExposure(arguments.exposure).value();
+    if (!arguments.toneMap.empty()) options.exposure.toneMap = parseToneMap(arguments.toneMap).value();
     options.reportPath = arguments.report;
     options.recordPath = arguments.record;
     options.journalPath = arguments.journal;
@@ -488,6 +492,14 @@ int main(int argc, char** argv) {
         .typeName("MS")
         .check(budgetFault);
     options.option("--camera", arguments.camera, "Node of the camera to use").typeName("NODE");
+    options
+        .option("--exposure", arguments.exposure,
+                "How bright the scene is shown, whatever it says:\nstops, metered (once for all tiles), or off")
+        .typeName("EV")
+        .check(exposureFault);
+    options.option("--tone-map", arguments.toneMap, "The curve for what is brighter than white, likewise")
+        .typeName("NAME")
+        .oneOf(std::vector<std::string>(kToneMapNames.begin(), kToneMapNames.end()));
     options.option("--report", arguments.report, "Write report.json here at the end").typeName("FILE");
     options.option("--record", arguments.record, "Write what happens here, for tessera-replay").typeName("FILE");
     options.option("--journal", arguments.journal, "Keep what is done here; the same command goes on\nfrom it")

@@ -411,6 +411,17 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     budget->add_option("MS", in.budget, "A number, or off; without it what there is is told");
     when(budget, [&] { return budgetVerb(in); });
 
+    CLI::App* exposure = app.add_subcommand("exposure", "How bright the wall shows its scene");
+    exposure->add_option("EV", in.exposure,
+                         "Stops; metered: once for all tiles; off; scene: as that\nsays. Without it what there is is "
+                         "told");
+    exposure
+        ->add_option("--tone-map", in.toneMap,
+                     "The curve for what is brighter than white: neutral,\nclamp, "
+                     "reinhard, aces or agx")
+        ->type_name("NAME");
+    when(exposure, [&] { return exposureVerb(in); });
+
     CLI::App* snapshot = app.add_subcommand("snapshot", "The wall as it is now, as a picture");
     snapshot->add_option("FILE", in.snapshot.file, "FILE.png to write")->required();
     when(snapshot, [&] { return in.snapshot; });

@@ -158,6 +158,11 @@ struct Show {
 struct Budget {
     std::optional<double> milliseconds;
 };
+/// Without a wish, and not `reset`, it is told.
+struct Exposure {
+    ExposureWish wish;
+    bool reset = false;
+};
 struct Snapshot {
     std::string file;
 };
@@ -168,12 +173,13 @@ struct Save {
 
 }  // namespace verb
 
-using Verb = std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load,
-                          verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View,
-                          verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts,
-                          verb::Questions, verb::Respond, verb::Snapshot, verb::Save, verb::Trackers, verb::PlayTracker,
-                          verb::Show, verb::Budget, verb::Animations, verb::Inlines, verb::Play, verb::Clone,
-                          verb::Find, verb::Files, verb::Top, verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
+using Verb =
+    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move,
+                 verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
+                 verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
+                 verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Exposure,
+                 verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files, verb::Top,
+                 verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

@@ -170,6 +170,22 @@ Expected<Verb> budgetVerb(const VerbWords& words) {
     return verb::Budget{number};
 }
 
+Expected<Verb> exposureVerb(const VerbWords& words) {
+    verb::Exposure exposure;
+    if (words.exposure == "scene") {
+        exposure.reset = true;
+    } else if (!words.exposure.empty()) {
+        const Expected<ExposureWish> wish = parseExposure(words.exposure);
+        if (!wish) return failWith("exposure", wish.error());
+        exposure.wish = *wish;
+    }
+    if (words.toneMap.empty()) return exposure;
+    const Expected<ToneMap> toneMap = parseToneMap(words.toneMap);
+    if (!toneMap) return failWith("exposure", toneMap.error());
+    exposure.wish.toneMap = *toneMap;
+    return exposure;
+}
+
 Expected<Verb> respondVerb(const VerbWords& words) {
     using Decision = QuestionReply::Decision;
     verb::Respond respond = words.respond;

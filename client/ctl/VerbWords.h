@@ -50,7 +50,7 @@ struct VerbWords {
     std::uint32_t bookmark = 0;
     bool keep = false;
     verb::Contacts contacts;
-    std::string show, picture, budget;
+    std::string show, picture, budget, exposure, toneMap;
     bool count = false;
     verb::Respond respond;
     std::string decision;
@@ -76,6 +76,7 @@ struct VerbWords {
 [[nodiscard]] Expected<Verb> contactsVerb(const VerbWords& words, bool framesGiven);
 [[nodiscard]] Expected<Verb> showVerb(const VerbWords& words);
 [[nodiscard]] Expected<Verb> budgetVerb(const VerbWords& words);
+[[nodiscard]] Expected<Verb> exposureVerb(const VerbWords& words);
 [[nodiscard]] Expected<Verb> respondVerb(const VerbWords& words);
 
 }  // namespace tessera

@@ -119,6 +119,25 @@ Expected<Answer> run(Application& application, const verb::Budget& budget) {
                   {}};
 }
 
+Expected<Answer> run(Application& application, const verb::Exposure& exposure) {
+    if (exposure.reset || exposure.wish != ExposureWish())
+        if (const Expected<void> done = application.setExposure(exposure.wish, exposure.reset); !done)
+            return tl::unexpected(done.error());
+    const Expected<answer::Status> status = application.status();
+    if (!status) return tl::unexpected(status.error());
+    const ExposureWish& wish = status->exposure;
+    std::string text = !wish.metered ? "as the scene says" : *wish.metered ? "metered" : "not metered";
+    if (wish.stops) text += fmt::format(", {:+g} stops", *wish.stops);
+    if (wish.toneMap) text += fmt::format(", tone map {}", kToneMapNames[static_cast<std::size_t>(*wish.toneMap)]);
+    if (status->meteredStops) text += fmt::format("; the wall has found {:+g} stops", *status->meteredStops);
+    Answer answer{fmt::format("exposure  {}\n", text), {{"exposure", nlohmann::json::object()}}, {}};
+    if (wish.stops) answer.json["exposure"]["stops"] = *wish.stops;
+    if (wish.metered) answer.json["exposure"]["metered"] = *wish.metered;
+    if (wish.toneMap) answer.json["exposure"]["tone_map"] = kToneMapNames[static_cast<std::size_t>(*wish.toneMap)];
+    if (status->meteredStops) answer.json["metered_stops"] = *status->meteredStops;
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::Navigate& navigate) {
     NavigationWish wish = navigate.wish;
     if (!navigate.node.empty()) {

@@ -1,4 +1,5 @@
-/// What the wall shows, and from where: `view`, `navigate`, `show`, `budget`, `pick`.
+/// What the wall shows, and from where: `view`, `navigate`, `show`, `budget`, `exposure`,
+/// `pick`.
 #pragma once
 
 #include "client/ctl/Answer.h"
@@ -10,6 +11,7 @@ namespace tessera {
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::View& view);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Show& show);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Budget& budget);
+[[nodiscard]] Expected<Answer> run(Application& application, const verb::Exposure& exposure);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Navigate& navigate);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Pick& pick);
 

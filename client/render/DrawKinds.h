@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/drawable/GlyphArrays.h"
 #include "common/drawable/ParticleArrays.h"
 #include "common/drawable/VolumeShapes.h"
 #include "common/geometry/Mesh.h"
@@ -23,6 +24,8 @@ enum class DrawKind : std::uint8_t {
     // Scalar fields (VolumeShapes.h):
     kMarched,  ///< a box that rays go through
     kSlices,   ///< planes through it
+    // Copies of a mesh (MeshCopies.h):
+    kGlyphs,
 };
 
 struct DrawKindRow {
@@ -31,14 +34,15 @@ struct DrawKindRow {
     bool ownTriangles;
     bool hides;  ///< nothing is seen through what it covers, as far as its material says
     bool castsShadows;
-    bool surface;  ///< has sides and is lit, its triangles sorted one by one where it is glass; else its base colour is
-                   ///< what is seen, from everywhere
+    bool surface;    ///< has sides and is lit; of glass its own triangles are sorted one by one, glyphs of one core are
+                     ///< not. Else its base colour is what is seen, from everywhere
     bool standsOut;  ///< on the screen, beyond the box around it: see lineReachPx
     bool volume;     ///< transparent; the core says what is seen, no material
     bool particles;  ///< transparent whatever its material; its radius says whether it is sorted by itself
+    unsigned fineness = 0;  ///< that its arrays are of: see finenessOnScreens
 };
 
-inline constexpr std::array<DrawKindRow, 8> kDrawKinds = {{
+inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
     {.kind = DrawKind::kTriangles,
      .ownTriangles = true,
      .hides = true,
@@ -94,7 +98,8 @@ inline constexpr std::array<DrawKindRow, 8> kDrawKinds = {{
      .surface = false,
      .standsOut = false,
      .volume = true,
-     .particles = false},
+     .particles = false,
+     .fineness = kVolumeOnScreens},
     {.kind = DrawKind::kSlices,
      .ownTriangles = false,
      .hides = false,
@@ -102,7 +107,18 @@ inline constexpr std::array<DrawKindRow, 8> kDrawKinds = {{
      .surface = true,
      .standsOut = false,
      .volume = true,
-     .particles = false},
+     .particles = false,
+     .fineness = kVolumeOnScreens},
+    // A tile that looks for occluders would look at all of them.
+    {.kind = DrawKind::kGlyphs,
+     .ownTriangles = false,
+     .hides = false,
+     .castsShadows = true,
+     .surface = true,
+     .standsOut = false,
+     .volume = false,
+     .particles = false,
+     .fineness = kGlyphsOnScreens},
 }};
 
 [[nodiscard]] constexpr const DrawKindRow& rowOf(DrawKind kind) {
@@ -128,6 +144,7 @@ static_assert([] {
 }
 /// Of any drawable's arrays.
 [[nodiscard]] inline DrawKind kindOf(const MeshArrays& arrays) {
+    if (!arrays.copies.empty()) return DrawKind::kGlyphs;
     if (const VolumeShape shape = volumeShapeOf(arrays); shape != VolumeShape::kNone)
         return shape == VolumeShape::kBox ? DrawKind::kMarched : DrawKind::kSlices;
     if (!areParticles(arrays)) return kindOf(arrays.primitive);

@@ -15,7 +15,7 @@ bool sameBits(const Matrix& a, const Matrix& b) {
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
            a.kind == b.kind && a.lineWidth == b.lineWidth && a.widestLinePx == b.widestLinePx &&
-           a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.fineness == b.fineness &&
+           a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.mesh == b.mesh &&
            a.sortedFrom == b.sortedFrom && a.sortedCount == b.sortedCount && a.scopes == b.scopes &&
            sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
@@ -35,20 +35,21 @@ bool same(const std::vector<Item>& a, const std::vector<Item>& b) {
 }  // namespace
 
 bool drawAlike(const DrawList& a, const DrawList& b) {
-    return a.casters == b.casters && same(a.opaque, b.opaque) && same(a.transparent, b.transparent) &&
+    return a.shadowState == b.shadowState && same(a.opaque, b.opaque) && same(a.transparent, b.transparent) &&
            a.sortedTriangles == b.sortedTriangles && same(a.lights, b.lights) &&
            sameBits(a.environment.sky, b.environment.sky) && sameBits(a.environment.ground, b.environment.ground) &&
            sameBits(a.environment.background, b.environment.background) && a.environment.image == b.environment.image &&
            a.environment.strength == b.environment.strength && a.environment.turn == b.environment.turn &&
-           a.environment.showImage == b.environment.showImage && a.detailed == b.detailed && a.coated == b.coated &&
-           a.glossy == b.glossy && a.studio == b.studio;
+           a.environment.showImage == b.environment.showImage && a.environment.exposure == b.environment.exposure &&
+           a.environment.toneMap == b.environment.toneMap && a.environment.metered == b.environment.metered &&
+           a.detailed == b.detailed && a.coated == b.coated && a.glossy == b.glossy && a.studio == b.studio;
 }
 
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&
            a.pixels.height == b.pixels.height && a.user == b.user && a.detail == b.detail &&
-           sameBits(a.headWorld, b.headWorld) && a.studio == b.studio;
+           sameBits(a.headWorld, b.headWorld) && a.studio == b.studio && a.exposure == b.exposure;
 }
 
 }  // namespace tessera

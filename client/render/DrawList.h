@@ -9,12 +9,12 @@
 #include <span>
 #include <vector>
 
-#include "client/render/DrawKinds.h"
+#include "client/render/DrawMaterial.h"
+#include "client/render/DrawMesh.h"
 #include "client/render/MeshClusters.h"
 #include "common/base/Blob.h"
 #include "common/cores/Environment.h"
 #include "common/cores/Material.h"
-#include "common/drawable/Fineness.h"
 #include "common/math/Box.h"
 #include "common/math/Types.h"
 #include "common/scene/Aspect.h"
@@ -28,6 +28,8 @@ struct DrawItem {
     ObjectId node;
     ObjectId geometry;
     ObjectId material;
+    std::shared_ptr<const DrawMesh> mesh;      ///< of its geometry, as fine as it is drawn
+    std::shared_ptr<const DrawMaterial> look;  ///< of its material; null: it has none
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
     DrawKind kind = DrawKind::kTriangles;
@@ -40,9 +42,8 @@ struct DrawItem {
     Vec3d center = Vec3d::Zero();  ///< world; of a sphere around it
     double radius = 0;             ///< 0: how large it is on a screen is not asked for
     bool over =
-        false;  ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
-    Fineness fineness = {};  ///< of what is derived: see Drawable::at
-    Box box = {};            ///< in the world, around all of it; empty: not known
+        false;     ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
+    Box box = {};  ///< in the world, around all of it; empty: not known
     /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
     static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
@@ -56,15 +57,6 @@ struct DrawItem {
     return std::ceil(0.7072 * static_cast<double>(lineWidth));
 }
 
-/// The passes of a material that are drawn, in their order: what is no Material any more is left away.
-[[nodiscard]] std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material);
-/// What may stand for a material, the next coarser one first: to the end of the chain, to where it comes back to
-/// itself, or kMostCoarser of them.
-[[nodiscard]] std::vector<ObjectId> coarserOf(const Aspect& aspect, const Material& material);
-inline constexpr std::size_t kMostCoarser = 8;
-/// Whether a pass is blended over what is there, not put in its place.
-[[nodiscard]] bool isBlended(const Material& pass);
-
 struct LightItem {
     using Kind = LightSource::Kind;
     Kind kind = Kind::kPoint;
@@ -75,8 +67,8 @@ struct LightItem {
     Vec3f attenuation{
         0, 0, 1};  ///< 1 / (x + y d + z d²) at distance d in world units; not of directional ones; all 0: no falloff
     float innerAngle = 0, outerAngle = 0;  ///< of a spot: radians from its axis
-    bool shadows = false;    ///< of one directional light and kMaxShadowSpots spots at most; whatever its scope is, all
-                             ///< things cast them
+    bool shadows = false;    ///< of one directional light, kMaxShadowSpots spots and kMaxShadowPoints points at most;
+                             ///< whatever its scope is, all things cast them
     std::uint8_t scope = 0;  ///< 0: it lights everything; else n: items alone that have bit n - 1, or, `outside`, those
                              ///< alone that have not
     bool outside = false;
@@ -104,15 +96,17 @@ struct DrawList {
     NarrowedLines narrowed;
     std::uint64_t scopesLeftOut =
         0;  ///< lights whose scope is none of the first kMaxScopes that lights name; they shine on nothing
-    /// Null: nobody has shadows. Another one as soon as anything in the scene is another.
+    /// Null: nobody has shadows.
     std::shared_ptr<const ShadowCasters> casters;
+    /// Of one RenderAction's lists: another one where casters that have changed may be noticed on what the list shows.
+    std::uint64_t shadowState = 0;
     Environment environment;
     std::optional<Studio> studio;  ///< its ground is drawn where nothing is
     // Of the scene, the same on every tile: a pixel may be computed otherwise where one of them is set.
     bool detailed = false;  ///< images of some material say more than its colour and its normals
     bool coated = false;    ///< some material has lacquer
     bool glossy = false;    ///< some material is Phong's, or says how it reflects (specular, specularColor, ior)
-    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8, kMaxScopes = 32;
+    static constexpr std::size_t kMaxLights = 65536, kMaxShadowSpots = 8, kMaxShadowPoints = 4, kMaxScopes = 32;
 
     [[nodiscard]] ClusterBits hiddenOf(const DrawItem& item) const {
         if (item.hiddenFrom == DrawItem::kNoneHidden) return {};

@@ -114,6 +114,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
                      .culler = options.culler,
                      .keepFrames = options.keepFrames,
                      .injection = options.injection,
+                     .anisotropy = options.anisotropy,
                      .sharing = neighbourhood ? &neighbourhood->sharing() : nullptr,
                      .workWaits = [&] { return work.more(); },
                      .windows = windows ? &*windows : nullptr,

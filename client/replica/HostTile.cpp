@@ -37,18 +37,23 @@ Expected<TileStats> HostTile::drawScene(const TileSources& from, const ScreenCam
         for (const HeldUpBy& held : from.renderer.heldUpBy(from.aspect)) programs.push_back(held.program);
         return programs;
     };
-    auto painted =
-        painter_.paint(from.aspect, from.scene, from.renderer, camera, from.queue, [&](const DrawList& list) {
-            const auto whole = [&] { return drawWhole(from, list, camera, readBack); };
-            if (!from.sharing) return whole();
-            const std::vector<ObjectId> before = heldUp();
-            auto picture = from.sharing->draw(from.renderer, from.aspect, list, camera, tile_, whole, parts);
-            if (heldUp() == before) return picture;
-            // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those
-            // that would be drawn for them.
-            from.sharing->forget();
-            return whole();
-        });
+    auto painted = painter_.paint(from.scene, from.renderer, camera, from.queue, [&](const DrawList& list) {
+        light_.reset();
+        const auto whole = [&] {
+            auto picture = drawWhole(from, list, camera, readBack);
+            if (list.environment.metered) light_ = from.renderer.lastLight(elsewhere_);
+            return picture;
+        };
+        if (!from.sharing) return whole();
+        const std::vector<ObjectId> before = heldUp();
+        auto picture = from.sharing->draw(from.renderer, from.aspect, list, camera, tile_, whole, parts);
+        if (list.environment.metered && parts.parts > 0) light_ = parts.light;
+        if (heldUp() == before) return picture;
+        // Parts of before, and of neighbours, have the program that it is drawn without from here on: so have those
+        // that would be drawn for them.
+        from.sharing->forget();
+        return whole();
+    });
     if (!painted) return tl::unexpected(painted.error());
     painted_ = std::move(*painted);
     still_ = painted_.again && painted_.cull == Duration::zero();
@@ -82,6 +87,7 @@ Expected<TileStats> HostTile::drawTestPicture(const Wall& wall, Showing showing,
             testPicture(wall, tile_, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
     testCounts_ = counts;
     still_ = again;
+    light_.reset();
     drawn_ = test_;
     const TimePoint drawn = clockNow();
     handOver(frame, again);

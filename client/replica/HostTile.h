@@ -5,11 +5,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/replica/PartSharing.h"
 #include "client/replica/TilePainter.h"
 #include "common/codec/FrameCodec.h"
 #include "common/image/SharedFrame.h"
+#include "common/wall/LightHistogram.h"
 
 namespace tessera {
 
@@ -27,9 +30,12 @@ struct TileSources {
 /// see. Belongs to the draw thread; `drawAgain` and `show` may be called by another while that one has no work.
 class HostTile {
 public:
-    /// `folder`: where the tile's files are; empty: there are none.
-    HostTile(Tile tile, CullerKind culler, std::string folder)
-        : tile_(std::move(tile)), folder_(std::move(folder)), painter_(tile_.rect, culler) {}
+    /// `elsewhere`: see countedElsewhere. `folder`: where the tile's files are; empty: there are none.
+    HostTile(Tile tile, std::vector<PixelRect> elsewhere, CullerKind culler, std::string folder)
+        : tile_(std::move(tile)),
+          elsewhere_(std::move(elsewhere)),
+          folder_(std::move(folder)),
+          painter_(tile_.rect, culler) {}
 
     [[nodiscard]] const Tile& tile() const { return tile_; }
     /// The same tile in another wall: keeps the picture that is shown, and the file. False: it is another.
@@ -47,6 +53,8 @@ public:
     [[nodiscard]] bool still() const { return still_; }
     /// Of the last picture of the scene: what it lacks.
     [[nodiscard]] const PaintedTile& painted() const { return painted_; }
+    /// Of the picture of the frame in hand, where an exposure is metered.
+    [[nodiscard]] const std::optional<LightHistogram>& light() const { return light_; }
 
     /// What was drawn last is shown from now on. False: nothing has been drawn since.
     bool show();
@@ -76,9 +84,11 @@ private:
     void handOver(FrameNumber frame, bool again);
 
     Tile tile_;
+    std::vector<PixelRect> elsewhere_;
     std::string folder_;
     TilePainter painter_;
     PaintedTile painted_;
+    std::optional<LightHistogram> light_;
     std::shared_ptr<const Picture> drawn_, shown_;
     std::shared_ptr<const Picture> copied_;  ///< of `shown_` from the file, while somebody wants it
     FrameNumber drawnFrame_, shownFrame_;

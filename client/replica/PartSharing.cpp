@@ -164,8 +164,12 @@ bool PartSharing::divides() const {
 Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, const DrawList& list,
                                     const ScreenCamera& camera, const Tile& tile,
                                     const std::function<Expected<Picture>()>& whole, PartCounts& counts) {
-    Assembly assembly{.tile = tile,
-                      .drawHere = [&](const PixelRect& rect) { return renderer.draw(aspect, list, camera, rect); }};
+    Assembly assembly{.tile = tile, .drawHere = {}};
+    assembly.drawHere = [&](const PixelRect& rect) {
+        auto picture = renderer.draw(aspect, list, camera, rect);
+        if (picture) assembly.light += renderer.lastLight(countedElsewhere(tiles_, tile));
+        return picture;
+    };
     const auto index = static_cast<std::uint32_t>(std::ranges::find(tiles_, tile.name, &Tile::name) - tiles_.begin());
     drew_ = true;
     if (divides()) assembly.parts = partsOf(tile, index);
@@ -186,6 +190,7 @@ Expected<Picture> PartSharing::draw(Renderer& renderer, const Aspect& aspect, co
     frameCounts_.parts += counts.parts;
     frameCounts_.helped += counts.helped;
     frameCounts_.twice += counts.twice;
+    counts.light = assembly.light;
     return std::move(assembly.whole);
 }
 
@@ -280,9 +285,12 @@ void PartSharing::collect(Assembly& assembly, PartCounts& counts) const {
         const auto done = board_.doneElsewhere(part);
         if (!done) continue;
         const auto neighbour = std::ranges::find(neighbours_, done->by, &Neighbour::host);
-        if (neighbour != neighbours_.end() &&
-            neighbour->board->copy(done->slot, board_.stampOf(self_, part), assembly.parts[part], assembly.tile.rect,
-                                   assembly.whole)) {
+        const auto light = neighbour == neighbours_.end()
+                               ? std::nullopt
+                               : neighbour->board->copy(done->slot, board_.stampOf(self_, part), assembly.parts[part],
+                                                        assembly.tile.rect, assembly.whole);
+        if (light) {
+            assembly.light += *light;
             assembly.there[part] = true;
             --assembly.missing;
             ++counts.helped;
@@ -354,7 +362,8 @@ bool PartSharing::help(Renderer& renderer, const Aspect& aspect, const RenderSce
             neighbour.board->giveUp(*posting, *part, self_);
             return false;
         }
-        const std::uint8_t slot = board_.keep(**picture, Board::stamp(posting->number, neighbour.host, *part));
+        const std::uint8_t slot = board_.keep(**picture, renderer.lastLight(countedElsewhere(tiles_, *tile)),
+                                              Board::stamp(posting->number, neighbour.host, *part));
         (void)neighbour.board->done(*posting, *part, self_, slot);
         return true;
     }

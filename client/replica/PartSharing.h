@@ -17,6 +17,7 @@
 #include "client/share/Board.h"
 #include "common/base/HistoryIds.h"
 #include "common/base/Log.h"
+#include "common/wall/LightHistogram.h"
 #include "common/wall/View.h"
 
 namespace tessera {
@@ -32,9 +33,10 @@ struct SharingOptions {
 
 /// What became of one picture.
 struct PartCounts {
-    std::uint64_t parts = 0;   ///< it was cut into; 0: it was not
-    std::uint64_t helped = 0;  ///< of them, neighbours drew
-    std::uint64_t twice = 0;   ///< and these the owner drew too, as a neighbour did not come back in time
+    std::uint64_t parts = 0;    ///< it was cut into; 0: it was not
+    std::uint64_t helped = 0;   ///< of them, neighbours drew
+    std::uint64_t twice = 0;    ///< and these the owner drew too, as a neighbour did not come back in time
+    LightHistogram light = {};  ///< of all parts, where an exposure is metered
 };
 
 /// The parts that a tile is cut into: halved along the longer side until there are `count`, on multiples of 64 pixels
@@ -82,10 +84,12 @@ private:
     /// One picture under way: which parts are in it, and how long those took that were drawn here.
     struct Assembly {
         const Tile& tile;
+        /// Adds the light of what it draws to `light`.
         std::function<Expected<Picture>(const PixelRect&)> drawHere;
         std::vector<PixelRect> parts = {};
         std::vector<bool> there = {}, distrusted = {};
         Picture whole = {};
+        LightHistogram light = {};
         std::size_t missing = 0, own = 0;
         Duration ownTook = {};
     };

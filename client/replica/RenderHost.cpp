@@ -30,7 +30,8 @@ Expected<std::uint64_t> RenderHost::probe() {
     // Four samples whatever the wall will want: hosts are compared before they know the wall.
     if (!surface_) return std::uint64_t{0};
     samples_ = 4;
-    auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
+    auto renderer = Renderer::create(
+        *surface_, {.samples = samples_, .anisotropy = options_.anisotropy, .onStep = options_.onStep});
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     auto probe = renderer_->pixelProbe();
@@ -177,17 +178,20 @@ Expected<void> RenderHost::useWall(Wall wall) {
         samples_ = wall_.samples;
         uploads_ = {};
         renderer_.reset();
-        auto renderer = Renderer::create(*surface_, {.samples = samples_, .onStep = options_.onStep});
+        auto renderer = Renderer::create(
+            *surface_, {.samples = samples_, .anisotropy = options_.anisotropy, .onStep = options_.onStep});
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }
     std::vector<std::unique_ptr<HostTile>> before = std::move(tiles_);
+    const std::vector<Tile> all = layoutTiles(wall_);
     tiles_.clear();
     for (Tile& tile : tilesOf(wall_, options_.name)) {
+        std::vector<PixelRect> elsewhere = countedElsewhere(all, tile);
         std::string folder =
             options_.output.empty() ? std::string() : fmt::format("{}/tiles/{}", options_.output, tile.name);
-        tiles_.push_back(
-            std::make_unique<HostTile>(std::move(tile), options_.culler.value_or(wall_.culler), std::move(folder)));
+        tiles_.push_back(std::make_unique<HostTile>(std::move(tile), std::move(elsewhere),
+                                                    options_.culler.value_or(wall_.culler), std::move(folder)));
         for (auto& old : before)
             if (old && tiles_.back()->takeOver(*old)) old.reset();
     }
@@ -272,6 +276,7 @@ bool RenderHost::on(const work::Draw& draw) {
     const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
     if (renderer_) renderer_->beginFrame();
+    scene_.beginFrame();
     std::vector<const PaintedTile*> painted;
     for (const auto& tile : tiles_) {
         auto drawn = drawTile(*tile, *payload, frame);
@@ -280,6 +285,7 @@ bool RenderHost::on(const work::Draw& draw) {
                                                            drawn.error().message)});
         stats.tiles.push_back(std::move(*drawn));
         painted.push_back(&tile->painted());
+        if (tile->light()) stats.light = (stats.light ? *stats.light : LightHistogram()) + *tile->light();
     }
     if (renderer_) {
         const std::vector<HeldUpBy> heldUp = renderer_->heldUpBy(aspect_);

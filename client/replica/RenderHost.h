@@ -30,6 +30,7 @@ struct RenderHostOptions {
     std::optional<CullerKind> culler;  ///< none: the wall's
     bool keepFrames = false;           ///< every shown image as PNG, not only the last
     Injection injection;
+    int anisotropy = 0;              ///< RendererOptions
     PartSharing* sharing = nullptr;  ///< with neighbours; null: no parts are shared
     /// Whether other work waits; while it does no neighbour is helped. May be empty.
     std::function<bool()> workWaits = {};

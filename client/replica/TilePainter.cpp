@@ -2,9 +2,8 @@
 
 namespace tessera {
 
-Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                         const ScreenCamera& camera, const ProcessorQueue& queue,
-                                         const DrawPicture& draw) {
+Expected<PaintedTile> TilePainter::paint(const RenderScene& scene, Renderer& renderer, const ScreenCamera& camera,
+                                         const ProcessorQueue& queue, const DrawPicture& draw) {
     const SceneVersion version = scene.version();
     const bool seenAlike = last_.picture && version.contents == version_.contents && drawAlike(camera, camera_);
     PaintedTile painted = last_;
@@ -14,7 +13,7 @@ Expected<PaintedTile> TilePainter::paint(const Aspect& aspect, const RenderScene
 
     const TimePoint begin = clockNow();
     const Duration queuedBefore = queue.waited();
-    auto culled = action_.run(scene, camera, rect_, asks_ ? &renderer.visibility(aspect) : nullptr, &painted.counts);
+    auto culled = action_.run(scene, camera, rect_, asks_ ? &renderer.visibility() : nullptr, &painted.counts);
     if (!culled) return tl::unexpected(culled.error());
     DrawList list = std::move(*culled);
     const TimePoint afterCull = clockNow();

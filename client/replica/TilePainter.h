@@ -36,9 +36,8 @@ public:
     /// Errors are the renderer's, and those of `draw`, which makes the tile's picture of a list. `queue`: the calling
     /// thread's.
     using DrawPicture = std::function<Expected<Picture>(const DrawList&)>;
-    [[nodiscard]] Expected<PaintedTile> paint(const Aspect& aspect, const RenderScene& scene, Renderer& renderer,
-                                              const ScreenCamera& camera, const ProcessorQueue& queue,
-                                              const DrawPicture& draw);
+    [[nodiscard]] Expected<PaintedTile> paint(const RenderScene& scene, Renderer& renderer, const ScreenCamera& camera,
+                                              const ProcessorQueue& queue, const DrawPicture& draw);
 
     /// The picture before is not there any more: the next one is drawn.
     void forget() { last_ = {}; }

@@ -9,12 +9,14 @@ namespace {
 
 using board::Head;
 using board::kHeadBytes;
+using board::kLightBytes;
 using board::kMostParts;
 using board::kSlotBytes;
 using board::kSlots;
+using board::kSlotStride;
 
-constexpr std::uint64_t kBoardMagic = 0x31445241'4f425354;  // "TSBOARD1" in memory
-constexpr std::size_t kBoardBytes = kHeadBytes + kSlots * kSlotBytes;
+constexpr std::uint64_t kBoardMagic = 0x32445241'4f425354;  // "TSBOARD2" in memory
+constexpr std::size_t kBoardBytes = kHeadBytes + kSlots * kSlotStride;
 
 /// A part's state: the posting's number, who has it, where it lies, and:
 enum class PartState : std::uint8_t { kFree, kTaken, kDone };
@@ -103,13 +105,15 @@ void Board::waitForDone(std::uint32_t seen, Duration timeout) const {
     waitForBell(&head().doneBell, seen, timeout.count());
 }
 
-std::uint8_t Board::keep(const Picture& picture, std::uint64_t stamp) {
+std::uint8_t Board::keep(const Picture& picture, const LightHistogram& light, std::uint64_t stamp) {
     TESSERA_CHECK(picture.rgb.size() <= kSlotBytes, "a part has room in a slot");
     const std::uint8_t slot = nextSlot_;
     nextSlot_ = static_cast<std::uint8_t>((nextSlot_ + 1) % kSlots);
     head().stamps[slot].store(0);
     std::atomic_thread_fence(std::memory_order_seq_cst);
-    std::memcpy(memory_.data() + kHeadBytes + slot * kSlotBytes, picture.rgb.data(), picture.rgb.size());
+    std::byte* const to = memory_.data() + kHeadBytes + slot * kSlotStride;
+    std::memcpy(to, picture.rgb.data(), picture.rgb.size());
+    std::memcpy(to + kSlotBytes, &light, kLightBytes);
     head().stamps[slot].store(stamp);
     return slot;
 }
@@ -124,7 +128,7 @@ void Board::callMyself() const {
 }
 
 Expected<NeighbourBoard> NeighbourBoard::open(std::string_view place) {
-    auto memory = OthersMemory::open(place, kHeadBytes, kSlots * kSlotBytes);
+    auto memory = OthersMemory::open(place, kHeadBytes, kSlots * kSlotStride);
     if (!memory) return tl::unexpected(memory.error());
     NeighbourBoard opened(std::move(*memory));
     if (opened.head().magic.load() != kBoardMagic)
@@ -189,17 +193,19 @@ void NeighbourBoard::call() {
     ringBell(&head().bell);
 }
 
-bool NeighbourBoard::copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part, const PixelRect& tile,
-                          Picture& whole) const {
-    if (slot >= kSlots || head().stamps[slot].load() != stamp) return false;
-    const std::byte* from = memory_.rest.data() + slot * kSlotBytes;
+std::optional<LightHistogram> NeighbourBoard::copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part,
+                                                   const PixelRect& tile, Picture& whole) const {
+    if (slot >= kSlots || head().stamps[slot].load() != stamp) return std::nullopt;
+    const std::byte* from = memory_.rest.data() + slot * kSlotStride;
+    LightHistogram light;
+    std::memcpy(&light, from + kSlotBytes, kLightBytes);
     const std::size_t row = 3 * static_cast<std::size_t>(part.width), stride = 3 * static_cast<std::size_t>(tile.width);
     // Rows count from the top in pictures, from below on screens.
     const auto top = static_cast<std::size_t>(tile.y + tile.height - part.y - part.height);
     std::uint8_t* to = whole.rgb.data() + top * stride + 3 * static_cast<std::size_t>(part.x - tile.x);
     for (int y = 0; y < part.height; ++y, from += row, to += stride) std::memcpy(to, from, row);
     std::atomic_thread_fence(std::memory_order_seq_cst);
-    return head().stamps[slot].load() == stamp;
+    return head().stamps[slot].load() == stamp ? std::optional(light) : std::nullopt;
 }
 
 }  // namespace tessera

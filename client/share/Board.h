@@ -18,6 +18,7 @@
 #include "common/base/Clock.h"
 #include "common/base/Hash.h"
 #include "common/image/Picture.h"
+#include "common/wall/LightHistogram.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -47,6 +48,9 @@ namespace board {
 inline constexpr std::size_t kMostParts = 32, kSlots = 16;
 /// Pixels of one part, 8 bit RGB. Larger parts are not posted.
 inline constexpr std::size_t kSlotBytes = std::size_t{4} << 20;
+/// Behind them how bright what they show is.
+inline constexpr std::size_t kLightBytes = sizeof(LightHistogram), kSlotStride = kSlotBytes + 4096;
+static_assert(kLightBytes <= 4096);
 
 using Word = std::atomic<std::uint64_t>;
 static_assert(Word::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);
@@ -96,8 +100,8 @@ public:
     void waitForDone(std::uint32_t seen, Duration timeout) const;
 
     // As one who helps.
-    /// Keeps a part's pixels for its owner; which slot. The oldest gives way.
-    [[nodiscard]] std::uint8_t keep(const Picture& picture, std::uint64_t stamp);
+    /// Keeps a part's pixels and light for its owner; which slot. The oldest gives way.
+    [[nodiscard]] std::uint8_t keep(const Picture& picture, const LightHistogram& light, std::uint64_t stamp);
     [[nodiscard]] std::uint32_t calls() const { return head().bell.load(); }
     void waitForCall(std::uint32_t seen, Duration timeout) const;
     /// Ends a wait for a call, from any thread.
@@ -138,10 +142,10 @@ public:
     /// Somebody may want help.
     void call();
 
-    /// Copies what this neighbour has drawn for us into `whole`, whose upper left corner is at that of `tile`. False:
-    /// it is not (or no longer) there, and nothing in `whole` but this part may have changed.
-    [[nodiscard]] bool copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part, const PixelRect& tile,
-                            Picture& whole) const;
+    /// Copies what this neighbour has drawn for us into `whole`, whose upper left corner is at that of `tile`; its
+    /// light. None: it is not (or no longer) there, and nothing in `whole` but this part may have changed.
+    [[nodiscard]] std::optional<LightHistogram> copy(std::uint8_t slot, std::uint64_t stamp, const PixelRect& part,
+                                                     const PixelRect& tile, Picture& whole) const;
 
 private:
     explicit NeighbourBoard(OthersMemory memory) : memory_(std::move(memory)) {}

@@ -268,6 +268,9 @@ Expected<void> Application::show(Showing showing) {
 Expected<void> Application::setBudget(double milliseconds) {
     return impl_->done(request::SetBudget{milliseconds});
 }
+Expected<void> Application::setExposure(const ExposureWish& wish, bool reset) {
+    return impl_->done(request::SetExposure{wish, reset});
+}
 Expected<void> Application::navigate(const NavigationWish& wish) {
     return impl_->done(request::NavigateView{wish});
 }

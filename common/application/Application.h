@@ -182,6 +182,9 @@ public:
     [[nodiscard]] Expected<void> show(Showing showing);
     /// Milliseconds that hosts may take for a frame before detail is left away (common/wall/Detail.h); 0: none is.
     [[nodiscard]] Expected<void> setBudget(double milliseconds);
+    /// How bright the wall shows its scene, in place of what the scene's Environment says; what is absent stays, as it
+    /// is now or (`reset`) as the scene says.
+    [[nodiscard]] Expected<void> setExposure(const ExposureWish& wish, bool reset = false);
     /// Flies, walks, goes home, to a bookmark, to a node: as a person at a window would. Input that is held stays held
     /// until another one is said, or this application leaves. kRefused: the server takes no input.
     [[nodiscard]] Expected<void> navigate(const NavigationWish& wish);

@@ -7,7 +7,7 @@ namespace tessera {
 
 inline constexpr const char* kVersion = "0.1.0";
 /// Version of everything on the wire. A peer with another one is refused with both numbers in the message.
-inline constexpr unsigned kProtocolVersion = 18;
+inline constexpr unsigned kProtocolVersion = 19;
 /// Applications that hold no replica come in from this one on: what they say and are told keeps its numbers.
 inline constexpr unsigned kOldestAskersProtocol = 17;
 

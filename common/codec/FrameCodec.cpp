@@ -80,6 +80,29 @@ Expected<FrameCollision> readCollision(const proto::frame::Collision& from) {
                           .nearest = from.nearest()};
 }
 
+void write(proto::frame::Exposure& to, const Exposure& exposure) {
+    if (exposure.wish.stops) to.set_stops(*exposure.wish.stops);
+    if (exposure.wish.metered) to.set_metered(*exposure.wish.metered);
+    if (exposure.wish.toneMap) to.set_tone_map(static_cast<std::uint32_t>(*exposure.wish.toneMap));
+    to.set_found(exposure.found);
+}
+Expected<Exposure> readExposure(const proto::frame::Exposure& from) {
+    Exposure exposure{.wish = {}, .found = from.found()};
+    if (std::abs(exposure.foundStops()) > kMostStops)
+        return badFrame(fmt::format("frame: an exposure of {} stops", exposure.foundStops()));
+    if (from.has_stops()) {
+        if (!(std::abs(from.stops()) <= kMostStops)) return badFrame("frame: an exposure that is none");
+        exposure.wish.stops = from.stops();
+    }
+    if (from.has_metered()) exposure.wish.metered = from.metered();
+    if (from.has_tone_map()) {
+        if (from.tone_map() > static_cast<std::uint32_t>(kLastToneMap))
+            return badFrame(fmt::format("frame: tone map {}, which nobody knows", from.tone_map()));
+        exposure.wish.toneMap = static_cast<ToneMap>(from.tone_map());
+    }
+    return exposure;
+}
+
 }  // namespace
 
 Bytes encodeFrame(const FramePayload& payload) {
@@ -101,6 +124,7 @@ Bytes encodeFrame(const FramePayload& payload) {
         write(*head.mutable_studio()->mutable_middle(), payload.view.studio->middle);
         head.mutable_studio()->set_reach(payload.view.studio->reach);
     }
+    if (payload.view.exposure != Exposure()) write(*head.mutable_exposure(), payload.view.exposure);
     return joinParts(head, {});
 }
 
@@ -144,6 +168,9 @@ Expected<FramePayload> decodeFrame(ByteSpan bytes) {
             return badFrame("frame: the reach of its studio is not a positive number");
         payload.view.studio = Studio{.middle = *middle, .reach = head.studio().reach()};
     }
+    const auto exposure = readExposure(head.exposure());
+    if (!exposure) return tl::unexpected(exposure.error());
+    payload.view.exposure = *exposure;
     return payload;
 }
 
@@ -177,6 +204,8 @@ Bytes encodeStats(const HostStats& stats) {
         to.set_parts_helped(tile.partsHelped);
         to.set_parts_twice(tile.partsTwice);
     }
+    if (stats.light)
+        head.mutable_light()->mutable_pixels()->Add(stats.light->pixels.begin(), stats.light->pixels.end());
     return joinParts(head, {});
 }
 
@@ -228,6 +257,11 @@ Expected<HostStats> decodeStats(ByteSpan bytes) {
                                .parts = from.parts(),
                                .partsHelped = from.parts_helped(),
                                .partsTwice = from.parts_twice()});
+    }
+    if (head.has_light()) {
+        if (head.light().pixels_size() != LightHistogram::kClasses)
+            return badFrame(fmt::format("statistics: {} classes of brightness", head.light().pixels_size()));
+        std::ranges::copy(head.light().pixels(), stats.light.emplace().pixels.begin());
     }
     return stats;
 }

@@ -1,12 +1,14 @@
 /// What a Begin says beside its list, and the statistics of Ready.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "common/change/Value.h"
+#include "common/wall/LightHistogram.h"
 #include "common/wall/Showing.h"
 #include "common/wall/View.h"
 
@@ -62,6 +64,8 @@ struct HostStats {
     std::uint64_t helpedParts = 0;          ///< of neighbours' pictures, drawn here after the frame before
     double helpMs = 0;                      ///< that took; no part of `workMs`
     std::vector<HeldUp> heldUp = {};
+    /// Of all its tiles that show the scene; none: no exposure is metered there.
+    std::optional<LightHistogram> light = {};
     bool operator==(const HostStats&) const = default;
 };
 [[nodiscard]] Bytes encodeStats(const HostStats& stats);

@@ -27,6 +27,7 @@ struct Deformation {
     Blob indices;
     Blob texcoords1;
     ObjectId material;  ///< a Material; none: the default material
+    Blob tangents;      ///< as Geometry has them; they move with the surface
 };
 template <>
 inline constexpr auto kSaid<Deformation> = []<typename T>(Describing<T>) {
@@ -45,7 +46,8 @@ inline constexpr auto kSaid<Deformation> = []<typename T>(Describing<T>) {
                     field<&T::texcoords>(13, "texcoords").affects(Effect::kLook),
                     field<&T::indices>(14, "indices").integers(1, 4).affects(Effect::kShape),
                     field<&T::texcoords1>(15, "texcoords1").affects(Effect::kLook),
-                    field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook));
+                    field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook),
+                    field<&T::tangents>(17, "tangents").floats(4).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -21,6 +21,16 @@ struct Environment {
     float strength = 1.0f;   ///< of the image: radiance is what it says times this
     float turn = 0.0f;       ///< of the image about +Y, counter-clockwise seen from above
     bool showImage = false;  ///< where nothing is the image is seen, not `background`
+
+    // From radiance to what a screen shows (client/draw/LIGHT.md). What has no light of its own, `background` and
+    // unlit things, is as bright as it says.
+    /// In stops: radiance counts 2^exposure times. Where it is metered that is added to what the wall finds.
+    float exposure = 0.0f;
+    /// The curve that brings what is brighter than white onto a screen. kNeutral: colours up to 0.8 stay what they are;
+    /// kClamp: none at all; kReinhard; kAces and kAgx, as films are graded.
+    static constexpr std::int64_t kNeutral = 0, kClamp = 1, kReinhard = 2, kAces = 3, kAgx = 4;
+    std::int64_t toneMap = kNeutral;
+    bool metered = false;  ///< the wall looks how bright the scene is, once for all tiles and eyes
 };
 template <>
 inline constexpr auto kSaid<Environment> = []<typename T>(Describing<T>) {
@@ -32,7 +42,16 @@ inline constexpr auto kSaid<Environment> = []<typename T>(Describing<T>) {
         field<&T::image>(5, "image").to(typeOf<Image>()).affects(Effect::kLight),
         field<&T::strength>(6, "strength").between(0, 1e6).affects(Effect::kLight),
         field<&T::turn>(7, "turn").unit(Unit::kRadian).between(-1e6, 1e6).affects(Effect::kLight),
-        field<&T::showImage>(8, "showImage").affects(Effect::kLight));
+        field<&T::showImage>(8, "showImage").affects(Effect::kLight),
+        field<&T::exposure>(9, "exposure").between(-40, 40).affects(Effect::kLight),
+        field<&T::toneMap>(10, "toneMap")
+            .oneOf({{Environment::kNeutral, "neutral"},
+                    {Environment::kClamp, "clamp"},
+                    {Environment::kReinhard, "reinhard"},
+                    {Environment::kAces, "aces"},
+                    {Environment::kAgx, "agx"}})
+            .affects(Effect::kLight),
+        field<&T::metered>(11, "metered").affects(Effect::kLight));
 };
 
 }  // namespace tessera

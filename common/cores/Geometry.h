@@ -32,6 +32,9 @@ struct Geometry {
     /// of triangles, lines, quads and points it says nothing. Polygons are flat, concave ones too, and each is one
     /// outline that does not cross itself.
     Blob lengths;
+    /// float[4] per vertex: where u grows, of unit length; w is 1 or -1, so that cross(normal, xyz) · w goes against v.
+    /// Empty: hosts make them where a normal map needs some (common/geometry/TangentSpace.h).
+    Blob tangents;
 };
 template <>
 inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
@@ -59,7 +62,8 @@ inline constexpr auto kSaid<Geometry> = []<typename T>(Describing<T>) {
                         .unit(Unit::kPixel)
                         .between(Geometry::kThinnestLinePx, Geometry::kWidestLinePx)
                         .affects(Effect::kLook),
-                    field<&T::lengths>(11, "lengths").integers(1, 4).affects(Effect::kShape));
+                    field<&T::lengths>(11, "lengths").integers(1, 4).affects(Effect::kShape),
+                    field<&T::tangents>(12, "tangents").floats(4).affects(Effect::kLook));
 };
 
 }  // namespace tessera

@@ -22,10 +22,12 @@ struct PointLight {
     Vec3f attenuation{0, 0, 1};
     ObjectId scope;        ///< a Node: lights what is below that alone; none: everything
     bool outside = false;  ///< with a scope: lights everything but what is below that
+    bool shadows = false;  ///< of the first four that ask; others shine through everything
 
     [[nodiscard]] LightSource light() const {
         return {.radiance = color * intensity,
                 .range = range,
+                .shadows = shadows,
                 .on = on,
                 .beacon = beacon,
                 .attenuation = attenuation,
@@ -42,7 +44,8 @@ inline constexpr auto kSaid<PointLight> = []<typename T>(Describing<T>) {
                     field<&T::beacon>(5, "beacon").to(typeOf<Node>()).affects(Effect::kLight),
                     field<&T::attenuation>(6, "attenuation").between(0, 1e12).affects(Effect::kLight),
                     field<&T::scope>(7, "scope").to(typeOf<Node>()).affects(Effect::kLight),
-                    field<&T::outside>(8, "outside").affects(Effect::kLight));
+                    field<&T::outside>(8, "outside").affects(Effect::kLight),
+                    field<&T::shadows>(9, "shadows").affects(Effect::kLight));
 };
 
 }  // namespace tessera

@@ -15,7 +15,7 @@ using ShippedTypes =
              struct MaterialGroup, struct DistanceLOD, struct Billboard, struct KeyFrames, struct Animation,
              struct Skin, struct Text, struct Inline, struct ProxyGroup, struct Particles, struct Volume,
              struct TextureLayer, struct SurfaceProgram, struct Uniform, struct Movie, struct Manipulator,
-             struct ApplicationData, struct ParticleEmitter>;
+             struct ApplicationData, struct ParticleEmitter, struct Glyphs>;
 
 /// The number of a type: of a shipped one its place in that list, whether its struct is known here or not.
 template <typename T>

@@ -29,6 +29,8 @@ struct Skin {
     RefList joints;       ///< Nodes; empty: an application writes `pose` itself
     Blob inverseBinds;    ///< float[12] per joint: joint_T_bind, row by row; empty: identity
     ObjectId material;    ///< a Material; none: the default material
+    Blob tangents;        ///< as Geometry has them; they move with the surface
+    Blob morphTangents;   ///< float[3] per target and vertex: what is added to the tangents' xyz
 };
 template <>
 inline constexpr auto kSaid<Skin> = []<typename T>(Describing<T>) {
@@ -46,7 +48,9 @@ inline constexpr auto kSaid<Skin> = []<typename T>(Describing<T>) {
                     field<&T::morphNormals>(12, "morphNormals").floats(3).affects(Effect::kShape),
                     field<&T::joints>(13, "joints").to(typeOf<Node>()).affects(Effect::kTime),
                     field<&T::inverseBinds>(14, "inverseBinds").floats(12).affects(Effect::kTime),
-                    field<&T::material>(15, "material").to(typeOf<Material>()).affects(Effect::kLook));
+                    field<&T::material>(15, "material").to(typeOf<Material>()).affects(Effect::kLook),
+                    field<&T::tangents>(16, "tangents").floats(4).affects(Effect::kLook),
+                    field<&T::morphTangents>(17, "morphTangents").floats(3).affects(Effect::kShape));
 };
 
 }  // namespace tessera

@@ -23,11 +23,15 @@ MeshArrays atRest(const Deformation& d) {
             .colors = d.colors,
             .texcoords = d.texcoords,
             .indices = d.indices,
-            .texcoords1 = d.texcoords1};
+            .texcoords1 = d.texcoords1,
+            .lines = {},
+            .tangents = d.tangents};
 }
 
-std::array<const Blob*, 7> blobsOf(const Deformation& d) {
-    return {&d.positions, &d.normals, &d.colors, &d.texcoords, &d.indices, &d.texcoords1, &d.controlPoints};
+/// All but the last are in the recipe.
+std::array<const Blob*, 8> blobsOf(const Deformation& d) {
+    return {&d.positions, &d.normals,    &d.colors,   &d.texcoords,
+            &d.indices,   &d.texcoords1, &d.tangents, &d.controlPoints};
 }
 
 bool allHere(const Deformation& d) {
@@ -44,12 +48,12 @@ Hash128 recipeOf(const Deformation& d) {
     std::array<Hash128, 14> parts{};
     parts[0] = {typeOf<Deformation>().value, d.controlPoints.sizeBytes()};
     const auto blobs = blobsOf(d);
-    for (std::size_t i = 0; i < 6; ++i) parts[1 + i] = blobs[i]->id();
-    parts[7] = {static_cast<std::uint64_t>(d.pointsX), static_cast<std::uint64_t>(d.pointsY)};
-    parts[8] = {static_cast<std::uint64_t>(d.pointsZ), static_cast<std::uint64_t>(d.degreeX)};
-    parts[9] = {static_cast<std::uint64_t>(d.degreeY), static_cast<std::uint64_t>(d.degreeZ)};
+    for (std::size_t i = 0; i < 7; ++i) parts[1 + i] = blobs[i]->id();
+    parts[8] = {static_cast<std::uint64_t>(d.pointsX), static_cast<std::uint64_t>(d.pointsY)};
+    parts[9] = {static_cast<std::uint64_t>(d.pointsZ), static_cast<std::uint64_t>(d.degreeX)};
+    parts[10] = {static_cast<std::uint64_t>(d.degreeY), static_cast<std::uint64_t>(d.degreeZ)};
     for (Eigen::Index i = 0; i < 3; ++i)
-        parts[static_cast<std::size_t>(10 + i)] = {std::bit_cast<std::uint64_t>(d.lower[i]),
+        parts[static_cast<std::size_t>(11 + i)] = {std::bit_cast<std::uint64_t>(d.lower[i]),
                                                    std::bit_cast<std::uint64_t>(d.upper[i])};
     return hash128(std::as_bytes(std::span(parts)));
 }
@@ -134,6 +138,22 @@ Box movedPart(const Lattice& lattice, std::size_t first, std::size_t end) {
     return part;
 }
 
+/// Along the surface as it stands deformed: by the Jacobian itself. Where that mirrors, normals stay on their side, and
+/// so the tangent's side is the other one. What is crushed stays as at rest.
+void deformTangents(const Lattice& lattice, std::span<const float> places, std::span<const float> from,
+                    std::span<float> to) {
+    for (std::size_t i = 0; 3 * i < places.size(); ++i) {
+        const Mat3d jacobian = lattice.place(Vec3d(places[3 * i], places[3 * i + 1], places[3 * i + 2])).jacobian;
+        const Vec3d moved = jacobian * Vec3d(from[4 * i], from[4 * i + 1], from[4 * i + 2]);
+        const double length = moved.norm();
+        for (std::size_t k = 0; k < 3; ++k)
+            to[4 * i + k] = length > 1e-100 && std::isfinite(length)
+                                ? static_cast<float>(moved[static_cast<Eigen::Index>(k)] / length)
+                                : from[4 * i + k];
+        to[4 * i + 3] = jacobian.determinant() < 0 ? -from[4 * i + 3] : from[4 * i + 3];
+    }
+}
+
 DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMesh* earlier) {
     const Deformation& d = deformationOf(core);
     const std::shared_ptr<const DeformationPlan> plan = planOf(d);
@@ -146,20 +166,29 @@ DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMe
     for (std::size_t i = 0; i < controls.size(); ++i)
         controls[i] = Vec3d(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
     if (!lattice.setControlPoints(0, controls)) return {};
-    const std::span<const float> from = d.positions.as<float>(), normalsFrom = d.normals.as<float>();
-    const auto deform = [&](std::size_t first, std::size_t count, std::span<float> to, std::span<float> normalsTo) {
+    const std::span<const float> from = d.positions.as<float>(), normalsFrom = d.normals.as<float>(),
+                                 tangentsFrom = d.tangents.as<float>();
+    const auto deform = [&](std::size_t first, std::size_t count) {
         const auto part = from.subspan(3 * first, 3 * count);
-        if (normalsFrom.empty())
-            lattice.deform(part, to);
+        std::vector<float> positions(3 * count), normals(normalsFrom.empty() ? 0 : 3 * count),
+            tangents(tangentsFrom.empty() ? 0 : 4 * count);
+        if (normals.empty())
+            lattice.deform(part, positions);
         else
-            lattice.deform(part, normalsFrom.subspan(3 * first, 3 * count), to, normalsTo);
+            lattice.deform(part, normalsFrom.subspan(3 * first, 3 * count), positions, normals);
+        if (!tangents.empty()) deformTangents(lattice, part, tangentsFrom.subspan(4 * first, 4 * count), tangents);
+        const auto put = [&](Blob& array, const std::vector<float>& values, std::size_t each) {
+            if (values.empty()) return;
+            array = earlier ? *array.withRange(each * sizeof(float) * first, std::as_bytes(std::span(values)))
+                            : Blob::of(std::span(values));
+        };
+        put(out.arrays.positions, positions, 3);
+        put(out.arrays.normals, normals, 3);
+        put(out.arrays.tangents, tangents, 4);
     };
     const std::size_t vertices = from.size() / 3;
     if (!earlier) {
-        std::vector<float> positions(from.size()), normals(normalsFrom.size());
-        deform(0, vertices, positions, normals);
-        out.arrays.positions = Blob::of(std::span<const float>(positions));
-        if (!normals.empty()) out.arrays.normals = Blob::of(std::span<const float>(normals));
+        deform(0, vertices);
         return out;
     }
     const ByteRange range = elementsOf(earlier->changed, 3 * sizeof(float));
@@ -172,14 +201,8 @@ DerivedMesh deriveDeformation(const void* core, const Fineness&, const EarlierMe
     }
     out.arrays.positions = earlier->mesh.arrays.positions;
     out.arrays.normals = earlier->mesh.arrays.normals;
-    if (first >= end) return out;
-    std::vector<float> positions(3 * (end - first)), normals(normalsFrom.empty() ? 0 : positions.size());
-    deform(first, end - first, positions, normals);
-    out.arrays.positions =
-        *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
-    if (!normals.empty())
-        out.arrays.normals =
-            *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
+    out.arrays.tangents = earlier->mesh.arrays.tangents;
+    if (first < end) deform(first, end - first);
     return out;
 }
 

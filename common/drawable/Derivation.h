@@ -29,9 +29,14 @@ struct DerivedMesh {
     /// What the type wants to find again when the points have moved: rows of weights, …; any thread reads it.
     std::shared_ptr<const void> plan;
 
-    [[nodiscard]] std::size_t bytes() const { return 512 + arrays.positions.sizeBytes() + arrays.normals.sizeBytes(); }
-    /// Indices may be shared by all positions of the points; positions are not.
-    [[nodiscard]] bool inUse() const { return !arrays.positions.empty() && !arrays.positions.soleHandle(); }
+    [[nodiscard]] std::size_t bytes() const {
+        return 512 + arrays.positions.sizeBytes() + arrays.normals.sizeBytes() + arrays.copies.sizeBytes();
+    }
+    /// Indices may be shared by all positions of the points, and a mesh by many copies of it; these are not.
+    [[nodiscard]] bool inUse() const {
+        const Blob& own = arrays.copies.empty() ? arrays.positions : arrays.copies;
+        return !own.empty() && !own.soleHandle();
+    }
 };
 
 struct DerivedSource {

@@ -7,6 +7,7 @@
 #include "common/cores/Text.h"
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/EmitterArrays.h"
+#include "common/drawable/GlyphArrays.h"
 #include "common/drawable/NurbsArrays.h"
 #include "common/drawable/ParticleArrays.h"
 #include "common/drawable/PrimitiveArrays.h"
@@ -48,6 +49,9 @@ constexpr DrawableType kDrawables[] = {
     {.type = typeOf<ParticleEmitter>(),
      .material = [](const void* core) { return static_cast<const ParticleEmitter*>(core)->material; },
      .derivation = &kEmitterDerivation},
+    {.type = typeOf<Glyphs>(),
+     .material = [](const void* core) { return static_cast<const Glyphs*>(core)->material; },
+     .derivation = &kGlyphDerivation},
     {.type = typeOf<Volume>(),
      .material = [](const void* core) { return static_cast<const Volume*>(core)->material; },
      .derivation = &kVolumeDerivation},
@@ -69,7 +73,8 @@ Drawable drawableOf(const Object& core) {
 
 MeshKey keyOf(const MeshArrays& arrays) {
     return {.arrays = {arrays.positions.id(), arrays.normals.id(), arrays.colors.id(), arrays.texcoords.id(),
-                       arrays.indices.id(), arrays.texcoords1.id(), arrays.lines.id()},
+                       arrays.indices.id(), arrays.texcoords1.id(), arrays.lines.id(), arrays.tangents.id(),
+                       arrays.copies.id()},
             .primitive = arrays.primitive,
             .pointRadius = arrays.pointRadius};
 }
@@ -77,16 +82,16 @@ MeshKey keyOf(const MeshArrays& arrays) {
 bool Drawable::resident() const {
     if (type_->derivation) return type_->derivation->resident(core_);
     const MeshArrays all = arrays();
-    for (const Blob* blob :
-         {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1, &all.lines})
+    for (const Blob* blob : {&all.positions, &all.normals, &all.colors, &all.texcoords, &all.indices, &all.texcoords1,
+                             &all.lines, &all.tangents, &all.copies})
         if (!blob->empty() && !blob->resident()) return false;
     return true;
 }
 
 std::vector<MeshOrigin> originsOf(const MeshArrays& arrays) {
-    const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals, &arrays.colors,
-                                                        &arrays.texcoords, &arrays.indices, &arrays.texcoords1,
-                                                        &arrays.lines};
+    const std::array<const Blob*, kMeshArrays> blobs = {&arrays.positions, &arrays.normals,  &arrays.colors,
+                                                        &arrays.texcoords, &arrays.indices,  &arrays.texcoords1,
+                                                        &arrays.lines,     &arrays.tangents, &arrays.copies};
     std::vector<MeshOrigin> origins;
     MeshOrigin origin{.key = keyOf(arrays), .changed = {}};
     // Each array as it is, or some edits back, so many of all arrays together: they need not have been edited together.

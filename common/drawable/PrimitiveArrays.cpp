@@ -195,6 +195,7 @@ MeshArrays arraysOf(const Geometry& g) {
                       .indices = {},
                       .texcoords1 = g.texcoords1,
                       .lines = {},
+                      .tangents = g.tangents,
                       .primitive = points  ? Primitive::kPoints
                                    : lines ? Primitive::kLines
                                            : Primitive::kTriangles,

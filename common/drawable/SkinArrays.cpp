@@ -22,13 +22,16 @@ MeshArrays skinAtRest(const Skin& s) {
             .colors = s.colors,
             .texcoords = s.texcoords,
             .indices = s.indices,
-            .texcoords1 = s.texcoords1};
+            .texcoords1 = s.texcoords1,
+            .lines = {},
+            .tangents = s.tangents};
 }
 
-std::array<const Blob*, 13> skinBlobs(const Skin& s) {
-    return {&s.positions,  &s.normals,      &s.colors,       &s.texcoords,      &s.indices,
-            &s.texcoords1, &s.jointIndices, &s.jointWeights, &s.morphPositions, &s.morphNormals,
-            &s.weights,    &s.pose,         &s.inverseBinds};
+/// All but the last two are in the recipe.
+std::array<const Blob*, 15> skinBlobs(const Skin& s) {
+    return {&s.positions,     &s.normals,      &s.colors,       &s.texcoords,      &s.indices,
+            &s.texcoords1,    &s.jointIndices, &s.jointWeights, &s.morphPositions, &s.morphNormals,
+            &s.morphTangents, &s.tangents,     &s.weights,      &s.pose,           &s.inverseBinds};
 }
 
 bool skinIsHere(const Skin& s) {
@@ -61,12 +64,12 @@ const Blob& movingArray(const Skin& s) {
 }
 
 Hash128 recipeOfSkin(const Skin& s) {
-    std::array<Hash128, 13> parts{};
+    std::array<Hash128, 15> parts{};
     parts[0] = {typeOf<Skin>().value, movingArray(s).sizeBytes()};
     const auto blobs = skinBlobs(s);
-    for (std::size_t i = 0; i < 11; ++i) parts[1 + i] = blobs[i]->id();
-    if (&movingArray(s) == &s.weights) parts[11] = s.pose.id();  // it moves nothing, but two are never told by one key
-    parts[12] = {follows(s) ? 1u : 0u, hasMorphs(s) ? 1u : 0u};
+    for (std::size_t i = 0; i < 13; ++i) parts[1 + i] = blobs[i]->id();
+    if (&movingArray(s) == &s.weights) parts[13] = s.pose.id();  // it moves nothing, but two are never told by one key
+    parts[14] = {follows(s) ? 1u : 0u, hasMorphs(s) ? 1u : 0u};
     return hash128(std::as_bytes(std::span(parts)));
 }
 
@@ -126,7 +129,8 @@ Expected<void> checkJoints(const Skin& s, std::size_t vertices) {
 Expected<void> checkMorphs(const Skin& s, std::size_t vertices) {
     const std::size_t each = vertices * 3 * sizeof(float);
     for (const auto& [blob, name] :
-         {std::pair(&s.morphPositions, "morphPositions"), std::pair(&s.morphNormals, "morphNormals")}) {
+         {std::pair(&s.morphPositions, "morphPositions"), std::pair(&s.morphNormals, "morphNormals"),
+          std::pair(&s.morphTangents, "morphTangents")}) {
         if (blob->empty()) continue;
         if (each == 0 || blob->sizeBytes() % each != 0)
             return badSkin(std::string(name) + " has " +
@@ -135,9 +139,10 @@ Expected<void> checkMorphs(const Skin& s, std::size_t vertices) {
         if (const Expected<void> numbers = checkSkinNumbers(*blob, name, 3); !numbers) return numbers;
     }
     const std::size_t targets = each == 0 ? 0 : static_cast<std::size_t>(s.morphPositions.sizeBytes()) / each;
-    if (!s.morphNormals.empty() && !s.morphPositions.empty() &&
-        s.morphNormals.sizeBytes() != s.morphPositions.sizeBytes())
-        return badSkin("morphNormals and morphPositions are of different numbers of targets");
+    for (const auto& [blob, name] :
+         {std::pair(&s.morphNormals, "morphNormals"), std::pair(&s.morphTangents, "morphTangents")})
+        if (!blob->empty() && !s.morphPositions.empty() && blob->sizeBytes() != s.morphPositions.sizeBytes())
+            return badSkin(std::string(name) + " and morphPositions are of different numbers of targets");
     if (hasMorphs(s) && s.weights.sizeBytes() / sizeof(float) != targets)
         return badSkin("weights has " + countText(s.weights.sizeBytes() / sizeof(float), "numbers, and there are ") +
                        countText(targets, "targets"));
@@ -182,16 +187,18 @@ std::shared_ptr<const SkinPlan> planOfSkin(const Skin& s) {
 /// Deforms vertices of one state of a skin that is sound.
 class SkinDeformer {
 public:
-    explicit SkinDeformer(const Skin& s) : rest_(s.positions.as<float>()), normals_(s.normals.as<float>()) {
+    explicit SkinDeformer(const Skin& s)
+        : rest_(s.positions.as<float>()), normals_(s.normals.as<float>()), tangents_(s.tangents.as<float>()) {
         if (hasMorphs(s)) {
             const std::span<const float> weights = s.weights.as<float>();
-            const std::span<const float> positions = s.morphPositions.as<float>(), normals = s.morphNormals.as<float>();
             for (std::size_t t = 0; t < weights.size(); ++t) {
                 if (weights[t] == 0) continue;
-                targets_.push_back({static_cast<double>(weights[t]), positions.subspan(t * rest_.size(), rest_.size()),
-                                    normals.empty() || normals_.empty()
-                                        ? std::span<const float>()
-                                        : normals.subspan(t * rest_.size(), rest_.size())});
+                const auto of = [&](const Blob& deltas, std::span<const float> rest) {
+                    return deltas.empty() || rest.empty() ? std::span<const float>()
+                                                          : deltas.as<float>().subspan(t * rest_.size(), rest_.size());
+                };
+                targets_.push_back({static_cast<double>(weights[t]), of(s.morphPositions, rest_),
+                                    of(s.morphNormals, normals_), of(s.morphTangents, tangents_)});
             }
         }
         if (!follows(s)) return;
@@ -202,38 +209,51 @@ public:
         for (std::size_t i = 0; i < pose.size(); ++i) pose_[i / 12][i % 12] = static_cast<double>(pose[i]);
     }
 
-    /// Where vertex v is, into three floats; its normal, where there are any.
-    void deform(std::size_t v, float* position, float* normal) const {
-        std::array<double, 3> p = morphed(v, rest_, &Target::positions);
-        std::array<double, 3> n{};
-        if (normal) n = morphed(v, normals_, &Target::normals);
+    /// Where vertex v is, into three floats; its normal into three and its tangent into four, where there are any.
+    void deform(std::size_t v, float* position, float* normal, float* tangent) const {
+        std::array<double, 3> p = morphed(v, rest_, 3, &Target::positions), n{}, t{};
+        if (normal) n = morphed(v, normals_, 3, &Target::normals);
+        if (tangent) t = morphed(v, tangents_, 4, &Target::tangents);
         if (!indices_.empty()) {
             const Rows m = blended(v);
-            const std::array<double, 3> at = p;
-            for (std::size_t r = 0; r < 3; ++r)
-                p[r] = m[4 * r] * at[0] + m[4 * r + 1] * at[1] + m[4 * r + 2] * at[2] + m[4 * r + 3];
+            p = moved(m, p);
+            for (std::size_t r = 0; r < 3; ++r) p[r] += m[4 * r + 3];
             if (normal) n = turned(m, n);
+            // Its side stays: in a mirror normals, by the cofactors, turn over with their triangles.
+            if (tangent) t = moved(m, t);
         }
         for (std::size_t r = 0; r < 3; ++r) position[r] = toFloat(p[r]);
-        if (!normal) return;
-        const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        for (std::size_t r = 0; r < 3; ++r)
-            normal[r] = length > 1e-100 && std::isfinite(length) ? static_cast<float>(n[r] / length)
-                                                                 : normals_[3 * v + r];  // crushed: as at rest
+        if (normal) normalise(n, &normals_[3 * v], normal);
+        if (!tangent) return;
+        normalise(t, &tangents_[4 * v], tangent);
+        tangent[3] = tangents_[4 * v + 3];
     }
 
 private:
     struct Target {
         double weight;
-        std::span<const float> positions, normals;
+        std::span<const float> positions, normals, tangents;
     };
     static constexpr double kFarthest = 1e30;  ///< of sums of many, as floats
     static float toFloat(double number) { return static_cast<float>(std::clamp(number, -kFarthest, kFarthest)); }
 
-    std::array<double, 3> morphed(std::size_t v, std::span<const float> from,
+    /// What is crushed stays as at rest.
+    static void normalise(const std::array<double, 3>& n, const float* atRest, float* to) {
+        const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (std::size_t r = 0; r < 3; ++r)
+            to[r] = length > 1e-100 && std::isfinite(length) ? static_cast<float>(n[r] / length) : atRest[r];
+    }
+
+    static std::array<double, 3> moved(const Rows& m, const std::array<double, 3>& v) {
+        std::array<double, 3> out{};
+        for (std::size_t r = 0; r < 3; ++r) out[r] = m[4 * r] * v[0] + m[4 * r + 1] * v[1] + m[4 * r + 2] * v[2];
+        return out;
+    }
+
+    std::array<double, 3> morphed(std::size_t v, std::span<const float> from, std::size_t each,
                                   std::span<const float> Target::*deltas) const {
         std::array<double, 3> sum{};
-        for (std::size_t r = 0; r < 3; ++r) sum[r] = static_cast<double>(from[3 * v + r]);
+        for (std::size_t r = 0; r < 3; ++r) sum[r] = static_cast<double>(from[each * v + r]);
         for (const Target& target : targets_) {
             const std::span<const float> delta = target.*deltas;
             if (delta.empty()) continue;
@@ -269,7 +289,7 @@ private:
         return out;
     }
 
-    std::span<const float> rest_, normals_;
+    std::span<const float> rest_, normals_, tangents_;
     std::vector<Target> targets_;
     std::span<const std::uint16_t> indices_;
     std::span<const float> weights_;
@@ -312,22 +332,26 @@ DerivedMesh deriveSkin(const void* core, const Fineness&, const EarlierMesh* ear
     if (earlier) {
         out.arrays.positions = earlier->mesh.arrays.positions;
         out.arrays.normals = earlier->mesh.arrays.normals;
+        out.arrays.tangents = earlier->mesh.arrays.tangents;
         if (first >= end) return out;
     }
     const SkinDeformer deformer(s);
-    std::vector<float> positions(3 * (end - first)), normals(s.normals.empty() ? 0 : positions.size());
+    const std::size_t count = end - first;
+    std::vector<float> positions(3 * count), normals(s.normals.empty() ? 0 : 3 * count),
+        tangents(s.tangents.empty() ? 0 : 4 * count);
+    const auto of = [&](std::vector<float>& values, std::size_t each, std::size_t v) {
+        return values.empty() ? nullptr : &values[each * (v - first)];
+    };
     for (std::size_t v = first; v < end; ++v)
-        deformer.deform(v, &positions[3 * (v - first)], normals.empty() ? nullptr : &normals[3 * (v - first)]);
-    if (!earlier) {
-        out.arrays.positions = Blob::of(std::span<const float>(positions));
-        if (!normals.empty()) out.arrays.normals = Blob::of(std::span<const float>(normals));
-        return out;
-    }
-    out.arrays.positions =
-        *out.arrays.positions.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(positions)));
-    if (!normals.empty())
-        out.arrays.normals =
-            *out.arrays.normals.withRange(3 * sizeof(float) * first, std::as_bytes(std::span<const float>(normals)));
+        deformer.deform(v, of(positions, 3, v), of(normals, 3, v), of(tangents, 4, v));
+    const auto put = [&](Blob& array, const std::vector<float>& values, std::size_t each) {
+        if (values.empty()) return;
+        array = earlier ? *array.withRange(each * sizeof(float) * first, std::as_bytes(std::span(values)))
+                        : Blob::of(std::span(values));
+    };
+    put(out.arrays.positions, positions, 3);
+    put(out.arrays.normals, normals, 3);
+    put(out.arrays.tangents, tangents, 4);
     return out;
 }
 

@@ -3,7 +3,7 @@
 /// As glTF 2.0 has it ("Skins", "Morph Targets"): position + Σ weight · delta, target after target; then Σ weight ·
 /// pose[joint] over the vertex's four joints, their weights divided by their sum. Sums are taken in doubles in that
 /// order, so every host gets the same bytes. Normals follow by the cofactors of that matrix: upright on the deformed
-/// surface under uneven scales too, on its triangles' front side under mirrors.
+/// surface under uneven scales too, on its triangles' front side under mirrors. Tangents follow by the matrix itself.
 #pragma once
 
 #include "common/cores/Skin.h"

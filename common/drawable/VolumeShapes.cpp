@@ -6,6 +6,8 @@
 #include <map>
 #include <vector>
 
+#include "common/drawable/GlyphArrays.h"
+
 namespace tessera {
 namespace {
 
@@ -131,6 +133,7 @@ std::vector<std::vector<Vec3d>> piecesOf(std::vector<Vec3d> polygon, std::span<c
 }  // namespace
 
 Fineness finenessOnScreens(const Aspect& aspect, ObjectId core) {
+    if (core && aspect.get<Glyphs>(core)) return kGlyphsOnScreens;
     const auto* volume = core ? aspect.get<Volume>(core) : nullptr;
     return volume && volume->mode != Volume::kSurface ? Fineness(kVolumeOnScreens) : Fineness();
 }

@@ -19,7 +19,8 @@ namespace tessera {
 
 /// As a Fineness of a Volume: what screens draw. 0 is its surface, for whoever collides, picks, counts.
 inline constexpr unsigned kVolumeOnScreens = 1;
-/// How screens draw the core: of a Volume that is not its surface kVolumeOnScreens, of all others as their fields say.
+/// How screens draw the core: of a Volume that is not its surface kVolumeOnScreens, of Glyphs kGlyphsOnScreens
+/// (GlyphArrays.h), of all others as their fields say.
 [[nodiscard]] Fineness finenessOnScreens(const Aspect& aspect, ObjectId core);
 
 enum class VolumeShape : std::uint8_t { kNone, kBox, kSlices };

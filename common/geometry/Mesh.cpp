@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/geometry/MeshCopies.h"
 #include "common/geometry/Points.h"
 
 namespace tessera {
@@ -69,6 +70,22 @@ Expected<void> checkLines(const MeshArrays& arrays, const MeshLimits& limits) {
     return {};
 }
 
+Expected<void> checkCopies(const MeshArrays& arrays, std::size_t triangles, const MeshLimits& limits) {
+    const Expected<std::size_t> copies = elementCount(arrays.copies, sizeof(MeshCopy), "copies");
+    if (!copies) return tl::unexpected(copies.error());
+    if (*copies == 0) return {};
+    if (arrays.primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "only triangles have copies");
+    if (triangles > 0 && *copies > limits.maxTriangles / triangles)
+        return fail(ErrorCode::kLimit, fmt::format("{} copies of {} triangles, at most {} triangles are allowed",
+                                                   *copies, triangles, limits.maxTriangles));
+    const std::span<const float> numbers = arrays.copies.as<float>();
+    const auto bad = std::ranges::find_if_not(numbers, [](float number) { return std::isfinite(number); });
+    if (bad == numbers.end()) return {};
+    return fail(ErrorCode::kBadInput,
+                fmt::format("copy {} is not finite",
+                            static_cast<std::size_t>(bad - numbers.begin()) * sizeof(float) / sizeof(MeshCopy)));
+}
+
 Expected<void> checkIndices(std::span<const std::uint32_t> indices, std::size_t each, std::string_view what,
                             std::size_t vertices) {
     for (std::size_t i = 0; i < indices.size(); ++i)
@@ -95,15 +112,19 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
     }
     if (auto ok = checkPoints(arrays, *vertices, limits); !ok) return ok;
     if (auto ok = checkLines(arrays, limits); !ok) return ok;
+    if (auto ok = checkCopies(arrays, *triangles, limits); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
-    if (auto ok = checkPerVertex(arrays.colors, 4, "colours", *vertices); !ok) return ok;
+    const std::size_t colored = arrays.copies.empty() ? *vertices : copyCount(arrays);
+    if (auto ok = checkPerVertex(arrays.colors, 4, "colours", colored); !ok) return ok;
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkPerVertex(*texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
+    if (auto ok = checkPerVertex(arrays.tangents, 4 * sizeof(float), "tangents", *vertices); !ok) return ok;
 
     if (auto ok = checkFinite(arrays.positions.as<float>(), 3, "positions"); !ok) return ok;
     if (auto ok = checkFinite(arrays.normals.as<float>(), 3, "normals"); !ok) return ok;
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkFinite(texcoords->as<float>(), 2, "texture coordinates"); !ok) return ok;
+    if (auto ok = checkFinite(arrays.tangents.as<float>(), 4, "tangents"); !ok) return ok;
 
     if (auto ok = checkIndices(arrays.indices.as<std::uint32_t>(), 3, "triangle", *vertices); !ok) return ok;
     return checkIndices(arrays.lines.as<std::uint32_t>(), 2, "line", *vertices);
@@ -138,7 +159,8 @@ bool soundWithin(const MeshArrays& arrays, const MeshRanges& ranges) {
     const auto known = [&](const Blob& blob, const ByteRange& bytes) { return within(blob, bytes, isVertex); };
     return finite(arrays.positions, ranges[0]) && finite(arrays.normals, ranges[1]) &&
            finite(arrays.texcoords, ranges[3]) && finite(arrays.texcoords1, ranges[5]) &&
-           known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]);
+           finite(arrays.tangents, ranges[7]) && known(arrays.indices, ranges[4]) && known(arrays.lines, ranges[6]) &&
+           finite(arrays.copies, ranges[8]);
 }
 
 Box boundsOf(std::span<const float> positions) {
@@ -158,6 +180,7 @@ Box boundsOf(std::span<const float> positions) {
 }
 
 Box shownBounds(const MeshArrays& arrays) {
+    if (!arrays.copies.empty()) return boundsOfCopies(arrays, 0, copyCount(arrays));
     Box places = boundsOf(arrays.positions.as<float>());
     // Particles (common/drawable/ParticleArrays.h).
     if (arrays.primitive == Primitive::kLines && arrays.pointRadius != 0 && !places.empty()) {
@@ -170,7 +193,8 @@ Box shownBounds(const MeshArrays& arrays) {
 std::uint64_t triangleCount(const MeshArrays& arrays) {
     if (arrays.primitive == Primitive::kPoints)
         return arrays.positions.sizeBytes() / (3 * sizeof(float)) * kFacesPerPoint;
-    return arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+    const std::uint64_t triangles = arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+    return arrays.copies.empty() ? triangles : triangles * copyCount(arrays);
 }
 
 std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uint32_t triangle, double shownRadius) {
@@ -209,6 +233,7 @@ MeshArrays MeshData::toArrays() const {
             .indices = blob(indices),
             .texcoords1 = blob(texcoords1),
             .lines = blob(lines),
+            .tangents = blob(tangents),
             .primitive = primitive,
             .pointRadius = pointRadius,
             .lineWidth = primitive == Primitive::kLines ? lineWidth : 0};
@@ -241,6 +266,9 @@ void MeshData::append(const MeshData& other, const Affine3d& place) {
         colors.insert(colors.end(), other.colors.begin(), other.colors.end());
         colors.resize(4 * (before + added), 255);
     }
+    // Where one side has none, they are made of the texture coordinates of both when somebody needs some.
+    const bool wantTangents = wantNormals && !other.tangents.empty() && (before == 0 || tangents.size() == 4 * before);
+    if (!wantTangents) tangents.clear();
 
     const auto addTransformed = [](std::vector<float>& to, const Vec3d& v) {
         for (int axis = 0; axis < 3; ++axis) to.push_back(static_cast<float>(v[axis]));
@@ -258,6 +286,10 @@ void MeshData::append(const MeshData& other, const Affine3d& place) {
         if (!wantNormals) continue;
         const Vec3d n(other.normals[3 * i], other.normals[3 * i + 1], other.normals[3 * i + 2]);
         addTransformed(normals, (handedness * (cofactor * n)).normalized());
+        if (!wantTangents) continue;
+        const float* const tangent = &other.tangents[4 * i];
+        addTransformed(tangents, (m * Vec3d(tangent[0], tangent[1], tangent[2])).normalized());
+        tangents.push_back(static_cast<float>(handedness) * tangent[3]);
     }
     for (std::size_t i = 0; i + 2 < other.indices.size(); i += 3) {
         const std::uint32_t base = static_cast<std::uint32_t>(before);

@@ -18,14 +18,18 @@ enum class Primitive : std::uint8_t { kTriangles, kPoints, kLines };
 /// What a Geometry core holds (see common/cores/Geometry.h for the layouts), not yet checked.
 struct MeshArrays {
     Blob positions, normals, colors, texcoords, indices, texcoords1;
-    Blob lines;  ///< uint32[2] per line, of kLines alone: so that they are no surface to whoever looks at `indices`
+    Blob lines;     ///< uint32[2] per line, of kLines alone: so that they are no surface to whoever looks at `indices`
+    Blob tangents;  ///< float[4] per vertex
+    /// MeshCopy each (MeshCopies.h), of kTriangles: the mesh is at each of these places, and `colors` are theirs.
+    /// Empty: it is where it is.
+    Blob copies;
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
     float lineWidth = 0;     ///< of lines, in pixels
 };
 
 /// The blobs of MeshArrays.
-inline constexpr std::size_t kMeshArrays = 7;
+inline constexpr std::size_t kMeshArrays = 9;
 
 struct MeshLimits {
     std::size_t maxVertices = 64'000'000;
@@ -71,6 +75,7 @@ struct MeshData {
     std::vector<std::uint8_t> colors;  ///< rgba, or empty
     std::vector<std::uint32_t> indices;
     std::vector<std::uint32_t> lines;  ///< two each; of kLines alone
+    std::vector<float> tangents;       ///< xyz and the side, or empty; they say nothing without normals
     Primitive primitive = Primitive::kTriangles;
     double pointRadius = 0;  ///< of points
     float lineWidth = 1;     ///< of lines, in pixels

@@ -185,8 +185,10 @@ struct Status {
     Figures barrier;                    ///< of them: from the first host that was ready
     std::uint64_t sentBytes = 0, receivedBytes = 0;  ///< on all links, since the server has started
     std::uint64_t journalBytes = 0;                  ///< written to it so far
-    std::vector<std::string> keys;  ///< a line for each that ends within 30 days, and where nobody needs one
-    double keyDays = 0;             ///< until the first ends; 0: the server has none, or one has ended
+    std::vector<std::string> keys;       ///< a line for each that ends within 30 days, and where nobody needs one
+    double keyDays = 0;                  ///< until the first ends; 0: the server has none, or one has ended
+    ExposureWish exposure;               ///< what people want in place of what the scene says
+    std::optional<double> meteredStops;  ///< what the wall has found; none: no exposure is metered
 
     static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
     static constexpr auto members() {
@@ -227,7 +229,10 @@ struct Status {
                 .said("a line for each that ends within 30 days"),
             member<&Status::keyDays>(30, "key_days")
                 .in("days")
-                .said("until the first ends; 0: there are none, or one has ended"));
+                .said("until the first ends; 0: there are none, or one has ended"),
+            member<&Status::exposure>(31, "exposure").said("what people want in place of what the scene says"),
+            member<&Status::meteredStops>(32, "metered_stops")
+                .said("that the wall has found; absent: no exposure is metered"));
     }
 };
 

@@ -8,6 +8,7 @@
 #include "common/math/Pose.h"
 #include "common/math/Ray.h"
 #include "common/request/Members.h"
+#include "common/wall/Exposure.h"
 #include "common/wall/Navigation.h"
 #include "common/wall/Showing.h"
 
@@ -20,6 +21,10 @@ struct WordsOf<UpAxis> {
 template <>
 struct WordsOf<NavigationMode> {
     static constexpr std::array<std::string_view, 3> kWords = kNavigationModeNames;
+};
+template <>
+struct WordsOf<ToneMap> {
+    static constexpr std::array kWords = kToneMapNames;
 };
 template <>
 struct WordsOf<Showing> {
@@ -46,6 +51,18 @@ struct MembersOf<Placing> {
                               .between(0, kMaxPlacedRadius)
                               .butNotZero()
                               .said("of all its points"));
+    }
+};
+
+template <>
+struct MembersOf<ExposureWish> {
+    static constexpr std::string_view kName = "ExposureWish";
+    static constexpr auto members() {
+        return std::tuple(member<&ExposureWish::stops>(1, "stops")
+                              .between(-kMostStops, kMostStops)
+                              .said("of radiance, on top of what is metered; absent: it stays"),
+                          member<&ExposureWish::metered>(2, "metered").said("once for all tiles; absent: it stays"),
+                          member<&ExposureWish::toneMap>(3, "tone_map").said("absent: it stays"));
     }
 };
 

@@ -274,6 +274,23 @@ struct SetBudget {
     }
 };
 
+/// How bright the wall shows its scene from the next frame on, in place of what the scene's Environment says.
+struct SetExposure {
+    ExposureWish wish;
+    bool reset = false;
+
+    using Answer = answer::Done;
+    static constexpr RequestInfo kInfo{.number = 42,
+                                       .name = "SetExposure",
+                                       .role = Role::kEditor,
+                                       .help = "How bright the wall shows its scene, whatever that says",
+                                       .example = R"({"metered":true,"tone_map":"agx"})"};
+    static constexpr auto members() {
+        return std::tuple(spreadMember<&SetExposure::wish>(1),
+                          member<&SetExposure::reset>(4, "reset").said("first back to what the scene says"));
+    }
+};
+
 /// The wall as it is now: one TileImage per tile.
 struct GetImages {
     using Answer = answer::Images;
@@ -311,7 +328,7 @@ struct GetWall {
     static constexpr auto members() { return std::tuple(); }
 };
 
-using OfView = std::variant<SetView, NavigateView, ShowPicture, SetBudget, GetImages, GetPreview, GetWall>;
+using OfView = std::variant<SetView, NavigateView, ShowPicture, SetBudget, SetExposure, GetImages, GetPreview, GetWall>;
 
 }  // namespace request
 

@@ -13,6 +13,7 @@
 #include "common/cores/DistanceLOD.h"
 #include "common/cores/Environment.h"
 #include "common/cores/Geometry.h"
+#include "common/cores/Glyphs.h"
 #include "common/cores/Group.h"
 #include "common/cores/Image.h"
 #include "common/cores/Inline.h"

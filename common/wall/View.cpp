@@ -78,6 +78,7 @@ ScreenCamera screenCamera(const Screen& screen, const User& user, Eye eye, const
     camera.headWorld = world_T_wall * user.eye(Eye::kCenter);
     camera.detail = view.detail;
     camera.studio = view.studio;
+    camera.exposure = view.exposure;
 
     // wall_T_world = scale^-1 · rotation^T · (p - position); then onto the screen's axes from the eye.
     Mat3d screen_R_wall;

@@ -9,6 +9,7 @@
 #include "common/math/Box.h"
 #include "common/math/Frustum.h"
 #include "common/math/Ray.h"
+#include "common/wall/Exposure.h"
 #include "common/wall/Studio.h"
 #include "common/wall/Wall.h"
 
@@ -22,6 +23,7 @@ struct View {
     std::vector<User> users;  ///< as in the wall, moved by head tracking or `tessera-ctl view`
     unsigned detail = 0;      ///< of kDetailSteps (Detail.h)
     std::optional<Studio> studio = {};
+    Exposure exposure = {};
 
     [[nodiscard]] Affine3d world_T_wall() const;
     [[nodiscard]] const User* findUser(std::string_view name) const;
@@ -39,6 +41,7 @@ struct ScreenCamera {
     Vec3d headWorld = Vec3d::Zero();    ///< between the eyes, where it is, in front of the screen or not; world units
     unsigned detail = 0;                ///< the view's
     std::optional<Studio> studio = {};  ///< the view's
+    Exposure exposure = {};             ///< the view's
 };
 
 /// Eyes are held in front of their screen: one that is nearer than a centimetre, or behind, is moved to a centimetre,

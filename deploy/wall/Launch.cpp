@@ -63,6 +63,7 @@ std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
     if (options.window) c.emplace_back("--window");
     if (!options.surface.empty()) c.insert(c.end(), {"--surface", options.surface});
     if (options.device >= 0) c.insert(c.end(), {"--device", std::to_string(options.device)});
+    if (options.anisotropy > 0) c.insert(c.end(), {"--anisotropy", std::to_string(options.anisotropy)});
     if (!options.share.empty()) c.insert(c.end(), {"--share", options.share});
     if (!options.verbose) c.emplace_back("--quiet");
     return c;
@@ -127,6 +128,8 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--samples", options.samples != 0 ? std::to_string(options.samples) : "");
     add("--budget", options.budget);
     add("--camera", options.camera);
+    add("--exposure", options.exposure);
+    add("--tone-map", options.toneMap);
     add("--record", options.record);
     add("--journal", options.journal);
     add("--audit", options.audit);

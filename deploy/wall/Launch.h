@@ -28,6 +28,7 @@ struct LaunchOptions {
     std::string windowLog;         ///< folder of the windows' measurements; empty: none
     bool window = false;           ///< of the clients, on this machine's monitors
     int device = -1;               ///< of the clients' surface; below 0: their default
+    int anisotropy = 0;            ///< of the clients; 0: their default
     std::string share;             ///< of the clients; empty: their default
     std::string record;            ///< the server's recording; empty: none
     std::string journal;           ///< the server's; empty: none
@@ -46,11 +47,12 @@ struct LaunchOptions {
     std::string keys;          ///< folder of the wall's; empty: hosts elsewhere get some for this run
     bool insecure = false;     ///< nobody needs any
     std::string ssh = "ssh";
-    bool testPicture = false;  ///< instead of the scene
-    bool plain = false;        ///< of the server: no studio
-    bool noInput = false;      ///< of the server: nobody flies
-    bool noNotices = false;    ///< and the wall says nothing of bad programs
-    bool reload = false;       ///< and takes files in again that have changed
+    bool testPicture = false;       ///< instead of the scene
+    bool plain = false;             ///< of the server: no studio
+    std::string exposure, toneMap;  ///< of the server
+    bool noInput = false;           ///< of the server: nobody flies
+    bool noNotices = false;         ///< and the wall says nothing of bad programs
+    bool reload = false;            ///< and takes files in again that have changed
     bool allowUnconfined = false;
     bool verbose = false;    ///< servers and clients say what goes as it should, too
     std::string executable;  ///< our own path: the other programs lie beside it

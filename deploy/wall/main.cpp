@@ -8,6 +8,7 @@
 #include "common/base/Version.h"
 #include "common/options/Options.h"
 #include "common/wall/Culler.h"
+#include "common/wall/Exposure.h"
 #include "deploy/wall/Launch.h"
 
 namespace {
@@ -92,6 +93,11 @@ int main(int argc, char** argv) {
         .option("--device", options.device, "Of egl: the device, counted from 0 (the first GPU,\nelse Mesa's software)")
         .typeName("N")
         .range(0, 63);
+    commandLine
+        .option("--anisotropy", options.anisotropy,
+                "Samples of an image that is seen at a grazing\nangle (16 on a GPU, 1 on Mesa's software)")
+        .typeName("N")
+        .range(1, 16);
     commandLine.flag("--window", options.window, "Show the tiles in windows of this machine");
     // For measurements (run-bench screen).
     commandLine.option("--window-log", options.windowLog).hidden();
@@ -142,6 +148,14 @@ int main(int argc, char** argv) {
     commandLine.flag("--test-picture", options.testPicture, "Show the test picture; a scene is not needed");
     commandLine.flag("--plain", options.plain,
                      "Models without light stand in no studio: as they\nare, on a plain background");
+    commandLine
+        .option("--exposure", options.exposure,
+                "How bright the scene is shown, whatever it says:\nstops, metered (once for all tiles), or off")
+        .typeName("EV")
+        .check(exposureFault);
+    commandLine.option("--tone-map", options.toneMap, "The curve for what is brighter than white, likewise")
+        .typeName("NAME")
+        .oneOf(std::vector<std::string>(kToneMapNames.begin(), kToneMapNames.end()));
     commandLine.flag("--restart", options.restart, "Start a client again that has died");
     commandLine.flag("--no-input", options.noInput,
                      "Nobody flies: windows and applications move the\nview by `view` alone");

@@ -36,6 +36,7 @@ const ContentCores::Kind* ContentCores::kindOf(const proto::scene::Node& node) {
         Kind{Content::kNurbsSurface, "surface", &C::drawn},
         Kind{Content::kText, "node", &C::drawn},
         Kind{Content::kParticles, "node", &C::drawn},
+        Kind{Content::kGlyphs, "node", &C::drawn},
         Kind{Content::kVolume, "node", &C::drawn},
         Kind{Content::kSkin, "skin", &C::drawn},
         Kind{Content::kDirectionalLight, "light"},
@@ -109,6 +110,7 @@ Expected<ObjectId> ContentCores::drawn(const Asked& asked) {
     const auto& [file, node, spot] = asked;
     if (node.has_text()) return drawn_.text(file, node.text(), spot.paint);
     if (node.has_particles()) return drawn_.particles(file, node.particles(), spot.paint);
+    if (node.has_glyphs()) return drawn_.glyphs(file, node.glyphs(), spot.paint);
     if (node.has_volume()) return drawn_.volume(file, node.volume(), spot.paint);
     if (node.has_skin()) return drawn_.skin(file, node.skin(), spot.paint);
     if (!node.has_geometry()) return drawn_.surface(file, node, spot.paint);

@@ -32,6 +32,7 @@ void takeArrays(Core& core, MeshArrays&& arrays) {
     core.texcoords = std::move(arrays.texcoords);
     core.texcoords1 = std::move(arrays.texcoords1);
     core.indices = std::move(arrays.indices);
+    core.tangents = std::move(arrays.tangents);
 }
 
 Vec3d vectorOf(const proto::scene::Vector& v) {
@@ -119,13 +120,15 @@ Expected<Skin> readSkin(LoadedFile& file, const proto::scene::Skin& message) {
     value.inverseBinds = blobOfNumbers(message.inverse_bind());
     value.morphPositions = blobOfNumbers(message.morph_position());
     value.morphNormals = blobOfNumbers(message.morph_normal());
+    value.morphTangents = blobOfNumbers(message.morph_tangent());
     value.weights = blobOfNumbers(message.weight());
-    for (const auto& [target, number] :
-         {std::pair(&value.jointIndices, message.joint_indices_blob()),
-          std::pair(&value.jointWeights, message.joint_weights_blob()),
-          std::pair(&value.inverseBinds, message.inverse_binds_blob()),
-          std::pair(&value.morphPositions, message.morph_positions_blob()),
-          std::pair(&value.morphNormals, message.morph_normals_blob()), std::pair(&value.pose, message.pose_blob())}) {
+    for (const auto& [target, number] : {std::pair(&value.jointIndices, message.joint_indices_blob()),
+                                         std::pair(&value.jointWeights, message.joint_weights_blob()),
+                                         std::pair(&value.inverseBinds, message.inverse_binds_blob()),
+                                         std::pair(&value.morphPositions, message.morph_positions_blob()),
+                                         std::pair(&value.morphNormals, message.morph_normals_blob()),
+                                         std::pair(&value.morphTangents, message.morph_tangents_blob()),
+                                         std::pair(&value.pose, message.pose_blob())}) {
         if (number == 0) continue;
         Expected<Blob> blob = file.blob(number);
         if (!blob) return tl::unexpected(blob.error());

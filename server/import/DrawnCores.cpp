@@ -133,6 +133,10 @@ Expected<ObjectId> DrawnCores::particles(LoadedFile& file, const proto::scene::P
     return shared(file, message, paint, &readParticles).map([&](const Core& core) { return counted(core); });
 }
 
+Expected<ObjectId> DrawnCores::glyphs(LoadedFile& file, const proto::scene::Glyphs& message, const Coating& paint) {
+    return shared(file, message, paint, &readGlyphs).map([&](const Core& core) { return counted(core); });
+}
+
 Expected<ObjectId> DrawnCores::volume(LoadedFile& file, const proto::scene::Volume& message, const Coating& paint) {
     const auto read = [&](const proto::scene::Volume& said) { return readVolume(file, said); };
     return shared(file, message, paint, read).map([&](const Core& core) { return counted(core); });

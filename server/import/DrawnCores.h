@@ -26,6 +26,7 @@ public:
     Expected<ObjectId> surface(LoadedFile& file, const proto::scene::Node& node, const Coating& paint);
     Expected<ObjectId> text(LoadedFile& file, const proto::scene::Text& message, const Coating& paint);
     Expected<ObjectId> particles(LoadedFile& file, const proto::scene::Particles& message, const Coating& paint);
+    Expected<ObjectId> glyphs(LoadedFile& file, const proto::scene::Glyphs& message, const Coating& paint);
     Expected<ObjectId> volume(LoadedFile& file, const proto::scene::Volume& message, const Coating& paint);
 
 private:

@@ -40,6 +40,8 @@ struct ImportOptions {
     std::optional<Placing> placing;
     /// False: the files' cameras are there, and none is enabled. So are those of files whose `placing` is in metres.
     bool camerasEnabled = true;
+    /// False: lights of models set no exposure, however strong they are, as the model is a part of something.
+    bool exposes = true;
     /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be
     /// moved and removed.
     bool gathers = false;

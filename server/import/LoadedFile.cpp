@@ -145,7 +145,7 @@ Expected<Geometry> LoadedFile::mesh(const std::string& name) {
         {&geometry.positions, message.positions_blob()},   {&geometry.normals, message.normals_blob()},
         {&geometry.colors, message.colors_blob()},         {&geometry.texcoords, message.texcoords_blob()},
         {&geometry.texcoords1, message.texcoords1_blob()}, {&geometry.indices, message.indices_blob()},
-        {&geometry.lengths, message.lengths_blob()}};
+        {&geometry.lengths, message.lengths_blob()},       {&geometry.tangents, message.tangents_blob()}};
     for (const auto& [target, number] : parts) {
         Expected<Blob> part = blob(number);
         if (!part) return tl::unexpected(part.error());

@@ -68,7 +68,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     // What this file's own names may refer to ends at this pretended node.
     PlacedNode* const top = nodes_.pretended();
     const bool takesView = options.camerasEnabled && !(options.placing && options.placing->isInMetres());
-    Spot spot{.parent = parent, .placed = top, .top = top, .camerasEnabled = takesView};
+    Spot spot{.parent = parent, .placed = top, .top = top, .camerasEnabled = takesView, .exposes = options.exposes};
     // A scene's names end at the file's own nodes, whatever holds them.
     const bool several = file.content.node_size() != 1 || !file.content.saved().empty();
     const bool placedByUs =
@@ -78,7 +78,12 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
         const Expected<PlacedNode*> node = nodes_.make(readName(stemOf(file.path), "model"), place, spot);
         if (!node) return failWith(path, node.error());
         if (placedByUs) draft_.scene().place = place;
-        spot = Spot{.parent = (*node)->id, .placed = *node, .top = *node, .depth = 1, .camerasEnabled = takesView};
+        spot = Spot{.parent = (*node)->id,
+                    .placed = *node,
+                    .top = *node,
+                    .depth = 1,
+                    .camerasEnabled = takesView,
+                    .exposes = options.exposes};
     }
     const std::size_t drawnBefore = draft_.drawn();
     const ImportedFiles::Within within(files_, file);
@@ -95,8 +100,11 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
 Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
     const std::size_t namedBefore = names_.taken();
     AnimationParts::Outer outer = parts_.beginFile();
-    for (const proto::scene::Node& node : file.content.node())
+    for (const proto::scene::Node& node : file.content.node()) {
+        // Of a model there is none but for its lights; who takes it in says how all of it is exposed.
+        if (!file.isScene && !spot.exposes && node.has_environment()) continue;
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
+    }
     if (Expected<void> named = names_.resolve(namedBefore); !named) return named;
     if (Expected<void> named = parts_.endFile(file, std::move(outer)); !named) return named;
     if (!file.content.saved().empty()) return saved_.place(file, spot);
@@ -180,6 +188,7 @@ Expected<void> SceneAssembly::placeImport(LoadedFile& file, const proto::scene::
         inside.paint.over = *paint;
     }
     inside.camerasEnabled = spot.camerasEnabled && node.import().cameras();
+    inside.exposes = false;
     const ImportedFiles::Within within(files_, **imported);
     return placeFile(**imported, inside);
 }

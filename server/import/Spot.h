@@ -27,6 +27,7 @@ struct Spot {
     PlacedNode* top = nullptr;     ///< names are looked up no further out than this
     std::size_t depth = 0;
     bool camerasEnabled = true;
+    bool exposes = true;  ///< ImportOptions::exposes
     Coating paint = {};
 };
 

@@ -43,6 +43,24 @@ Expected<Particles> readParticles(const proto::scene::Particles& message) {
     return particles;
 }
 
+Expected<Glyphs> readGlyphs(const proto::scene::Glyphs& message) {
+    using Message = proto::scene::Glyphs;
+    const bool known = Message::Shape_IsValid(message.shape()) && Message::By_IsValid(message.length_by()) &&
+                       Message::By_IsValid(message.width_by()) && Message::By_IsValid(message.color_by());
+    if (!known) return fail(ErrorCode::kBadInput, "the glyphs' shape, or what they follow, is none of its words");
+    Expected<Glyphs> glyphs = readTableObject<Glyphs>(message);
+    if (!glyphs) return glyphs;
+    glyphs->positions = blobOfNumbers(message.positions());
+    glyphs->vectors = blobOfNumbers(message.vectors());
+    glyphs->scalars = blobOfNumbers(message.scalars());
+    glyphs->colors = blobOfColors(message.colors());
+    glyphs->shapePositions = blobOfNumbers(message.shape_positions());
+    glyphs->shapeNormals = blobOfNumbers(message.shape_normals());
+    glyphs->shapeIndices = blobOfNumbers(message.shape_indices());
+    glyphs->transfer = blobOfColors(message.transfer());
+    return glyphs;
+}
+
 Expected<Volume> readVolume(const LoadedFile& file, const proto::scene::Volume& message) {
     using Message = proto::scene::Volume;
     if (!Message::Mode_IsValid(message.mode()) || !Message::Format_IsValid(message.format()))

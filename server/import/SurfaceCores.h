@@ -1,7 +1,8 @@
-/// Subdivision surfaces, particles and volumes of a scene file as cores.
+/// Subdivision surfaces, particles, glyphs and volumes of a scene file as cores.
 #pragma once
 
 #include "common/base/Error.h"
+#include "common/cores/Glyphs.h"
 #include "common/cores/Particles.h"
 #include "common/cores/SubdivisionSurface.h"
 #include "common/cores/Volume.h"
@@ -13,6 +14,7 @@ namespace tessera {
 
 [[nodiscard]] Expected<SubdivisionSurface> readSubdivisionSurface(const proto::scene::SubdivisionSurface& message);
 [[nodiscard]] Expected<Particles> readParticles(const proto::scene::Particles& message);
+[[nodiscard]] Expected<Glyphs> readGlyphs(const proto::scene::Glyphs& message);
 [[nodiscard]] Expected<Volume> readVolume(const LoadedFile& file, const proto::scene::Volume& message);
 
 }  // namespace tessera

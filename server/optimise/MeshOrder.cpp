@@ -19,11 +19,9 @@ struct VertexArray {
     Blob Geometry::*blob;
     std::size_t bytesEach;
 };
-constexpr VertexArray kVertexArrays[] = {{&Geometry::positions, 12},
-                                         {&Geometry::normals, 12},
-                                         {&Geometry::colors, 4},
-                                         {&Geometry::texcoords, 8},
-                                         {&Geometry::texcoords1, 8}};
+constexpr VertexArray kVertexArrays[] = {{&Geometry::positions, 12}, {&Geometry::normals, 12},
+                                         {&Geometry::colors, 4},     {&Geometry::texcoords, 8},
+                                         {&Geometry::texcoords1, 8}, {&Geometry::tangents, 16}};
 
 std::size_t verticesOf(const Geometry& mesh) {
     return mesh.positions.sizeBytes() / 12;

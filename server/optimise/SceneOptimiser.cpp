@@ -219,7 +219,7 @@ private:
         Box all;
         for (const StaticMesh& mesh : meshes) all.extend(boxAtTop(mesh));
         const double diagonal = all.size().norm();
-        std::map<std::tuple<ObjectId, bool, bool, bool, bool>, std::vector<const StaticMesh*>> like;
+        std::map<std::tuple<ObjectId, bool, bool, bool, bool, bool>, std::vector<const StaticMesh*>> like;
         for (const StaticMesh& mesh : meshes) {
             const Geometry& g = *scene_.get<Geometry>(mesh.core);
             const double flat = mesh.top_T_mesh.linear().determinant();
@@ -233,7 +233,8 @@ private:
             // Large meshes that stand in many places stay one mesh in many places.
             if (triangles(g) * std::max<std::size_t>(1, named_.uses(mesh.core)) > options_.mostMergedTriangles)
                 continue;
-            like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty()}]
+            like[{g.material, g.normals.empty(), g.colors.empty(), g.texcoords.empty(), g.texcoords1.empty(),
+                  g.tangents.empty()}]
                 .push_back(&mesh);
         }
         for (auto& [look, places] : like) {
@@ -277,7 +278,7 @@ private:
     }
 
     void mergeInto(ObjectId top, std::span<const StaticMesh* const> places, std::unordered_set<ObjectId>& leaving) {
-        std::vector<float> positions, normals;
+        std::vector<float> positions, normals, tangents;
         std::vector<std::byte> colors, texcoords, texcoords1;
         std::vector<std::uint32_t> indices;
         const auto add = [](std::vector<std::byte>& to, const Blob& from) {
@@ -298,10 +299,18 @@ private:
                 for (int axis = 0; axis < 3; ++axis)
                     normals.push_back(size > 0 ? static_cast<float>(n[axis] / size) : 0.0f);
             }
+            const bool mirrored = place->top_T_mesh.linear().determinant() < 0;
+            const std::span<const float> towardsU = g.tangents.as<float>();
+            for (std::size_t i = 0; i < towardsU.size(); i += 4) {
+                const Vec3d t = place->top_T_mesh.linear() * Vec3d(towardsU[i], towardsU[i + 1], towardsU[i + 2]);
+                const double size = t.norm();
+                for (int axis = 0; axis < 3; ++axis)
+                    tangents.push_back(size > 0 ? static_cast<float>(t[axis] / size) : 0.0f);
+                tangents.push_back(mirrored ? -towardsU[i + 3] : towardsU[i + 3]);
+            }
             add(colors, g.colors);
             add(texcoords, g.texcoords);
             add(texcoords1, g.texcoords1);
-            const bool mirrored = place->top_T_mesh.linear().determinant() < 0;
             const std::span<const std::uint32_t> corners = g.indices.as<std::uint32_t>();
             for (std::size_t i = 0; i < corners.size(); i += 3)
                 for (const std::size_t corner : {i, mirrored ? i + 2 : i + 1, mirrored ? i + 1 : i + 2})
@@ -314,6 +323,7 @@ private:
         };
         whole.positions = blob(positions);
         whole.normals = blob(normals);
+        whole.tangents = blob(tangents);
         whole.colors = blob(colors);
         whole.texcoords = blob(texcoords);
         whole.texcoords1 = blob(texcoords1);

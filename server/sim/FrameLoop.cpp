@@ -175,7 +175,8 @@ Expected<void> FrameLoop::Impl::end() {
         report.journal(journal()->folder(), journal()->writtenBytes(), trouble());
     }
     if (!options.reportPath.empty())
-        if (Expected<void> written = writeReport(options.reportPath, report.toJson(simulation.scene(), actors.budget));
+        if (Expected<void> written =
+                writeReport(options.reportPath, report.toJson(simulation.scene(), actors.budget, actors.exposure));
             !written)
             return written;
     if (options.frames > 0 && report.framesShown() == 0) {

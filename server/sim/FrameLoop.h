@@ -11,6 +11,7 @@
 #include "common/base/ServiceNotifier.h"
 #include "common/net/Transport.h"
 #include "common/tls/KeyRing.h"
+#include "common/wall/Exposure.h"
 #include "common/wall/Showing.h"
 #include "common/wall/Wall.h"
 #include "server/import/Importer.h"
@@ -42,6 +43,7 @@ struct ServerOptions {
     bool takesInput = true;              ///< of windows and applications: false: the view moves by hand alone
     bool notices = true;                 ///< walls say what is wrong with programs of materials
     bool studio = true;                  ///< models that bring no light are shown in one (common/wall/Studio.h)
+    ExposureWish exposure = {};          ///< in place of what the scene says
     bool reload = false;                 ///< files that change on disk are taken in again
     unsigned threads = 1;                ///< of the collision pipeline; what comes out does not depend on it
     ServiceNotifier* service = nullptr;  ///< that watches the frame thread; null: nobody does

@@ -59,6 +59,7 @@ ServerActions SessionActions::on(const server_action::FrameReleased& released) {
     around_.pacing.released(now, released.shown.empty());
     around_.report.released(released);
     around_.budget.released();
+    around_.exposure.released();
     if (around_.onReleased) around_.onReleased(around_.pacing.framesReleased());
     return around_.desk.frameReleased(released, now);
 }
@@ -68,6 +69,7 @@ ServerActions SessionActions::on(const server_action::FrameStats& stats) {
         around_.report.stats(stats, *decoded);
         around_.desk.frameDrawn(stats, *decoded, Clock::now());
         around_.budget.drawn(*decoded);
+        around_.exposure.drawn(stats.host, *decoded);
         for (const HeldUp& held : decoded->heldUp)
             around_.programs.heldUp(held.program, stats.host, held.ms, stats.frame);
     }

@@ -36,6 +36,7 @@ public:
         Steering& steering;
         Report& report;
         FrameBudget& budget;
+        ExposureMeter& exposure;
         ProgramTrials& programs;
         Log& log;
         const std::function<void(std::uint64_t framesReleased)> onReleased;

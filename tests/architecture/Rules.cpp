@@ -26,7 +26,10 @@ bool isGenerated(const std::string& path) {
 }
 
 std::string moduleOf(const std::string& includePath) {
-    return isGenerated(includePath) ? "proto" : fs::path(includePath).parent_path().generic_string();
+    if (isGenerated(includePath)) return "proto";
+    const fs::path path = includePath;
+    // Shaders stand in a folder of their own below their module's.
+    return (path.extension() == ".glsl" ? path.parent_path() : path).parent_path().generic_string();
 }
 
 bool owns(const Layers::Owned& owned, const std::string& module) {

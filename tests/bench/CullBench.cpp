@@ -80,8 +80,8 @@ void measure(Stage& stage, Renderer& renderer, std::vector<Row>& rows) {
                 Totals& total = totals[kind];
                 CullCounts counts;
                 const double start1 = processorMs();
-                DrawList list = orExit(
-                    actions.at({kind, tile}).run(all, camera, rect, &renderer.visibility(stage.aspect), &counts));
+                DrawList list =
+                    orExit(actions.at({kind, tile}).run(all, camera, rect, &renderer.visibility(), &counts));
                 total.cullMs += processorMs() - start1;
                 const double start2 = processorMs();
                 static_cast<void>(orExit(renderer.draw(stage.aspect, list, camera, rect)));

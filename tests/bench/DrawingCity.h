@@ -20,16 +20,16 @@ struct City {
 };
 
 /// 576 houses that are boxes, 20 tori around each: 12,096 things. Tori of 16 × 16 are 5.9 million triangles, of 32 ×
-/// 31 22.9.
-[[nodiscard]] inline City makeCity(int around = 16, int across = 16) {
+/// 31 22.9. `half`: so many houses from its middle to its edge.
+[[nodiscard]] inline City makeCity(int around = 16, int across = 16, int half = 12) {
     std::mt19937 random(1);
     const auto uniform = [&](double from, double to) {
         return std::uniform_real_distribution<double>(from, to)(random);
     };
     City city;
     city.meshes = {makeBox({1, 1, 1}), makeTorus(0.7, 0.3, around, across)};
-    for (int x = -12; x < 12; ++x) {
-        for (int z = -12; z < 12; ++z) {
+    for (int x = -half; x < half; ++x) {
+        for (int z = -half; z < half; ++z) {
             const Vec3d corner(24.0 * x + 12, 0, 24.0 * z + 12);
             const double height = uniform(8, 40);
             city.places.push_back({0, corner + Vec3d(0, height / 2, 0), {16, height, 16}});

@@ -61,7 +61,9 @@ struct Side {
         renderer.reset();
         renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         const double start = processorMs();
-        static_cast<void>(orExit(renderer->prepare(aspect, ObjectId{2}, {}, ~std::size_t{0})));
+        static_cast<void>(orExit(renderer->prepare(
+            aspect, {.geometry = ObjectId{2}, .material = {}, .mesh = drawMeshOf(drawableOf(aspect, ObjectId{2}))},
+            ~std::size_t{0})));
         uploads.push_back(processorMs() - start);
     }
     Picture frame(const ScreenCamera& camera) {

@@ -194,6 +194,7 @@ void bunnyWallRows(SceneTable& table, const std::string& scan, const std::string
                    .theirs = once(*floor),
                    .unit = "ms",
                    .atMost = 1.5,
+                   .aim = 1.2,
                    .remark = remark});
     }
     if (const auto theirs = measureParaView(table, scan))

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kModels = "/usr/share/assimp/models";
+
 constexpr const char* kThreeAndOne = R"(screens { name: "front"
   lower_left { x: -1.6 y: 0.6 z: 0 } lower_right { x: 1.6 y: 0.6 z: 0 } upper_left { x: -1.6 y: 2.4 z: 0 }
   grid { columns: 2 rows: 2 tile_width_px: 960 tile_height_px: 540 } }
@@ -51,6 +53,14 @@ double processorMsOf(const std::vector<std::string>& processes) {
         }
     }
     return ms;
+}
+
+std::string wallCommand(const std::string& program, const std::string& wall, int frames, const std::string& folder,
+                        const std::string& share) {
+    return fmt::format(
+        "'{}' --wall '{}' --scene '{}/deploy/scenes/engine-hall.tsct' --assets {} --frames {} --output '{}' --share {} "
+        "--verbose",
+        program, wall, TESSERA_SOURCE_DIR, kModels, frames, folder, share);
 }
 
 /// From the first tenth of the frames that begins after a fifth of them, to the last tenth that begins before the end.
@@ -90,18 +100,38 @@ Median only(double value) {
     return {.value = value, .spread = 0, .count = 1};
 }
 
+/// Says which of these files is not there.
+bool isMissing(SceneTable& table, const std::vector<std::string>& files) {
+    const auto gone = std::ranges::find_if(files, [](const std::string& file) { return !fs::exists(file); });
+    if (gone != files.end()) table.skip("walls of processes: " + *gone + " is missing");
+    return gone != files.end();
+}
+
+class OwnFolder {
+public:
+    OwnFolder() {
+        if (!mkdtemp(path_.data())) std::abort();
+    }
+    ~OwnFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    OwnFolder(const OwnFolder&) = delete;
+    OwnFolder& operator=(const OwnFolder&) = delete;
+    [[nodiscard]] const std::string& path() const { return path_; }
+
+private:
+    std::string path_ = fs::temp_directory_path() / "tessera-wall-row-XXXXXX";
+};
+
 }  // namespace
 
 void wallRows(SceneTable& table, const std::string& program, int frames, int rounds) {
     const std::string wall = fs::path(program).parent_path() / "tessera-wall";
-    const std::string models = "/usr/share/assimp/models";
     table.begin("walls of processes");
-    if (!fs::exists(wall) || !fs::exists(models)) {
-        table.skip("walls of processes: " + (fs::exists(wall) ? models : wall) + " is missing");
-        return;
-    }
-    std::string folder = fs::temp_directory_path() / "tessera-wall-row-XXXXXX";
-    if (!mkdtemp(folder.data())) std::abort();
+    if (isMissing(table, {wall, kModels})) return;
+    const OwnFolder own;
+    const std::string& folder = own.path();
     std::ofstream(folder + "/three-and-one.wall") << kThreeAndOne;
     const std::vector<std::pair<std::string, std::string>> walls = {
         {"default wall, 2x2", "2x2"}, {"two hosts, three tiles and one", folder + "/three-and-one.wall"}};
@@ -109,11 +139,7 @@ void wallRows(SceneTable& table, const std::string& program, int frames, int rou
         std::vector<WallCost> with, without;
         for (int round = 0; round < rounds; ++round)
             for (const bool shared : {false, true}) {
-                const auto cost = runWall(
-                    fmt::format("'{}' --wall '{}' --scene '{}/deploy/scenes/engine-hall.tsct' --assets {} --frames {} "
-                                "--output '{}' --share {} --verbose",
-                                wall, file, TESSERA_SOURCE_DIR, models, frames, folder, shared ? "auto" : "off"),
-                    frames);
+                const auto cost = runWall(wallCommand(wall, file, frames, folder, shared ? "auto" : "off"), frames);
                 if (!cost) {
                     table.complain(name + ": the wall did not run to its end");
                     break;
@@ -134,8 +160,31 @@ void wallRows(SceneTable& table, const std::string& program, int frames, int rou
                        .remark = median.remark});
         }
     }
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
+}
+
+void wallBeforeRows(SceneTable& table, const std::string& program, const std::string& before, int frames, int rounds) {
+    table.begin("the default wall, beside the programs of another build");
+    const std::string ours = fs::path(program).parent_path() / "tessera-wall", theirs = before + "/tessera-wall";
+    if (before.empty()) return table.skip("the default wall beside another build: --before FOLDER names its programs");
+    if (isMissing(table, {ours, theirs, kModels})) return;
+    const OwnFolder folder;
+    std::vector<double> ourMs, theirMs;
+    double ourFrame = 0, theirFrame = 0;
+    for (int round = 0; round < rounds; ++round)
+        for (const bool own : {true, false}) {
+            const auto cost = runWall(wallCommand(own ? ours : theirs, "2x2", frames, folder.path(), "auto"), frames);
+            if (!cost) return table.complain("the default wall did not run to its end");
+            (own ? ourMs : theirMs).push_back(cost->processorMs);
+            (own ? ourFrame : theirFrame) += cost->frameMs / rounds;
+        }
+    table.add({.operation = "a frame, processor time of the four hosts",
+               .peer = "the other build",
+               .ours = medianOf(ourMs),
+               .theirs = medianOf(theirMs),
+               .unit = "ms",
+               .atMost = 0.8,
+               .aim = 0.6,
+               .remark = fmt::format("wall time {:.0f} and {:.0f} ms", ourFrame, theirFrame)});
 }
 
 }  // namespace tessera::bench

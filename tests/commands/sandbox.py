@@ -6,8 +6,8 @@ import subprocess
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
-# What deploy/set-up unpacks: it would fetch it from Debian.
-UNPACKED = ("boost", "cgal", "osd", "sdl", "sshd", "sshd-libraries")
+# What deploy/set-up unpacks: it would fetch it from Debian, or from npm.
+UNPACKED = ("boost", "cgal", "osd", "sdl", "sshd", "sshd-libraries", "three")
 
 
 class Sandbox:

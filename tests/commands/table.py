@@ -99,6 +99,7 @@ ROWS = {
     "./deploy/run-bench door": Row("Benches", "run_bench door --seconds 1"),
     "./deploy/run-bench console": Row("Benches", "run_bench console --rows look --seconds 1"),
     "./deploy/run-bench blender": Row("Benches", "run_bench blender --rows few --moves 20"),
+    "./deploy/run-bench looks": Row("Benches", "run_bench looks --only metal-roughness --size 64"),
     "./deploy/run-bench NAME": Row("", elsewhere="each benchmark that a line names is run"),
     "./deploy/run-wall --gallery": Row("Gallery",
                                        "TESSERA_GALLERY_PORT=$PORT ./deploy/run-wall --no-install --gallery --wall "
@@ -113,6 +114,12 @@ ROWS = {
     "./deploy/run-wall --scene MODEL.stl --plain": Row(
         "Options", "./deploy/run-wall --no-install --scene tests/data/models/wedge.stl --plain --wall 1x1 --size 64x36 "
                    "--frames 2 --output $T", says="2 frames"),
+    "./deploy/run-wall --scene MODEL.glb --exposure -3": Row(
+        "Options", "./deploy/run-wall --no-install --scene tests/data/models/sunlit.glb --exposure -3 --tone-map aces "
+                   "--wall 1x1 --size 64x36 --frames 2 --output $T", says="2 frames"),
+    "./deploy/run-wall --scene MODEL.glb --exposure metered": Row(
+        "Options", "./deploy/run-wall --no-install --scene tests/data/models/arm.glb --exposure metered --wall 1x1 "
+                   "--size 64x36 --frames 2 --output $T", says="2 frames"),
     "./deploy/run-wall --scene MODEL.stl --up z --fit 2 --wall cave4": Row(
         "Options", "./deploy/run-wall --no-install --scene /usr/share/assimp/models/STL/Spider_ascii.stl --up z --fit "
                    "2 --frames 2 --size 64x36 --wall cave4"),
@@ -167,6 +174,8 @@ ROWS = {
     "tessera-ctl requests --proto > proto/application.proto": Row(
         "Asked", "tessera-ctl requests --proto", says="RequestHead"),
     "tessera-ctl budget": asked("ctl budget"),
+    "tessera-ctl exposure": asked("ctl exposure", says="exposure"),
+    "tessera-ctl exposure off --tone-map agx": asked("ctl exposure off --tone-map agx", says="agx"),
     "tessera-ctl contacts": asked("ctl contacts"),
     "tessera-ctl --server ADDR:PORT contacts": asked("ctl contacts"),
     "tessera-ctl get NODE bounds": asked("ctl get /carriage bounds && ctl get / bounds", says="large"),

@@ -49,8 +49,7 @@ TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
             ASSERT_TRUE(expected && ids);
             for (const CullerKind kind : kAllCullers) {
                 CullCounts counts;
-                const auto list =
-                    actions.at({kind, tile}).run(all, camera, rect, &renderer->visibility(*hall), &counts);
+                const auto list = actions.at({kind, tile}).run(all, camera, rect, &renderer->visibility(), &counts);
                 ASSERT_TRUE(list) << list.error().message;
                 const auto picture = renderer->draw(*hall, *list, camera, rect);
                 ASSERT_TRUE(picture);

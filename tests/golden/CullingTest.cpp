@@ -188,7 +188,7 @@ TEST_P(CulledPicture, EqualsTheUnculledOneOnEveryTileFromEveryHead) {
                 for (int time = 0; time < 2; ++time) {
                     CullCounts counts;
                     const auto list =
-                        actions.at({kind, tile}).run(all, camera, rect, &stage.renderer->visibility(town), &counts);
+                        actions.at({kind, tile}).run(all, camera, rect, &stage.renderer->visibility(), &counts);
                     ASSERT_TRUE(list) << list.error().message;
                     const auto picture = stage.renderer->draw(town, *list, camera, rect);
                     ASSERT_TRUE(picture) << picture.error().message;
@@ -256,7 +256,7 @@ TEST(CulledPictureOfSeveral, CellsWhileThingsMoveEqualsTheUnculledOneForBothEyes
                 for (const CullerKind kind : kAllCullers) {
                     CullCounts counts;
                     const auto culled =
-                        actions.at({kind, left}).run(all, camera, rect, &stage.renderer->visibility(town), &counts);
+                        actions.at({kind, left}).run(all, camera, rect, &stage.renderer->visibility(), &counts);
                     ASSERT_TRUE(culled) << culled.error().message;
                     const auto picture = stage.renderer->draw(town, *culled, camera, rect);
                     ASSERT_TRUE(picture) << picture.error().message;

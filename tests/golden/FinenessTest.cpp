@@ -184,7 +184,7 @@ TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
     RenderScene shared;
     shared.update(aspect, nullptr);
     Stage stage(1);
-    std::map<ObjectId, Fineness> finenesses[2];
+    std::map<ObjectId, BlobId> finenesses[2];
     for (const int column : {0, 1}) {
         for (std::size_t s = 0; s < 2; ++s) {
             const ScreenCamera camera = softCamera(s == 0 ? left : right, look, Eye::kCenter);
@@ -199,7 +199,7 @@ TEST(FinenessByScreen, IsItsOwnOfEachScreenThatMeetsAtAnAngle) {
                 << s << ", " << column;
             for (const DrawItem& item :
                  RenderAction(CullerKind::kNone).run(own, camera, wholeOf(camera), nullptr).opaque)
-                finenesses[s][item.node] = item.fineness;
+                finenesses[s][item.node] = item.mesh->key.arrays[0];
         }
     }
     EXPECT_NE(finenesses[0], finenesses[1]) << "screens that look elsewhere choose otherwise";

@@ -85,8 +85,9 @@ inline void addMappedThings(TestScene& scene) {
     }
 }
 
-/// Surroundings that are a picture, a sun and spots with shadows, and many lights of short range.
-inline void addManyLights(TestScene& scene) {
+/// Surroundings that are a picture, a sun and spots with shadows, with `lamps` point lights that have some, too, and
+/// many lights of short range.
+inline void addManyLights(TestScene& scene, bool lamps) {
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 128; ++x)
@@ -105,15 +106,20 @@ inline void addManyLights(TestScene& scene) {
     scene.addDirectionalLight({-0.5, -0.7, -0.3}, {1, 0.95f, 0.8f}, 0.8f, true);
     scene.addSpotLight({1.5, 3, 0}, {-0.3, -0.8, -0.5}, {0.6f, 0.8f, 1}, 9, 0.3f, 0.6f, 0, true);
     scene.addSpotLight({-2, 2.5, -1}, {0.4, -0.8, -0.6}, {1, 0.6f, 0.5f}, 8, 0.2f, 0.7f, 12, true);
+    if (lamps) {
+        scene.addPointLight({0.3, 1.2, -4}, {1, 0.9f, 0.7f}, 5, 0, Vec3f(0, 0, 1), true);
+        scene.addPointLight({-1, 0.4, -7.5}, {0.5f, 0.7f, 1}, 6, 9, Vec3f(0, 0, 1), true);
+    }
     for (int i = 0; i < 90; ++i)
         scene.addPointLight({3.5 * std::sin(2.4 * i), -0.8 + 0.03 * i, -0.5 - 0.16 * i},
                             {1, 0.3f + 0.007f * static_cast<float>(i), 0.4f}, 0.3f,
                             0.5f + 0.1f * static_cast<float>(i % 9));
 }
 
-[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true, bool mapped = false, bool lit = false) {
+[[nodiscard]] inline Aspect makeSeamScene(bool coincident = true, bool mapped = false, bool lit = false,
+                                          bool lamps = false) {
     TestScene scene;
-    if (lit) addManyLights(scene);
+    if (lit) addManyLights(scene, lamps);
     if (mapped) addMappedThings(scene);
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < 64; ++y) {

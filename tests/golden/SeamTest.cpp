@@ -28,7 +28,8 @@ struct Cut {
     int samples;
     Eye eye = Eye::kCenter;
     bool mapped = false;
-    bool lit = false;  ///< with surroundings, shadows, many lights
+    bool lit = false;    ///< with surroundings, shadows, many lights
+    bool lamps = false;  ///< and point lights that have shadows
 };
 std::ostream& operator<<(std::ostream& out, const Cut& cut) {
     return out << cut.name;
@@ -40,7 +41,7 @@ TEST_P(Seams, AreNotThere) {
     const Cut& cut = GetParam();
     const Wall wall = makeWall(cut.grid, cut.eye);
     const ScreenCamera camera = cameraOf(wall, cut.eye);
-    const Aspect aspect = makeSeamScene(true, cut.mapped, cut.lit);
+    const Aspect aspect = makeSeamScene(true, cut.mapped, cut.lit, cut.lamps);
     RenderScene scene;
     scene.update(aspect, nullptr);
     Stage stage(cut.samples);
@@ -92,6 +93,20 @@ INSTANTIATE_TEST_SUITE_P(
             false,
             true},
         Cut{"LitReal", {.columns = 2, .rows = 2, .tileWidthPx = 960, .tileHeightPx = 540}, 4, Eye::kRight, false, true},
+        Cut{"Lamps",
+            {.columns = 2, .rows = 2, .tileWidthPx = 320, .tileHeightPx = 180},
+            4,
+            Eye::kLeft,
+            true,
+            true,
+            true},
+        Cut{"LampsOddOneSample",
+            {.columns = 3, .rows = 3, .columnWidthsPx = {101, 67, 203}, .rowHeightsPx = {63, 65, 129}},
+            1,
+            Eye::kCenter,
+            false,
+            true,
+            true},
         Cut{"PowersOfTwo", {.columns = 2, .rows = 2, .tileWidthPx = 512, .tileHeightPx = 256}, 1}),
     [](const testing::TestParamInfo<Cut>& cut) { return cut.param.name; });
 

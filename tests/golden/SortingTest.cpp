@@ -58,7 +58,7 @@ TEST_P(Sorted, SeamsAndCullersAreExact) {
         Stage stage(samples);
         const auto draw = [&](CullerKind kind, DrawSorting sorting, const PixelRect& rect) {
             RenderAction action(kind, sorting);
-            const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(blocks), nullptr);
+            const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(), nullptr);
             EXPECT_TRUE(list) << list.error().message;
             auto picture = stage.renderer->draw(blocks, *list, camera, rect);
             EXPECT_TRUE(picture) << picture.error().message;

@@ -21,7 +21,7 @@ struct Stage {
 inline Picture drawPart(Stage& stage, const Aspect& aspect, const RenderScene& scene, CullerKind culler,
                         const ScreenCamera& camera, const PixelRect& rect) {
     RenderAction action(culler);
-    const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(aspect), nullptr);
+    const auto list = action.run(scene, camera, rect, &stage.renderer->visibility(), nullptr);
     EXPECT_TRUE(list) << list.error().message;
     auto picture = stage.renderer->draw(aspect, list ? *list : DrawList(), camera, rect);
     EXPECT_TRUE(picture) << picture.error().message;

@@ -36,6 +36,7 @@ public:
         if (!arrays.colors.empty()) set<Geometry>(id, fieldId<&Geometry::colors>, arrays.colors);
         if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
         if (!arrays.texcoords1.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords1>, arrays.texcoords1);
+        if (!arrays.tangents.empty()) set<Geometry>(id, fieldId<&Geometry::tangents>, arrays.tangents);
         const bool lines = arrays.primitive == Primitive::kLines;
         set<Geometry>(id, fieldId<&Geometry::indices>, lines ? arrays.lines : arrays.indices);
         if (lines) {
@@ -108,8 +109,9 @@ public:
         addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
     }
     void addPointLight(const Vec3d& position, const Vec3f& color, float intensity, float range = 0,
-                       const Vec3f& attenuation = Vec3f(0, 0, 1)) {
+                       const Vec3f& attenuation = Vec3f(0, 0, 1), bool shadows = false) {
         const ObjectId id = create<PointLight>();
+        if (shadows) set<PointLight>(id, fieldId<&PointLight::shadows>, true);
         if (attenuation != PointLight().attenuation)
             set<PointLight>(id, fieldId<&PointLight::attenuation>, attenuation);
         set<PointLight>(id, fieldId<&PointLight::color>, color);

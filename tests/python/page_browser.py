@@ -73,14 +73,15 @@ def _below(process):
 class Browser:
     """`with Browser() as browser:`; what it logs is kept until `logged` is called."""
 
-    def __init__(self, width=1280, height=800):
+    def __init__(self, width=1280, height=800, arguments=()):
+        """`arguments`: more of chromium's own."""
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
 
         options = webdriver.ChromeOptions()
         options.binary_location = shutil.which("chromium")
         arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     f"--window-size={width},{height}"]
+                     f"--window-size={width},{height}", *arguments]
         if os.geteuid() == 0:
             arguments.append("--no-sandbox")  # there is none for root
         for argument in arguments:

@@ -16,7 +16,7 @@ from tessera import _described, _wire
 from tessera._schema import schema
 
 
-EARLIER = [record.FILE.with_name(f"session-{protocol}.txt") for protocol in (17,)]  # that the server still takes
+EARLIER = [record.FILE.with_name(f"session-{protocol}.txt") for protocol in (17, 18)]  # that the server still takes
 
 
 def recorded(file=record.FILE):

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/draw/passes/DrawCalls.h"
 #include "client/draw/passes/ScreenCells.h"
 #include "common/wall/Detail.h"
 
@@ -29,10 +30,6 @@ DepthQueries::~DepthQueries() {
     gl_.DeleteVertexArrays(1, &emptyArray_);
     for (const GLuint* buffer : {&plateBuffer_, &itemBuffer_, &frameBuffer_}) gl_.DeleteBuffers(1, buffer);
     if (!queries_.empty()) gl_.DeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data());
-}
-
-void DepthQueries::use(const Aspect& aspect) {
-    aspect_ = &aspect;
 }
 
 std::vector<VisibilityDevice::Part> DepthQueries::partsOf(const ScreenCamera& screen, const PixelRect& rect) const {
@@ -72,12 +69,11 @@ Expected<void> DepthQueries::begin(const Part& part) {
 Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     calls_.clear();
     for (const DrawItem& item : items) {
-        const Drawable drawable = drawableOf(*aspect_, item.geometry).at(item.fineness);
-        const std::optional<MeshRange> mesh = drawable ? meshes_.find(drawable) : std::nullopt;
+        const LookSource* source = item.look ? item.look->levels.front().own.look.get() : nullptr;
+        const MeshRange* mesh = item.mesh ? meshes_.find(*item.mesh, Material::kFilled, normalMapOf(source)) : nullptr;
         if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
-        const auto* material = item.material ? aspect_->get<Material>(item.material) : nullptr;
-        calls_.push_back({*mesh, item.mirrored && item.kind != DrawKind::kPoints,
-                          (material ? *material : Material()).doubleSided != 0, &item});
+        calls_.push_back(
+            {*mesh, item.mirrored && item.kind != DrawKind::kPoints, source && source->doubleSided, &item});
         if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
             calls_.back().mesh.pointParts |= kPointStretched;
     }

@@ -10,7 +10,6 @@
 #include "client/draw/shaders/Program.h"
 #include "client/draw/store/MeshBuffers.h"
 #include "client/render/cull/VisibilityDevice.h"
-#include "common/scene/Aspect.h"
 
 namespace tessera {
 
@@ -21,9 +20,6 @@ public:
     /// `meshArray`: the vertex array of `meshes`.
     DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, GLuint meshArray, int samples);
     ~DepthQueries() override;
-
-    /// What items are looked up in, until the next call.
-    void use(const Aspect& aspect);
 
     [[nodiscard]] std::vector<Part> partsOf(const ScreenCamera& screen, const PixelRect& rect) const override;
     [[nodiscard]] Expected<void> begin(const Part& part) override;
@@ -48,7 +44,6 @@ private:
     GLuint meshArray_, plateArray_ = 0, emptyArray_ = 0;
     GLuint plateBuffer_ = 0, itemBuffer_ = 0, frameBuffer_ = 0;
     int mostSamples_, samples_;  ///< of pictures; of the part, whose camera may want fewer
-    const Aspect* aspect_ = nullptr;
     std::map<ProgramKind, Program> programs_;
 
     int widthPx_ = 0, heightPx_ = 0;

@@ -4,23 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "common/cores/SurfaceParts.h"
 #include "common/math/Decompositions.h"
 #include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
-
-/// What glTF allows; below, highlights would be smaller than a pixel and a point light's a flicker.
-constexpr float kSmallestRoughness = 0.045f;
-
-bool saysNoColor(const Material& material) {
-    static const Material kSaysNothing;
-    return material.baseColor == kSaysNothing.baseColor && material.metallic == kSaysNothing.metallic &&
-           material.roughness == kSaysNothing.roughness && material.emissive == kSaysNothing.emissive &&
-           material.shading == kSaysNothing.shading && !material.baseColorImage && !material.metallicRoughnessImage &&
-           !material.program && material.layers.empty() && !material.unlit;
-}
 
 std::array<float, 4> four(const Vec3f& v, float w) {
     return {v.x(), v.y(), v.z(), w};
@@ -41,99 +29,56 @@ Mat4d reversedDepth(const Mat4d& clip_T_eye) {
     return m;
 }
 
-/// KHR_texture_transform: moved · turned · scaled.
-LookBlock::Placed placeOf(const Image& image) {
-    const float c = std::cos(image.rotation), s = std::sin(image.rotation);
-    const auto set = static_cast<float>(image.texcoordSet);
-    return {.u = {c * image.scale.x(), s * image.scale.y(), image.offset.x(), set},
-            .v = {-s * image.scale.x(), c * image.scale.y(), image.offset.y(), 0}};
-}
-
-/// Fresnel's reflection straight on of what is no metal, tinted (KHR_materials_ior, KHR_materials_specular); w at a
-/// glancing angle.
-std::array<float, 4> specularOf(const Material& material) {
-    if (material.shading == Material::kPhong) return four(material.specular * material.specularColor, 0);
-    const float root = (material.ior - 1) / (material.ior + 1);
-    return four(material.specular * (root * root * material.specularColor).cwiseMin(1.0f), material.specular);
-}
-
-MaterialTexels texelsOf(const Material& material, bool unlit, std::uint32_t scopes) {
-    const bool phong = material.shading == Material::kPhong;
-    return {.emissiveAndRoughness = four(material.emissive, std::clamp(material.roughness, kSmallestRoughness, 1.0f)),
-            .metallicLitAndCoat = {phong ? 0 : material.metallic, unlit ? -1.0f : 1.0f, material.clearcoat,
-                                   material.clearcoatRoughness},
-            .specular = specularOf(material),
-            .shininessAndScopes = {phong ? material.shininess : -1.0f, 0, static_cast<float>(scopes & 0xffffu),
-                                   static_cast<float>(scopes >> 16u)}};
-}
-
-std::vector<ObjectId> passIds(const Aspect& aspect, ObjectId id) {
-    std::vector<ObjectId> ids;
-    const auto* material = id ? aspect.get<Material>(id) : nullptr;
-    if (!material || material->passes.empty() || PersonPrograms::isBad(aspect, *material)) return ids;
-    for (const ObjectId pass : material->passes)
-        if (ids.size() < Material::kMostPasses && aspect.get<Material>(pass)) ids.push_back(pass);
-    return ids;
-}
-
 }  // namespace
 
-std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material) {
-    return {{{material.baseColorImage, ImageUse::kColor},
-             {material.metallicRoughnessImage, ImageUse::kNumbers},
-             {material.normalImage, ImageUse::kNumbers},
-             {material.occlusionImage, ImageUse::kNumbers},
-             {material.emissiveImage, ImageUse::kColor}}};
-}
-
-void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
-                        TextureCache& textures, VolumeTextures& volumes) {
+void DrawCalls::begin(const ScreenCamera& camera, const DrawStores& stores) {
     calls_.clear();
-    passItems_.clear();
+    layerItems_.clear();
     records_.clear();
     blocks_.clear();
     volumes_.clear();
     sortedIndices_.clear();
     parts_.clear();
-    materials_.clear();
-    materialIndices_.clear();
+    found_ = {};
     widestLineReachPx_ = 0;
-    looks_.clear();
-    lookBlocks_.clear();
-    for (auto& indices : lookIndices_) indices.clear();
+    stores.meshes.beginDraw();
+    stores.textures.beginDraw(detailStep(camera.detail).anisotropy);
+    stores.volumes.beginDraw();
+    stores.looks.beginDraw();
+}
+
+void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
+                        const DrawStores& stores) {
+    begin(camera, stores);
     scoped_ = std::ranges::any_of(list.lights, [](const LightItem& light) { return light.scope != 0; });
     inStudio_ = list.studio.has_value();
     counts_ = {.items = list.opaque.size()};
-    materials_.push_back({.emissiveAndRoughness = four(list.environment.background, 1), .metallicLitAndCoat = {}});
-    meshes.beginDraw();
-    textures.beginDraw();
-    volumes.beginDraw();
+    stores.looks.setBackground(list.environment.background);
     for (const DrawItem& listed : list.opaque) {
-        const DrawItem& item = shownOf(aspect, listed, camera);
+        const Shown shown = shownOf(listed, camera);
         // Of what is at one depth the first is seen: the last pass comes first, the material itself last.
-        const std::vector<ObjectId> passes = passIds(aspect, item.material);
+        const std::span<const DrawMaterial::Layer> passes = shown.passes();
         for (auto pass = passes.rbegin(); pass != passes.rend(); ++pass)
-            if (!isBlended(*aspect.get<Material>(*pass)))
-                collect(aspect, passOf(aspect, item, *pass), camera, meshes, textures, volumes);
-        collect(aspect, item, camera, meshes, textures, volumes);
+            if (!pass->blended) add(aspect, layerOf(shown.item, *pass), pass->look.get(), camera, stores);
+        add(aspect, shown.item, shown.source(), camera, stores);
     }
     opaqueCount_ = calls_.size();
     for (const DrawItem& listed : list.transparent) {
-        const DrawItem& item = shownOf(aspect, listed, camera);
-        const std::vector<ObjectId> passes = passIds(aspect, item.material);
+        const Shown shown = shownOf(listed, camera);
+        const DrawItem& item = shown.item;
         if (item.sortedCount == 0) {
             counts_.items += !item.over;
-            if (!item.over) collect(aspect, item, camera, meshes, textures, volumes);
-            for (const ObjectId pass : passes)
-                if ((!item.over || isBlended(*aspect.get<Material>(pass))) &&
-                    collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes))
+            if (!item.over) add(aspect, item, shown.source(), camera, stores);
+            for (const DrawMaterial::Layer& pass : shown.passes())
+                if ((!item.over || pass.blended) && add(aspect, layerOf(item, pass), pass.look.get(), camera, stores))
                     calls_.back().equal = item.over;
             continue;
         }
         const auto [seen, isNew] = parts_.try_emplace(item.node);
         counts_.items += isNew;
-        if (isNew && collect(aspect, item, camera, meshes, textures, volumes)) {
-            seen->second = {calls_.back(), drawableOf(aspect, item.geometry).at(item.fineness).arrays().indices, true};
+        if (isNew && add(aspect, item, shown.source(), camera, stores)) {
+            const Image* normalMap = item.kind == DrawKind::kTriangles ? normalMapOf(shown.source()) : nullptr;
+            seen->second = {calls_.back(), drawnArrays(*item.mesh, normalMap).indices, true};
             calls_.pop_back();
         }
         if (!seen->second.there) continue;
@@ -149,42 +94,73 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         }
         // Over each part in its turn; outlines over the whole of it, behind its first part.
         const DrawCall part = calls_.back();
-        for (const ObjectId pass : passes) {
-            if (aspect.get<Material>(pass)->fill != Material::kFilled && rowOf(item.kind).ownTriangles) {
-                if (isNew) collect(aspect, passOf(aspect, item, pass), camera, meshes, textures, volumes);
+        for (const DrawMaterial::Layer& pass : shown.passes()) {
+            if (pass.fill != Material::kFilled && rowOf(item.kind).ownTriangles) {
+                if (isNew) add(aspect, layerOf(item, pass), pass.look.get(), camera, stores);
                 continue;
             }
             DrawCall& over = calls_.emplace_back(part);
-            over.look = look(aspect, pass, scoped_ ? item.scopes : 0, LookOf::kSurface, textures);
+            over.look = stores.looks.find(aspect, pass.look.get(), scoped_ ? item.scopes : 0, LookTable::Of::kSurface,
+                                          stores.textures);
         }
     }
 }
 
-bool DrawCalls::collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
-                        TextureCache& textures, VolumeTextures& volumes) {
+void DrawCalls::collectDepth(const Aspect& aspect, std::span<const DrawItem> items, const ScreenCamera& camera,
+                             const DrawStores& stores) {
+    begin(camera, stores);
+    scoped_ = inStudio_ = false;
+    counts_ = {.items = items.size()};
+    for (const DrawItem& item : items) {
+        // What is solid with one of its layers is solid. Without a material no layer cuts, whatever became of the look
+        // since (ShadowCasters.h).
+        const bool cuts = item.look && item.material;
+        bool whole = !cuts;
+        const auto addLayer = [&](const DrawMaterial::Layer& layer) {
+            if (layer.look->shapes)
+                add(aspect, item, layer.look.get(), camera, stores);
+            else
+                whole = true;
+        };
+        if (cuts) {
+            const DrawMaterial::Level& level = item.look->levels.front();
+            addLayer(level.own);
+            for (const DrawMaterial::Layer& pass : level.passes)
+                if (!pass.blended && pass.fill == Material::kFilled) addLayer(pass);
+        }
+        if (whole) add(aspect, item, nullptr, camera, stores);
+    }
+    opaqueCount_ = calls_.size();
+}
+
+bool DrawCalls::add(const Aspect& aspect, const DrawItem& item, const LookSource* source, const ScreenCamera& camera,
+                    const DrawStores& stores) {
     if (step_) step_();
-    const Drawable drawable = drawableOf(aspect, item.geometry).at(item.fineness);
-    const std::optional<MeshRange> mesh = !drawable                        ? std::nullopt
-                                          : item.fill == Material::kFilled ? meshes.find(drawable)
-                                                                           : meshes.findOutline(drawable, item.fill);
+    // Also what shows nothing of its look is drawn as it lies in GL already.
+    const LookSource* placed = source ? source : item.look ? item.look->levels.front().own.look.get() : nullptr;
+    const Image* normalMap = normalMapOf(placed);
+    // Neighbours in a list are of one mesh.
+    if (!item.mesh || item.mesh.get() != found_.mesh || item.fill != found_.fill || normalMap != found_.normalMap)
+        found_ = {item.mesh.get(), item.fill, normalMap,
+                  item.mesh ? stores.meshes.find(*item.mesh, item.fill, normalMap) : nullptr};
+    const MeshRange* mesh = found_.range;
     const bool fits = mesh && mesh->kind == item.kind;
     if (!fits) ++counts_.skipped;
     if (!fits || mesh->indexCount == 0) return false;
-    const std::uint32_t index = look(aspect, item.material, scoped_ ? item.scopes : 0,
-                                     !rowOf(item.kind).surface       ? LookOf::kNoSurface
-                                     : inStudio_ && !mesh->hasColors ? LookOf::kStudioSurface
-                                                                     : LookOf::kSurface,
-                                     textures);
-    const DrawLook& look = looks_[index];
-    if (look.incomplete) ++counts_.untextured;
+    const std::uint32_t look = stores.looks.find(aspect, source, scoped_ ? item.scopes : 0,
+                                                 !rowOf(item.kind).surface       ? LookTable::Of::kNoSurface
+                                                 : inStudio_ && !mesh->hasColors ? LookTable::Of::kStudioSurface
+                                                                                 : LookTable::Of::kSurface,
+                                                 stores.textures);
+    if (stores.looks[look].incomplete) ++counts_.untextured;
     widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
     DrawCall call{.mesh = *mesh,
                   .record = static_cast<std::uint32_t>(records_.size()),
                   .block = static_cast<std::uint32_t>(blocks_.size()),
-                  .look = index,
+                  .look = look,
                   .mirrored = item.mirrored,
                   .item = &item};
-    if (rowOf(item.kind).volume && !addVolume(aspect, item, camera, volumes, call)) {
+    if (rowOf(item.kind).volume && !addVolume(aspect, item, camera, stores.volumes, call)) {
         ++counts_.skipped;
         return false;
     }
@@ -211,130 +187,34 @@ bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const Scre
 
 // By the head and the screen's scale: the same for all tiles, and for both eyes of a head that looks straight at the
 // screen.
-const DrawItem& DrawCalls::shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera) {
-    const auto* material = item.radius > 0 && item.material ? aspect.get<Material>(item.material) : nullptr;
-    if (!material || !material->coarser) return item;
+DrawCalls::Shown DrawCalls::shownOf(const DrawItem& item, const ScreenCamera& camera) {
+    if (!item.look) return {item, nullptr};
+    const std::vector<DrawMaterial::Level>& levels = item.look->levels;
+    const Shown own{item, &levels.front()};
+    if (!(item.radius > 0) || levels.size() == 1) return own;
     const double distance = (item.center - camera.headWorld).norm();
-    if (!(distance > item.radius)) return item;
+    if (!(distance > item.radius)) return own;
     const Mat4d& clip = camera.clip_T_eye;
     const double perUnit = std::max(0.5 * clip(0, 0) * camera.pixels.width, 0.5 * clip(1, 1) * camera.pixels.height);
     const double across = 2 * item.radius * perUnit / (distance * detailStep(camera.detail).coarser);
-    ObjectId shown = item.material;
-    for (const ObjectId next : coarserOf(aspect, *material)) {
-        if (!(across < material->coarserBelow)) break;
-        shown = next;
-        material = aspect.get<Material>(next);
-    }
-    if (shown == item.material) return item;
-    const bool over = item.over;
-    const DrawItem& copy = passOf(aspect, item, shown);
-    passItems_.back().over = over;
-    return copy;
+    std::size_t level = 0;
+    while (level + 1 < levels.size() && across < levels[level].coarserBelow) ++level;
+    if (level == 0) return own;
+    const DrawItem& copy = layerOf(item, levels[level].own);
+    layerItems_.back().over = item.over;
+    return {copy, &levels[level]};
 }
 
-const DrawItem& DrawCalls::passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass) {
-    DrawItem& copy = passItems_.emplace_back(item);
-    const auto& material = *aspect.get<Material>(pass);
-    copy.material = pass;
+const DrawItem& DrawCalls::layerOf(const DrawItem& item, const DrawMaterial::Layer& layer) {
+    DrawItem& copy = layerItems_.emplace_back(item);
+    copy.material = layer.look->material;
     copy.over = false;
     if (item.fill == Material::kFilled && item.kind != DrawKind::kTriangles) return copy;
-    copy.fill = material.fill;
-    copy.kind = material.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
-    copy.lineWidth = std::min(item.widestLinePx, material.fill == Material::kEdges     ? material.lineWidth
-                                                 : material.fill == Material::kCorners ? material.pointSize
-                                                                                       : 0);
-    if (material.fill != Material::kFilled) copy.clusters = {};
+    copy.fill = layer.fill;
+    copy.kind = layer.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
+    copy.lineWidth = std::min(item.widestLinePx, layer.lineWidth);
+    if (layer.fill != Material::kFilled) copy.clusters = {};
     return copy;
-}
-
-std::uint32_t DrawCalls::look(const Aspect& aspect, ObjectId id, std::uint32_t scopes, LookOf of,
-                              TextureCache& textures) {
-    auto& known = lookIndices_[static_cast<std::size_t>(of)][id];
-    const bool surface = of != LookOf::kNoSurface;
-    for (const auto& [in, index] : known)
-        if (in == scopes) return index;
-    known.emplace_back(scopes, static_cast<std::uint32_t>(looks_.size()));
-    static const Material kDefault, kError{.baseColor = {1, 0, 1, 1}, .doubleSided = true, .unlit = true};
-    const auto* own = id ? aspect.get<Material>(id) : nullptr;
-    const Material& material = own && PersonPrograms::isBad(aspect, *own) ? kError : own ? *own : kDefault;
-    DrawLook look{.masked = material.alphaMode == Material::kMask, .doubleSided = material.doubleSided || !surface};
-    LookBlock block{};
-    block.baseColor = {material.baseColor.x(), material.baseColor.y(), material.baseColor.z(), material.baseColor.w()};
-    // Formats without materials give one that says nothing.
-    if (of == LookOf::kStudioSurface && saysNoColor(material)) block.baseColor = {0.42f, 0.42f, 0.42f, 1};
-    const MaterialTexels texels = texelsOf(material, material.unlit || !surface, scopes);
-    block.emissiveAndRoughness = texels.emissiveAndRoughness;
-    block.metallic = {texels.metallicLitAndCoat[0], texels.shininessAndScopes[0], 0, 0};
-    block.specular = texels.specular;
-    block.material[0] = materialIndex(texels);
-    block.material[3] = scopes;
-    const auto packed = packedMaterial(block.material[0], block.baseColor);
-    block.material[1] = packed[0];
-    block.material[2] = packed[1];
-    const auto images = imagesOf(material);
-    for (std::size_t i = 0; i < kImageMaps; ++i) {
-        const auto& [imageId, use] = images[i];
-        // Without a surface there is a base colour alone.
-        if (!imageId || (!surface && i > 0)) continue;
-        // Phong's has neither metal nor roughness.
-        if (material.shading == Material::kPhong && static_cast<ImageMap>(i) == ImageMap::kMetallicRoughness) continue;
-        const auto* image = aspect.get<Image>(imageId);
-        // Cubes and solids are for layers.
-        const GLuint texture = image && textureTarget(*image) == GL_TEXTURE_2D ? textures.find(*image, use) : 0;
-        if (texture == 0) {
-            look.incomplete = true;
-            continue;
-        }
-        look.maps[i] = {texture, textures.sampler(*image)};
-        look.mapBits |= bitOf(static_cast<ImageMap>(i));
-        block.places[i] = placeOf(*image);
-    }
-    block.strengths = {material.normalScale, material.occlusionStrength, material.alphaCutoff, 0};
-    block.effects = {material.transmission, material.unlit || !surface ? 1.0f : 0.0f, material.clearcoat,
-                     material.clearcoatRoughness};
-    if (surface) addLayers(aspect, material, textures, look, block);
-    if (own && surface) {
-        look.person = persons_.find(aspect, *own);
-        look.said = persons_.valuesOf(aspect, *own, look.person, textures);
-    }
-    looks_.push_back(look);
-    lookBlocks_.push_back(block);
-    return known.back().second;
-}
-
-/// One without an image is nothing, and takes no place.
-void DrawCalls::addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look,
-                          LookBlock& block) {
-    std::size_t count = 0;
-    for (const ObjectId id : material.layers) {
-        const auto* layer = aspect.get<TextureLayer>(id);
-        if (count == Material::kMostLayers || !layer || !layer->image) continue;
-        const auto* image = aspect.get<Image>(layer->image);
-        const LayerLookup lookup = image ? lookupOf(layer->source, image->shape) : LayerLookup::kNone;
-        const GLuint texture = lookup == LayerLookup::kNone ? 0 : textures.find(*image, ImageUse::kColor);
-        if (texture == 0) {
-            look.incomplete = true;
-            continue;
-        }
-        look.layers[count] = {texture, textures.sampler(*image)};
-        look.layerBits =
-            static_cast<std::uint16_t>(look.layerBits | static_cast<unsigned>(lookup) << (kLayerBits * count));
-        block.layerPlaces[count] = placeOf(*image);
-        block.layers[count] = {static_cast<float>(layer->mode), layer->strength, 0, 0};
-        ++count;
-    }
-}
-
-std::uint32_t DrawCalls::materialIndex(const MaterialTexels& texels) {
-    const auto [it, isNew] = materialIndices_.try_emplace(texels, static_cast<std::uint32_t>(materials_.size()));
-    if (!isNew) return it->second;
-    if (materials_.size() == kMaxMaterials) {
-        // Sixteen thousand kinds of gloss in one picture: the last one stands for those beyond.
-        it->second = kMaxMaterials - 1;
-        return it->second;
-    }
-    materials_.push_back(texels);
-    return it->second;
 }
 
 namespace {
@@ -391,7 +271,7 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
         const Vec3d row = world_R_eye.row(i);
         block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
     }
-    block.sky = four(list.environment.sky, 0);
+    block.sky = four(list.environment.sky, static_cast<float>(std::exp2(double{list.environment.exposure})));
     block.ground = four(list.environment.ground, 0);
     const Affine3d world_T_eye = camera.eye_T_world.inverse();
     for (int r = 0; r < 3; ++r)

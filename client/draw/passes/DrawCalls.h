@@ -4,35 +4,24 @@
 
 #include <array>
 #include <deque>
-#include <map>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "client/draw/passes/LookTable.h"
 #include "client/draw/passes/Renderer.h"
-#include "client/draw/shaders/PersonPrograms.h"
-#include "client/draw/shaders/Program.h"
 #include "client/draw/store/MeshBuffers.h"
-#include "client/draw/store/TextureCache.h"
 #include "client/draw/store/VolumeTextures.h"
-#include "common/cores/Material.h"
 
 namespace tessera {
 
-/// What the calls of one material share. Its LookBlock has the same index.
-struct DrawLook {
-    struct Map {
-        GLuint texture = 0, sampler = 0;
-    };
-    std::array<Map, kImageMaps> maps{};
-    std::uint8_t mapBits = 0;  ///< of ImageMap: those that are there
-    std::array<Map, Material::kMostLayers> layers{};
-    std::uint16_t layerBits = 0;  ///< of LayerLookup, see ProgramKind::layers
-    bool masked = false;
-    bool doubleSided = false;
-    bool incomplete = false;                       ///< it has an image that is not here
-    std::uint32_t person = PersonPrograms::kNone;  ///< a person's program
-    PersonValues said;                             ///< what the material says to it
+/// Where what a list names lies in GL, or will.
+struct DrawStores {
+    MeshBuffers& meshes;
+    TextureCache& textures;
+    VolumeTextures& volumes;
+    LookTable& looks;
 };
 
 /// One item, or a part of one. Neighbours may become one call of GL.
@@ -56,8 +45,10 @@ public:
     /// `step` is called for each thing that is collected, as uploads may take long. May be empty.
     void callAtEach(std::function<void()> step) { step_ = std::move(step); }
     /// Everything is relative to the eye, composed in double, then rounded: the same numbers on every tile of a screen.
-    void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, MeshBuffers& meshes,
-                 TextureCache& textures, VolumeTextures& volumes);
+    void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera, const DrawStores& stores);
+    /// Of solid things, as a light sees them: looks that decide nowhere where their surface is are all one.
+    void collectDepth(const Aspect& aspect, std::span<const DrawItem> items, const ScreenCamera& camera,
+                      const DrawStores& stores);
 
     [[nodiscard]] const std::vector<DrawCall>& calls() const { return calls_; }
     /// Calls from here on are transparent.
@@ -72,40 +63,35 @@ public:
     }
     /// Of calls that draw some of their mesh's triangles, in an order of their own.
     [[nodiscard]] const std::vector<std::uint32_t>& sortedIndices() const { return sortedIndices_; }
-    [[nodiscard]] const DrawLook& lookOf(const DrawCall& call) const { return looks_[call.look]; }
-    [[nodiscard]] const std::vector<DrawLook>& looks() const { return looks_; }
-    [[nodiscard]] const std::vector<LookBlock>& lookBlocks() const { return lookBlocks_; }
     [[nodiscard]] const std::vector<VolumeBlock>& volumes() const { return volumes_; }
-    [[nodiscard]] const std::vector<MaterialTexels>& materials() const { return materials_; }
     /// Of all calls, in pixels; 0 without lines.
     [[nodiscard]] double widestLineReachPx() const { return widestLineReachPx_; }
     [[nodiscard]] const DrawCounts& counts() const { return counts_; }
-    [[nodiscard]] PersonPrograms& persons() { return persons_; }
-    [[nodiscard]] const PersonPrograms& persons() const { return persons_; }
 
 private:
-    /// False: nothing of it can be drawn.
-    bool collect(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, MeshBuffers& meshes,
-                 TextureCache& textures, VolumeTextures& volumes);
+    void begin(const ScreenCamera& camera, const DrawStores& stores);
+    /// `source`: of its look; null: the one of what has none. False: nothing of it can be drawn.
+    bool add(const Aspect& aspect, const DrawItem& item, const LookSource* source, const ScreenCamera& camera,
+             const DrawStores& stores);
     /// What a call of a volume is besides. False: nothing of it can be drawn.
     bool addVolume(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera, VolumeTextures& volumes,
                    DrawCall& call);
-    /// The item with the material that this screen draws it with: a coarser one where it is small there.
-    const DrawItem& shownOf(const Aspect& aspect, const DrawItem& item, const ScreenCamera& camera);
-    /// The same thing with one of its material's passes: kept here, as calls point to their items.
-    const DrawItem& passOf(const Aspect& aspect, const DrawItem& item, ObjectId pass);
-    /// In a studio, what no material and no colours of its corners say a colour of is of a middle grey.
-    enum class LookOf : std::uint8_t { kNoSurface, kSurface, kStudioSurface };
-    /// `scopes`: DrawItem's.
-    std::uint32_t look(const Aspect& aspect, ObjectId material, std::uint32_t scopes, LookOf of,
-                       TextureCache& textures);
-    static void addLayers(const Aspect& aspect, const Material& material, TextureCache& textures, DrawLook& look,
-                          LookBlock& block);
-    std::uint32_t materialIndex(const MaterialTexels& texels);
+    /// An item with the level of its material that this screen draws it with: a coarser one where it is small there.
+    struct Shown {
+        const DrawItem& item;
+        const DrawMaterial::Level* level;  ///< null: it has no material
+        [[nodiscard]] const LookSource* source() const { return level ? level->own.look.get() : nullptr; }
+        [[nodiscard]] std::span<const DrawMaterial::Layer> passes() const {
+            return level ? std::span<const DrawMaterial::Layer>(level->passes) : std::span<const DrawMaterial::Layer>();
+        }
+    };
+    Shown shownOf(const DrawItem& item, const ScreenCamera& camera);
+    /// The same thing with another layer of its material: kept here, as calls point to their items.
+    const DrawItem& layerOf(const DrawItem& item, const DrawMaterial::Layer& layer);
 
     std::function<void()> step_;
     std::vector<DrawCall> calls_;
-    std::deque<DrawItem> passItems_;
+    std::deque<DrawItem> layerItems_;
     std::vector<ItemRecord> records_;
     std::vector<ItemBlock> blocks_;
     std::vector<VolumeBlock> volumes_;
@@ -113,26 +99,24 @@ private:
     /// Of a node that comes several times.
     struct Part {
         DrawCall call;
-        Blob indices;
+        Blob indices;        ///< as it lies in GL
         bool there = false;  ///< else it cannot be drawn
     };
     std::unordered_map<ObjectId, Part> parts_;
-    std::vector<DrawLook> looks_;
-    std::vector<LookBlock> lookBlocks_;
-    /// By material, and by the scopes that it lies in.
-    std::array<std::unordered_map<ObjectId, std::vector<std::pair<std::uint32_t, std::uint32_t>>>, 3> lookIndices_;
+    struct Found {
+        const DrawMesh* mesh = nullptr;
+        std::int64_t fill = Material::kFilled;
+        const Image* normalMap = nullptr;
+        const MeshRange* range = nullptr;
+    };
+    Found found_;  ///< last, in this draw
     bool inStudio_ = false;
     bool scoped_ = false;  ///< some light has a scope
     std::size_t opaqueCount_ = 0;
     double widestLineReachPx_ = 0;
-    std::vector<MaterialTexels> materials_;
-    std::map<MaterialTexels, std::uint32_t> materialIndices_;
     DrawCounts counts_;
-    PersonPrograms persons_;
 };
 
-/// Its images, in the order of ImageMap.
-[[nodiscard]] std::array<std::pair<ObjectId, ImageUse>, kImageMaps> imagesOf(const Material& material);
 /// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
 [[nodiscard]] ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);

@@ -1,7 +1,5 @@
 #include "client/draw/passes/LightBuffers.h"
 
-#include "client/draw/passes/ShadowMaps.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -22,8 +20,9 @@ LightBuffers::~LightBuffers() {
 }
 
 LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCamera& camera,
-                               std::span<const std::array<float, 4>> shadowViews) {
-    clusters_.collect(lights, camera, !shadowViews.empty());
+                               const ShadowMaps::Texels& shadowViews) {
+    clusters_.collect(lights, camera, !shadowViews.lights.empty());
+    cubes_ = !shadowViews.cubes.empty();
     scoped_ = std::ranges::any_of(lights, [](const LightItem& light) { return light.scope != 0; });
     texels_.clear();
     const auto add = [&](const LightTexels& light) {
@@ -31,18 +30,25 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
     };
     for (const LightTexels& light : clusters_.lights()) add(light);
     const std::size_t shadowed = clusters_.shadowed().size();
+    const std::size_t cubes = texels_.size() + shadowed * (4 + ShadowMaps::kTexels);
     for (std::size_t i = 0; i < shadowed; ++i) {
         add(clusters_.shadowed()[i]);
-        const auto view = shadowViews.subspan(i * ShadowMaps::kTexels, ShadowMaps::kTexels);
+        const auto view = std::span(shadowViews.lights).subspan(i * ShadowMaps::kTexels, ShadowMaps::kTexels);
         texels_.insert(texels_.end(), view.begin(), view.end());
+        // Of a cube where its views are.
+        std::array<float, 4>& first = texels_[texels_.size() - ShadowMaps::kTexels + 5];
+        if (first[0] < 0) first[1] += static_cast<float>(cubes);
     }
+    texels_.insert(texels_.end(), shadowViews.cubes.begin(), shadowViews.cubes.end());
     gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels_.size() * sizeof texels_[0]), texels_.data(),
                         GL_STREAM_DRAW);
     gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);
+    isFew_ = false;
     if (shadowed > 0) return LightLists::kShadows;
-    if (clusters_.hasLists()) return LightLists::kClusters;
-    if (scoped_ || !findSuns()) return LightLists::kNone;
-    return clusters_.everywhere() <= 1 ? LightLists::kSun : LightLists::kSuns;
+    if (!clusters_.hasLists() && !scoped_ && findSuns())
+        return clusters_.everywhere() <= 1 ? LightLists::kSun : LightLists::kSuns;
+    if (isFew_ = !scoped_ && !clusters_.isEverywhere() && findFew(); isFew_) return LightLists::kFew;
+    return clusters_.hasLists() ? LightLists::kClusters : LightLists::kAll;
 }
 
 bool LightBuffers::findSuns() {
@@ -58,8 +64,29 @@ bool LightBuffers::findSuns() {
     return true;
 }
 
+/// In the order of the lists, as sums are made in it.
+bool LightBuffers::findFew() {
+    constexpr float kUtmost = 1e18f;  // its square is a number
+    few_ = {};
+    few_[0].place = {0, 0, 1, 0};
+    const std::span<const LightTexels> lights = std::span(clusters_.lights()).first(clusters_.lights().size() - 1);
+    std::size_t lamps = 0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const LightTexels& light = lights[i];
+        const LightTexels plain{.place = light.place, .radiance = light.radiance, .cone = {0, 0, 0, 1}};
+        const bool sun = light.place[3] == 0;
+        if (light.cone != plain.cone || light.falloff != plain.falloff || (sun ? i > 0 : lamps == kMostLamps))
+            return false;
+        for (const float number : light.place)
+            if (!(std::abs(number) <= kUtmost)) return false;
+        few_[sun ? 0 : ++lamps] = {.place = light.place, .radiance = light.radiance};
+    }
+    return true;
+}
+
 std::array<float, 4> LightBuffers::beginCell(const ScreenCamera& cell, const PixelRect& scissor) {
     const auto everywhere = static_cast<float>(clusters_.everywhere());
+    if (isFew_) return {};
     if (!clusters_.hasLists() && clusters_.shadowed().empty()) return {0, 0, everywhere, std::max(everywhere, 1.0f)};
     clusters_.assign(cell, scissor);
     const std::vector<std::uint32_t>& lists = clusters_.lists();

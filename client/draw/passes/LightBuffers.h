@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client/draw/passes/LightClusters.h"
+#include "client/draw/passes/ShadowMaps.h"
 #include "client/draw/shaders/Program.h"
 #include "client/draw/surface/GlState.h"
 
@@ -18,15 +19,24 @@ public:
 
     /// `shadowViews`: what ShadowMaps says of the lights with shadows; none: they have none.
     [[nodiscard]] LightLists begin(std::span<const LightItem> lights, const ScreenCamera& camera,
-                                   std::span<const std::array<float, 4>> shadowViews);
+                                   const ShadowMaps::Texels& shadowViews);
     /// Where shaders find the lights with shadows, in texels; how many there are.
     [[nodiscard]] std::array<float, 2> shadowed() const {
         return {static_cast<float>(4 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
+    }
+    /// Whether a light with shadows shines to all sides.
+    [[nodiscard]] bool cubes() const { return cubes_; }
+    /// Whether there is one light alone, and that is a sun with shadows.
+    [[nodiscard]] bool oneSun() const {
+        return clusters_.shadowed().size() == 1 && clusters_.shadowed()[0].place[3] == 0 && !clusters_.hasLists() &&
+               clusters_.everywhere() == 0;
     }
     /// Whether a light of `begin`'s has a scope.
     [[nodiscard]] bool scoped() const { return scoped_; }
     /// Where `begin` said kSun or kSuns: they; those that there are not are dark.
     [[nodiscard]] const std::array<Sun, kMostSuns>& suns() const { return suns_; }
+    /// Where `begin` said kFew.
+    [[nodiscard]] const FewLights& few() const { return few_; }
     /// Uploads the cell's lists; what FrameBlock::slices says.
     [[nodiscard]] std::array<float, 4> beginCell(const ScreenCamera& cell, const PixelRect& scissor);
     void bind(GLuint lightUnit, GLuint listUnit) const;
@@ -35,11 +45,13 @@ public:
 private:
     /// False: there are others, or more.
     [[nodiscard]] bool findSuns();
+    [[nodiscard]] bool findFew();
 
     GlState& gl_;
     LightClusters clusters_;
     std::array<Sun, kMostSuns> suns_{};
-    bool scoped_ = false;
+    FewLights few_{};
+    bool scoped_ = false, isFew_ = false, cubes_ = false;
     std::vector<std::array<float, 4>> texels_;
     GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
 };

@@ -55,6 +55,7 @@ public:
     [[nodiscard]] std::array<float, 2> sliceScaleAndOffset() const { return {sliceScale_, sliceOffset_}; }
     /// All lights in every list: what the lists are compared with.
     void setEverywhere(bool all) { bruteForce_ = all; }
+    [[nodiscard]] bool isEverywhere() const { return bruteForce_; }
 
     static constexpr int kColumns = 16, kRows = 9;
     static constexpr std::size_t kClusters = std::size_t{kColumns} * kRows * kSlices;

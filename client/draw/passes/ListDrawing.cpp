@@ -1,10 +1,11 @@
-// What a list holds becomes draw calls, for one cell after the other, and for what a light sees.
+// What a list holds becomes draw calls, for one cell after the other.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "client/draw/passes/RendererImpl.h"
+#include "client/draw/shaders/ToneCurves.h"
 #include "common/math/Srgb.h"
 #include "common/wall/Detail.h"
 
@@ -16,7 +17,6 @@ constexpr int kGridPx = 64;
 /// Passes over the screen need whole pixels alone; whole stamps of the software rasteriser's, in which pixels know
 /// their neighbours.
 constexpr int kStampPx = 4;
-constexpr float kFarthest = 0;  ///< depth is reversed
 
 /// The tile's rectangle grown outwards to a grid.
 PixelRect grownTo(int grid, const PixelRect& r) {
@@ -36,15 +36,9 @@ Expected<void> checkRect(const ScreenCamera& camera, const PixelRect& r) {
     return {};
 }
 
-/// What a screen shows of radiance where nothing else is, to the step of 255: kToneMapping's formulas. So it does not
-/// matter how a clear colour is rounded.
-Vec3d shownOf(const Vec3d& radiance) {
-    const double peak = radiance.maxCoeff();
-    Vec3d c = radiance;
-    if (peak > 0.8) {
-        const double newPeak = 1 - 0.04 / (peak - 0.6), whiter = 1 - 1 / (0.15 * (peak - newPeak) + 1);
-        c = (1 - whiter) * (newPeak / peak) * radiance + Vec3d::Constant(whiter * newPeak);
-    }
+/// What a screen shows where nothing is, to the step of 255. So it does not matter how a clear colour is rounded.
+Vec3d shownOf(const Environment& environment) {
+    const Vec3d c = toneMapped(environment.toneMap, environment.background.cast<double>());
     const auto encoded = [](double v) { return std::round(255 * srgbOfLinear(std::clamp(v, 0.0, 1.0))) / 255; };
     return {encoded(c.x()), encoded(c.y()), encoded(c.z())};
 }
@@ -59,20 +53,22 @@ double reachOf(const Box& box, const Vec3d& origin) {
 Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera,
                                      const PixelRect& rect) {
     if (auto good = checkRect(camera, rect); !good) return good;
+    looksUploaded = 0;
     samples = std::min(options.samples, detailStep(camera.detail).mostSamples);
     tile.useSamples(samples);
     scene = {.detail = list.detailed,
              .coated = list.coated,
              .glossy = list.glossy,
              .studio = list.studio.has_value(),
+             .toneMap = static_cast<std::uint8_t>(list.environment.toneMap),
              .samples = samples};
-    calls.persons().beginDraw();
-    const auto stale = shadows.begin(list.casters);
-    if (!stale) return tl::unexpected(stale.error());
-    for (const std::size_t view : *stale)
-        if (auto drawn = drawShadows(aspect, view); !drawn) return drawn;
+    metered.clear();
+    looks.persons().beginDraw();
+    if (auto room = shadows.begin(list.casters); !room) return room;
+    if (auto drawn = drawShadows(aspect); !drawn) return drawn;
     collect(aspect, list, camera);
-    for (const std::uint32_t gone : calls.persons().forgetUnused()) {
+    placeCalls(camera);
+    for (const std::uint32_t gone : looks.persons().forgetUnused()) {
         std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
         std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
     }
@@ -81,17 +77,24 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     shadowsLeftOut = list.shadowsLeftOut;
     scopesLeftOut = list.scopesLeftOut;
     lights.clusters().setEverywhere(!options.clusterLights);
-    scene.lists =
-        lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : std::vector<std::array<float, 4>>());
+    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : ShadowMaps::Texels());
     scene.scoped = lights.scoped();
+    scene.cubes = lights.cubes();
+    scene.oneSun = lights.oneSun() && !scene.scoped && !scene.studio;
     scene.environment = surroundings.begin(aspect, list.environment);
-    const Vec3d seen = shownOf(list.environment.background.cast<double>());
+    const Vec3d seen = shownOf(list.environment);
     background = {static_cast<float>(seen.x()), static_cast<float>(seen.y()), static_cast<float>(seen.z()), 1};
     return {};
 }
 
 void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera) {
-    calls.collect(aspect, list, camera, *meshes, textures, volumes);
+    calls.collect(aspect, list, camera, stores());
+    uploadCalls();
+}
+
+/// What the calls that have been collected read, besides meshes and images.
+void Renderer::Impl::uploadCalls() {
+    looksUploaded += looks.upload();
     volumes.upload(calls.volumes());
     // Images of what was drawn before may be gone.
     std::erase_if(kin, [](const Kin& k) {
@@ -101,39 +104,8 @@ void Renderer::Impl::collect(const Aspect& aspect, const DrawList& list, const S
         gl.NamedBufferData(buffer, static_cast<GLsizeiptr>(values.size() * sizeof(values[0])), values.data(),
                            GL_STREAM_DRAW);
     };
-    if (!calls.calls().empty()) upload(lookBuffer, calls.lookBlocks());
     if (!calls.blocks().empty()) upload(blockBuffer, calls.blocks());
     if (!calls.sortedIndices().empty()) upload(sortedBuffer, calls.sortedIndices());
-    upload(materialBuffer, calls.materials());
-    gl.TextureBuffer(materialTexture, GL_RGBA32F, materialBuffer);
-}
-
-/// Once for all tiles and frames that show the scene as it is now.
-Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect, std::size_t index) {
-    const ShadowView& view = shadows.view(index);
-    DrawList seen;
-    seen.opaque = view.items;
-    collect(aspect, seen, view.camera);
-    inCell.clear();
-    runs.clear();
-    for (const DrawCall& call : calls.calls()) {
-        const auto first = static_cast<std::uint32_t>(runs.size());
-        runs.push_back({0, call.mesh.indexCount / 3});
-        inCell.push_back({first, first + 1});
-    }
-    scissor = shadows.place(index);
-    shadows.attach(index);
-    FrameBlock block = makeFrameBlock(seen, view.camera);
-    block.pixelRays = pixelRaysOf(view.camera, scissor.x, scissor.y);
-    upload(block);
-    setUp(scissor, shadows.framebuffer());
-    view.clamped ? gl.Enable(GL_DEPTH_CLAMP) : gl.Disable(GL_DEPTH_CLAMP);
-    gl.ClearNamedFramebufferfv(shadows.framebuffer(), GL_DEPTH, 0, &kFarthest);
-    const auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kShadow);
-    gl.Disable(GL_DEPTH_CLAMP);
-    if (!drawn) return drawn;
-    shadows.setDrawn(index);
-    return {};
 }
 
 void Renderer::Impl::upload(const FrameBlock& block) {
@@ -154,6 +126,24 @@ void Renderer::Impl::setUp(const PixelRect& viewport, GLuint framebuffer) {
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }
 
+void Renderer::Impl::placeCalls(const ScreenCamera& screen) {
+    callPlaces.assign(calls.calls().size(), {});
+    const TileProjection projection(screen,
+                                    {.x = 0, .y = 0, .width = screen.pixels.width, .height = screen.pixels.height});
+    if (!projection.usable()) return;
+    for (std::size_t i = 0; i < callPlaces.size(); ++i) {
+        const DrawItem& item = *calls.calls()[i].item;
+        if (item.box.empty()) continue;
+        CallPlace& place = callPlaces[i];
+        const double noise = projection.noise(reachOf(item.box, item.world_T_item.translation()), item.box);
+        place.around = projection.footprint(projection.clip_T_world(), item.box, noise);
+        place.around.grow(lineReachPx(item.lineWidth));
+        // Not a number is anywhere, too.
+        place.known = !place.around.nearPlane && place.around.lowerX <= place.around.upperX &&
+                      place.around.lowerY <= place.around.upperY;
+    }
+}
+
 Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamera& screen, const CellPart& cell,
                                          TileBuffers& buffers) {
     scissor = grownTo(kGridPx, cell.inCell);
@@ -167,42 +157,48 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const Frustum aroundLines = tileFrustum(screen, cell.onScreen, kFrustumMarginPx + calls.widestLineReachPx());
     inCell.clear();
     runs.clear();
-    const TileProjection projection(cell.camera, {.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx});
     ScreenBlocks blocks(scissor), transparent(scissor);
-    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || !projection.usable() || backgroundIsLit();
+    const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || backgroundIsLit();
     if (everywhere) blocks.addAll();
-    for (const DrawCall& call : calls.calls()) {
+    const PixelRect& part = cell.onScreen;
+    const auto beside = [&part](const Footprint& around) {
+        return around.upperX < part.x || around.lowerX > part.x + part.width || around.upperY < part.y ||
+               around.lowerY > part.y + part.height;
+    };
+    for (std::size_t i = 0; i < calls.calls().size(); ++i) {
+        const DrawCall& call = calls.calls()[i];
+        const CallPlace& place = callPlaces[i];
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
         const Box& box = call.item->box;
         const Frustum& sides = rowOf(call.item->kind).standsOut ? aroundLines : frustum;
-        const Frustum::Result result = box.empty() ? Frustum::Result{} : sides.classify(box, Frustum::kAllPlanes);
-        if (!result.outside && !call.item->clusters.empty() && call.sortedCount == 0)
+        const bool outside = place.known   ? beside(place.around)
+                             : box.empty() ? false
+                                           : sides.classify(box, Frustum::kAllPlanes).outside;
+        if (!outside && !call.item->clusters.empty() && call.sortedCount == 0)
             sight.appendRuns({.clusters = call.item->clusters,
                               .triangles = all,
                               .hidden = list.hiddenOf(*call.item),
-                              .backFacesShown = calls.lookOf(call).doubleSided,
+                              .backFacesShown = looks[call.look].doubleSided,
                               .reach = reachOf(box, call.item->world_T_item.translation())},
                              call.item->world_T_item, runs);
-        else if (!result.outside)
+        else if (!outside)
             runs.push_back({0, all});
         const bool solid = inCell.size() < calls.opaqueCount();
         inCell.push_back({first, static_cast<std::uint32_t>(runs.size())});
         ScreenBlocks& of = solid ? blocks : transparent;
         if (first == runs.size() || of.full()) continue;
-        if (box.empty() || everywhere)
+        if (!place.known || everywhere)
             of.addAll();
         else
-            of.add(projection.footprint(projection.clip_T_world(), box,
-                                        projection.noise(reachOf(box, call.item->world_T_item.translation()), box)),
-                   lineReachPx(call.item->lineWidth));
+            of.add(place.around, part.x - cell.inCell.x, part.y - cell.inCell.y);
     }
     blocks.add(transparent);
     const PixelRect own = grownTo(kStampPx, cell.inCell);
     shown = blocks.rectangles(own);
     blending = transparent.rectangles(own);
-    for (const PixelRect& part : shown)
-        pixels += static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
+    for (const PixelRect& lit : shown)
+        pixels += static_cast<std::uint64_t>(lit.width) * static_cast<std::uint64_t>(lit.height);
 
     FrameBlock block = makeFrameBlock(list, cell.camera);
     block.slices = lights.beginCell(cell.camera, scissor);
@@ -212,6 +208,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
     block.shadows = {from, count, pixelWidth, pixelHeight};
     block.suns = lights.suns();
+    block.few = lights.few();
     const bool detailed = scene.detail && &buffers == &tile;
     const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
@@ -233,17 +230,21 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
 ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
     using Use = ProgramKind::Use;
     ProgramKind kind{.use = use};
-    const bool lightsSurfaces = use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest;
+    const bool lightsSurfaces =
+        use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kMeter;
     if (isLit(use)) {
         kind.coated = scene.coated;
         kind.glossy = scene.glossy;
         kind.scoped = scene.scoped;
         kind.lists = scene.lists;
+        kind.cubes = scene.cubes;
         kind.environment = scene.environment;
+        if (use != Use::kMeter) kind.toneMap = scene.toneMap;
     }
     if (use == Use::kSurface || use == Use::kClear || use == Use::kClassify || lightsSurfaces)
         kind.detail = scene.detail;
     if (lightsSurfaces) kind.studio = scene.studio;
+    if (lightsSurfaces) kind.oneSun = scene.oneSun;
     if (use != Use::kBlend && use != Use::kSurface && use != Use::kNodeIds && use != Use::kShadow &&
         use != Use::kCopy && use != Use::kClear)
         kind.samples = samples;
@@ -252,13 +253,13 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use) const {
 
 ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) const {
     using Use = ProgramKind::Use;
-    const DrawLook& look = calls.lookOf(call);
+    const DrawLook& look = looks[call.look];
     ProgramKind kind = kindOf(use);
     kind.items = call.mesh.kind;
     kind.pointParts = call.mesh.pointParts;
     kind.masked = look.masked && use != Use::kBlend;
     if (look.person && use != Use::kDepth)
-        kind.person = calls.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
+        kind.person = looks.persons().isRefused(look.person) ? PersonPrograms::kError : look.person;
     if (use == Use::kNodeIds || use == Use::kShadow) {
         if (kind.masked) kind.maps = look.mapBits & bitOf(ImageMap::kBaseColor);
         if (kind.person) kind.maps = look.mapBits;
@@ -280,6 +281,7 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
                  (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
     kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person ||
                 (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
+    kind.tangents = call.mesh.hasTangents && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
     const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
     if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints))
         kind.samples = samples;
@@ -329,13 +331,13 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
 }
 
 Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {
-    const DrawLook& look = calls.lookOf(call);
+    const DrawLook& look = looks[call.look];
     const ProgramKind wanted = kindOf(use, call);
     const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
     // What turns its back to a light stands in its way all the same. A ray leaves a box once.
     const auto bothSides = [this, use](const DrawCall& of) {
         if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
-        return calls.lookOf(of).doubleSided || use == ProgramKind::Use::kShadow;
+        return looks[of.look].doubleSided || use == ProgramKind::Use::kShadow;
     };
     // The triangles around points are made for the eye: no mirror turns them around.
     const auto mirrored = [](const DrawCall& of) { return of.mirrored && of.mesh.kind != DrawKind::kPoints; };
@@ -381,21 +383,28 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
     }
     if (!severalRuns) {
         const TriangleRun& run = runs[span.first];
-        triangles += run.count * instances;
+        triangles += run.count * instances * (call.mesh.indicesEach / 3);
         if (!sorted) {
             glCalls += meshes->draw(call.mesh, run.first, run.count, firstRecord, instances, insidesNow);
             return;
         }
         ++glCalls;
-        meshes->bindElements(sortedBuffer);
+        meshes->bind(call.mesh, sortedBuffer);
         gl.DrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT,
             reinterpret_cast<const void*>((call.firstSorted + 3 * std::size_t{run.first}) * sizeof(std::uint32_t)),
             static_cast<GLsizei>(instances), call.mesh.baseVertex, static_cast<GLuint>(firstRecord));
         return;
     }
+    if (call.mesh.atOnce > 0) {
+        for (std::uint32_t k = span.first; k < span.end; ++k) {
+            glCalls += meshes->draw(call.mesh, runs[k].first, runs[k].count, 0, 1, insidesNow);
+            triangles += runs[k].count * (call.mesh.indicesEach / 3);
+        }
+        return;
+    }
     ++glCalls;
-    meshes->bindElements(meshes->indexBuffer());
+    meshes->bind(call.mesh, meshes->indexBuffer());
     counts.clear();
     offsets.clear();
     for (std::uint32_t k = span.first; k < span.end; ++k) {
@@ -410,17 +419,17 @@ void Renderer::Impl::drawInstances(std::size_t firstRecord, std::size_t instance
 }
 
 void Renderer::Impl::bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers) {
-    gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, lookBuffer, static_cast<GLintptr>(index * sizeof(LookBlock)),
+    gl.BindBufferRange(GL_UNIFORM_BUFFER, 1, looks.buffer(), static_cast<GLintptr>(index * sizeof(LookBlock)),
                        sizeof(LookBlock));
-    const DrawLook& look = calls.looks()[index];
+    const DrawLook& look = looks[index];
     for (GLuint map = 0; map < kImageMaps; ++map) {
         if ((maps >> map & 1) == 0) continue;
-        gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture);
-        gl.BindSampler(kFirstMapUnit + map, look.maps[map].sampler);
+        gl.BindTextureUnit(kFirstMapUnit + map, look.maps[map].texture->name);
+        gl.BindSampler(kFirstMapUnit + map, textures.sampler(look.maps[map].sampler));
     }
     for (GLuint layer = 0; layers >> (kLayerBits * layer) != 0; ++layer) {
-        gl.BindTextureUnit(kFirstLayerUnit + layer, look.layers[layer].texture);
-        gl.BindSampler(kFirstLayerUnit + layer, look.layers[layer].sampler);
+        gl.BindTextureUnit(kFirstLayerUnit + layer, look.layers[layer].texture->name);
+        gl.BindSampler(kFirstLayerUnit + layer, textures.sampler(look.layers[layer].sampler));
     }
 }
 

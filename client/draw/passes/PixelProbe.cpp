@@ -73,29 +73,44 @@ Expected<Aspect> probeScene() {
     return aspect;
 }
 
-DrawItem itemAt(ObjectId geometry, ObjectId material, const Vec3d& position, const Vec3d& scale) {
+/// Geometries and materials of the probe's scene, as lists name them.
+struct ProbeThings {
+    explicit ProbeThings(const Aspect& scene) {
+        for (const ObjectId id : {kSmooth, kFaceted}) meshes[id] = drawMeshOf(drawableOf(scene, id));
+        for (const ObjectId id : {kPlain, kPicture, kGlass, kSheet, kGlassPicture})
+            materials[id] = drawMaterialOf(scene, id);
+    }
+    std::map<ObjectId, std::shared_ptr<const DrawMesh>> meshes;
+    std::map<ObjectId, std::shared_ptr<const DrawMaterial>> materials;
+};
+
+DrawItem itemAt(const ProbeThings& things, ObjectId geometry, ObjectId material, const Vec3d& position,
+                const Vec3d& scale) {
     DrawItem item{.node = ObjectId{100},
                   .geometry = geometry,
                   .material = material,
+                  .mesh = things.meshes.at(geometry),
+                  .look = things.materials.at(material),
                   .world_T_item = Affine3d::Identity(),
                   .mirrored = scale.x() * scale.y() * scale.z() < 0};
     item.world_T_item = composeTransform(position, Quatd(0.8, 0.36, 0.48, 0.0), scale);
     return item;
 }
 
-DrawList probeList() {
+DrawList probeList(const Aspect& scene) {
     DrawList list;
+    const ProbeThings things(scene);
     const Vec3d size = Vec3d::Constant(0.55);
     const Vec3d mirrored(-0.55, 0.55, 0.55);
     for (const bool mirror : {false, true}) {
         const double y = mirror ? -0.8 : 0.8;
         const Vec3d& scale = mirror ? mirrored : size;
-        list.opaque.push_back(itemAt(kSmooth, kPlain, {-1.3, y, 0}, scale));
-        list.opaque.push_back(itemAt(kFaceted, kPicture, {0, y, -0.2}, scale));
-        list.opaque.push_back(itemAt(kFaceted, kSheet, {1.3, y, -0.4}, scale));
-        list.opaque.push_back(itemAt(kSmooth, kPicture, {0.6, y, -1.5}, scale));
-        list.transparent.push_back(itemAt(kSmooth, kGlass, {-0.6, y, 0.6}, scale));
-        list.transparent.push_back(itemAt(kSmooth, kGlassPicture, {0.7, y, 0.6}, scale));
+        list.opaque.push_back(itemAt(things, kSmooth, kPlain, {-1.3, y, 0}, scale));
+        list.opaque.push_back(itemAt(things, kFaceted, kPicture, {0, y, -0.2}, scale));
+        list.opaque.push_back(itemAt(things, kFaceted, kSheet, {1.3, y, -0.4}, scale));
+        list.opaque.push_back(itemAt(things, kSmooth, kPicture, {0.6, y, -1.5}, scale));
+        list.transparent.push_back(itemAt(things, kSmooth, kGlass, {-0.6, y, 0.6}, scale));
+        list.transparent.push_back(itemAt(things, kSmooth, kGlassPicture, {0.7, y, 0.6}, scale));
     }
     list.lights.push_back({.kind = LightItem::Kind::kDirectional,
                            .direction = Vec3d(-0.48, -0.6, -0.64),
@@ -127,7 +142,7 @@ Expected<std::uint64_t> Renderer::pixelProbe() {
     const auto scene = probeScene();
     if (!scene) return tl::unexpected(scene.error());
     const auto picture =
-        draw(*scene, probeList(), probeCamera(), {.x = 0, .y = 0, .width = kSidePx, .height = kSidePx});
+        draw(*scene, probeList(*scene), probeCamera(), {.x = 0, .y = 0, .width = kSidePx, .height = kSidePx});
     if (!picture) return tl::unexpected(picture.error());
     return hash64(std::as_bytes(std::span(picture->rgb)));
 }

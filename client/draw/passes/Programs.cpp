@@ -9,10 +9,10 @@ Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
     auto it = programs.find(kind);
     if (it == programs.end()) {
         if (auto wanted = goOn(); !wanted) return tl::unexpected(wanted.error());
-        auto made = Program::create(gl, kind, kind.person ? &calls.persons().textOf(kind.person) : nullptr);
+        auto made = Program::create(gl, kind, kind.person ? &looks.persons().textOf(kind.person) : nullptr);
         if (!made && kind.person > PersonPrograms::kError) {
             // Other drivers know other errors than the server's.
-            calls.persons().refused(kind.person, made.error().message);
+            looks.persons().refused(kind.person, made.error().message);
             ProgramKind instead = kind;
             instead.person = PersonPrograms::kError;
             return program(instead);
@@ -28,7 +28,7 @@ Expected<void> Renderer::Impl::useProgram(const ProgramKind& kind) {
     const auto name = program(kind);
     if (!name) return tl::unexpected(name.error());
     gl.UseProgram(*name);
-    if (kind.person > PersonPrograms::kError && calls.persons().textOf(kind.person).loops) loops.bind();
+    if (kind.person > PersonPrograms::kError && looks.persons().textOf(kind.person).loops) loops.bind();
     meshes->bindFor(kind.items);
     return {};
 }
@@ -57,8 +57,18 @@ void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t
     for (const bool environment : {kind.environment, !kind.environment})
         for (const LightLists lists : kAllLightLists) {
             expect(pass, otherwiseLit(kind, lists, environment, false), look);
-            // Suns alone have no scopes (LightBuffers.cpp).
-            if (lists != LightLists::kSun && lists != LightLists::kSuns)
+            if (lists == LightLists::kShadows) {
+                ProgramKind cubes = otherwiseLit(kind, lists, environment, false);
+                cubes.cubes = true;
+                expect(pass, cubes, look);
+                if (kind.use != ProgramKind::Use::kBlend) {
+                    ProgramKind oneSun = otherwiseLit(kind, lists, environment, false);
+                    oneSun.oneSun = true;
+                    expect(pass, oneSun, look);
+                }
+            }
+            // Those that FrameBlock says have no scopes (LightBuffers.cpp).
+            if (lists != LightLists::kSun && lists != LightLists::kSuns && lists != LightLists::kFew)
                 expect(pass, otherwiseLit(kind, lists, environment, true), look);
         }
 }
@@ -66,7 +76,7 @@ void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t
 void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
     const auto made = kind.person > PersonPrograms::kError ? programs.find(kind) : programs.end();
     if (made == programs.end()) return;
-    const std::vector<PersonUniform>& uniforms = calls.persons().textOf(kind.person).uniforms;
+    const std::vector<PersonUniform>& uniforms = looks.persons().textOf(kind.person).uniforms;
     const std::vector<GLint>& places = made->second.locations();
     gl.Uniform1fv(places.back(), 1, &look.said.reach);
     for (std::size_t i = 0; i < look.said.numbers.size(); ++i) {
@@ -88,8 +98,8 @@ void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
     for (std::size_t i = 0; i < look.said.maps.size(); ++i) {
         const PersonValues::Map& map = look.said.maps[i];
         const auto unit = static_cast<GLuint>(kPersonUnit + i);
-        gl.BindTextureUnit(unit, map.texture ? map.texture : white);
-        gl.BindSampler(unit, map.sampler);
+        gl.BindTextureUnit(unit, map.texture ? map.texture->name : white);
+        gl.BindSampler(unit, textures.sampler(map.sampler));
     }
 }
 
@@ -105,7 +115,7 @@ Duration sumOf(const std::map<std::uint32_t, Duration>& times) {
 
 bool Renderer::Impl::isWatched(const ProgramKind& kind) const {
     return kind.person > PersonPrograms::kError && options.programsMost.count() > 0 &&
-           calls.persons().textOf(kind.person).loops;
+           looks.persons().textOf(kind.person).loops;
 }
 
 Expected<void> Renderer::Impl::compileWatched(ProgramKind::Use use) {
@@ -155,6 +165,7 @@ Expected<void> Renderer::Impl::watchNoMore() {
 
 /// The one that was drawn with when time was over; of several the dearest, once that is known.
 void Renderer::Impl::blame() {
+    shadows.forget();  // they show what the program made of things
     if (!watchesEach && (shared || watched.size() > 1)) {
         watchesEach = true;
         shared = false;
@@ -164,15 +175,17 @@ void Renderer::Impl::blame() {
     for (auto& [person, took] : loopsTook)
         if (const auto before = loopsTookBefore.find(person); before != loopsTookBefore.end()) took += before->second;
     const auto dearest = std::ranges::max_element(loopsTook, {}, [](const auto& entry) { return entry.second; });
-    calls.persons().holdsUp(dearest->first, dearest->second);
+    looks.persons().holdsUp(dearest->first, dearest->second);
     loopsTookBefore.erase(dearest->first);
 }
 
 /// Where many are dear: to name one after the other would take longer than the others wait for this host.
 void Renderer::Impl::blameAll() {
-    for (const DrawLook& look : calls.looks())
-        if (look.person > PersonPrograms::kError && calls.persons().textOf(look.person).loops)
-            calls.persons().holdsUp(look.person, options.programsMost);
+    shadows.forget();
+    for (const DrawCall& call : calls.calls())
+        if (const std::uint32_t person = looks[call.look].person;
+            person > PersonPrograms::kError && looks.persons().textOf(person).loops)
+            looks.persons().holdsUp(person, options.programsMost);
 }
 
 Expected<void> Renderer::Impl::drawInTime(const std::function<Expected<void>()>& once) {
@@ -204,8 +217,8 @@ Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uin
     setUp({.x = 0, .y = 0, .width = kCellWidthPx, .height = kCellHeightPx}, 0);
     if (auto entered = enter(pass); !entered) return entered;
     if (auto used = useProgram(kind); !used) return used;
-    if (look < calls.looks().size()) bindLook(look, kind.maps, kind.layers);
-    if (look < calls.looks().size() && kind.person == calls.looks()[look].person) say(kind, calls.looks()[look]);
+    if (looks.has(look)) bindLook(look, kind.maps, kind.layers);
+    if (looks.has(look) && kind.person == looks[look].person) say(kind, looks[look]);
     gl.BindVertexArray(pass == Pass::kBlend || pass == Pass::kShadow ? vertexArray : emptyArray);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
     return {};

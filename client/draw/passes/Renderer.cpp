@@ -8,7 +8,6 @@
 
 #include "client/draw/passes/RendererImpl.h"
 #include "common/cores/SurfaceParts.h"
-#include "common/drawable/VolumeShapes.h"
 
 namespace tessera {
 
@@ -16,20 +15,22 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     : surface(onSurface),
       gl(state),
       options(o),
-      textures(gl, o.textureBudgetBytes),
+      textures(gl, o.textureBudgetBytes,
+               o.anisotropy > 0              ? o.anisotropy
+               : drawsOnProcessor(onSurface) ? 1
+                                             : 16),
       volumes(gl, o.textureBudgetBytes, o.leaveOutEmpty),
+      looks(gl),
       tile(gl, o.samples),
       ids(gl, 1),
       lights(gl),
       surroundings(gl),
-      shadows(gl),
+      shadows(gl, options.shadowBudgetBytes),
       loops(gl, drawsOnProcessor(onSurface)) {
     gl.CreateVertexArrays(1, &vertexArray);
     gl.CreateVertexArrays(1, &emptyArray);
-    for (GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer})
-        gl.CreateBuffers(1, buffer);
+    for (GLuint* buffer : {&itemBuffer, &blockBuffer, &frameBuffer, &sortedBuffer}) gl.CreateBuffers(1, buffer);
     gl.NamedBufferData(frameBuffer, sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
-    gl.CreateTextures(GL_TEXTURE_BUFFER, 1, &materialTexture);
     gl.CreateTextures(GL_TEXTURE_2D, 1, &white);
     gl.TextureStorage2D(white, 1, GL_RGBA8, 1, 1);
     constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
@@ -48,6 +49,7 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     attribute(2, 4, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(MeshVertex, color));
     attribute(3, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord));
     attribute(4, 2, GL_FLOAT, GL_FALSE, offsetof(MeshVertex, texcoord1));
+    attribute(kTangentAttribute, 4, GL_SHORT, GL_TRUE, offsetof(MappedVertex, tangent));
     for (GLuint row = 0; row < 6; ++row) {
         gl.VertexArrayAttribFormat(vertexArray, kFirstItemAttribute + row, 4, GL_FLOAT, GL_FALSE,
                                    row * 4 * sizeof(float));
@@ -67,9 +69,7 @@ Renderer::Impl::~Impl() {
     depths.reset();
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);
-    for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &lookBuffer, &frameBuffer, &materialBuffer, &sortedBuffer})
-        gl.DeleteBuffers(1, buffer);
-    gl.DeleteTextures(1, &materialTexture);
+    for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &frameBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &white);
 }
 
@@ -220,17 +220,16 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
 }
 
 std::vector<HeldUpBy> Renderer::heldUpBy(const Aspect& aspect) {
-    return impl_->calls.persons().heldUpBy(aspect);
+    return impl_->looks.persons().heldUpBy(aspect);
 }
 
-VisibilityDevice& Renderer::visibility(const Aspect& aspect) {
+VisibilityDevice& Renderer::visibility() {
     Impl& d = *impl_;
     if (!d.depths) {
         // Where that fails, the first depth buffer says so.
         static_cast<void>(d.surface.makeCurrent());
         d.depths = std::make_unique<DepthQueries>(d.surface, d.gl, *d.meshes, d.vertexArray, d.options.samples);
     }
-    d.depths->use(aspect);
     return *d.depths;
 }
 
@@ -239,18 +238,37 @@ DrawCounts Renderer::lastCounts() const {
     counts.triangles = impl_->triangles;
     counts.pixels = impl_->pixels;
     counts.glCalls = impl_->glCalls;
+    counts.looksUploaded = impl_->looksUploaded;
     counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
     counts.scopesLeftOut = impl_->scopesLeftOut;
     counts.trouble = impl_->surroundings.trouble();
     if (!counts.trouble.empty()) counts.trouble += "; sky and ground stand in";
-    if (counts.trouble.empty()) counts.trouble = impl_->calls.persons().trouble();
+    if (counts.trouble.empty()) counts.trouble = impl_->looks.persons().trouble();
     counts.programs = impl_->programs.size();
     counts.compiled = impl_->compiled;
     counts.readBack = impl_->readBackTime;
     return counts;
 }
+
+LightHistogram Renderer::lastLight(std::span<const PixelRect> elsewhere) const {
+    LightHistogram light;
+    for (const Impl::MeteredCell& cell : impl_->metered)
+        for (int row = 0; row < cell.rows; ++row)
+            for (int column = 0; column < cell.columns; ++column) {
+                constexpr int kSide = LightHistogram::kSquarePx, kPlace = LightHistogram::kPlaceInSquare;
+                const int x = kSide * (cell.left + column) + kPlace, y = kSide * (cell.bottom + row) + kPlace;
+                const bool others = std::ranges::any_of(elsewhere, [&](const PixelRect& rect) {
+                    return x >= rect.x && x < rect.x + rect.width && y >= rect.y && y < rect.y + rect.height;
+                });
+                if (others) continue;
+                const std::size_t at = static_cast<std::size_t>(row) * cell.pitch + static_cast<std::size_t>(column);
+                ++light.pixels[cell.classes[at]];
+            }
+    return light;
+}
+
 std::size_t Renderer::residentBytes() const {
     return impl_->meshes->residentBytes() + impl_->textures.residentBytes() + impl_->volumes.residentBytes();
 }
@@ -269,17 +287,17 @@ std::uint64_t Renderer::uploadedTextureBytes() const {
 }
 
 void Renderer::beginFrame() {
+    impl_->shadows.beginFrame();
     impl_->meshes->beginFrame();
     impl_->textures.beginFrame();
     impl_->volumes.beginFrame();
-    impl_->calls.persons().beginFrame();
+    impl_->looks.persons().beginFrame();
     impl_->loopsTookBefore.clear();
     impl_->shared = false;
     impl_->framesAreTold = true;
 }
 
-Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id, ObjectId materialId,
-                                               std::size_t bytes, const Fineness& fineness) {
+Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, const SceneContent& content, std::size_t bytes) {
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const GlState::Call call(d.gl);
@@ -288,13 +306,12 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, ObjectId id
         prepared.bytes += uploaded.value_or(0);
         prepared.full = prepared.full || !uploaded;
     };
-    if (const Drawable drawable = drawableOf(aspect, id)) add(d.meshes->prepare(drawable.at(fineness), bytes));
+    add(d.meshes->prepare(*content.mesh, normalMapOf(aspect, content.material), bytes));
     // Voxels of what has a box or planes: its fields have been checked.
     const auto* volume =
-        id && prepared.bytes == 0 && fineness.steps == kVolumeOnScreens ? aspect.get<Volume>(id) : nullptr;
-    if (volume && !drawableOf(aspect, id).at(fineness).arrays().positions.empty())
-        add(d.volumes.prepare(*volume, bytes));
-    const auto* material = materialId ? aspect.get<Material>(materialId) : nullptr;
+        prepared.bytes == 0 && rowOf(content.mesh->kind).volume ? aspect.get<Volume>(content.geometry) : nullptr;
+    if (volume && !content.mesh->arrays.positions.empty()) add(d.volumes.prepare(*volume, bytes));
+    const auto* material = content.material ? aspect.get<Material>(content.material) : nullptr;
     if (material && prepared.bytes == 0)
         for (const auto& [imageId, use] : imagesOf(*material)) {
             const auto* image = imageId && prepared.bytes == 0 ? aspect.get<Image>(imageId) : nullptr;

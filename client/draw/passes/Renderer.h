@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,11 @@
 #include "client/draw/surface/Surface.h"
 #include "client/render/DrawList.h"
 #include "client/render/cull/VisibilityDevice.h"
+#include "client/render/scene/SceneContents.h"
 #include "common/base/Clock.h"
 #include "common/image/Picture.h"
 #include "common/scene/Aspect.h"
+#include "common/wall/LightHistogram.h"
 #include "common/wall/View.h"
 
 namespace tessera {
@@ -27,6 +30,11 @@ struct RendererOptions {
     /// always there.
     std::size_t meshBudgetBytes = std::size_t{1} << 30;
     std::size_t textureBudgetBytes = std::size_t{1} << 30;
+    /// Samples of an image, at most, where it is seen at a grazing angle: 1 to 16. A step of detail may want fewer. 0:
+    /// 16 on a GPU; 1 on Mesa's software, where more take ten times as long.
+    int anisotropy = 0;
+    /// Of the maps of shadows: above it those go that nobody needs now.
+    std::size_t shadowBudgetBytes = std::size_t{1} << 29;
     /// False: every pixel looks at every light. The same picture, to the bit, and slow: what clusters are tested
     /// against.
     bool clusterLights = true;
@@ -44,11 +52,12 @@ struct RendererOptions {
 /// What became of the last list drawn.
 struct DrawCounts {
     std::uint64_t items = 0;
-    std::uint64_t skipped = 0;     ///< geometry gone, its arrays absent, or refused by checkMesh
-    std::uint64_t triangles = 0;   ///< given to GL, in each cell
-    std::uint64_t glCalls = 0;     ///< that draw items, in each cell and pass; one may draw many
-    std::uint64_t states = 0;      ///< program, material or sides were others than those before, in each cell and pass
-    std::uint64_t untextured = 0;  ///< drawn without their image, which is absent or not of its size
+    std::uint64_t skipped = 0;    ///< geometry gone, its arrays absent, or refused by checkMesh
+    std::uint64_t triangles = 0;  ///< given to GL, in each cell
+    std::uint64_t glCalls = 0;    ///< that draw items, in each cell and pass; one may draw many
+    std::uint64_t states = 0;     ///< program, material or sides were others than those before, in each cell and pass
+    std::uint64_t looksUploaded = 0;   ///< given to GL anew, its shadows' included
+    std::uint64_t untextured = 0;      ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;   ///< beyond DrawList::kMaxLights
     std::uint64_t shadowsLeftOut = 0;  ///< lights that ask for shadows and get none (DrawList::shadowsLeftOut)
     std::uint64_t scopesLeftOut = 0;   ///< lights that shine on nothing (DrawList::scopesLeftOut)
@@ -69,14 +78,13 @@ public:
     /// Says that another frame begins, of one draw or several: so that budgets know what belongs together (UseClock.h).
     /// Where nobody says so each draw is a frame.
     void beginFrame();
-    /// Brings to GL, ahead of need, what this drawable (of this material) needs of mesh, voxels and images: about
+    /// Brings to GL, ahead of need, what this drawable needs of mesh, voxels and images of its material: about
     /// `bytes` of mesh or voxels, or one image. Pictures do not depend on it, and nothing is thrown out for it.
     struct Prepared {
         std::size_t bytes = 0;  ///< uploaded; 0: all of it is there, or cannot be
         bool full = false;      ///< a budget has no room for the rest
     };
-    [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, ObjectId drawable, ObjectId material,
-                                             std::size_t bytes, const Fineness& fineness = {});
+    [[nodiscard]] Expected<Prepared> prepare(const Aspect& aspect, const SceneContent& content, std::size_t bytes);
     /// Makes room in one step for meshes that take so much (DrawForms.h), as far as the budget goes.
     [[nodiscard]] Expected<void> expectMeshes(const MeshSize& more);
     /// Draws the part `rect` of the screen's picture, cell by cell (ScreenCells.h). The aspect gives geometry,
@@ -102,13 +110,15 @@ public:
     /// last, a program mostly; call it when nothing else is to do. It takes some milliseconds, where Mesa has it in no
     /// cache a tenth of a second. What is needed before it was made is made by `draw`. False: nothing is left.
     [[nodiscard]] bool prepare();
-    /// Whom cullers ask what is hidden, by the depths that pictures of this aspect will have. Valid until the renderer
-    /// goes, with this aspect until the next call.
-    [[nodiscard]] VisibilityDevice& visibility(const Aspect& aspect);
+    /// Whom cullers ask what is hidden, by the depths that pictures will have. Valid until the renderer goes.
+    [[nodiscard]] VisibilityDevice& visibility();
     /// Hash of a small lit test image: hosts with different ones cannot share a wall seam-exactly.
     [[nodiscard]] Expected<std::uint64_t> pixelProbe();
     /// Of the last `draw` or `drawNodeIds`.
     [[nodiscard]] DrawCounts lastCounts() const;
+    /// Of the last picture, where its list's environment is metered: how bright what is solid in it is, but for what
+    /// lies in `elsewhere`, rectangles of the screen. Else nothing is counted.
+    [[nodiscard]] LightHistogram lastLight(std::span<const PixelRect> elsewhere) const;
     /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are
     /// drawn without them. One whose verdict or text becomes another is drawn with again.
     [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);

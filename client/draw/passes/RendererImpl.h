@@ -1,6 +1,6 @@
-/// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), light and what is
-/// transparent over parts of the screen (ScreenPasses.cpp), programs that may be needed (Programs.cpp), and pictures of
-/// all cells (Renderer.cpp).
+/// The inside of a Renderer, for the files that it consists of: drawing a list (ListDrawing.cpp), what lights see
+/// (ShadowDrawing.cpp), light and what is transparent over parts of the screen (ScreenPasses.cpp), programs that may be
+/// needed (Programs.cpp), and pictures of all cells (Renderer.cpp).
 #pragma once
 
 #include <map>
@@ -14,6 +14,7 @@
 #include "client/draw/passes/DepthQueries.h"
 #include "client/draw/passes/DrawCalls.h"
 #include "client/draw/passes/LightBuffers.h"
+#include "client/draw/passes/LookTable.h"
 #include "client/draw/passes/Renderer.h"
 #include "client/draw/passes/ScreenBlocks.h"
 #include "client/draw/passes/ScreenCells.h"
@@ -30,6 +31,8 @@ inline constexpr GLuint kFirstMapUnit = 3, kDetailUnit = kFirstMapUnit + kImageM
 static_assert(kShadowUnit < kPointUnit);
 inline constexpr GLuint kFirstLayerUnit = 16;
 
+inline constexpr float kFarthest = 0;  ///< depth is reversed
+
 /// What GL is set to: a software rasteriser compiles a program anew for each that it is drawn with.
 enum class Pass : std::uint8_t {
     kSurfaces,    ///< what is solid
@@ -40,6 +43,7 @@ enum class Pass : std::uint8_t {
     kLight,
     kLightRest,
     kRestAlone,  ///< the same into a picture of its own
+    kMeter,
     kCopy,
     kSpread,
     kBlend,
@@ -59,7 +63,12 @@ struct Renderer::Impl {
                                            TileBuffers& buffers);
     /// What is to be drawn of a list, seen from here.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
-    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect, std::size_t index);
+    [[nodiscard]] DrawStores stores() { return {*meshes, textures, volumes, looks}; }
+    void uploadCalls();
+    void placeCalls(const ScreenCamera& screen);
+    [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect);
+    [[nodiscard]] Expected<void> drawCasters(const Aspect& aspect, std::size_t index, std::span<const DrawItem> seen,
+                                             const MapBlocks& blocks, bool anew);
     void upload(const FrameBlock& block);
     /// For what is drawn first.
     void setUp(const PixelRect& viewport, GLuint framebuffer);
@@ -90,6 +99,8 @@ struct Renderer::Impl {
     [[nodiscard]] Expected<void> drawOver(Pass pass, std::span<const PixelRect> parts);
     [[nodiscard]] Expected<void> lightSurfaces();
     [[nodiscard]] Expected<void> blendTransparent();
+    /// Adds how bright the cell's surfaces are to `metered`.
+    [[nodiscard]] Expected<void> meter(const CellPart& cell);
     /// To nothing, far away: what is `shown` of the tile's.
     [[nodiscard]] Expected<void> clearSurfaces(GLuint framebuffer);
     /// Notes that a program was drawn with, in a pass: what other lights would draw in its place is to be made some
@@ -133,12 +144,12 @@ struct Renderer::Impl {
     };
     std::vector<Kin> kin;
     GLuint vertexArray = 0, emptyArray = 0;
-    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, lookBuffer = 0, frameBuffer = 0, materialBuffer = 0,
-           materialTexture = 0;
+    GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, frameBuffer = 0;
     GLuint white = 0;  ///< of one pixel: an image that nobody says
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     VolumeTextures volumes;
+    LookTable looks;
     TileBuffers tile, ids;
     LightBuffers lights;
     EnvironmentTexture surroundings;
@@ -162,6 +173,12 @@ struct Renderer::Impl {
         std::uint32_t first = 0, end = 0;
     };
     std::vector<Span> inCell;
+    /// Where on the screen it may show, in pixels; once for all cells.
+    struct CallPlace {
+        Footprint around;
+        bool known = false;  ///< else only the planes around a cell tell
+    };
+    std::vector<CallPlace> callPlaces;
     std::vector<TriangleRun> runs;
     // Of the pass: calls that the cell may show, and their records, in order.
     std::vector<std::uint32_t> inPass;
@@ -174,13 +191,21 @@ struct Renderer::Impl {
     std::vector<GLint> baseVertices;
     std::vector<std::uint8_t> rgbx;  ///< of `draw`
     Duration readBackTime{};
+    std::uint64_t looksUploaded = 0;
     std::uint64_t triangles = 0, glCalls = 0, states = 0, pixels = 0, lightsLeftOut = 0, shadowsLeftOut = 0,
                   scopesLeftOut = 0;
     PixelRect scissor;
     /// Parts of the tile in this cell where items may be seen, and of those where transparent ones may.
     std::vector<PixelRect> shown, blending;
     std::array<float, 4> background{};  ///< as a screen shows it
-    ProgramKind scene;                  ///< what all programs of the list share
+    /// Of the picture: by cell, the classes of squares of the screen, row by row from below.
+    struct MeteredCell {
+        int left = 0, bottom = 0, columns = 0, rows = 0;  ///< squares
+        std::size_t pitch = 0;                            ///< bytes
+        std::vector<std::uint8_t> classes;
+    };
+    std::vector<MeteredCell> metered;
+    ProgramKind scene;  ///< what all programs of the list share
 };
 
 }  // namespace tessera

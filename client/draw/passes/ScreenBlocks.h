@@ -21,8 +21,9 @@ public:
     /// None, of those that this rectangle of the cell's pixels shares in.
     explicit ScreenBlocks(const PixelRect& within);
 
-    /// What may be drawn there; its pixels are those of the cell. `reachPx`: how far it may stand out beside that.
-    void add(Footprint footprint, double reachPx);
+    /// What may be drawn there, in pixels of a screen on which the cell's lower left corner lies there. Anywhere where
+    /// that is not known.
+    void add(const Footprint& footprint, int cellX, int cellY);
     void addAll() { rows_ = all_; }
     void add(const ScreenBlocks& other);
     [[nodiscard]] bool full() const { return rows_ == all_; }

@@ -1,5 +1,6 @@
 // What is done to each pixel of a cell after the first pass: light, then what is transparent.
 #include "client/draw/passes/RendererImpl.h"
+#include "common/wall/LightHistogram.h"
 
 namespace tessera {
 namespace {
@@ -21,6 +22,8 @@ ProgramKind::Use useOf(Pass pass) {
         case Pass::kLightRest:
         case Pass::kRestAlone:
             return Use::kLightRest;
+        case Pass::kMeter:
+            return Use::kMeter;
         case Pass::kCopy:
             return Use::kCopy;
         case Pass::kSpread:
@@ -41,6 +44,8 @@ Expected<void> Renderer::Impl::drawCell(const DrawList& list, const ScreenCamera
     if (auto begun = beginCell(list, screen, cell, tile); !begun) return begun;
     if (auto drawn = issue(0, calls.opaqueCount(), ProgramKind::Use::kSurface); !drawn) return drawn;
     if (auto lit = lightSurfaces(); !lit) return lit;
+    if (list.environment.metered)
+        if (auto read = meter(cell); !read) return read;
     return blendTransparent();
 }
 
@@ -66,6 +71,9 @@ Expected<void> Renderer::Impl::enter(Pass pass) {
             break;
         case Pass::kRestAlone:
             framebuffer = tile.rest();
+            break;
+        case Pass::kMeter:
+            framebuffer = tile.meter();
             break;
         case Pass::kCopy:
         case Pass::kSpread:
@@ -127,24 +135,21 @@ Expected<void> Renderer::Impl::drawOver(Pass pass, std::span<const PixelRect> pa
     return {};
 }
 
-/// A framebuffer is cleared faster than parts of it are drawn over, where they are most of it. Of one sample a surface
-/// is read only where its depth says that there is one; unless the background is a picture, which is lit as surfaces
-/// are.
+/// Of one sample a surface is read only where its depth says that there is one; unless the background is a picture,
+/// which is lit as surfaces are. Mesa fills depth alone faster than parts of it are drawn over, where they are most of
+/// it. Colours of 64 bits it fills by a call for each sample: drawing over all of them takes half of that time.
 Expected<void> Renderer::Impl::clearSurfaces(GLuint framebuffer) {
+    if (samples > 1) return drawOver(Pass::kClear, shown);
     std::int64_t covered = 0;
     for (const PixelRect& part : shown) covered += std::int64_t{part.width} * part.height;
-    const bool depthAlone = samples == 1 && !backgroundIsLit();
-    const Pass wanted = depthAlone ? Pass::kClearDepth : Pass::kClear;
-    if (samples == 1)
-        if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;
-    if (3 * covered < 2 * std::int64_t{tile.widthPx()} * tile.heightPx()) return drawOver(wanted, shown);
-    if (auto expected = drawOver(wanted, {}); !expected) return expected;
-    const std::array<GLuint, 4> nothing{};
+    const bool depthAlone = !backgroundIsLit();
+    if (auto expected = drawOver(depthAlone ? Pass::kClear : Pass::kClearDepth, {}); !expected) return expected;
+    if (!depthAlone || 3 * covered < 2 * std::int64_t{tile.widthPx()} * tile.heightPx())
+        return drawOver(depthAlone ? Pass::kClearDepth : Pass::kClear, shown);
+    if (auto expected = drawOver(Pass::kClearDepth, {}); !expected) return expected;
     const float farthest = 0;
     gl.Disable(GL_SCISSOR_TEST);
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
-    const GLint colors = depthAlone ? 0 : scene.detail ? 2 : 1;
-    for (GLint i = 0; i < colors; ++i) gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, i, nothing.data());
     gl.Enable(GL_SCISSOR_TEST);
     return {};
 }
@@ -173,10 +178,49 @@ Expected<void> Renderer::Impl::lightSurfaces() {
     return drawOver(Pass::kLightRest, shown);
 }
 
+/// What is solid, as the first of its samples has it; what is transparent is looked through.
+Expected<void> Renderer::Impl::meter(const CellPart& cell) {
+    constexpr int kSide = LightHistogram::kSquarePx;
+    static_assert(kCellWidthPx % kSide == 0 && kCellHeightPx % kSide == 0, "a square lies in one cell");
+    const auto squaresOf = [](const PixelRect& pixels) {
+        const int left = LightHistogram::squareFrom(pixels.x), bottom = LightHistogram::squareFrom(pixels.y);
+        return PixelRect{.x = left,
+                         .y = bottom,
+                         .width = LightHistogram::squareFrom(pixels.x + pixels.width) - left,
+                         .height = LightHistogram::squareFrom(pixels.y + pixels.height) - bottom};
+    };
+    const PixelRect own = squaresOf(cell.inCell);
+    if (own.width == 0 || own.height == 0) return {};
+    const auto framebuffer = tile.meter();
+    if (!framebuffer) return tl::unexpected(framebuffer.error());
+    const std::array<GLuint, 4> nothing{};
+    gl.Disable(GL_SCISSOR_TEST);
+    gl.ClearNamedFramebufferuiv(*framebuffer, GL_COLOR, 0, nothing.data());
+    gl.Enable(GL_SCISSOR_TEST);
+    std::vector<PixelRect> parts;
+    for (const PixelRect& part : shown)
+        if (const PixelRect squares = squaresOf(part); squares.width > 0 && squares.height > 0)
+            parts.push_back(squares);
+    gl.Viewport(0, 0, kCellWidthPx / kSide, kCellHeightPx / kSide);
+    const auto drawn = drawOver(Pass::kMeter, parts);
+    gl.Viewport(0, 0, cell.camera.pixels.width, cell.camera.pixels.height);
+    if (!drawn) return drawn;
+    const int toScreenX = (cell.onScreen.x - cell.inCell.x) / kSide,
+              toScreenY = (cell.onScreen.y - cell.inCell.y) / kSide;
+    MeteredCell& read = metered.emplace_back();
+    read = {.left = own.x + toScreenX, .bottom = own.y + toScreenY, .columns = own.width, .rows = own.height};
+    read.pitch = (static_cast<std::size_t>(own.width) + 3) / 4 * 4;
+    read.classes.resize(read.pitch * static_cast<std::size_t>(own.height));
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, *framebuffer);
+    const GlState::Pixels layout(gl, {.packRowPx = static_cast<int>(read.pitch)});
+    gl.ReadPixels(own.x, own.y, own.width, own.height, GL_RED_INTEGER, GL_UNSIGNED_BYTE, read.classes.data());
+    return {};
+}
+
 void Renderer::Impl::bindSurfaces() {
     gl.BindTextureUnit(0, tile.surfaceTexture());
     gl.BindTextureUnit(1, tile.depthTexture());
-    gl.BindTextureUnit(2, materialTexture);
+    gl.BindTextureUnit(2, looks.materialTexture());
     if (scene.detail) gl.BindTextureUnit(kDetailUnit, tile.detailTexture());
     lights.bind(kLightUnit, kListUnit);
     surroundings.bind(kSurroundingsUnit);

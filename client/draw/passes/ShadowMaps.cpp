@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 namespace tessera {
 
-ShadowMaps::ShadowMaps(GlState& gl) : gl_(gl) {
+ShadowMaps::ShadowMaps(GlState& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
     gl_.CreateSamplers(1, &sampler_);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
         gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
@@ -13,78 +15,219 @@ ShadowMaps::ShadowMaps(GlState& gl) : gl_(gl) {
         gl_.SamplerParameteri(sampler_, filter, GL_LINEAR);
     gl_.SamplerParameteri(sampler_, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     gl_.SamplerParameteri(sampler_, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
+    gl_.CreateFramebuffers(1, &framebuffer_);
     // Small, and of the format that programs are compiled for; sides that are powers of two, as all that follow have: a
     // software rasteriser compiles for that, too.
     makeTexture(64, 1);
 }
 
 ShadowMaps::~ShadowMaps() {
+    for (const auto& [layer, texture] : kept_) gl_.DeleteTextures(1, &texture);
     gl_.DeleteFramebuffers(1, &framebuffer_);
     gl_.DeleteTextures(1, &texture_);
     gl_.DeleteSamplers(1, &sampler_);
 }
 
 void ShadowMaps::makeTexture(int sidePx, int layers) {
-    if (texture_) gl_.DeleteTextures(1, &texture_);
-    if (!framebuffer_) gl_.CreateFramebuffers(1, &framebuffer_);
     gl_.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
     gl_.TextureStorage3D(texture_, 1, GL_DEPTH_COMPONENT32F, sidePx, sidePx, layers);
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, 0);
 }
 
-Expected<void> ShadowMaps::reach(int layers) {
-    if (layers <= layers_) return {};
-    layers_ = layers;
+Expected<void> ShadowMaps::reachLayers() {
+    if (layers_ == textureLayers_) return {};
+    const GLuint before = texture_;
     makeTexture(kSunMapPx, layers_);
-    drawn_.clear();
+    if (textureLayers_ > 0)
+        gl_.CopyImageSubData(before, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, texture_, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0,
+                             kSunMapPx, kSunMapPx, textureLayers_);
+    gl_.DeleteTextures(1, &before);
+    textureLayers_ = layers_;
     return gl_.check("making room for shadows");
 }
 
-void ShadowMaps::attach(std::size_t view) {
-    gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, places_[view].layer);
+void ShadowMaps::addLayer(bool large) {
+    const int side = large ? kSunMapPx : kSpotMapPx, maps = large ? 1 : 4;
+    for (int i = 0; i < maps; ++i)
+        slots_.push_back({.layer = layers_,
+                          .rect = {.x = i % 2 * side, .y = i / 2 * side, .width = side, .height = side},
+                          .drawn = nullptr,
+                          .before = nullptr});
+    ++layers_;
 }
 
-Expected<std::vector<std::size_t>> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
+/// The one that has not been used for longest.
+std::size_t ShadowMaps::findSlot(const PixelRect& rect, std::uint64_t usedBefore,
+                                 const std::vector<bool>& taken) const {
+    std::size_t found = kNone;
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+        if (!taken[i] && slots_[i].rect == rect && slots_[i].usedIn < usedBefore &&
+            (found == kNone || slots_[i].usedIn < slots_[found].usedIn))
+            found = i;
+    return found;
+}
+
+Expected<void> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
     casters_ = std::move(casters);
     views_.clear();
-    if (!casters_) return std::vector<std::size_t>();
-    views_ = casters_->views;
+    slotOf_.clear();
+    if (!casters_) return {};
+    if (!told_ || std::exchange(frameBegins_, false)) ++frame_;
+    views_ = casters_->all();
     middle_ = near_ = casters_->sun;
-    if (casters_->middle) middle_ = near_ = views_.size(), views_.push_back(casters_->middle);
-    if (casters_->near) near_ = views_.size(), views_.push_back(casters_->near);
-    // Large ones first, whatever the order of the lights.
-    const std::vector<Place> before = std::move(places_);
-    places_.assign(views_.size(), {});
-    int layers = 0, small = 0;
-    for (const bool large : {true, false}) {
-        for (std::size_t i = 0; i < views_.size(); ++i) {
-            const int side = views_[i]->camera.pixels.width;
-            if ((side == kSunMapPx) != large) continue;
-            if (large) {
-                places_[i] = {.layer = layers++, .rect = {.x = 0, .y = 0, .width = side, .height = side}};
-            } else {
-                places_[i] = {
-                    .layer = layers + small / 4,
-                    .rect = {.x = small % 2 * side, .y = small / 2 % 2 * side, .width = side, .height = side}};
-                ++small;
-            }
-        }
+    if (casters_->middle) middle_ = near_ = casters_->views.size();
+    if (casters_->near) near_ = views_.size() - 1;
+    // A small one lies in the quarter of its number among the small ones.
+    std::vector<PixelRect> rects;
+    int small = 0;
+    for (const auto& view : views_) {
+        const int side = view->camera.pixels.width, quarter = side == kSunMapPx ? 0 : small++ % 4;
+        rects.push_back({.x = quarter % 2 * side, .y = quarter / 2 * side, .width = side, .height = side});
     }
-    if (auto room = reach(layers + (small + 3) / 4); !room) return tl::unexpected(room.error());
-    drawn_.resize(views_.size());
-    std::vector<std::size_t> stale;
+    slotOf_.assign(views_.size(), kNone);
+    std::vector<bool> taken(slots_.size(), false);
+    const auto take = [&](std::size_t view, std::size_t slot) {
+        slotOf_[view] = slot;
+        if (slot != kNone) taken[slot] = true;
+    };
+    for (std::size_t i = 0; i < views_.size(); ++i)
+        for (std::size_t s = 0; s < slots_.size() && slotOf_[i] == kNone; ++s)
+            if (!taken[s] && slots_[s].drawn && slots_[s].drawn->kin == views_[i]->kin && slots_[s].rect == rects[i])
+                take(i, s);
+    for (std::size_t i = 0; i < views_.size(); ++i)
+        if (slotOf_[i] == kNone) take(i, findSlot(rects[i], frame_ - 1, taken));
     for (std::size_t i = 0; i < views_.size(); ++i) {
-        const bool moved = i >= before.size() || before[i] != places_[i];
-        if (moved || drawn_[i] != views_[i]) stale.push_back(i);
+        if (slotOf_[i] != kNone) continue;
+        const bool fits = bytes() + kLayerBytes <= budgetBytes_;
+        std::size_t slot = findSlot(rects[i], fits ? frame_ - 1 : frame_ + 1, taken);
+        if (slot == kNone) {
+            addLayer(rects[i].width == kSunMapPx);
+            taken.resize(slots_.size(), false);
+            slot = findSlot(rects[i], 1, taken);
+        }
+        take(i, slot);
     }
-    return stale;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        Slot& slot = slots_[slotOf_[i]];
+        slot.usedIn = frame_;
+        if (slot.drawn && slot.drawn->kin != views_[i]->kin) slot.drawn = nullptr;
+    }
+    return reachLayers();
 }
 
-std::vector<std::array<float, 4>> ShadowMaps::texels(const ScreenCamera& camera) const {
-    std::vector<std::array<float, 4>> texels;
-    for (std::size_t i = 0; casters_ && i < casters_->views.size(); ++i) {
+PixelRect ShadowMaps::inLayer(const Slot& slot, const PixelRect& rect) {
+    return {.x = slot.rect.x + rect.x, .y = slot.rect.y + rect.y, .width = rect.width, .height = rect.height};
+}
+
+ShadowMaps::Update ShadowMaps::update(std::size_t index) {
+    Slot& slot = slots_[slotOf_[index]];
+    const ShadowView& view = *views_[index];
+    Update update;
+    if (slot.drawn && slot.drawn->state == view.state) return update;
+    update.any = true;
+    slot.before = std::exchange(slot.drawn, nullptr);
+    const bool kept = std::exchange(slot.keeps, false) && slot.before;
+    MapBlocks everything;
+    everything.add(slot.rect);
+    if (!slot.before) {
+        update.still = update.moving = everything;
+        update.throughKept = !view.moving.empty() && makeKept(slot.layer);
+        if (update.throughKept) update.copied = everything;
+        return update;
+    }
+    const ShadowView& before = *slot.before;
+    const bool known = before.state >= view.still->knownAfter;
+    if (!known) update.still = everything;
+    for (const StillCasters::Change& change : view.still->changes)
+        if (known && change.state > before.state) update.still.add(inLayer(slot, change.rect));
+    MapBlocks moved = update.still;
+    const auto addOthers = [&](const std::vector<ShadowCaster>& of, const std::vector<ShadowCaster>& than) {
+        std::set<std::pair<ObjectId, std::uint64_t>> same;
+        for (const ShadowCaster& caster : than) same.emplace(caster.item.node, caster.since);
+        for (const ShadowCaster& caster : of)
+            if (!same.contains({caster.item.node, caster.since})) moved.add(inLayer(slot, caster.rect));
+    };
+    addOthers(before.moving, view.moving);
+    addOthers(view.moving, before.moving);
+    update.moving = moved;
+    if (kept) {
+        update.throughKept = true;
+        update.copied = moved;
+    } else if (before.moving.empty()) {
+        // The map has what rests and nothing else.
+        update.keep = !view.moving.empty() && makeKept(slot.layer);
+    } else {
+        update.still = moved;
+    }
+    return update;
+}
+
+void ShadowMaps::setDrawn(std::size_t index, const Update& update) {
+    Slot& slot = slots_[slotOf_[index]];
+    slot.before = nullptr;
+    slot.drawn = views_[index];
+    slot.keeps = (update.throughKept || update.keep) && !slot.drawn->moving.empty();
+    dropKept(slot.layer);
+}
+
+bool ShadowMaps::makeKept(int layer) {
+    if (kept_.contains(layer)) return true;
+    if (bytes() + kLayerBytes > budgetBytes_) return false;
+    GLuint texture = 0;
+    gl_.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+    gl_.TextureStorage2D(texture, 1, GL_DEPTH_COMPONENT32F, kSunMapPx, kSunMapPx);
+    kept_[layer] = texture;
+    return true;
+}
+
+/// Where no map of the layer keeps anything.
+void ShadowMaps::dropKept(int layer) {
+    const auto kept = kept_.find(layer);
+    if (kept == kept_.end()) return;
+    const auto needs = [layer](const Slot& slot) { return slot.layer == layer && slot.keeps; };
+    if (std::ranges::any_of(slots_, needs)) return;
+    gl_.DeleteTextures(1, &kept->second);
+    kept_.erase(kept);
+}
+
+void ShadowMaps::forget() {
+    for (Slot& slot : slots_) slot.drawn = nullptr;
+}
+
+void ShadowMaps::attach(std::size_t view, bool kept) {
+    const int layer = slots_[slotOf_[view]].layer;
+    if (kept)
+        gl_.NamedFramebufferTexture(framebuffer_, GL_DEPTH_ATTACHMENT, kept_.at(layer), 0);
+    else
+        gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, layer);
+}
+
+void ShadowMaps::keep(std::size_t view) {
+    const Slot& slot = slots_[slotOf_[view]];
+    const PixelRect& r = slot.rect;
+    gl_.CopyImageSubData(texture_, GL_TEXTURE_2D_ARRAY, 0, r.x, r.y, slot.layer, kept_.at(slot.layer), GL_TEXTURE_2D, 0,
+                         r.x, r.y, 0, r.width, r.height, 1);
+}
+
+void ShadowMaps::copyKept(std::size_t view, const MapBlocks& blocks) {
+    const Slot& slot = slots_[slotOf_[view]];
+    for (const PixelRect& r : blocks.rectangles())
+        gl_.CopyImageSubData(kept_.at(slot.layer), GL_TEXTURE_2D, 0, r.x, r.y, 0, texture_, GL_TEXTURE_2D_ARRAY, 0, r.x,
+                             r.y, slot.layer, r.width, r.height, 1);
+}
+
+ShadowMaps::Texels ShadowMaps::texels(const ScreenCamera& camera) const {
+    Texels texels;
+    for (std::size_t light = 0; casters_ && light < casters_->firstOf.size(); ++light) {
+        const std::size_t i = casters_->firstOf[light];
+        if (casters_->countOf(light) == kCubeViews) {
+            texels.lights.resize(texels.lights.size() + kTexels);
+            texels.lights[texels.lights.size() - kTexels + 5] = {-1, static_cast<float>(texels.cubes.size()), 0, 0};
+            for (std::size_t side = 0; side < kCubeViews; ++side) addTexels(i + side, camera, texels.cubes);
+            continue;
+        }
         const bool sun = i == casters_->sun;
-        for (const std::size_t view : {sun ? near_ : i, sun ? middle_ : i, i}) addTexels(view, camera, texels);
+        for (const std::size_t view : {sun ? near_ : i, sun ? middle_ : i, i}) addTexels(view, camera, texels.lights);
     }
     return texels;
 }
@@ -92,7 +235,8 @@ std::vector<std::array<float, 4>> ShadowMaps::texels(const ScreenCamera& camera)
 void ShadowMaps::addTexels(std::size_t index, const ScreenCamera& camera,
                            std::vector<std::array<float, 4>>& texels) const {
     const ScreenCamera& view = views_[index]->camera;
-    const PixelRect& place = places_[index].rect;
+    const Slot& slot = slots_[slotOf_[index]];
+    const PixelRect& place = slot.rect;
     const double metres = std::cbrt(std::abs(camera.eye_T_world.linear().determinant()));
     const Mat4d clip = view.clip_T_eye * (view.eye_T_world * camera.eye_T_world.inverse()).matrix();
     // Pixel (ndc + 1) / 2 · side + corner; depth reversed, as FrameBlock has it.
@@ -107,7 +251,7 @@ void ShadowMaps::addTexels(std::size_t index, const ScreenCamera& camera,
     const double pixel = 2 / (view.clip_T_eye(0, 0) * place.width) * metres;
     const bool spot = view.clip_T_eye(3, 3) == 0;
     texels.push_back({spot ? 0 : static_cast<float>(pixel), spot ? static_cast<float>(pixel) : 0,
-                      static_cast<float>(places_[index].layer), 0});
+                      static_cast<float>(slot.layer), 0});
     const auto shareOf = [](int px) { return static_cast<float>(px) / kSunMapPx; };
     texels.push_back({shareOf(place.x + 4), shareOf(place.y + 4), shareOf(place.x + place.width - 4),
                       shareOf(place.y + place.height - 4)});

@@ -1,63 +1,109 @@
 /// The depths that lights see, in one texture.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <vector>
 
 #include "client/draw/passes/LightClusters.h"
+#include "client/draw/passes/MapBlocks.h"
 #include "client/draw/surface/GlState.h"
 #include "client/render/scene/ShadowCasters.h"
 
 namespace tessera {
 
-/// Layers of 2048 pixels a side: first of one map each, then of four maps of 1024. So where a map lies in its layer,
-/// and all that is computed from it, does not depend on how many there are. Belongs to the surface's thread.
+/// Layers of 2048 pixels a side, of one map each or of four maps of 1024. Which layer a map lies in shows nowhere;
+/// where it lies there follows from the list alone, so that all that is computed from it does, too.
+///
+/// A map stays as long as its view's kin is asked for: in this frame, in the one before, or for longer while there is
+/// room. Where something moves in it, a layer beside it keeps the depths of what rests: then the map is that, in some
+/// blocks, and what moves drawn over it. Belongs to the surface's thread.
 class ShadowMaps {
 public:
     static constexpr std::size_t kTexels = 18;
 
-    explicit ShadowMaps(GlState& gl);
+    /// Above the budget maps go that are not asked for now, and nothing is kept beside them.
+    ShadowMaps(GlState& gl, std::size_t budgetBytes);
     /// The surface is current, or gone.
     ~ShadowMaps();
     ShadowMaps(const ShadowMaps&) = delete;
     ShadowMaps& operator=(const ShadowMaps&) = delete;
 
-    /// Makes room, and names the views that must be drawn: those that are not there yet.
-    [[nodiscard]] Expected<std::vector<std::size_t>> begin(std::shared_ptr<const ShadowCasters> casters);
+    /// What is asked for until the next one belongs to one frame. Where nobody says so each `begin` is a frame.
+    void beginFrame() { told_ = frameBegins_ = true; }
+    /// Makes room for the maps of these casters.
+    [[nodiscard]] Expected<void> begin(std::shared_ptr<const ShadowCasters> casters);
+    [[nodiscard]] std::size_t views() const { return views_.size(); }
     [[nodiscard]] const ShadowView& view(std::size_t index) const { return *views_[index]; }
-    void setDrawn(std::size_t index) { drawn_[index] = views_[index]; }
-    /// Of the layer that a view's map is in, until the next call.
-    void attach(std::size_t view);
-    [[nodiscard]] GLuint framebuffer() const { return framebuffer_; }
     /// Where the map of a view lies in its layer.
-    [[nodiscard]] PixelRect place(std::size_t view) const { return places_[view].rect; }
-    /// What shaders read of each light besides itself, kTexels each: of three views, the finest first, where there is
-    /// none the next one again (Lighting.glsl): a matrix, by rows, from the screen's eye space to the texture and
-    /// depth, all times w; how large a pixel of the map is (at w = 0, and for each w more), in metres, and the layer;
-    /// the rectangle.
-    [[nodiscard]] std::vector<std::array<float, 4>> texels(const ScreenCamera& camera) const;
+    [[nodiscard]] const PixelRect& place(std::size_t view) const { return slots_[slotOf_[view]].rect; }
+
+    /// What makes a view's map what it should be, in this order. Blocks are those of the layer.
+    struct Update {
+        bool any = false;          ///< else it is
+        bool throughKept = false;  ///< what rests is drawn into the layer beside the map; else into the map
+        MapBlocks still;           ///< empty these, and draw what rests and meets them
+        bool keep = false;         ///< copy all of the map to the layer beside it
+        MapBlocks copied;          ///< copy these from that layer to the map
+        MapBlocks moving;          ///< draw into the map what moves and meets these
+    };
+    /// Until `setDrawn` nothing is known of the map any more.
+    [[nodiscard]] Update update(std::size_t view);
+    /// To draw into the map, or the layer beside it.
+    void attach(std::size_t view, bool kept);
+    [[nodiscard]] GLuint framebuffer() const { return framebuffer_; }
+    void keep(std::size_t view);
+    void copyKept(std::size_t view, const MapBlocks& blocks);
+    void setDrawn(std::size_t view, const Update& update);
+    /// Maps may show what they should no longer: all are drawn anew.
+    void forget();
+
+    /// What shaders read of each light besides itself (Lighting.glsl), kTexels each: of three views, the finest first,
+    /// where there is none the next one again: a matrix, by rows, from the screen's eye space to the texture and depth,
+    /// all times w; how large a pixel of the map is (at w = 0, and for each w more), in metres, and the layer; the
+    /// rectangle. Of a point light in place of the first rectangle -1, and where among `cubes` its six views begin.
+    struct Texels {
+        std::vector<std::array<float, 4>> lights, cubes;
+    };
+    [[nodiscard]] Texels texels(const ScreenCamera& camera) const;
     [[nodiscard]] static std::array<float, 2> pixelSize() { return {1.0f / kSunMapPx, 1.0f / kSunMapPx}; }
     void bind(GLuint unit) const;
-    [[nodiscard]] std::size_t bytes() const {
-        return std::size_t{4} * kSunMapPx * kSunMapPx * static_cast<std::size_t>(layers_);
-    }
+    [[nodiscard]] std::size_t bytes() const { return kLayerBytes * (static_cast<std::size_t>(layers_) + kept_.size()); }
 
 private:
-    struct Place {
+    static constexpr std::size_t kLayerBytes = std::size_t{4} * kSunMapPx * kSunMapPx;
+    static constexpr std::size_t kNone = ~std::size_t{0};
+    struct Slot {
         int layer = 0;
         PixelRect rect;
-        bool operator==(const Place&) const = default;
+        std::shared_ptr<const ShadowView> drawn;   ///< null: nothing is known of it
+        std::shared_ptr<const ShadowView> before;  ///< while an update runs
+        bool keeps = false;                        ///< the layer beside has what rests of `drawn`
+        std::uint64_t usedIn = 0;
     };
+    [[nodiscard]] std::size_t findSlot(const PixelRect& rect, std::uint64_t usedBefore,
+                                       const std::vector<bool>& taken) const;
+    void addLayer(bool large);
+    [[nodiscard]] Expected<void> reachLayers();
+    [[nodiscard]] bool makeKept(int layer);
+    void dropKept(int layer);
+    /// A rectangle of the map's pixels in those of the layer.
+    [[nodiscard]] static PixelRect inLayer(const Slot& slot, const PixelRect& rect);
     void makeTexture(int sidePx, int layers);
-    [[nodiscard]] Expected<void> reach(int layers);
     void addTexels(std::size_t view, const ScreenCamera& camera, std::vector<std::array<float, 4>>& texels) const;
 
     GlState& gl_;
+    std::size_t budgetBytes_;
     GLuint texture_ = 0, sampler_ = 0, framebuffer_ = 0;
-    int layers_ = 0;
-    std::vector<Place> places_;
+    int layers_ = 0, textureLayers_ = 0;
+    std::map<int, GLuint> kept_;  ///< by layer
+    std::vector<Slot> slots_;
     std::shared_ptr<const ShadowCasters> casters_;
-    std::vector<std::shared_ptr<const ShadowView>> views_, drawn_;  ///< the sun's finer ones are the last
-    std::size_t middle_ = 0, near_ = 0;                             ///< among them; the sun's own where there is none
+    std::vector<std::shared_ptr<const ShadowView>> views_;  ///< the sun's finer ones are the last
+    std::vector<std::size_t> slotOf_;                       ///< by view
+    std::size_t middle_ = 0, near_ = 0;                     ///< among them; the sun's own where there is none
+    std::uint64_t frame_ = 1;
+    bool told_ = false, frameBegins_ = false;
 };
 
 }  // namespace tessera

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "client/draw/passes/LookTable.h"
 #include "client/draw/store/DrawForms.h"
-#include "common/drawable/Drawable.h"
 
 namespace tessera {
 
@@ -21,19 +21,20 @@ Expected<bool> UploadAhead::step(Renderer& renderer, const Aspect& aspect, const
         std::reverse(contents_.begin(), contents_.end());
         if (contents_.empty()) return false;
         MeshSize size;
-        std::unordered_set<BlobId> counted;
+        std::unordered_set<MeshKey, MeshKeyHash> counted;
         for (const SceneContent& content : contents_) {
-            const Drawable drawable = drawableOf(aspect, content.geometry);
-            if (!drawable) continue;
-            const MeshArrays arrays = drawable.at(content.fineness).arrays();
-            if (counted.insert(arrays.positions.id()).second) size += sizeOf(arrays);
+            MeshArrays arrays = content.mesh->arrays;
+            // As large as with tangents, which are made when it is its turn.
+            const bool mapped = !arrays.normals.empty() && normalMapOf(aspect, content.material);
+            arrays.tangents = mapped ? arrays.positions : Blob();
+            if (counted.insert(content.mesh->key).second) size += sizeOf(arrays);
         }
         if (auto room = renderer.expectMeshes(size); !room) return tl::unexpected(room.error());
         return true;
     }
     while (!contents_.empty()) {
         const SceneContent& next = contents_.back();
-        const auto prepared = renderer.prepare(aspect, next.geometry, next.material, bytes, next.fineness);
+        const auto prepared = renderer.prepare(aspect, next, bytes);
         if (!prepared) return tl::unexpected(prepared.error());
         if (prepared->full) {
             contents_.clear();

@@ -21,17 +21,12 @@ PersonPrograms::PersonPrograms() {
     known_.emplace(kError, Known{.text = {.surface = shader_text::kErrorSurface, .vertex = {}, .uniforms = {}}});
 }
 
-bool PersonPrograms::isBad(const Aspect& aspect, const Material& material) {
-    const SurfaceProgram* program = programOf(aspect, material);
-    return program && program->verdict == SurfaceProgram::kBad;
-}
-
-std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& material) {
+PersonPrograms::Found PersonPrograms::find(const Aspect& aspect, const Material& material) {
     const SurfaceProgram* program = programOf(aspect, material);
     if (!program || program->verdict == SurfaceProgram::kUntried || program->verdict == SurfaceProgram::kHeavy)
-        return kNone;
-    if (program->verdict != SurfaceProgram::kGood) return kError;
-    if (uniformOfAnotherShape(aspect, material)) return kNone;
+        return {};
+    if (program->verdict != SurfaceProgram::kGood) return {.drawn = kError};
+    if (uniformOfAnotherShape(aspect, material)) return {};
     const auto [it, isNew] = ids_.try_emplace({program->surface, program->vertex}, next_);
     if (isNew) {
         Known known;
@@ -46,9 +41,9 @@ std::uint32_t PersonPrograms::find(const Aspect& aspect, const Material& materia
     Known& known = known_.at(it->second);
     clock_.use(known.uses);
     known.object = material.program;
-    if (known.refused) return kError;
-    if (known.heldUpFor > Duration::zero()) return kNone;
-    return known.text.surface.empty() && known.text.vertex.empty() ? kNone : it->second;
+    if (known.refused) return {.drawn = kError, .known = it->second};
+    const bool left = known.heldUpFor > Duration::zero() || (known.text.surface.empty() && known.text.vertex.empty());
+    return {.drawn = left ? kNone : it->second, .known = it->second};
 }
 
 PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person,
@@ -69,19 +64,21 @@ PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& mate
             continue;
         }
         const auto* image = uniform && uniform->image ? aspect.get<Image>(uniform->image) : nullptr;
-        const GLuint texture = image ? textures.find(*image, ImageUse::kColor) : 0;
-        values.maps.push_back({texture, texture ? textures.sampler(*image) : 0});
+        const TextureCache::Found texture = image ? textures.find(*image, ImageUse::kColor) : nullptr;
+        values.maps.push_back({texture, texture ? TextureCache::samplerOf(*image) : TextureCache::SamplerKey{}});
     }
     return values;
 }
 
 void PersonPrograms::refused(std::uint32_t person, std::string problem) {
     known_.at(person).refused = true;
+    ++changes_;
     trouble_ = "a program of a material: " + personProblem(problem);
 }
 
 void PersonPrograms::holdsUp(std::uint32_t person, Duration took) {
     known_.at(person).heldUpFor = std::max(took, Duration(1));
+    ++changes_;
 }
 
 std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
@@ -91,10 +88,12 @@ std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
         if (known.heldUpFor == Duration::zero()) continue;
         const auto* program = aspect.get<SurfaceProgram>(known.object);
         if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first ||
-            program->vertex != texts.second)
+            program->vertex != texts.second) {
             known.heldUpFor = {};
-        else
+            ++changes_;
+        } else {
             all.push_back({known.object, known.heldUpFor});
+        }
     }
     return all;
 }
@@ -107,6 +106,7 @@ std::vector<std::uint32_t> PersonPrograms::forgetUnused() {
         if (*candidate.key != kError) gone.push_back(*candidate.key);
     }
     for (const std::uint32_t id : gone) known_.erase(id);
+    changes_ += !gone.empty();
     if (!gone.empty()) std::erase_if(ids_, [this](const auto& entry) { return !known_.contains(entry.second); });
     return gone;
 }

@@ -19,7 +19,8 @@ namespace tessera {
 struct PersonValues {
     std::vector<std::array<float, 4>> numbers;
     struct Map {
-        GLuint texture = 0, sampler = 0;
+        TextureCache::Found texture;  ///< null: white
+        TextureCache::SamplerKey sampler = 0;
     };
     std::vector<Map> maps;
     float reach = 0;
@@ -36,8 +37,12 @@ public:
 
     explicit PersonPrograms();
     /// What a material is drawn with: nothing before the server has tried its program, the error's where that is bad.
-    [[nodiscard]] static bool isBad(const Aspect& aspect, const Material& material);
-    [[nodiscard]] std::uint32_t find(const Aspect& aspect, const Material& material);
+    /// Holds while `changes` stays as it is.
+    struct Found {
+        std::uint32_t drawn = kNone;  ///< with
+        std::uint32_t known = kNone;  ///< the text's own number, whatever is drawn with
+    };
+    [[nodiscard]] Found find(const Aspect& aspect, const Material& material);
     /// A uniform that the material does not say is 0, an image that it does not say, or that is not here, white.
     [[nodiscard]] PersonValues valuesOf(const Aspect& aspect, const Material& material, std::uint32_t person,
                                         TextureCache& textures) const;
@@ -52,6 +57,12 @@ public:
     [[nodiscard]] bool isRefused(std::uint32_t person) const { return known_.at(person).refused; }
     /// Of the last that was refused; empty: none.
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
+    /// Grows when what `find` has said may be otherwise now, though no material is.
+    [[nodiscard]] std::uint64_t changes() const { return changes_; }
+    /// What an earlier draw has found, as Found::known, is needed in this one too.
+    void use(std::uint32_t known) {
+        if (known > kError) clock_.use(known_.at(known).uses);
+    }
     /// As Renderer::beginFrame; a tile's, or a part's.
     void beginFrame() { clock_.beginFrame(); }
     void beginDraw() { clock_.beginDraw(); }
@@ -72,6 +83,7 @@ private:
     std::map<std::uint32_t, Known> known_;
     std::uint32_t next_ = kError + 1;
     std::string trouble_;
+    std::uint64_t changes_ = 0;
     UseClock clock_;
 };
 

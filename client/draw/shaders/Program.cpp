@@ -9,9 +9,11 @@
 #include "client/draw/shaders/LoopWatch.h"
 #include "client/draw/shaders/PersonPrograms.h"
 #include "client/draw/shaders/ShaderText.h"
+#include "client/draw/shaders/ToneCurves.h"
 #include "client/draw/store/DrawForms.h"
 #include "client/draw/store/VolumeTextures.h"
 #include "common/cores/SurfaceParts.h"
+#include "common/wall/LightHistogram.h"
 
 namespace tessera {
 namespace {
@@ -43,7 +45,7 @@ const char* screenDepthOf(const ProgramKind& kind) {
     using Use = ProgramKind::Use;
     if (kind.use == Use::kLightOne && kind.samples == 1)
         return kind.studio ? "0.0" : kind.environment ? "(frame.surround[1].w > 0.5 ? 0.0 : 1e-30)" : "1e-30";
-    if (kind.use == Use::kClear) return "0.0";
+    if (kind.use == Use::kClear || kind.use == Use::kMeter) return "0.0";
     return kind.use == Use::kLightRest ? "0.9" : kind.use == Use::kLight ? "0.6" : "0.5";
 }
 
@@ -62,10 +64,39 @@ constexpr std::array<std::pair<const char*, const char*>, 8> kLayerLookups = {{{
                                                                                {"samplerCube", "fromOrigin"},
                                                                                {"sampler3D", "inSolid"}}};
 
+/// What the shaders call values that are ours. No directive of theirs has a number of its own.
+std::string namesOfValues() {
+    std::string text;
+    const auto name = [&](const char* what, auto value) {
+        text += fmt::format("#define {} {}\n", what, static_cast<int>(value));
+    };
+    name("LIGHTS_ALL", LightLists::kAll);
+    name("LIGHTS_CLUSTERS", LightLists::kClusters);
+    name("LIGHTS_SHADOWS", LightLists::kShadows);
+    name("LIGHTS_SUN", LightLists::kSun);
+    name("LIGHTS_SUNS", LightLists::kSuns);
+    name("LIGHTS_FEW", LightLists::kFew);
+    name("MAP_BASE_COLOR", bitOf(ImageMap::kBaseColor));
+    name("MAP_METALLIC_ROUGHNESS", bitOf(ImageMap::kMetallicRoughness));
+    name("MAP_NORMAL", bitOf(ImageMap::kNormal));
+    name("MAP_OCCLUSION", bitOf(ImageMap::kOcclusion));
+    name("MAP_EMISSIVE", bitOf(ImageMap::kEmissive));
+    name("DETAIL_MAPS", kDetailMaps);
+    name("POINT_COLORS", kPointColors);
+    name("POINT_NORMALS", kPointNormals);
+    name("POINT_TEXCOORDS", kPointTexcoords);
+    name("POINT_STRETCHED", kPointStretched);
+    name("MARCH_KIND", kMarchKind);
+    name("MARCH_SHADED", kMarchShaded);
+    name("MARCH_MAXIMUM", kMarchMaximum);
+    name("MARCH_EACH_SAMPLE", kMarchEachSample);
+    return text;
+}
+
 /// Version, switches and blocks: the same in front of both stages.
 std::string headOf(const ProgramKind& kind, const PersonText* person) {
     using Use = ProgramKind::Use;
-    std::string head;
+    std::string head = namesOfValues();
     const auto define = [&](bool wanted, const char* name) {
         if (wanted) head += fmt::format("#define {}\n", name);
     };
@@ -73,11 +104,16 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.faceted, "FACETED");
     define(kind.layers != 0, "LAYERS");
     define(person != nullptr, "PERSON");
-    define(person && !person->vertex.empty(), "MOVED");
+    const bool moved = person && !person->vertex.empty();
+    define(moved, "MOVED");
+    // What a person's program moves turns its normals, and says nothing of tangents.
+    const bool tangents = kind.tangents && !moved;
+    define(tangents, "TANGENTS");
     define(person || kind.faceted || kind.layers != 0 || kind.use == Use::kBlend ||
-               (kind.maps & bitOf(ImageMap::kNormal)) != 0,
+               ((kind.maps & bitOf(ImageMap::kNormal)) != 0 && !tangents),
            "POSITION");
     head += fmt::format("#define {} {}\n", formOf(kind.items).define, kind.pointParts);
+    define(formOf(kind.items).fetched != nullptr, "FETCHED");
     define(kind.large, "LARGE");
     define(kind.masked, "MASKED");
     define(kind.plain, "PLAIN");
@@ -85,6 +121,8 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.coated, "COATED");
     define(kind.glossy, "GLOSSY");
     define(kind.scoped, "SCOPED");
+    define(kind.cubes, "CUBES");
+    define(kind.oneSun, "ONE_SUN");
     define(kind.environment, "ENVIRONMENT");
     define(kind.studio, "STUDIO");
     define(kind.use == Use::kNodeIds, "NODE");
@@ -94,15 +132,32 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(inItem, "IN_ITEM");
     define(inItem || (kind.items == DrawKind::kPoints && (kind.pointParts & kPointStretched) != 0), "ROWS");
     define(kind.use == Use::kLightRest, "REST");
-    define(kind.use == Use::kLightOne, "ONE_SURFACE");
+    define(kind.use == Use::kLightOne || kind.use == Use::kMeter, "ONE_SURFACE");
+    if (kind.use == Use::kMeter) {
+        using Light = LightHistogram;
+        head += fmt::format(
+            "#define METER\n#define LEAST_STOPS {}.0\n#define CLASSES_PER_STOP {}.0\n"
+            "#define MOST_CLASSES {}.0\n",
+            Light::kLeastStops, Light::kClassesPerStop, Light::kClasses);
+        // The middle of the one pixel of a square that is looked at.
+        head += fmt::format("#define PIXEL ({}.0 * gl_FragCoord.xy + {})\n", Light::kSquarePx,
+                            Light::kPlaceInSquare + 0.5 - 0.5 * Light::kSquarePx);
+    } else if (isLit(kind.use)) {
+        head += fmt::format("#define PIXEL gl_FragCoord.xy\n#define TONE_CURVE {}\n", toneCurveOf(kind.toneMap));
+    }
     head += fmt::format("#define SCREEN_DEPTH {}\n", screenDepthOf(kind));
     for (unsigned i = 0; i < Material::kMostLayers; ++i)
         if (const auto& [sampler, place] = kLayerLookups[kind.layers >> (kLayerBits * i) & 7u]; *sampler)
             head += fmt::format("#define LAYER{}_SAMPLER {}\n#define LAYER{}_PLACE {}\n", i, sampler, i, place);
     if (kind.look) head += fmt::format("#define MAPS {}\n", kind.maps);
     head += fmt::format("#define SAMPLES {}\n#define LIGHTS {}\n", kind.samples, static_cast<int>(kind.lists));
+    define(kind.lists == LightLists::kSun || kind.lists == LightLists::kSuns, "SUNS_ALONE");
     define(lightsScreen(kind), "FRAME_PASSED_ON");
     return head + shader_text::kBlocks;
+}
+
+std::string toScreen() {
+    return std::string(shader_text::kToneCurves) + shader_text::kToneMapping;
 }
 
 /// What draws an item, without what points have before it.
@@ -118,15 +173,16 @@ std::string itemFragmentOf(const ProgramKind& kind) {
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
+        case Use::kMeter:
             return std::string("#define PASSED flat in\n") + shader_text::kPassedFrame + shader_text::kLighting +
-                   shader_text::kToneMapping + shader_text::kReadSurface + shader_text::kLightFragment;
+                   (kind.use == Use::kMeter ? std::string() : toScreen()) + shader_text::kReadSurface +
+                   shader_text::kLightFragment;
         case Use::kBlend:
             if (rowOf(kind.items).volume)
                 return fmt::format("#define MOST_SAMPLES {}\n#define BRICK_SIDE {}.0\n#define BRICK_INVERSE {}\n",
                                    kMostMarchSamples + 2, VolumeBricks::kSide, 1.0 / VolumeBricks::kSide) +
-                       shader_text::kLighting + shader_text::kToneMapping + shader_text::kVolumeFragment;
-            return std::string(shader_text::kLighting) + shader_text::kToneMapping + shader_text::kSurface +
-                   shader_text::kBlendFragment;
+                       shader_text::kLighting + toScreen() + shader_text::kVolumeFragment;
+            return shader_text::kLighting + toScreen() + shader_text::kSurface + shader_text::kBlendFragment;
         case Use::kCopy:
             return shader_text::kCopyFragment;
         case Use::kSpread:
@@ -165,6 +221,7 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kLightOne:
         case Use::kLight:
         case Use::kLightRest:
+        case Use::kMeter:
             return std::string("#define PASSED flat out\n") + shader_text::kPassedFrame + shader_text::kScreenVertex;
         case Use::kClear:
         case Use::kClassify:
@@ -225,7 +282,8 @@ LayerLookup lookupOf(std::int64_t source, std::int64_t shape) {
 
 bool isLit(ProgramKind::Use use) {
     using Use = ProgramKind::Use;
-    return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kBlend;
+    return use == Use::kLightOne || use == Use::kLight || use == Use::kLightRest || use == Use::kMeter ||
+           use == Use::kBlend;
 }
 
 std::array<std::uint32_t, 2> packedMaterial(std::uint32_t material, const std::array<float, 4>& color) {
@@ -239,7 +297,7 @@ ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, b
     kind.lists = lists;
     kind.scoped = scoped;
     kind.environment = environment;
-    kind.studio = false;
+    kind.studio = kind.cubes = kind.oneSun = false;
     return kind;
 }
 
@@ -254,14 +312,21 @@ ProgramKind shadowOf(const ProgramKind& surface) {
         kind.maps = surface.person ? surface.maps : surface.maps & bitOf(ImageMap::kBaseColor);
     kind.look = surface.masked || surface.person;
     kind.faceted = surface.person && surface.faceted;
+    kind.tangents = surface.tangents && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
     return kind;
 }
 
-Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind, const PersonText* person) {
+ProgramText programText(const ProgramKind& kind, const PersonText* person) {
     const std::string head = headOf(kind, person);
-    const auto vertex = compile(gl, GL_VERTEX_SHADER, beginningOf(kind, person, false) + head + vertexOf(kind));
+    return {.vertex = beginningOf(kind, person, false) + head + vertexOf(kind),
+            .fragment = beginningOf(kind, person, true) + head + fragmentOf(kind)};
+}
+
+Expected<Program> Program::create(const GlFunctions& gl, const ProgramKind& kind, const PersonText* person) {
+    const ProgramText text = programText(kind, person);
+    const auto vertex = compile(gl, GL_VERTEX_SHADER, text.vertex);
     if (!vertex) return tl::unexpected(vertex.error());
-    const auto fragment = compile(gl, GL_FRAGMENT_SHADER, beginningOf(kind, person, true) + head + fragmentOf(kind));
+    const auto fragment = compile(gl, GL_FRAGMENT_SHADER, text.fragment);
     if (!fragment) {
         gl.DeleteShader(*vertex);
         return tl::unexpected(fragment.error());

@@ -20,13 +20,21 @@ struct Sun {
     std::array<float, 4> radiance{};
 };
 
+/// A light without a cone that falls off by the square of distance: LightClusters.h, LightTexels.
+struct PlainLight {
+    std::array<float, 4> place{0, 0, 1, 1}, radiance{};
+};
+/// One that is infinitely far away, and others: of a scene that has no more, `kFew`. Those that there are not are dark.
+inline constexpr std::size_t kMostLamps = 4;
+using FewLights = std::array<PlainLight, 1 + kMostLamps>;
+
 /// What all items of one draw share; std140.
 struct FrameBlock {
     std::array<float, 16> clip_T_eye;  ///< columns; depth 1 at the near plane, 0 infinitely far away
     std::array<float, 16> eye_T_clip;
     /// Rows. Where the surroundings are a picture, turned as that is.
     std::array<std::array<float, 4>, 3> world_R_eye;
-    std::array<float, 4> sky, ground;
+    std::array<float, 4> sky, ground;   ///< sky's w: what radiance is multiplied by, of the exposure
     std::array<float, 4> clipPerPixel;  ///< 2 / width, 2 / height
     /// Scale and offset of LightClusters' slices; how many lights are everybody's, and that or 1.
     std::array<float, 4> slices;
@@ -41,8 +49,9 @@ struct FrameBlock {
     /// Upwards in eye space, and how high above the ground the eye is, in metres; the ground's middle in eye space, and
     /// 1 / its reach in metres.
     std::array<std::array<float, 4>, 2> studio;
+    FewLights few;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48 + 16 + 32);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 48 + 48 + 16 + 144 + 16 + 96 + 16 + 48 + 16 + 32 + 160);
 
 /// One drawn item: vertex attributes that advance by instance, so that neighbours of one mesh and one state are one
 /// call, and those of one state change nothing between their calls. On llvmpipe that saves about 10 µs an item and
@@ -66,6 +75,8 @@ struct ItemBlock {
 static_assert(sizeof(ItemBlock) == 256);
 /// Their attributes follow those of vertices: six rows, size, node.
 inline constexpr GLuint kFirstItemAttribute = 5, kItemSize = kFirstItemAttribute + 6, kItemNode = kItemSize + 1;
+/// Of vertices again; of those that have one.
+inline constexpr GLuint kTangentAttribute = kItemNode + 1;
 /// Where the vertex array of meshes takes vertices from, and records.
 inline constexpr GLuint kVertexBinding = 0, kItemBinding = 1;
 
@@ -134,15 +145,17 @@ struct MaterialTexels {
 };
 inline constexpr std::size_t kMaxMaterials = 1 << 14;
 
-/// Where a program looks for lights.
+/// Where a program looks for lights; the shaders have a name for each (LIGHTS_…).
 enum class LightLists : std::uint8_t {
-    kNone,      ///< all that there are are everybody's
+    kAll,       ///< each one that there is, everywhere
     kClusters,  ///< in its cluster's list
     kShadows,   ///< there, and among those that have shadows
     kSun,       ///< nowhere: it is one alone, infinitely far away, and FrameBlock says it; or there is none
     kSuns,      ///< the same of up to kMostSuns
+    kFew,       ///< nowhere: FrameBlock says them, see FewLights
 };
-inline constexpr std::array<LightLists, 5> kAllLightLists = {LightLists::kSun, LightLists::kSuns, LightLists::kNone,
+inline constexpr std::array<LightLists, 6> kAllLightLists = {LightLists::kSun,      LightLists::kSuns,
+                                                             LightLists::kFew,      LightLists::kAll,
                                                              LightLists::kClusters, LightLists::kShadows};
 
 /// What a program is for, and what distinguishes those for the same thing.
@@ -154,6 +167,7 @@ struct ProgramKind {
         kLightOne,   ///< pixels whose samples all show the same
         kLight,      ///< the others
         kLightRest,  ///< and what else there is in them
+        kMeter,      ///< how bright one of each square of pixels is (LightHistogram.h)
         kBlend,      ///< what is transparent
         kCopy,       ///< before it: the picture into all samples, the rest into those that show it
         kSpread,
@@ -171,29 +185,39 @@ struct ProgramKind {
     bool faceted = false;
     DrawKind items = DrawKind::kTriangles;
     std::uint8_t pointParts =
-        0;                ///< of points, and kPointStretched (DrawForms.h); of what is marched how (VolumeTextures.h)
-    bool masked = false;  ///< what alpha leaves away is not there
-    bool large = false;   ///< its item is a uniform block
-    bool plain = false;   ///< of one colour, the material's
+        0;                  ///< of points, and kPointStretched (DrawForms.h); of what is marched how (VolumeTextures.h)
+    bool masked = false;    ///< what alpha leaves away is not there
+    bool large = false;     ///< its item is a uniform block
+    bool plain = false;     ///< of one colour, the material's
+    bool tangents = false;  ///< its vertices have some, for its normal map
     std::uint32_t person = 0;  ///< of PersonPrograms: a person's text
     // Of whole scenes: the same on every tile.
     bool detail = false;  ///< images say more than colours and normals: 64 bits more of each sample
     bool coated = false;  ///< something has lacquer
     bool glossy = false;  ///< something says how it reflects, or is Phong's (DrawList.h)
     bool scoped = false;  ///< some light does not light everything
-    LightLists lists = LightLists::kNone;
+    LightLists lists = LightLists::kAll;
+    bool cubes = false;        ///< some light with shadows shines to all sides
+    bool oneSun = false;       ///< there is one light, a sun, and that has shadows
     bool environment = false;  ///< light from everywhere is a picture's
     bool studio = false;       ///< where nothing is there is a ground
+    std::uint8_t toneMap = 0;  ///< Environment's, of what shows light
     int samples = 1;           ///< of those that read samples, choose some, or find each one's depth
     auto operator<=>(const ProgramKind&) const = default;
 };
 
 /// Whether light is computed in it.
 [[nodiscard]] bool isLit(ProgramKind::Use use);
-/// The same for other lights, or other surroundings; in no studio.
+/// The same for other lights, or other surroundings; in no studio, without `cubes` and `oneSun`.
 [[nodiscard]] ProgramKind otherwiseLit(ProgramKind kind, LightLists lists, bool environment, bool scoped);
 /// Of a surface: what draws the same thing as a light sees it.
 [[nodiscard]] ProgramKind shadowOf(const ProgramKind& surface);
+
+/// What GL compiles: GLSL of both stages.
+struct ProgramText {
+    std::string vertex, fragment;
+};
+[[nodiscard]] ProgramText programText(const ProgramKind& kind, const PersonText* person = nullptr);
 
 /// One linked program; destroyed with the renderer, on the surface's thread.
 class Program {

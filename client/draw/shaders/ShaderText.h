@@ -7,7 +7,7 @@ namespace tessera::shader_text {
 /// Uniform blocks: what a frame and what a material is.
 extern const char kBlocks[];
 /// What comes with a vertex and of its item: what the vertex shader of everything with a mesh begins with. LARGE: where
-/// it has its item from.
+/// it has its item from; FETCHED: a function `void fetch()` finds the vertex by its number.
 extern const char kItemInputs[];
 /// That shader. One text for all programs and all tiles, its position invariant:
 /// coordinates, and so seams, are the same in each of them. TRIANGLES, POINTS, LINES: what it makes them of; SURFACE,
@@ -21,17 +21,20 @@ extern const char kPointVertex[];
 extern const char kPointFragment[];
 /// `Surface`: what is said of a pixel.
 extern const char kSurfaceStruct[];
-/// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits: which images,
-/// see ImageMap), POSITION, FACETED; PERSON: then what a person's `void surface(inout Surface)` makes of it.
+/// What a material and its images say of a pixel: `Surface surface()`, for all that follow. MAPS (bits of MAP_…: which
+/// images), POSITION, FACETED; PERSON: then what a person's `void surface(inout Surface)` makes of it.
 extern const char kSurface[];
 /// A normal in the bits that the first pass has for it.
 extern const char kPackNormal[];
 /// First pass of what is solid: material, colour and normal of each sample, packed into 64 bits; DETAIL: and into 64
 /// more what images say besides. MASKED: by alpha. SAMPLES.
 extern const char kPackFragment[];
-/// Light: environment, lights of the cluster. COATED: lacquer.
+/// Light: environment and lights. LIGHTS: where these are looked for (LIGHTS_…); SUNS_ALONE: all are suns, and the
+/// frame says them. COATED: lacquer.
 extern const char kLighting[];
-/// From radiance to what a screen shows.
+/// The curves that are to be had of brighter light (ToneCurves.h), each a function.
+extern const char kToneCurves[];
+/// From radiance to what a screen shows, after kToneCurves. TONE_CURVE: which.
 extern const char kToneMapping[];
 /// A triangle around the whole screen, at SCREEN_DEPTH; with FRAME_PASSED_ON it hands the frame's block on.
 extern const char kScreenVertex[];
@@ -44,7 +47,8 @@ extern const char kClearFragment[];
 /// Second pass, after kReadSurface, of several samples: what is to be done in a pixel, as its depth. DETAIL.
 extern const char kClassifyFragment[];
 /// After kLighting, kToneMapping, kReadSurface: light on what the samples of a pixel show. SAMPLES; ONE_SURFACE where
-/// they all show the same; REST for the surfaces of a pixel beside its first.
+/// they all show the same; REST for the surfaces of a pixel beside its first; METER: instead how bright one pixel of a
+/// square is, without kToneMapping.
 extern const char kLightFragment[];
 /// What is transparent: surface and light in one.
 extern const char kBlendFragment[];

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/geometry/MeshCopies.h"
 #include "common/math/Decompositions.h"
 #include "common/math/Srgb.h"
 
@@ -43,8 +44,9 @@ struct VertexArrays {
           normals(arrays.normals.as<float>()),
           texcoords(arrays.texcoords.as<float>()),
           texcoords1(arrays.texcoords1.as<float>()),
+          tangents(arrays.tangents.as<float>()),
           colors(arrays.colors.as<std::uint8_t>()) {}
-    std::span<const float> positions, normals, texcoords, texcoords1;
+    std::span<const float> positions, normals, texcoords, texcoords1, tangents;
     std::span<const std::uint8_t> colors;
 
     [[nodiscard]] MeshVertex vertex(std::size_t i) const {
@@ -60,6 +62,21 @@ struct VertexArrays {
                        static_cast<std::uint16_t>(colors[4 * i + 3] * 257)};
         if (!texcoords.empty()) v.texcoord = {texcoords[2 * i], texcoords[2 * i + 1]};
         if (!texcoords1.empty()) v.texcoord1 = {texcoords1[2 * i], texcoords1[2 * i + 1]};
+        return v;
+    }
+    [[nodiscard]] MappedVertex mapped(std::size_t i) const {
+        MappedVertex v{.vertex = vertex(i), .tangent = {}};
+        const std::span<const float> t = tangents.subspan(4 * i, 4);
+        const float longest = std::max({std::abs(t[0]), std::abs(t[1]), std::abs(t[2])});
+        constexpr float kOne = 32767;
+        // Whatever length an array gives it.
+        if (longest > 0) {
+            const Vec3f along = Vec3f(t[0], t[1], t[2]) / longest;
+            const Vec3f unit = kOne / along.norm() * along;
+            for (std::size_t k = 0; k < 3; ++k)
+                v.tangent[k] = static_cast<std::int16_t>(std::lround(unit[static_cast<Eigen::Index>(k)]));
+        }
+        v.tangent[3] = static_cast<std::int16_t>(t[3] < 0 ? -kOne : kOne);
         return v;
     }
 };
@@ -78,7 +95,8 @@ void tellUnits(const ByteRange& units, const std::function<void(ByteSpan)>& tell
 // ---- triangles: vertices and indices as they come ------------------------------------------------------------------
 
 std::array<MeshPart, 2> partsOfTriangles(const MeshArrays& arrays) {
-    return {{{MeshStore::kVertices, countOf(arrays), 1}, {MeshStore::kIndices, 3 * triangleCount(arrays), 1}}};
+    return {{{arrays.tangents.empty() ? MeshStore::kVertices : MeshStore::kMappedVertices, countOf(arrays), 1},
+             {MeshStore::kIndices, 3 * triangleCount(arrays), 1}}};
 }
 
 void writeTriangles(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
@@ -86,7 +104,10 @@ void writeTriangles(const MeshArrays& arrays, MeshStore store, const ByteRange& 
     if (store == MeshStore::kIndices)
         return tell(std::as_bytes(arrays.indices.as<std::uint32_t>().subspan(units.begin, units.end - units.begin)));
     const VertexArrays vertices(arrays);
-    tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t i) { to.push_back(vertices.vertex(i)); });
+    if (store == MeshStore::kMappedVertices)
+        tellUnits<MappedVertex>(units, tell, [&](auto& to, std::uint64_t i) { to.push_back(vertices.mapped(i)); });
+    else
+        tellUnits<MeshVertex>(units, tell, [&](auto& to, std::uint64_t i) { to.push_back(vertices.vertex(i)); });
 }
 
 constexpr DrawForm::Follows kTrianglesFollow[] = {{0, 3 * sizeof(float), MeshStore::kVertices},
@@ -94,6 +115,12 @@ constexpr DrawForm::Follows kTrianglesFollow[] = {{0, 3 * sizeof(float), MeshSto
                                                   {2, 4, MeshStore::kVertices},
                                                   {3, 2 * sizeof(float), MeshStore::kVertices},
                                                   {5, 2 * sizeof(float), MeshStore::kVertices},
+                                                  {0, 3 * sizeof(float), MeshStore::kMappedVertices},
+                                                  {1, 3 * sizeof(float), MeshStore::kMappedVertices},
+                                                  {2, 4, MeshStore::kMappedVertices},
+                                                  {3, 2 * sizeof(float), MeshStore::kMappedVertices},
+                                                  {5, 2 * sizeof(float), MeshStore::kMappedVertices},
+                                                  {7, 4 * sizeof(float), MeshStore::kMappedVertices},
                                                   {4, sizeof(std::uint32_t), MeshStore::kIndices}};
 
 // ---- lines: four vertices each, of two triangles -------------------------------------------------------------------
@@ -141,17 +168,21 @@ PointTexel texel(float x, float y, float z, std::uint32_t last) {
     return {std::bit_cast<std::uint32_t>(x), std::bit_cast<std::uint32_t>(y), std::bit_cast<std::uint32_t>(z), last};
 }
 
+/// Four bytes as they stand; white where there are none.
+std::uint32_t colorBits(std::span<const std::uint8_t> colors, std::uint64_t i) {
+    if (colors.empty()) return 0xffffffffu;
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 4; ++k) bits |= std::uint32_t{colors[4 * i + k]} << (8 * k);
+    return bits;
+}
+
 void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units,
                  const std::function<void(ByteSpan)>& tell) {
     const VertexArrays points(arrays);
     const std::uint8_t parts = pointPartsOf(arrays);
     tellUnits<PointTexel>(units, tell, [&](auto& to, std::uint64_t i) {
-        std::uint32_t color = 0xffffffffu;
-        if (!points.colors.empty()) {
-            color = 0;
-            for (std::size_t k = 0; k < 4; ++k) color |= std::uint32_t{points.colors[4 * i + k]} << (8 * k);
-        }
-        to.push_back(texel(points.positions[3 * i], points.positions[3 * i + 1], points.positions[3 * i + 2], color));
+        to.push_back(texel(points.positions[3 * i], points.positions[3 * i + 1], points.positions[3 * i + 2],
+                           colorBits(points.colors, i)));
         if (parts & kPointNormals)
             to.push_back(texel(points.normals[3 * i], points.normals[3 * i + 1], points.normals[3 * i + 2], 0));
         if (parts & kPointTexcoords) {
@@ -164,11 +195,77 @@ void writePoints(const MeshArrays& arrays, MeshStore, const ByteRange& units,
     });
 }
 
+DrawForm::Fetched fetchedOfPoints(const MeshArrays& arrays) {
+    return {.things = countOf(arrays),
+            .numberBits = std::bit_width(kNumbersPerPoint) - 1u,
+            .indicesEach = kIndicesPerPoint};
+}
+
 constexpr DrawForm::Follows kPointsFollow[] = {{0, 3 * sizeof(float), MeshStore::kTexels},
                                                {1, 3 * sizeof(float), MeshStore::kTexels},
                                                {2, 4, MeshStore::kTexels},
                                                {3, 2 * sizeof(float), MeshStore::kTexels},
                                                {5, 2 * sizeof(float), MeshStore::kTexels}};
+
+// ---- copies: the mesh once, and where it stands; shaders put them together ------------------------------------------
+
+constexpr std::uint64_t kTexelsPerCopy = 3, kTexelsPerCorner = 2;
+/// About so many triangles have indices: as many as one call draws.
+constexpr std::uint64_t kTrianglesAtOnce = 16384;
+
+std::uint64_t trianglesOfCopy(const MeshArrays& arrays) {
+    return arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+}
+
+DrawForm::Fetched fetchedOfCopies(const MeshArrays& arrays) {
+    const std::uint64_t copies = copyCount(arrays), triangles = std::max<std::uint64_t>(trianglesOfCopy(arrays), 1);
+    return {.things = trianglesOfCopy(arrays) > 0 ? copies : 0,
+            .before = (kTexelsPerCorner * countOf(arrays) + kTexelsPerCopy - 1) / kTexelsPerCopy,
+            .numberBits = static_cast<unsigned>(std::bit_width(std::max<std::uint64_t>(countOf(arrays), 1) - 1)),
+            .indicesEach = static_cast<std::uint32_t>(3 * triangles),
+            .atOnce = static_cast<std::uint32_t>(
+                std::clamp<std::uint64_t>(kTrianglesAtOnce / triangles, 1, std::max<std::uint64_t>(copies, 1)))};
+}
+
+std::array<MeshPart, 2> partsOfCopies(const MeshArrays& arrays) {
+    const DrawForm::Fetched fetched = fetchedOfCopies(arrays);
+    return {{{MeshStore::kTexels, fetched.before + copyCount(arrays), kTexelsPerCopy},
+             {MeshStore::kIndices, fetched.atOnce * trianglesOfCopy(arrays), 3}}};
+}
+
+/// The mesh's corners, two texels each, in as many units as they take; then a unit for each copy, which says how many
+/// texels before it the corners begin.
+void writeCopies(const MeshArrays& arrays, MeshStore store, const ByteRange& units,
+                 const std::function<void(ByteSpan)>& tell) {
+    const DrawForm::Fetched fetched = fetchedOfCopies(arrays);
+    if (store == MeshStore::kIndices)
+        return tellUnits<std::uint32_t>(
+            units, tell, [&, indices = arrays.indices.as<std::uint32_t>()](auto& to, std::uint64_t triangle) {
+                const std::uint64_t copy = 3 * triangle / fetched.indicesEach,
+                                    first = 3 * triangle % fetched.indicesEach;
+                for (std::uint64_t i = first; i < first + 3; ++i)
+                    to.push_back(static_cast<std::uint32_t>(copy << fetched.numberBits) + indices[i]);
+            });
+    const VertexArrays corners(arrays);
+    const std::span<const MeshCopy> copies = arrays.copies.as<MeshCopy>();
+    const auto corner = [&](std::uint64_t at) {
+        const std::span<const float> of = at % kTexelsPerCorner == 0 ? corners.positions : corners.normals;
+        const std::uint64_t i = 3 * (at / kTexelsPerCorner);
+        return i + 2 < of.size() ? texel(of[i], of[i + 1], of[i + 2], 0) : PointTexel{};
+    };
+    tellUnits<PointTexel>(units, tell, [&](auto& to, std::uint64_t unit) {
+        if (unit < fetched.before) {
+            for (std::uint64_t k = 0; k < kTexelsPerCopy; ++k) to.push_back(corner(kTexelsPerCopy * unit + k));
+            return;
+        }
+        const std::uint64_t i = unit - fetched.before;
+        const MeshCopy& copy = copies[i];
+        to.push_back(texel(copy.place[0], copy.place[1], copy.place[2], colorBits(corners.colors, i)));
+        to.push_back(texel(copy.turn[0], copy.turn[1], copy.turn[2], std::bit_cast<std::uint32_t>(copy.turn[3])));
+        to.push_back({std::bit_cast<std::uint32_t>(copy.width), std::bit_cast<std::uint32_t>(copy.length),
+                      static_cast<std::uint32_t>(kTexelsPerCopy * unit), 0});
+    });
+}
 
 // ---- particles: four vertices each, of two triangles ---------------------------------------------------------------
 
@@ -234,7 +331,7 @@ constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<
             .write = writeParticles,
             .follows = follows,
             .normals = true,
-            .fetched = false,
+            .fetched = nullptr,
             .size = kind == DrawKind::kStreaks ? scaleOfStreaks : scaleOfParticles};
 }
 
@@ -245,7 +342,7 @@ constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {
             .write = writeTriangles,
             .follows = {},
             .normals = true,
-            .fetched = false,
+            .fetched = nullptr,
             .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }};
 }
 
@@ -256,7 +353,7 @@ constexpr DrawForm kForms[] = {
      .write = writeTriangles,
      .follows = kTrianglesFollow,
      .normals = false,
-     .fetched = false,
+     .fetched = nullptr,
      .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
     {.kind = DrawKind::kPoints,
      .define = "POINTS",
@@ -264,7 +361,7 @@ constexpr DrawForm kForms[] = {
      .write = writePoints,
      .follows = kPointsFollow,
      .normals = true,
-     .fetched = true,
+     .fetched = fetchedOfPoints,
      // As the eye has it, or the item where that stretches balls; as the item has it.
      .size =
          [](const DrawItem& item, const Mat3d& eye_R_item) {
@@ -279,7 +376,7 @@ constexpr DrawForm kForms[] = {
      .write = writeLines,
      .follows = {},
      .normals = true,
-     .fetched = false,
+     .fetched = nullptr,
      // Of a surface's own edges how much nearer they lie: on it they would be half hidden by it.
      .size =
          [](const DrawItem& item, const Mat3d&) {
@@ -291,6 +388,14 @@ constexpr DrawForm kForms[] = {
     formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
     formOfVolumes(DrawKind::kMarched, "MARCHED"),
     formOfVolumes(DrawKind::kSlices, "SLICES"),
+    {.kind = DrawKind::kGlyphs,
+     .define = "GLYPHS",
+     .parts = partsOfCopies,
+     .write = writeCopies,
+     .follows = {},
+     .normals = false,
+     .fetched = fetchedOfCopies,
+     .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
 };
 static_assert([] {
     for (const DrawKindRow& row : kDrawKinds)
@@ -323,6 +428,7 @@ MeshSize sizeOf(const MeshArrays& arrays) {
 }
 
 std::uint8_t pointPartsOf(const MeshArrays& arrays) {
+    if (!arrays.copies.empty()) return static_cast<std::uint8_t>(fetchedOfCopies(arrays).numberBits);
     if (arrays.primitive != Primitive::kPoints) return 0;
     std::uint8_t parts = 0;
     if (!arrays.colors.empty()) parts |= kPointColors;
@@ -334,6 +440,7 @@ std::uint8_t pointPartsOf(const MeshArrays& arrays) {
 MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
     MeshArrays outline = arrays;
     outline.indices = Blob();
+    outline.tangents = Blob();
     outline.primitive = Primitive::kLines;
     outline.pointRadius = 0;
     outline.lineWidth = fill == Material::kCorners ? kSquares : 0;

@@ -20,6 +20,12 @@ struct MeshVertex {
     std::array<float, 2> texcoord, texcoord1;
 };
 static_assert(sizeof(MeshVertex) == 48);
+/// One of a mesh that is drawn with a normal map.
+struct MappedVertex {
+    MeshVertex vertex;
+    std::array<std::int16_t, 4> tangent;  ///< along u, of unit length or zero, and the side; as numbers up to 1
+};
+static_assert(sizeof(MappedVertex) == 56);
 
 /// Of points, which a vertex shader fetches by its number: position and colour (RGBA bytes, sRGB); then their normal,
 /// where they have some; then both texture coordinates, where they have any.
@@ -32,11 +38,11 @@ inline constexpr std::uint8_t kPointColors = 1, kPointNormals = 2, kPointTexcoor
 [[nodiscard]] bool isStretched(const Mat3d& linear);
 
 /// GL's buffers of meshes, each of one sort of element.
-enum class MeshStore : std::uint8_t { kVertices, kIndices, kTexels };
-inline constexpr std::size_t kMeshStores = 3;
+enum class MeshStore : std::uint8_t { kVertices, kMappedVertices, kIndices, kTexels };
+inline constexpr std::size_t kMeshStores = 4;
 [[nodiscard]] constexpr std::size_t elementBytes(MeshStore store) {
-    constexpr std::array<std::size_t, kMeshStores> kBytes = {sizeof(MeshVertex), sizeof(std::uint32_t),
-                                                             sizeof(PointTexel)};
+    constexpr std::array<std::size_t, kMeshStores> kBytes = {sizeof(MeshVertex), sizeof(MappedVertex),
+                                                             sizeof(std::uint32_t), sizeof(PointTexel)};
     return kBytes[static_cast<std::size_t>(store)];
 }
 
@@ -71,15 +77,23 @@ struct DrawForm {
     };
     std::span<const Follows> follows;  ///< none: ranges tell nothing, and meshes are written anew
     bool normals;                      ///< there always are some, whatever the arrays say
-    /// Vertices are fetched by their number (PointVertex.glsl), with indices that all such meshes share.
-    bool fetched;
+    /// Null where vertices are attributes. Else they are fetched by their number, from what the first part holds, and
+    /// things are what is drawn of a mesh, not triangles.
+    struct Fetched {
+        std::uint64_t things = 0;
+        std::uint64_t before = 0;       ///< units of the first part that are none of them
+        unsigned numberBits = 0;        ///< the vertices of a thing have 2^numberBits numbers
+        std::uint32_t indicesEach = 3;  ///< of a thing
+        std::uint32_t atOnce = 0;       ///< so many have indices, the second part; 0: those that all points share
+    };
+    Fetched (*fetched)(const MeshArrays&);
     /// ItemRecord::size.
     std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
 };
 [[nodiscard]] const DrawForm& formOf(DrawKind kind);
 
 [[nodiscard]] MeshSize sizeOf(const MeshArrays& arrays);
-/// See kPointColors; 0 of others.
+/// See kPointColors; of copies Fetched::numberBits; 0 of others.
 [[nodiscard]] std::uint8_t pointPartsOf(const MeshArrays& arrays);
 
 /// The edges of triangles as lines, each once; or their corners, each a line from it to itself, which is drawn as a

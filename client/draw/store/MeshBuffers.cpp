@@ -6,18 +6,21 @@
 #include <utility>
 #include <vector>
 
+#include "common/drawable/TangentArrays.h"
+
 namespace tessera {
 namespace {
 
 constexpr std::uint64_t kFirstCapacity = 8 * 1024;
 
-/// What lies in GL is the same whatever the radius of points is.
-MeshKey withoutRadius(MeshKey key) {
-    key.pointRadius = 0;
-    return key;
-}
-
 }  // namespace
+
+MeshArrays drawnArrays(const DrawMesh& mesh, const Image* normalMap) {
+    if (normalMap) return withTangents(mesh.arrays, *normalMap);
+    MeshArrays arrays = mesh.arrays;
+    arrays.tangents = Blob();
+    return arrays;
+}
 
 MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes)
     : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {
@@ -36,8 +39,15 @@ MeshBuffers::~MeshBuffers() {
 
 void MeshBuffers::beginDraw() {
     clock_.beginDraw();
+    const auto drop = [this](const std::shared_ptr<Mesh>& mesh) {
+        release(*mesh);
+        mesh->gone = true;
+    };
     clock_.giveWay(
-        meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, [this](const Mesh& mesh) { release(mesh); });
+        meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, drop);
+    // One content may come by ever new handles.
+    constexpr std::size_t kHandlesEach = 4, kHandlesMore = 4096;
+    if (known_.size() > kHandlesEach * meshes_.size() + kHandlesMore) known_.clear();
 }
 
 std::size_t MeshBuffers::residentBytes() const {
@@ -46,69 +56,80 @@ std::size_t MeshBuffers::residentBytes() const {
     return used.bytes();
 }
 
-std::optional<MeshRange> MeshBuffers::find(const Drawable& drawable) {
-    const MeshKey key = withoutRadius(drawable.key());
-    auto it = meshes_.find(key);
-    if (it == meshes_.end()) {
-        if (!drawable.resident()) return std::nullopt;
-        const MeshArrays arrays = drawable.arrays();
-        if (takeOver(key, arrays)) {
-            it = meshes_.find(key);
-        } else {
-            const std::optional<Mesh> made = allocate(arrays);
-            if (!made) return std::nullopt;
-            it = meshes_.emplace(key, *made).first;
-        }
-        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
-    }
-    Mesh& mesh = it->second;
-    clock_.use(mesh.uses);
-    if (mesh.refused) return std::nullopt;
-    if (mesh.written < mesh.toWrite) writeOn(drawable.arrays(), mesh, ~std::size_t{0});
-    return mesh.range;
+/// What lies in GL is the same whatever the radius of points is.
+MeshBuffers::Key MeshBuffers::keyOf(const MeshKey& mesh, std::int64_t fill) {
+    Key key{.mesh = mesh, .fill = fill};
+    key.mesh.pointRadius = 0;
+    return key;
 }
 
-std::optional<MeshRange> MeshBuffers::findOutline(const Drawable& drawable, std::int64_t fill) {
-    MeshKey key = drawable.key();
-    if (key.primitive != Primitive::kTriangles) return std::nullopt;
-    // As no drawable has them: lines with indices of triangles.
-    key.primitive = Primitive::kLines;
-    key.pointRadius = fill == Material::kCorners ? 1 : 0;
-    auto it = meshes_.find(key);
-    if (it == meshes_.end()) {
-        if (!drawable.resident()) return std::nullopt;
-        const MeshArrays arrays = drawable.arrays();
-        std::optional<Mesh> made = Mesh{.refused = true};
-        if (checkMesh(arrays)) {
-            const MeshArrays outline = outlineOf(arrays, fill);
-            made = allocate(outline);
-            if (!made) return std::nullopt;
-            if (!made->refused) writeOn(outline, *made, ~std::size_t{0});
-        }
-        it = meshes_.emplace(key, *made).first;
-        if (gone_.contains(key)) it->second.uses = UseClock::recall(gone_, key);
+std::shared_ptr<MeshBuffers::Mesh>& MeshBuffers::knownOf(const DrawMesh& mesh, std::int64_t fill,
+                                                         const Image* normalMap) {
+    Known& known = known_[mesh.serial];
+    if (!normalMap) return known.plain[static_cast<std::size_t>(fill)];
+    // As TangentArrays.h has it: tangents of a mesh's own follow no image, and a plain stretch turns none.
+    const bool own = !mesh.arrays.tangents.empty();
+    const bool ahead = normalMap->rotation == 0 && normalMap->scale.x() > 0 && normalMap->scale.y() > 0;
+    Placing placing{.texcoordSet = own ? 0 : normalMap->texcoordSet};
+    if (!own && !ahead) {
+        placing.rotation = normalMap->rotation;
+        placing.scale = {normalMap->scale.x(), normalMap->scale.y()};
     }
-    clock_.use(it->second.uses);
-    return it->second.refused ? std::nullopt : std::optional(it->second.range);
+    // An image that turns all the time: what is forgotten here is found again by its content.
+    constexpr std::size_t kMostPlacings = 8;
+    if (known.mapped.size() > kMostPlacings) known.mapped.clear();
+    for (auto& [placed, found] : known.mapped)
+        if (placed == placing) return found;
+    return known.mapped.emplace_back(placing, nullptr).second;
 }
 
-std::optional<std::size_t> MeshBuffers::prepare(const Drawable& drawable, std::size_t bytes) {
-    const MeshKey key = withoutRadius(drawable.key());
+const MeshRange* MeshBuffers::find(const DrawMesh& mesh, std::int64_t fill, const Image* normalMap) {
+    if (mesh.kind != DrawKind::kTriangles || fill != Material::kFilled) normalMap = nullptr;
+    std::shared_ptr<Mesh>& known = knownOf(mesh, fill, normalMap);
+    if (!known || known->gone) known = findByContent(mesh, fill, normalMap);
+    if (!known) return nullptr;
+    clock_.use(known->uses);
+    if (known->written < known->toWrite) writeOn(drawnArrays(mesh, normalMap), *known, ~std::size_t{0});
+    return &known->range;
+}
+
+std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& mesh, std::int64_t fill,
+                                                              const Image* normalMap) {
+    if (!mesh.sound || (fill != Material::kFilled && mesh.kind != DrawKind::kTriangles)) return nullptr;
+    const MeshArrays arrays = drawnArrays(mesh, normalMap);
+    const Key key = keyOf(tessera::keyOf(arrays), fill);
+    if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
+    std::shared_ptr<Mesh> made;
+    if (fill == Material::kFilled) {
+        made = takeOver(arrays);
+        if (!made) made = allocate(arrays);
+    } else {
+        const MeshArrays outline = outlineOf(arrays, fill);
+        made = allocate(outline);
+        if (made) writeOn(outline, *made, ~std::size_t{0});
+    }
+    if (!made) return nullptr;
+    if (gone_.contains(key)) made->uses = UseClock::recall(gone_, key);
+    return meshes_.emplace(key, std::move(made)).first->second;
+}
+
+std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Image* normalMap, std::size_t bytes) {
+    if (!mesh.sound) return 0;
+    const MeshArrays arrays = drawnArrays(mesh, mesh.kind == DrawKind::kTriangles ? normalMap : nullptr);
+    const Key key = keyOf(tessera::keyOf(arrays), Material::kFilled);
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
-        if (!drawable.resident()) return 0;
-        const MeshArrays arrays = drawable.arrays();
         // What goes on changing takes a place over when it is drawn.
         for (const MeshOrigin& origin : originsOf(arrays))
-            if (meshes_.contains(withoutRadius(origin.key))) return 0;
+            if (meshes_.contains(keyOf(origin.key, Material::kFilled))) return 0;
         if (residentBytes() + sizeOf(arrays).bytes() > budgetBytes_) return std::nullopt;
-        const std::optional<Mesh> made = allocate(arrays);
+        std::shared_ptr<Mesh> made = allocate(arrays);
         if (!made) return 0;
-        it = meshes_.emplace(key, *made).first;
-        it->second.uses.lastDraw = clock_.draw();
+        it = meshes_.emplace(key, std::move(made)).first;
+        it->second->uses.lastDraw = clock_.draw();
     }
     const std::uint64_t before = uploadedBytes_;
-    if (it->second.written < it->second.toWrite) writeOn(drawable.arrays(), it->second, bytes);
+    if (it->second->written < it->second->toWrite) writeOn(arrays, *it->second, bytes);
     return uploadedBytes_ - before;
 }
 
@@ -125,19 +146,16 @@ std::uint64_t MeshBuffers::mostOf(MeshStore store) const {
     return store == MeshStore::kTexels ? mostTexels_ : std::numeric_limits<std::uint64_t>::max();
 }
 
-std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
-    Mesh mesh;
-    if (!checkMesh(arrays)) {
-        mesh.refused = true;
-        return mesh;
-    }
+std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
+    const auto made = std::make_shared<Mesh>();
+    Mesh& mesh = *made;
     const DrawForm& form = formOf(kindOf(arrays));
     for (const MeshPart& part : form.parts(arrays)) {
         // What is fetched by its number lies at a multiple of its size.
         const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
         if (!place(part.store, part.elements(), multipleOf, mesh.places[static_cast<std::size_t>(part.store)])) {
             release(mesh);
-            return std::nullopt;
+            return nullptr;
         }
         mesh.toWrite += part.units;
     }
@@ -146,18 +164,27 @@ std::optional<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays)
     mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices)),
                   .indexCount = static_cast<std::uint32_t>(
                       sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
-                  .baseVertex = static_cast<std::int32_t>(firstOf(MeshStore::kVertices)),
+                  .baseVertex = static_cast<std::int32_t>(firstOf(first.store)),
                   .hasNormals = form.normals || !arrays.normals.empty(),
                   .hasColors = !arrays.colors.empty(),
+                  .hasTangents = first.store == MeshStore::kMappedVertices,
                   .kind = form.kind,
                   .pointParts = pointPartsOf(arrays)};
     if (form.fetched) {
-        mesh.range.indexCount = static_cast<std::uint32_t>(first.units * kIndicesPerPoint);
-        mesh.range.baseVertex =
-            static_cast<std::int32_t>(firstOf(MeshStore::kTexels) / first.elementsPerUnit * kNumbersPerPoint);
+        const DrawForm::Fetched fetched = form.fetched(arrays);
+        const std::uint64_t from = firstOf(MeshStore::kTexels) / first.elementsPerUnit + fetched.before;
+        if ((from + fetched.things) << fetched.numberBits > std::numeric_limits<std::int32_t>::max()) {
+            release(mesh);
+            return nullptr;
+        }
+        mesh.range.indexCount = static_cast<std::uint32_t>(3 * fetched.things);
+        mesh.range.baseVertex = static_cast<std::int32_t>(from << fetched.numberBits);
+        mesh.range.indicesEach = fetched.indicesEach;
+        mesh.range.atOnce = fetched.atOnce;
+        mesh.range.numberBits = fetched.numberBits;
         makeSharedByPoints();
     }
-    return mesh;
+    return made;
 }
 
 void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes) {
@@ -178,24 +205,25 @@ void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t byte
     }
 }
 
-bool MeshBuffers::takeOver(const MeshKey& key, const MeshArrays& arrays) {
+std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::takeOver(const MeshArrays& arrays) {
     const DrawForm& form = formOf(kindOf(arrays));
-    if (form.follows.empty()) return false;
+    if (form.follows.empty()) return nullptr;
     for (const MeshOrigin& origin : originsOf(arrays)) {
-        const auto known = meshes_.find(withoutRadius(origin.key));
-        if (known == meshes_.end() || known->second.refused || clock_.usedNow(known->second.uses) ||
-            known->second.written < known->second.toWrite || !soundWithin(arrays, origin.changed))
+        const auto known = meshes_.find(keyOf(origin.key, Material::kFilled));
+        if (known == meshes_.end() || clock_.usedNow(known->second->uses) ||
+            known->second->written < known->second->toWrite || !soundWithin(arrays, origin.changed))
             continue;
-        auto mesh = meshes_.extract(known);
-        mesh.key() = key;
+        // Whoever knows it as what it was is to find that again.
+        const auto mesh = std::make_shared<Mesh>(*known->second);
+        known->second->gone = true;
+        meshes_.erase(known);
         for (const DrawForm::Follows& array : form.follows)
             for (const MeshPart& part : form.parts(arrays))
                 if (part.store == array.store)
-                    write(arrays, mesh.mapped(), part, elementsOf(origin.changed[array.array], array.bytesPerUnit));
-        meshes_.insert(std::move(mesh));
-        return true;
+                    write(arrays, *mesh, part, elementsOf(origin.changed[array.array], array.bytesPerUnit));
+        return mesh;
     }
-    return false;
+    return nullptr;
 }
 
 void MeshBuffers::write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units) {
@@ -251,14 +279,15 @@ void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
 }
 
 void MeshBuffers::rebind() {
-    if (const GLuint vertices = buffer(MeshStore::kVertices).name)
-        gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices, 0, sizeof(MeshVertex));
     if (const GLuint texels = buffer(MeshStore::kTexels).name) {
         if (!pointTexture_) gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, &pointTexture_);
         gl_.TextureBuffer(pointTexture_, GL_RGBA32UI, texels);
     }
-    // The vertex array may have had one that is gone.
-    elementsBound_ = 0;
+    const bool mapped = buffer(MeshStore::kVertices).name == 0;
+    if (const GLuint vertices = buffer(mapped ? MeshStore::kMappedVertices : MeshStore::kVertices).name)
+        gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices, 0, mapped ? sizeof(MappedVertex) : sizeof(MeshVertex));
+    // The vertex array may have had ones that are gone.
+    verticesBound_ = elementsBound_ = 0;
 }
 
 void MeshBuffers::makeSharedByPoints() {
@@ -285,6 +314,17 @@ void MeshBuffers::bindElements(GLuint buffer) {
     elementsBound_ = buffer;
 }
 
+void MeshBuffers::bind(const MeshRange& mesh, GLuint indices) {
+    const GLuint vertices = buffer(mesh.hasTangents ? MeshStore::kMappedVertices : MeshStore::kVertices).name;
+    // What is fetched has none.
+    if (vertices != 0 && vertices != verticesBound_) {
+        gl_.VertexArrayVertexBuffer(vertexArray_, 0, vertices, 0,
+                                    mesh.hasTangents ? sizeof(MappedVertex) : sizeof(MeshVertex));
+        verticesBound_ = vertices;
+    }
+    bindElements(indices);
+}
+
 std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles,
                                 std::size_t firstRecord, std::size_t instances, bool insides) {
     const auto issue = [this](std::size_t count, GLenum type, std::size_t offset, std::size_t times, std::int64_t base,
@@ -294,12 +334,25 @@ std::uint64_t MeshBuffers::draw(const MeshRange& mesh, std::size_t firstTriangle
             static_cast<GLsizei>(times), static_cast<GLint>(base), static_cast<GLuint>(record));
     };
     if (!formOf(mesh.kind).fetched) {
-        bindElements(indexBuffer());
+        bind(mesh, indexBuffer());
         issue(3 * triangles, GL_UNSIGNED_INT, (mesh.firstIndex + 3 * firstTriangle) * sizeof(std::uint32_t), instances,
               mesh.baseVertex, firstRecord);
         return 1;
     }
-    bindElements(sharedIndices_[insides]);
+    if (mesh.atOnce > 0) {
+        bind(mesh, indexBuffer());
+        std::uint64_t calls = 0;
+        // One instance after the other, whole: as they are drawn one by one.
+        const std::size_t together = triangles <= mesh.atOnce ? std::max<std::size_t>(instances, 1) : 1;
+        for (std::size_t i = 0; i < instances; i += together)
+            for (std::size_t k = 0; k < triangles; k += mesh.atOnce, ++calls)
+                issue(std::min<std::size_t>(mesh.atOnce, triangles - k) * mesh.indicesEach, GL_UNSIGNED_INT,
+                      std::size_t{mesh.firstIndex} * sizeof(std::uint32_t), together,
+                      mesh.baseVertex + static_cast<std::int64_t>((firstTriangle + k) << mesh.numberBits),
+                      firstRecord + i);
+        return calls;
+    }
+    bind(mesh, sharedIndices_[insides]);
     const std::uint64_t points = mesh.indexCount / kIndicesPerPoint, indicesEach = kIndicesPerPoint * (insides ? 2 : 1);
     if (points <= kPointsAtOnce) {
         issue(points * indicesEach, GL_UNSIGNED_SHORT, 0, instances, mesh.baseVertex, firstRecord);

@@ -3,14 +3,18 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "client/draw/store/DrawForms.h"
 #include "client/draw/store/RangeAllocator.h"
 #include "client/draw/store/UseClock.h"
 #include "client/draw/surface/GlState.h"
-#include "common/drawable/Drawable.h"
+#include "client/render/DrawMesh.h"
+#include "common/cores/Image.h"
 
 namespace tessera {
 
@@ -21,11 +25,17 @@ inline constexpr GLuint kPointUnit = 13, kLinearUnit = 14;
 struct MeshRange {
     std::uint32_t firstIndex = 0, indexCount = 0;
     std::int32_t baseVertex = 0;
-    bool hasNormals = false, hasColors = false;
+    bool hasNormals = false, hasColors = false, hasTangents = false;
     DrawKind kind = DrawKind::kTriangles;
     std::uint8_t pointParts = 0;  ///< see DrawForms.h
+    // Of what is fetched, where `indexCount` is three of each thing: see DrawForm::Fetched.
+    std::uint32_t indicesEach = 3, atOnce = 0;
+    unsigned numberBits = 0;
     bool operator==(const MeshRange&) const = default;
 };
+
+/// What of a mesh is drawn: tangents for a normal map alone, and where there is one.
+[[nodiscard]] MeshArrays drawnArrays(const DrawMesh& mesh, const Image* normalMap);
 
 /// One buffer of each sort for all meshes of a renderer. Once `budgetBytes` is exceeded meshes make room as UseClock
 /// says; what one draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours
@@ -41,26 +51,26 @@ public:
     void beginFrame() { clock_.beginFrame(); }
     /// Call before the first `find` of a draw.
     void beginDraw();
-    /// Uploads on first sight. Nothing: an array is absent (it may come later), checkMesh refuses the mesh (it is not
-    /// looked at again: the same arrays will never be better), or there are more points than GL can fetch
-    /// (GL_MAX_TEXTURE_BUFFER_SIZE).
-    [[nodiscard]] std::optional<MeshRange> find(const Drawable& drawable);
-    /// The same of its edges or corners, made when they are first asked for (outlineOf): of triangles.
-    [[nodiscard]] std::optional<MeshRange> findOutline(const Drawable& drawable, std::int64_t fill);
+    /// Uploads on first sight; what has been found is found again by its serial alone. With tangents where triangles
+    /// are drawn with a normal map; their edges or corners (`fill`) are made when they are first asked for (outlineOf).
+    /// Null: it is not sound, or has more points than GL can fetch (GL_MAX_TEXTURE_BUFFER_SIZE). Valid until the next
+    /// `beginDraw`, or `find` of another one.
+    [[nodiscard]] const MeshRange* find(const DrawMesh& mesh, std::int64_t fill = Material::kFilled,
+                                        const Image* normalMap = nullptr);
 
     /// Uploads ahead of need, so much of a mesh as `bytes` allow (one vertex, line or point more). Throws nothing out.
     /// What was uploaded: 0 when it is there, or cannot be; nothing: the budget has no room for it.
-    [[nodiscard]] std::optional<std::size_t> prepare(const Drawable& drawable, std::size_t bytes);
+    [[nodiscard]] std::optional<std::size_t> prepare(const DrawMesh& mesh, const Image* normalMap, std::size_t bytes);
     /// One step for what will come: buffers that grow one mesh at a time copy what they hold again and again.
     void expect(const MeshSize& more);
 
-    /// Instances of a mesh, the records from `firstRecord` on theirs in turn: so many of its triangles, or all where
-    /// its vertices are fetched; `insides`: with those of points. The vertex array is bound. How many calls of GL that
-    /// took.
+    /// Instances of a mesh, the records from `firstRecord` on theirs in turn: so many of its triangles, or of its
+    /// copies; of points all, `insides`: with theirs. The vertex array is bound. How many calls of GL that took.
     std::uint64_t draw(const MeshRange& mesh, std::size_t firstTriangle, std::size_t triangles, std::size_t firstRecord,
                        std::size_t instances, bool insides);
-    /// To the vertex array, where it has others. By `draw`, and by who draws with indices of its own.
-    void bindElements(GLuint buffer);
+    /// To the vertex array, where it has others: the buffers that a mesh's vertices lie in, and indices. By `draw`, and
+    /// by who draws with indices of its own.
+    void bind(const MeshRange& mesh, GLuint indices);
     /// What the programs of a kind read besides vertices.
     void bindFor(DrawKind kind);
 
@@ -78,27 +88,43 @@ private:
         MeshRange range;
         std::array<Place, kMeshStores> places{};
         UseClock::Uses uses;
-        bool refused = false;
         std::uint64_t written = 0, toWrite = 0;  ///< units, of one part after the other
+        bool gone = false;                       ///< it has given way, or is another's: what is known of it is void
     };
+    /// The content of a mesh, and what is made of it.
+    struct Key {
+        MeshKey mesh;
+        std::int64_t fill = Material::kFilled;
+        bool operator==(const Key&) const = default;
+    };
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const {
+            return MeshKeyHash{}(key.mesh) + static_cast<std::size_t>(key.fill);
+        }
+    };
+    [[nodiscard]] static Key keyOf(const MeshKey& mesh, std::int64_t fill);
     struct Buffer {
         GLuint name = 0;
         RangeAllocator ranges;
     };
 
-    /// A place for it, which is empty. Nothing: there is no room that GL can reach.
-    [[nodiscard]] std::optional<Mesh> allocate(const MeshArrays& arrays);
+    /// By content. Null as `find`.
+    [[nodiscard]] std::shared_ptr<Mesh> findByContent(const DrawMesh& mesh, std::int64_t fill, const Image* normalMap);
+    [[nodiscard]] std::shared_ptr<Mesh>& knownOf(const DrawMesh& mesh, std::int64_t fill, const Image* normalMap);
+    /// A place for it, which is empty. Null: there is no room that GL can reach.
+    [[nodiscard]] std::shared_ptr<Mesh> allocate(const MeshArrays& arrays);
     /// Goes on writing it: the next units, and at least one.
     void writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t bytes);
     /// A mesh that came by edits of ranges from one that is here takes over its place, and only what is new is
-    /// uploaded; unless that one has been drawn in this draw. False: there is none.
-    [[nodiscard]] bool takeOver(const MeshKey& key, const MeshArrays& arrays);
+    /// uploaded; unless that one has been drawn in this draw. Null: there is none.
+    [[nodiscard]] std::shared_ptr<Mesh> takeOver(const MeshArrays& arrays);
     void write(const MeshArrays& arrays, const Mesh& mesh, const MeshPart& part, const ByteRange& units);
     [[nodiscard]] bool place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place);
     void release(const Mesh& mesh);
     void grow(MeshStore store, std::uint64_t capacity);
     [[nodiscard]] std::uint64_t mostOf(MeshStore store) const;
     void rebind();
+    void bindElements(GLuint buffer);
     void makeSharedByPoints();
     [[nodiscard]] Buffer& buffer(MeshStore store) { return buffers_[static_cast<std::size_t>(store)]; }
     [[nodiscard]] const Buffer& buffer(MeshStore store) const { return buffers_[static_cast<std::size_t>(store)]; }
@@ -107,14 +133,27 @@ private:
     GLuint vertexArray_;
     std::size_t budgetBytes_;
     std::array<Buffer, kMeshStores> buffers_;
-    GLuint elementsBound_ = 0;  ///< 0: nobody knows
+    GLuint verticesBound_ = 0, elementsBound_ = 0;  ///< 0: nobody knows
     // Of points, made with the first ones.
     std::array<GLuint, 2> sharedIndices_{};  ///< without, with insides
     GLuint linearBuffer_ = 0, pointTexture_ = 0, linearTexture_ = 0;
     std::uint64_t mostTexels_ = 0;
-    std::unordered_map<MeshKey, Mesh, MeshKeyHash> meshes_;
+    std::unordered_map<Key, std::shared_ptr<Mesh>, KeyHash> meshes_;
     UseClock clock_;
-    std::unordered_map<MeshKey, UseClock::Uses, MeshKeyHash> gone_;
+    std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;
+    /// What of a normal map decides where tangents point (TangentArrays.h).
+    struct Placing {
+        std::int64_t texcoordSet = 0;
+        float rotation = 0;
+        std::array<float, 2> scale{};
+        bool operator==(const Placing&) const = default;
+    };
+    struct Known {
+        std::array<std::shared_ptr<Mesh>, 3> plain;  ///< filled, edges, corners
+        std::vector<std::pair<Placing, std::shared_ptr<Mesh>>> mapped;
+    };
+    /// By the serial of a DrawMesh. Forgotten where it has grown beyond what there may be.
+    std::unordered_map<std::uint64_t, Known> known_;
     std::uint64_t uploadedBytes_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "client/draw/store/TextureCache.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <string_view>
@@ -73,9 +74,12 @@ GLenum textureTarget(const Image& image) {
                                          : GL_TEXTURE_2D;
 }
 
-TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
+TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes, int anisotropy)
+    : gl_(gl), budgetBytes_(budgetBytes) {
     readsS3tc_ = hasExtension(gl, "GL_EXT_texture_compression_s3tc") &&
                  (hasExtension(gl, "GL_EXT_texture_sRGB") || hasExtension(gl, "GL_EXT_texture_compression_s3tc_srgb"));
+    if (hasExtension(gl, "GL_ARB_texture_filter_anisotropic") || hasExtension(gl, "GL_EXT_texture_filter_anisotropic"))
+        anisotropyHere_ = std::clamp(anisotropy, 1, 1 << (kAnisotropies - 1));
     gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &mostFlatPx_);
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostSolidPx_);
     gl_.GetIntegerv(GL_MAX_CUBE_MAP_TEXTURE_SIZE, &mostCubePx_);
@@ -120,32 +124,43 @@ std::size_t TextureCache::bytesOf(const Image& image, ImageUse use) const {
 }
 
 TextureCache::~TextureCache() {
-    for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture.name);
+    for (const auto& [key, texture] : textures_) gl_.DeleteTextures(1, &texture->name);
     for (const GLuint sampler : samplers_)
         if (sampler) gl_.DeleteSamplers(1, &sampler);
 }
 
-void TextureCache::beginDraw() {
+void TextureCache::beginDraw(int mostAnisotropy) {
     clock_.beginDraw();
-    const auto drop = [this](const Texture& texture) {
-        bytes_ -= texture.bytes;
-        gl_.DeleteTextures(1, &texture.name);
+    const auto samples = static_cast<unsigned>(std::max(1, std::min(anisotropyHere_, mostAnisotropy)));
+    anisotropy_ = static_cast<std::size_t>(std::bit_width(samples)) - 1;
+    const auto drop = [this](const Found& texture) {
+        bytes_ -= texture->bytes;
+        gl_.DeleteTextures(1, &texture->name);
+        texture->gone = true;
     };
     clock_.giveWay(
         textures_, gone_, budgetBytes_, [this] { return bytes_; }, drop);
 }
 
-GLuint TextureCache::sampler(const Image& image) {
+TextureCache::SamplerKey TextureCache::samplerOf(const Image& image) {
+    // The table of types bounds them.
+    const auto u = static_cast<unsigned>(image.wrapU), v = static_cast<unsigned>(image.wrapV),
+               w = static_cast<unsigned>(image.wrapW), large = static_cast<unsigned>(image.magnification),
+               small = static_cast<unsigned>(image.minification);
+    const bool smoothest = image.magnification == Image::kLinear && image.minification == Image::kTrilinear &&
+                           textureTarget(image) == GL_TEXTURE_2D;
+    return static_cast<SamplerKey>(2 * ((((u * 3 + v) * 3 + w) * 2 + large) * 6 + small) + (smoothest ? 1 : 0));
+}
+
+GLuint TextureCache::sampler(SamplerKey key) {
     static constexpr std::array<GLint, 3> kWraps = {GL_REPEAT, GL_CLAMP_TO_EDGE, GL_MIRRORED_REPEAT};
     static constexpr std::array<GLint, 2> kMagnifications = {GL_LINEAR, GL_NEAREST};
     static constexpr std::array<GLint, 6> kMinifications = {
         GL_LINEAR_MIPMAP_LINEAR, GL_NEAREST, GL_LINEAR, GL_NEAREST_MIPMAP_NEAREST, GL_LINEAR_MIPMAP_NEAREST,
         GL_NEAREST_MIPMAP_LINEAR};
-    // The table of types bounds them.
-    const auto u = static_cast<std::size_t>(image.wrapU), v = static_cast<std::size_t>(image.wrapV),
-               w = static_cast<std::size_t>(image.wrapW), large = static_cast<std::size_t>(image.magnification),
-               small = static_cast<std::size_t>(image.minification);
-    GLuint& name = samplers_[(((u * 3 + v) * 3 + w) * 2 + large) * 6 + small];
+    const std::size_t anisotropy = key % 2 != 0 ? anisotropy_ : 0, read = key / 2, small = read % 6,
+                      large = read / 6 % 2, w = read / 12 % 3, v = read / 36 % 3, u = read / 108;
+    GLuint& name = samplers_[read * kAnisotropies + anisotropy];
     if (name) return name;
     gl_.CreateSamplers(1, &name);
     gl_.SamplerParameteri(name, GL_TEXTURE_WRAP_S, kWraps[u]);
@@ -153,18 +168,26 @@ GLuint TextureCache::sampler(const Image& image) {
     gl_.SamplerParameteri(name, GL_TEXTURE_WRAP_R, kWraps[w]);
     gl_.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, kMagnifications[large]);
     gl_.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, kMinifications[small]);
+    if (anisotropy > 0)
+        gl_.SamplerParameterf(name, GL_TEXTURE_MAX_ANISOTROPY, static_cast<float>(std::size_t{1} << anisotropy));
     return name;
 }
 
-GLuint TextureCache::find(const Image& image, ImageUse use) {
+TextureCache::Found TextureCache::find(const Image& image, ImageUse use) {
     // First: what is drawn must not depend on whether another image of the same pixels is here, with the size they
     // have.
-    if (!isShown(image)) return 0;
+    if (!isShown(image)) return nullptr;
     const Key key = keyOf(image, use);
     const auto known = textures_.find(key);
-    Texture& texture = known != textures_.end() ? known->second : upload(image, key);
-    clock_.use(texture.uses);
-    return texture.name;
+    const Found& texture = known != textures_.end() ? known->second : upload(image, key);
+    clock_.use(texture->uses);
+    return texture;
+}
+
+bool TextureCache::use(Texture& found) const {
+    if (found.gone) return false;
+    clock_.use(found.uses);
+    return true;
 }
 
 std::optional<std::size_t> TextureCache::prepare(const Image& image, ImageUse use) {
@@ -172,12 +195,12 @@ std::optional<std::size_t> TextureCache::prepare(const Image& image, ImageUse us
     const Key key = keyOf(image, use);
     if (textures_.contains(key)) return 0;
     if (bytes_ + bytesOf(image, use) > budgetBytes_) return std::nullopt;
-    Texture& texture = upload(image, key);
+    Texture& texture = *upload(image, key);
     texture.uses.lastDraw = clock_.draw();
     return texture.bytes;
 }
 
-TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) {
+const TextureCache::Found& TextureCache::upload(const Image& image, const Key& key) {
     const GLenum target = textureTarget(image);
     const bool compressed = isCompressed(image.encoding), asBlocks = readsBlocks(image, key.use),
                asFloats = image.encoding == Image::kRgbe;
@@ -224,7 +247,7 @@ TextureCache::Texture& TextureCache::upload(const Image& image, const Key& key) 
             gl_.TextureParameteri(texture.name, channel, GL_RED);
     bytes_ += texture.bytes;
     uploadedBytes_ += texture.bytes;
-    return textures_.emplace(key, texture).first->second;
+    return textures_.emplace(key, std::make_shared<Texture>(texture)).first->second;
 }
 
 }  // namespace tessera

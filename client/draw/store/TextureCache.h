@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <unordered_map>
 
@@ -26,23 +27,37 @@ enum class ImageUse : std::uint8_t {
 /// Once the budget is exceeded textures make room as UseClock says; what one draw needs is never dropped in it.
 class TextureCache {
 public:
-    /// The surface must be current.
-    TextureCache(const GlFunctions& gl, std::size_t budgetBytes);
+    /// The surface must be current. `anisotropy`: so many samples at most, 1 to 16, where an image is seen at a grazing
+    /// angle; a draw may want fewer. As many as GL has.
+    TextureCache(const GlFunctions& gl, std::size_t budgetBytes, int anisotropy);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
 
+    struct Texture {
+        GLuint name = 0;
+        std::size_t bytes = 0;
+        UseClock::Uses uses;
+        bool gone = false;  ///< it has given way
+    };
+    using Found = std::shared_ptr<Texture>;
+
     void beginFrame() { clock_.beginFrame(); }
-    void beginDraw();
-    /// A texture of textureTarget(image). 0: the image's bytes are absent or do not have its size, or they have shared
-    /// exponents; what it belongs to is then drawn as if it had none. bc4 is grey, bc5 a normal map of two channels
-    /// (BlockPixels.h).
-    [[nodiscard]] GLuint find(const Image& image, ImageUse use);
+    void beginDraw(int mostAnisotropy);
+    /// A texture of textureTarget(image). Null: the image's bytes are absent or do not have its size, or they have
+    /// shared exponents; what it belongs to is then drawn as if it had none. bc4 is grey, bc5 a normal map of two
+    /// channels (BlockPixels.h).
+    [[nodiscard]] Found find(const Image& image, ImageUse use);
+    /// What an earlier draw has found is needed in this one too. False: it has given way, and is to be found again.
+    [[nodiscard]] bool use(Texture& found) const;
     /// Uploads ahead of need, whole. Throws nothing out. What was uploaded: 0 when it is there, or cannot be; nothing:
     /// the budget has no room for it.
     [[nodiscard]] std::optional<std::size_t> prepare(const Image& image, ImageUse use);
-    /// How the image wants to be read: wrapping and filters.
-    [[nodiscard]] GLuint sampler(const Image& image);
+    /// How an image wants to be read: wrapping and filters.
+    using SamplerKey = std::uint16_t;
+    [[nodiscard]] static SamplerKey samplerOf(const Image& image);
+    /// Of such images in the draw that has begun: flat ones that want the smoothest filters are read anisotropically.
+    [[nodiscard]] GLuint sampler(SamplerKey key);
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
     /// Given to GL since this began, with mipmaps.
@@ -62,19 +77,17 @@ private:
                    static_cast<std::size_t>(key.use);
         }
     };
-    struct Texture {
-        GLuint name = 0;
-        std::size_t bytes = 0;
-        UseClock::Uses uses;
-    };
 
     const GlFunctions& gl_;
     std::size_t budgetBytes_;
     std::size_t bytes_ = 0;
-    std::unordered_map<Key, Texture, KeyHash> textures_;
+    std::unordered_map<Key, Found, KeyHash> textures_;
     bool readsS3tc_ = false;
-    GLint mostFlatPx_ = 0, mostSolidPx_ = 0, mostCubePx_ = 0;  ///< a side
-    std::array<GLuint, 3 * 3 * 3 * 2 * 6> samplers_{};         ///< made when first needed
+    GLint mostFlatPx_ = 0, mostSolidPx_ = 0, mostCubePx_ = 0;           ///< a side
+    static constexpr std::size_t kAnisotropies = 5;                     ///< 1, 2, 4, 8, 16
+    std::array<GLuint, 3 * 3 * 3 * 2 * 6 * kAnisotropies> samplers_{};  ///< made when first needed
+    std::size_t anisotropy_ = 0;                                        ///< which of them
+    int anisotropyHere_ = 1;
     [[nodiscard]] static Key keyOf(const Image& image, ImageUse use) {
         return {.pixels = image.pixels.id(),
                 .widthPx = image.widthPx,
@@ -89,7 +102,7 @@ private:
     [[nodiscard]] bool readsBlocks(const Image& image, ImageUse use) const;
     [[nodiscard]] std::size_t bytesOf(const Image& image, ImageUse use) const;
     [[nodiscard]] bool isShown(const Image& image) const;
-    Texture& upload(const Image& image, const Key& key);
+    const Found& upload(const Image& image, const Key& key);
 
     UseClock clock_;
     std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;

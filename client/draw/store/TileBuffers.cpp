@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "common/wall/LightHistogram.h"
+
 namespace tessera {
 
 TileBuffers::~TileBuffers() {
@@ -79,6 +81,17 @@ Expected<GLuint> TileBuffers::rest() {
     return rest_;
 }
 
+Expected<GLuint> TileBuffers::meter() {
+    if (meter_) return meter_;
+    constexpr int kSide = LightHistogram::kSquarePx;
+    gl_.CreateTextures(GL_TEXTURE_RECTANGLE, 1, &meterTexture_);
+    gl_.TextureStorage2D(meterTexture_, 1, GL_R8UI, widthPx_ / kSide + 1, heightPx_ / kSide + 1);
+    gl_.CreateFramebuffers(1, &meter_);
+    gl_.NamedFramebufferTexture(meter_, GL_COLOR_ATTACHMENT0, meterTexture_, 0);
+    if (auto good = check(meter_); !good) return tl::unexpected(good.error());
+    return meter_;
+}
+
 std::size_t TileBuffers::bytes() const {
     const auto pixels = static_cast<std::size_t>(widthPx_) * static_cast<std::size_t>(heightPx_);
     const auto samples = static_cast<std::size_t>(samples_);
@@ -109,12 +122,12 @@ Expected<void> TileBuffers::check(GLuint framebuffer) const {
 }
 
 void TileBuffers::destroy() {
-    for (GLuint* framebuffer : {&surfaces_, &detailedSurfaces_, &picture_, &blended_, &rest_}) {
+    for (GLuint* framebuffer : {&surfaces_, &detailedSurfaces_, &picture_, &blended_, &rest_, &meter_}) {
         if (*framebuffer) gl_.DeleteFramebuffers(1, framebuffer);
         *framebuffer = 0;
     }
-    for (GLuint* texture :
-         {&surfaceTexture_, &detailTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_, &restTexture_}) {
+    for (GLuint* texture : {&surfaceTexture_, &detailTexture_, &depthTexture_, &pictureTexture_, &blendedTexture_,
+                            &restTexture_, &meterTexture_}) {
         if (*texture) gl_.DeleteTextures(1, texture);
         *texture = 0;
     }

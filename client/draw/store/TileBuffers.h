@@ -40,6 +40,8 @@ public:
     /// Framebuffer of a picture with the depth of `picture`.
     [[nodiscard]] Expected<GLuint> rest();
     [[nodiscard]] GLuint restTexture() const { return restTexture_; }
+    /// Framebuffer of 8 bits unsigned for each square of LightHistogram.
+    [[nodiscard]] Expected<GLuint> meter();
     /// Of all that are made.
     [[nodiscard]] std::size_t bytes() const;
 
@@ -51,9 +53,9 @@ private:
     const GlFunctions& gl_;
     int samples_;
     int widthPx_ = 0, heightPx_ = 0;
-    GLuint surfaces_ = 0, detailedSurfaces_ = 0, picture_ = 0, blended_ = 0, rest_ = 0;
+    GLuint surfaces_ = 0, detailedSurfaces_ = 0, picture_ = 0, blended_ = 0, rest_ = 0, meter_ = 0;
     GLuint surfaceTexture_ = 0, depthTexture_ = 0, pictureTexture_ = 0, blendedTexture_ = 0, restTexture_ = 0;
-    GLuint detailTexture_ = 0;
+    GLuint detailTexture_ = 0, meterTexture_ = 0;
     GLuint pictureDepth_ = 0;
 };
 

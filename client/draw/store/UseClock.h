@@ -57,6 +57,15 @@ public:
         return last ? kNever - 1 : kNever;
     }
 
+    /// Of a thing that has `uses`, or of what points to one.
+    template <typename Thing>
+    [[nodiscard]] static const Uses& usesOf(const Thing& thing) {
+        if constexpr (requires { thing.uses; })
+            return thing.uses;
+        else
+            return thing->uses;
+    }
+
     /// Of what a budget holds.
     template <typename Key>
     struct Candidate {
@@ -68,8 +77,8 @@ public:
     [[nodiscard]] auto lastNeededFirst(const Map& map) const {
         std::vector<Candidate<typename Map::key_type>> order;
         for (const auto& [key, thing] : map)
-            if (const std::uint64_t next = nextUse(thing.uses); next > 0)
-                order.push_back({next, thing.uses.lastDraw, &key});
+            if (const std::uint64_t next = nextUse(usesOf(thing)); next > 0)
+                order.push_back({next, usesOf(thing).lastDraw, &key});
         std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
             return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
         });
@@ -102,7 +111,7 @@ public:
         for (const auto& candidate : lastNeededFirst(map)) {
             if (held() <= roomFor(candidate, budgetBytes)) return;
             const auto it = map.find(*candidate.key);
-            remember(gone, *candidate.key, it->second.uses);
+            remember(gone, *candidate.key, usesOf(it->second));
             drop(it->second);
             map.erase(it);
         }

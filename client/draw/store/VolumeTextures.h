@@ -23,7 +23,8 @@ inline constexpr GLuint kVolumeBinding = 3;
 
 /// ProgramKind::pointParts of kMarched: what is done along a ray. kEachSample, beside it: of several samples those
 /// pixels alone whose samples see different depths, one by one; the others without it.
-inline constexpr std::uint8_t kMarchCloud = 0, kMarchShaded = 1, kMarchMaximum = 2, kMarchEachSample = 4;
+inline constexpr std::uint8_t kMarchCloud = 0, kMarchShaded = 1, kMarchMaximum = 2, kMarchKind = 3,
+                              kMarchEachSample = 4;
 [[nodiscard]] std::uint8_t marchOf(const Volume& volume);
 
 /// A ray takes no more samples than these, however fine its step is said to be.

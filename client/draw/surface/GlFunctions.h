@@ -18,6 +18,7 @@ namespace tessera {
     X(CompileShader, COMPILESHADER)                                                             \
     X(CompressedTextureSubImage2D, COMPRESSEDTEXTURESUBIMAGE2D)                                 \
     X(CompressedTextureSubImage3D, COMPRESSEDTEXTURESUBIMAGE3D)                                 \
+    X(CopyImageSubData, COPYIMAGESUBDATA)                                                       \
     X(CopyNamedBufferSubData, COPYNAMEDBUFFERSUBDATA)                                           \
     X(CreateBuffers, CREATEBUFFERS)                                                             \
     X(CreateFramebuffers, CREATEFRAMEBUFFERS)                                                   \
@@ -65,6 +66,7 @@ namespace tessera {
     X(NamedFramebufferTextureLayer, NAMEDFRAMEBUFFERTEXTURELAYER)                               \
     X(NamedRenderbufferStorageMultisample, NAMEDRENDERBUFFERSTORAGEMULTISAMPLE)                 \
     X(ReadPixels, READPIXELS)                                                                   \
+    X(SamplerParameterf, SAMPLERPARAMETERF)                                                     \
     X(SamplerParameteri, SAMPLERPARAMETERI)                                                     \
     X(ShaderSource, SHADERSOURCE)                                                               \
     X(TextureBuffer, TEXTUREBUFFER)                                                             \

@@ -79,7 +79,9 @@ bool PartView::worthHidingWith(std::uint32_t index, const BoxSight& sight) const
 }
 
 DrawItem PartView::drawItem(std::uint32_t index) const {
-    return scene_.drawItem(index);
+    DrawItem drawn;
+    scene_.describe(index, drawn);
+    return drawn;
 }
 
 }  // namespace tessera

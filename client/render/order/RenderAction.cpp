@@ -5,27 +5,106 @@
 #include <algorithm>
 #include <iterator>
 #include <tuple>
+#include <utility>
 
 #include "client/render/cull/MaskedCuller.h"
 #include "client/render/cull/PartCuller.h"
 #include "client/render/order/TransparentOrder.h"
 #include "client/render/scene/SceneItems.h"
+#include "client/render/scene/ShadowReach.h"
 #include "common/wall/Detail.h"
 
 namespace tessera {
+namespace {
+
+static_assert(static_cast<std::int64_t>(ToneMap::kNeutral) == Environment::kNeutral &&
+              static_cast<std::int64_t>(ToneMap::kClamp) == Environment::kClamp &&
+              static_cast<std::int64_t>(ToneMap::kReinhard) == Environment::kReinhard &&
+              static_cast<std::int64_t>(ToneMap::kAces) == Environment::kAces &&
+              static_cast<std::int64_t>(ToneMap::kAgx) == Environment::kAgx);
+
+/// As the wall exposes it: `exposure` is all of it then, what was metered too.
+Environment exposedBy(Environment environment, const Exposure& wall) {
+    environment.metered = wall.wish.metered.value_or(environment.metered);
+    environment.exposure = static_cast<float>(wall.wish.stops.value_or(environment.exposure) +
+                                              (environment.metered ? wall.foundStops() : 0.0));
+    if (wall.wish.toneMap) environment.toneMap = static_cast<std::int64_t>(*wall.wish.toneMap);
+    return environment;
+}
+
+}  // namespace
 
 /// An item's place in the one draw order (DrawSorting.h). Node ids are unique, so the order is total.
 struct Ranked {
-    double depth;
-    ObjectId node;
-    std::uint32_t item;
-    // Nothing where the sorting does not ask.
-    std::int32_t band = 0;
-    std::uint32_t state = 0;
+    /// Band of depth and state, the greater of them above; nothing where the sorting does not ask.
+    std::uint64_t bandAndState = 0;
     ObjectId material, geometry;
+    double depth = 0;
+    ObjectId node;
+    std::uint32_t item = 0;
 
-    [[nodiscard]] auto place() const { return std::tie(band, state, material, geometry, depth, node); }
+    bool operator<(const Ranked& other) const {
+        if (bandAndState != other.bandAndState) return bandAndState < other.bandAndState;
+        if (material != other.material) return material < other.material;
+        if (geometry != other.geometry) return geometry < other.geometry;
+        return std::tie(depth, node) < std::tie(other.depth, other.node);
+    }
 };
+
+/// Sorts what was sorted a frame ago: an eye that moves changes little.
+class FormerOrder {
+public:
+    /// `ranked` into its order. The order that comes out is that of the elements, whatever came before.
+    void sort(std::vector<Ranked>& ranked, std::size_t slots) {
+        begin(ranked, slots);
+        insert(ranked);
+        order_.clear();
+        for (const Ranked& one : ranked) order_.push_back(one.item);
+    }
+
+private:
+    static constexpr std::uint32_t kGone = 0xffffffffu;
+
+    /// As they stood, then those that are new.
+    void begin(std::vector<Ranked>& ranked, std::size_t slots) {
+        places_.resize(std::max(places_.size(), slots), kGone);
+        for (std::uint32_t i = 0; i < ranked.size(); ++i) places_[ranked[i].item] = i;
+        former_.clear();
+        for (const std::uint32_t item : order_)
+            if (const std::uint32_t place = item < slots ? std::exchange(places_[item], kGone) : kGone; place != kGone)
+                former_.push_back(ranked[place]);
+        const std::size_t known = former_.size();
+        for (const Ranked& one : ranked)
+            if (std::exchange(places_[one.item], kGone) != kGone) former_.push_back(one);
+        std::sort(former_.begin() + static_cast<std::ptrdiff_t>(known), former_.end());
+        ranked.swap(former_);
+        known_ = known;
+    }
+    /// Each to its place among those before it; where that takes long they are sorted as if nothing were known.
+    void insert(std::vector<Ranked>& ranked) {
+        const auto known = ranked.begin() + static_cast<std::ptrdiff_t>(known_);
+        std::size_t moves = 0;
+        const std::size_t most = kMovesEach * ranked.size();
+        for (auto at = ranked.begin(); at != known && moves <= most; ++at) {
+            if (at == ranked.begin() || !(*at < *(at - 1))) continue;
+            const Ranked one = *at;
+            auto to = at;
+            for (; to != ranked.begin() && one < *(to - 1); --to, ++moves) *to = *(to - 1);
+            *to = one;
+        }
+        if (moves > most) return std::sort(ranked.begin(), ranked.end());
+        std::inplace_merge(ranked.begin(), known, ranked.end());
+    }
+
+    static constexpr std::size_t kMovesEach = 4;
+    std::vector<std::uint32_t> order_;   ///< items, as they stood
+    std::vector<std::uint32_t> places_;  ///< by item, while it is sorted
+    std::vector<Ranked> former_;
+    std::size_t known_ = 0;
+};
+
+/// Asks for what will be read, so many elements ahead.
+constexpr std::size_t kAhead = 8;
 
 /// When to look for what is hidden. Where some looks one after the other have not paid, the next one comes after a
 /// pause, and after ever longer ones: in a scene that hides nothing that costs a hundredth of one look a frame.
@@ -62,14 +141,16 @@ struct RenderAction::Impl {
     std::vector<std::uint32_t> visible;
     std::vector<std::uint32_t> items;
     std::vector<Ranked> opaque, transparent;
+    FormerOrder former;
     TransparentOrder transparentOrder;
     std::vector<TransparentOrder::Item> transparentItems;
+    ShadowWatch shadowWatch;
 
     /// Keeps of `items` what the renderer does not say is hidden.
     [[nodiscard]] Expected<void> askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
                                              const PixelRect& pixels, VisibilityDevice& device, CullCounts& count);
     void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
-    [[nodiscard]] DrawItem drawItem(const RenderScene::Impl& scene, std::uint32_t item) const;
+    void describe(const RenderScene::Impl& scene, std::uint32_t item, DrawItem& drawn) const;
     [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
 };
 
@@ -119,7 +200,9 @@ Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamer
     if (counts) *counts = count;
 
     impl_->rank(all, camera);
-    return impl_->list(all, camera);
+    DrawList result = impl_->list(all, camera);
+    result.shadowState = impl_->shadowWatch.look(all, result, camera, pixels);
+    return result;
 }
 
 Expected<void> RenderAction::Impl::askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
@@ -154,40 +237,47 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
     transparent.clear();
     const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
     const double offset = -camera.eye_T_world.translation().z();
-    for (const std::uint32_t i : items) {
+    for (std::size_t k = 0; k < items.size(); ++k) {
+        if (k + kAhead < items.size()) __builtin_prefetch(&scene.items[items[k + kAhead]]);
+        const std::uint32_t i = items[k];
         const SceneItem& item = scene.items[i];
         Ranked ranked{.depth = axis.dot(scene.boxes[i].center()) + offset, .node = item.node, .item = i};
-        if (sorting == DrawSorting::kBoth) ranked.band = depthBand(ranked.depth);
+        if (sorting == DrawSorting::kBoth)
+            ranked.bandAndState = std::uint64_t{static_cast<std::uint32_t>(depthBand(ranked.depth))} << 32;
         if (sorting != DrawSorting::kDepth) {
-            ranked.state = 2u * item.state + item.mirrored;
+            ranked.bandAndState |= 2u * item.state + item.mirrored;
             ranked.material = item.material;
             ranked.geometry = item.geometry;
         }
         (item.transparent ? transparent : opaque).push_back(ranked);
         if (item.over) transparent.push_back(ranked);
     }
-    std::sort(opaque.begin(), opaque.end(), [](const Ranked& a, const Ranked& b) { return a.place() < b.place(); });
+    former.sort(opaque, scene.items.size());
 }
 
-DrawItem RenderAction::Impl::drawItem(const RenderScene::Impl& scene, std::uint32_t index) const {
-    DrawItem drawn = scene.drawItem(index);
+void RenderAction::Impl::describe(const RenderScene::Impl& scene, std::uint32_t index, DrawItem& drawn) const {
+    scene.describe(index, drawn);
     // `none` leaves nothing away anywhere: what others are compared with.
-    if (kind == CullerKind::kNone) return drawn;
+    if (kind == CullerKind::kNone) return;
     drawn.box = scene.boxes[index];
     if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters;
     drawn.hiddenFrom = masked.hiddenFrom(index);
-    return drawn;
 }
 
 DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCamera& camera) {
     DrawList result;
     result.hiddenClusters = masked.hiddenClusters();
     result.opaque.reserve(opaque.size());
-    for (const Ranked& ranked : opaque) result.opaque.push_back(drawItem(scene, ranked.item));
+    for (std::size_t i = 0; i < opaque.size(); ++i) {
+        if (i + kAhead < opaque.size()) scene.askFor(opaque[i + kAhead].item);
+        describe(scene, opaque[i].item, result.opaque.emplace_back());
+    }
     transparentItems.clear();
     for (const Ranked& ranked : transparent) {
-        transparentItems.push_back({drawItem(scene, ranked.item), ranked.item, ranked.depth});
-        transparentItems.back().drawn.over = scene.items[ranked.item].over;
+        TransparentOrder::Item& item = transparentItems.emplace_back();
+        item = {.drawn = {}, .item = ranked.item, .depth = ranked.depth};
+        describe(scene, ranked.item, item.drawn);
+        item.drawn.over = scene.items[ranked.item].over;
     }
     transparentOrder.append(scene, camera, transparentItems, result);
     result.lights = scene.lights;
@@ -199,7 +289,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     result.shadowsLeftOut = scene.shadowsLeftOut;
     result.scopesLeftOut = scene.scopesLeftOut;
     if (shadows) result.casters = scene.shadowCasters(camera);
-    result.environment = scene.environment;
+    result.environment = exposedBy(scene.environment, camera.exposure);
     result.studio = scene.studio;
     result.detailed = scene.detailedItems > 0;
     result.coated = scene.coatedItems > 0;

@@ -75,13 +75,13 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             piece.group = group.first;
         }
         const RenderMesh& mesh = *scene.items[item.item].mesh;
-        if (rowOf(mesh.kind).particles && mesh.pointRadius > 0)
+        if (rowOf(mesh.kind).particles && mesh.arrays().pointRadius > 0)
             addParticles(mesh, item, piece, camera);
         else if (mesh.kind == DrawKind::kSlices)
             addSlices(mesh, item, piece, camera);
         else if (byTriangles && !item.drawn.over && mesh.kind == DrawKind::kPoints)
             addBalls(mesh, item, piece, camera);
-        else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).surface)
+        else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).ownTriangles)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
         else
             pieces_.push_back(piece);
@@ -113,8 +113,8 @@ void TransparentOrder::addTriangles(const RenderMesh& mesh, const Item& item, Pi
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3;
     const double offset = -eye_T_item.translation().z();
-    const std::span<const float> positions = mesh.positions.as<float>();
-    const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
+    const std::span<const float> positions = mesh.arrays().positions.as<float>();
+    const std::span<const std::uint32_t> indices = mesh.arrays().indices.as<std::uint32_t>();
     for (std::uint32_t t = 0; t < indices.size() / 3; ++t) {
         if (hasBit(hidden, t / MeshCluster::kTriangles)) continue;
         Vec3d sum = Vec3d::Zero();
@@ -134,7 +134,7 @@ void TransparentOrder::addBalls(const RenderMesh& mesh, const Item& item, Piece 
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose();
     const double half = 2.0 / 3 * mesh.shownRadius * axis.norm();
-    const std::span<const float> centres = mesh.positions.as<float>();
+    const std::span<const float> centres = mesh.arrays().positions.as<float>();
     for (std::uint32_t i = 0; i < centres.size() / 3; ++i) {
         const double depth =
             axis.dot(Vec3d(centres[3 * i], centres[3 * i + 1], centres[3 * i + 2])) - eye_T_item.translation().z();
@@ -153,8 +153,9 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / 3, eye = eye_T_item.inverse().translation();
     const double offset = -eye_T_item.translation().z();
-    const std::span<const float> positions = mesh.positions.as<float>(), texcoords = mesh.slices.as<float>();
-    const std::span<const std::uint32_t> indices = mesh.indices.as<std::uint32_t>();
+    const std::span<const float> positions = mesh.arrays().positions.as<float>(),
+                                 texcoords = mesh.arrays().texcoords.as<float>();
+    const std::span<const std::uint32_t> indices = mesh.arrays().indices.as<std::uint32_t>();
     const auto cornerOf = [&](std::size_t t, std::size_t corner) {
         const float* p = &positions[3 * std::size_t{indices[3 * t + corner]}];
         return Vec3d(p[0], p[1], p[2]);
@@ -199,7 +200,7 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
 // A piece each, for both of its triangles, as far away as its middle.
 void TransparentOrder::addParticles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
-    const std::span<const float> numbers = mesh.positions.as<float>();
+    const std::span<const float> numbers = mesh.arrays().positions.as<float>();
     const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / static_cast<double>(places);
     const double offset = -eye_T_item.translation().z();

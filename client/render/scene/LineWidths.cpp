@@ -27,8 +27,8 @@ struct Ends {
 class SampledLines {
 public:
     SampledLines(const RenderMesh& mesh, LineSource source)
-        : positions_(mesh.positions.as<float>()),
-          numbers_((source == LineSource::kLines ? mesh.lineEnds : mesh.indices).as<std::uint32_t>()),
+        : positions_(mesh.arrays().positions.as<float>()),
+          numbers_((source == LineSource::kLines ? mesh.arrays().lines : mesh.arrays().indices).as<std::uint32_t>()),
           source_(source) {}
     /// Of what is sampled: lines, or corners of triangles.
     [[nodiscard]] std::uint64_t count() const {
@@ -118,7 +118,7 @@ std::uint64_t linesOf(const RenderMesh& mesh, LineSource source) {
         case LineSource::kCorners:
             break;
     }
-    return std::min<std::uint64_t>(mesh.positions.sizeBytes() / (3 * sizeof(float)), mesh.triangles / 2 + 2);
+    return std::min<std::uint64_t>(mesh.arrays().positions.sizeBytes() / (3 * sizeof(float)), mesh.triangles / 2 + 2);
 }
 
 LinesOnScreen linesOnScreen(const RenderMesh& mesh, LineSource source, const Affine3d& world_T_item,

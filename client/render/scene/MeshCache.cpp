@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/geometry/MeshCopies.h"
 #include "common/geometry/Points.h"
 
 namespace tessera {
@@ -14,11 +15,25 @@ bool allOpaque(ByteSpan rgba) {
     return true;
 }
 
+/// Of copies: as many in each as others have triangles.
+static std::vector<MeshCluster> clustersOfCopies(const MeshArrays& arrays) {
+    std::vector<MeshCluster> clusters;
+    const std::size_t count = copyCount(arrays);
+    for (std::size_t first = 0; first < count; first += MeshCluster::kTriangles) {
+        const Box box = boundsOfCopies(arrays, first, std::min(first + MeshCluster::kTriangles, count));
+        // A little larger than rounding takes away.
+        clusters.push_back({.centre = box.center().cast<float>(),
+                            .half = (0.5 * box.size() + 1e-6 * (box.size() + box.center().cwiseAbs())).cast<float>()});
+    }
+    return clusters;
+}
+
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
         if (rowOf(kind).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters.empty())) {
-            occluder_ = std::make_unique<OccluderMesh>(positions.as<float>(), indices.as<std::uint32_t>());
+            occluder_ =
+                std::make_unique<OccluderMesh>(arrays().positions.as<float>(), arrays().indices.as<std::uint32_t>());
         }
     }
     return occluder_.get();
@@ -26,19 +41,17 @@ const OccluderMesh* RenderMesh::occluder() const {
 
 const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     if (!drawable.resident()) return nullptr;
-    const auto [it, isNew] = meshes_.try_emplace(drawable.key());
+    const MeshArrays arrays = drawable.arrays();
+    const auto [it, isNew] = meshes_.try_emplace(keyOf(arrays));
     RenderMesh& mesh = it->second;
     ++mesh.users_;
     if (!isNew) return &mesh;
-    const MeshArrays arrays = drawable.arrays();
-    mesh.key_ = it->first;
-    mesh.positions = arrays.positions;
-    mesh.indices = arrays.indices;
-    mesh.kind = kindOf(arrays);
-    if (mesh.kind == DrawKind::kLines) mesh.lineEnds = arrays.lines;
-    if (mesh.kind == DrawKind::kSlices) mesh.slices = arrays.texcoords;
-    mesh.pointRadius = arrays.pointRadius;
+    const auto drawn = std::make_shared<DrawMesh>(
+        DrawMesh{.serial = nextSerial(), .key = it->first, .arrays = arrays, .kind = kindOf(arrays)});
+    mesh.drawn = drawn;
+    mesh.kind = drawn->kind;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
+    drawn->sound = !mesh.refused;
     if (drawable.hasOwnBounds() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
     return &mesh;
 }
@@ -46,13 +59,19 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
 void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     mesh.refused = !checkMesh(arrays);
     if (mesh.refused) return;
+    mesh.opaque = allOpaque(arrays.colors.bytes());
+    if (mesh.kind == DrawKind::kGlyphs) {
+        mesh.triangles = triangleCount(arrays);
+        mesh.clusters = clustersOfCopies(arrays);
+        for (const MeshCluster& cluster : mesh.clusters) mesh.bounds.extend(cluster.box());
+        return;
+    }
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});
     const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
     mesh.triangles = rowOf(mesh.kind).particles ? 2 * (vertices / places) : triangleCount(arrays);
     mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
-    mesh.opaque = allOpaque(arrays.colors.bytes());
     if (rowOf(mesh.kind).ownTriangles)
         mesh.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
@@ -75,26 +94,26 @@ bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {
 }
 
 void RenderMesh::boundVertices(const ByteRange& vertices) {
-    const std::span<const float> numbers = positions.as<float>();
+    const std::span<const float> numbers = arrays().positions.as<float>();
     const std::size_t perBox = 3 * kVerticesPerBox;
     for (std::size_t i = vertices.begin / kVerticesPerBox; i * kVerticesPerBox < vertices.end; ++i)
         boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
     bounds = Box();
     for (const Box& box : boxes_) bounds.extend(box);
     if (rowOf(kind).particles && !bounds.empty()) {
-        bounds.lower.array() -= std::abs(pointRadius);
-        bounds.upper.array() += std::abs(pointRadius);
+        bounds.lower.array() -= std::abs(arrays().pointRadius);
+        bounds.upper.array() += std::abs(arrays().pointRadius);
     }
     if (kind != DrawKind::kPoints) return;
-    shownRadius = tessera::shownRadius(pointRadius, bounds);
-    bounds = boundsOfPoints(bounds, pointRadius);
+    shownRadius = tessera::shownRadius(arrays().pointRadius, bounds);
+    bounds = boundsOfPoints(bounds, arrays().pointRadius);
 }
 
 void MeshCache::release(const RenderMesh* mesh) {
     if (!mesh) return;
-    const auto it = meshes_.find(mesh->key_);
+    const auto it = meshes_.find(mesh->drawn->key);
     TESSERA_CHECK(it != meshes_.end() && it->second.users_ > 0, "a mesh is released by who acquired it");
-    if (--it->second.users_ == 0) unused_.push_back(mesh->key_);
+    if (--it->second.users_ == 0) unused_.push_back(mesh->drawn->key);
 }
 
 void MeshCache::dropUnused() {

@@ -6,10 +6,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "client/render/DrawKinds.h"
+#include "client/render/DrawMesh.h"
 #include "client/render/MeshClusters.h"
 #include "client/render/scene/OccluderMesh.h"
-#include "common/drawable/Drawable.h"
 #include "common/math/Box.h"
 
 namespace tessera {
@@ -18,17 +17,15 @@ struct RenderMesh {
     Box bounds;  ///< in the mesh's own coordinates; empty when the mesh cannot be drawn
     std::uint64_t triangles = 0;
     std::uint64_t lines = 0;
-    bool refused = false;  ///< by checkMesh
-    bool opaque = true;    ///< no vertex colour with alpha below 1
-    Blob positions, indices;
-    Blob lineEnds;  ///< of kLines: MeshArrays::lines
-    Blob slices;    ///< of kSlices: their texcoords (VolumeShapes.h)
+    bool refused = false;                   ///< by checkMesh
+    bool opaque = true;                     ///< no vertex colour with alpha below 1
+    std::shared_ptr<const DrawMesh> drawn;  ///< what lists name of it
     DrawKind kind = DrawKind::kTriangles;
-    double pointRadius = 0,
-           shownRadius = 0;  ///< of points: as said, and as shown; of particles see ParticleArrays.h; else 0
+    double shownRadius = 0;  ///< of points: as they are shown; else 0
     /// None of what has come by edits of ranges: it may go on changing.
     std::vector<MeshCluster> clusters;
 
+    [[nodiscard]] const MeshArrays& arrays() const { return drawn->arrays; }
     [[nodiscard]] bool drawable() const { return triangles + lines > 0 && !bounds.empty(); }
     /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points, lines).
     [[nodiscard]] const OccluderMesh* occluder() const;
@@ -41,7 +38,6 @@ private:
     static constexpr std::size_t kVerticesPerBox = 1024;
     void boundVertices(const ByteRange& vertices);
 
-    MeshKey key_{};
     std::vector<Box> boxes_;
     std::uint32_t users_ = 0;
     mutable bool occluderBuilt_ = false;

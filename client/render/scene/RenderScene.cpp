@@ -21,6 +21,10 @@ Vec3d unitOr(const Vec3d& v, const Vec3d& fallback) {
 RenderScene::RenderScene() : impl_(std::make_unique<Impl>()) {}
 RenderScene::~RenderScene() = default;
 
+void RenderScene::beginFrame() {
+    impl_->shadows.beginFrame();
+}
+
 Box RenderScene::bounds() const {
     return impl_->tree.bounds();
 }
@@ -47,7 +51,6 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     ++rebuilds;
     ++version.scene;
     ++version.contents;
-    ++itemChanges;
     places.clear();
     items.clear();
     boxes.clear();
@@ -58,7 +61,6 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     undrawn.clear();
     byScreen.clear();
     wideLines.clear();
-    ++finenessChanges;
     ++transparentChanges;
     linesByReach = {};
     users_.clear();
@@ -75,6 +77,7 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     billboards_.clear();
     turnedPoses.clear();
     lentTo_.clear();
+    shadows.clear();
 
     aspect_ = &aspect;
     places.reserve(aspect.objectCount());
@@ -109,11 +112,17 @@ void RenderScene::Impl::follow(const Aspect& aspect, const ChangeList& list) {
         if (const std::uint32_t place = places.find(id); place != kNone) removePlace(place);
     settleAll(!list.placements.empty());
 
-    if (!changedItems_.empty()) ++itemChanges;
-    tree.follow(boxes, changedItems_);
-    for (const std::uint32_t item : changedItems_) items[item].queued = false;
-    changedItems_.clear();
+    followBoxes();
     finish();
+}
+
+void RenderScene::Impl::followBoxes() {
+    tree.follow(boxes, changedItems_);
+    for (const std::uint32_t item : changedItems_) {
+        items[item].queued = false;
+        shadows.changed(item);
+    }
+    changedItems_.clear();
 }
 
 void RenderScene::Impl::finish() {

@@ -28,6 +28,9 @@ public:
     ~RenderScene();
     /// Call after the aspect has changed by `list` (null: anything may have changed).
     void update(const Aspect& aspect, const ChangeList* list);
+    /// Says that another frame begins, whatever tiles of whatever screens look at it: what the one before has asked for
+    /// is kept. Where nobody says so each look from a tile is a frame.
+    void beginFrame();
     [[nodiscard]] Box bounds() const;  ///< world bounds of all visible geometry
     [[nodiscard]] SceneVersion version() const;
     /// Nodes of what is shown and yet not drawn: its mesh is not whole (checkMesh), or some of it lies beyond

@@ -20,7 +20,7 @@ std::vector<SceneContent> contentsOf(const RenderScene& scene, const Vec3d& eyeW
         if (box.empty()) continue;
         const Vec3d inside = eyeWorld.cwiseMax(box.lower).cwiseMin(box.upper);
         const Near here{(inside - eyeWorld).squaredNorm(),
-                        {all.items[i].geometry, all.items[i].material, all.items[i].fineness}};
+                        {all.items[i].geometry, all.items[i].material, all.items[i].mesh->drawn}};
         const auto [known, isNew] = nearest.try_emplace(here.content.geometry, here);
         known->second.distance2 = std::min(known->second.distance2, here.distance2);
     }

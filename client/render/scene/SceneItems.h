@@ -13,6 +13,7 @@
 #include "client/render/scene/SceneEffects.h"
 #include "client/render/scene/SceneLooks.h"
 #include "client/render/scene/ShadowCasters.h"
+#include "client/render/scene/ShadowStore.h"
 #include "common/cores/Geometry.h"
 #include "common/field/NodePose.h"
 #include "common/scene/ChildChoice.h"
@@ -21,32 +22,35 @@ namespace tessera {
 
 /// A drawable core at its place.
 struct SceneItem {
+    // What each frame reads of what it shows comes first.
     ObjectId node, geometry, material;  ///< no node: the slot is free
     const RenderMesh* mesh = nullptr;   ///< as it is drawn on the screen that was looked from last; else `base`
-    const RenderMesh* base = nullptr;   ///< as its fields say
     std::uint32_t place = 0;            ///< slot in `places`
+    std::uint32_t turned = kUnturned;   ///< in `turnedPoses`; its place says where it stands otherwise
+    static constexpr std::uint32_t kUnturned = 0xffffffffu;
+    std::uint16_t state = 0;               ///< see SceneLook
+    DrawKind kind = DrawKind::kTriangles;  ///< see SceneLook
     bool mirrored = false;
     bool transparent = false;
-    bool occludes = false;                                  ///< opaque in every pixel it covers
-    bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
-    DrawKind kind = DrawKind::kTriangles;                   ///< see SceneLook
-    float lineWidth = 0;                                    ///< see SceneLook
-    std::uint8_t lineLayers = 0;                            ///< see SceneLook
-    bool cornersAlone = false;                              ///< see SceneLook
-    float widestLinePx = DrawItem::kAnyWidth;               ///< on the screen that was looked from last
-    std::uint16_t state = 0;                                ///< see SceneLook
-    Fineness fineness;                                      ///< of `mesh`
-    bool asWhole = false;                                   ///< see SceneLook
     bool over = false;                                      ///< see SceneLook
     bool coarser = false;                                   ///< see SceneLook
+    bool asWhole = false;                                   ///< see SceneLook
+    std::shared_ptr<const DrawMaterial> look;               ///< see SceneLook::drawn
+    float lineWidth = 0;                                    ///< see SceneLook
+    float widestLinePx = DrawItem::kAnyWidth;               ///< on the screen that was looked from last
     std::int64_t fill = Material::kFilled;                  ///< see SceneLook
+    const RenderMesh* base = nullptr;                       ///< as its fields say
+    bool occludes = false;                                  ///< opaque in every pixel it covers
+    bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
+    std::uint8_t lineLayers = 0;                            ///< see SceneLook
+    bool cornersAlone = false;                              ///< see SceneLook
+    Fineness fineness;                                      ///< of `mesh`
     bool byScreen = false;                                  ///< see SceneLook
     double slack = 0;                                       ///< see SceneLook
+    std::uint64_t cut = 0;                                  ///< see SceneLook
     bool queued = false;                                    ///< named in `changedItems`
     std::uint8_t seenBy = 0xff;                             ///< users, see ScenePlace
-    std::uint32_t turned = kUnturned;  ///< in `turnedPoses`; its place says where it stands otherwise
-    ObjectId lent;                     ///< its material, where a group gives it; else none
-    static constexpr std::uint32_t kUnturned = 0xffffffffu;
+    ObjectId lent;                                          ///< its material, where a group gives it; else none
     double reach = 0;  ///< at least the distance of any vertex from the mesh's own origin, in world units
 };
 
@@ -81,12 +85,12 @@ struct ScenePlace {
         kAll;  ///< the one child that may be shown, or all, or none, or some: see `some_`; means nothing while hidden
     std::uint32_t item = kNone;      ///< the item here
     std::uint32_t depth = 0;         ///< nodes above
-    std::uint32_t scopes = 0;        ///< while shown: see DrawItem
     bool ofServer = false;           ///< while shown: it, or one above, is the server's own (Node::ofServer)
     bool topOfServer = false;        ///< its node says so itself
     std::uint32_t orderedBelow = 0;  ///< ordered places at and below it
     std::uint32_t newDepth = 0, newDepthIn = 0;    ///< while an update runs, see depthNow
     GroupMaterials materials;                      ///< for what is below, while shown
+    std::uint32_t scopes = 0;                      ///< while shown: see DrawItem
     Affine3d world_T_node = Affine3d::Identity();  ///< while shown; nothing turned
 };
 
@@ -127,8 +131,11 @@ struct RenderScene::Impl {
     std::array<ObjectId, DrawList::kMaxScopes> scopes{};  ///< by bit; no node: the bit is free
     /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
     [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
-    /// Without its box and its clusters.
-    [[nodiscard]] DrawItem drawItem(std::uint32_t item) const;
+    mutable ShadowStore shadows;
+    /// Writes a fresh DrawItem: all but its box and its clusters.
+    void describe(std::uint32_t item, DrawItem& drawn) const;
+    /// Soon: so that it lies in a cache then.
+    void askFor(std::uint32_t item) const;
     std::size_t detailedItems = 0, coatedItems = 0, glossyItems = 0;
     std::uint64_t transparentTriangles = 0;       ///< of what the fields say
     std::uint64_t finerTransparentTriangles = 0;  ///< more, on the screen that was looked from last
@@ -139,7 +146,6 @@ struct RenderScene::Impl {
     std::set<ObjectId> undrawn;
     /// Items that screens may draw finer.
     std::set<std::uint32_t> byScreen;
-    std::uint64_t finenessChanges = 0;
     /// Items with lines of more than a pixel.
     std::set<std::uint32_t> wideLines;
     NarrowedLines narrowed;  ///< on the screen that was looked from last
@@ -147,7 +153,6 @@ struct RenderScene::Impl {
     [[nodiscard]] double widestLineReachPx() const;
     std::uint64_t rebuilds = 0;
     SceneVersion version;
-    std::uint64_t itemChanges = 0;  ///< updates in which any item came, went or moved
 
     /// In its own coordinates: around it, however fine it is drawn.
     [[nodiscard]] static Box reachedBy(const SceneItem& item);
@@ -180,6 +185,8 @@ private:
     void setCore(std::uint32_t place, ObjectId core);
     void mark(std::uint32_t place, Dirty why);
     void markUsers(ObjectId core, Dirty why);
+    /// What has been queued: the tree, and what follows shadows.
+    void followBoxes();
     void finish();
     void refreshLights();
     void setScopes(std::span<const ObjectId> now);
@@ -200,8 +207,6 @@ private:
     void narrowFor(const ScreenCamera& camera);
 
     // ShadowCasters.cpp
-    [[nodiscard]] std::shared_ptr<const ShadowView> shadowView(const ScreenCamera& camera, bool sun,
-                                                               const std::shared_ptr<const ShadowView>& before) const;
     [[nodiscard]] Box boundsWithin(const Box& part) const;
 
     // ScenePlaces.cpp: what is to be known of a place, from its parent down.
@@ -280,9 +285,7 @@ private:
         lentTo_;  ///< materials of groups → places of the items that have them
     std::vector<std::pair<std::uint32_t, Affine3d>> turning_;
     mutable std::shared_ptr<const ShadowCasters> casters_;
-    mutable std::uint64_t castersOfItems_ = 0, castersOfContents_ = 0,
-                          castersOfFineness_ = 0;  ///< `itemChanges`, version.contents, `finenessChanges` then
-    SceneVersion lookedAt_;                        ///< by lookFrom
+    SceneVersion lookedAt_;  ///< by lookFrom
     ScreenCamera lookedFrom_{};
     SceneVersion narrowedAt_;  ///< by narrowFor
     ScreenCamera narrowedFrom_{};

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "client/render/DrawList.h"
 #include "common/cores/Image.h"
 #include "common/cores/SurfaceParts.h"
 #include "common/drawable/ImageLayout.h"
@@ -27,31 +26,6 @@ bool isGlossy(const Material& material) {
 }
 
 }  // namespace
-
-bool isBlended(const Material& pass) {
-    return pass.alphaMode == Material::kBlend || pass.transmission > 0 ||
-           (pass.alphaMode == Material::kAutoAlpha && pass.baseColor.w() < 1);
-}
-
-std::vector<const Material*> passesOf(const Aspect& aspect, const Material& material) {
-    std::vector<const Material*> passes;
-    for (const ObjectId id : material.passes)
-        if (const auto* pass = passes.size() < Material::kMostPasses ? aspect.get<Material>(id) : nullptr)
-            passes.push_back(pass);
-    return passes;
-}
-
-std::vector<ObjectId> coarserOf(const Aspect& aspect, const Material& material) {
-    std::vector<ObjectId> chain;
-    const Material* at = &material;
-    while (at && at->coarser && chain.size() < kMostCoarser) {
-        const ObjectId next = at->coarser;
-        at = aspect.get<Material>(next);
-        if (!at || at == &material || std::ranges::find(chain, next) != chain.end()) break;
-        chain.push_back(next);
-    }
-    return chain;
-}
 
 SceneLook SceneLooks::of(const Aspect& aspect, ObjectId core) {
     std::uint32_t slot = drawables_.find(core);
@@ -83,11 +57,12 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
                    .slack = use.slack};
     if (use.mesh) look.kind = use.mesh->kind;
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
+    look.fineness = rowOf(look.kind).fineness;
     if (rowOf(look.kind).volume) {
         look.material = {};
-        look.fineness = kVolumeOnScreens;
     } else if (materialSlot != kNone) {
         const MaterialUse& material = materials_[materialSlot];
+        look.drawn = material.drawn;
         look.transparent = material.transparent || (material.blends && use.mesh && !use.mesh->opaque);
         look.occludes = look.occludes && material.opaque;
         look.detailed = material.detailed;
@@ -110,11 +85,12 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         }
         look.over = material.over && !look.transparent;
         look.coarser = material.coarser;
+        look.cut = material.cut;
         look.state = material.state;
     }
     look.transparent = look.transparent || rowOf(look.kind).particles || rowOf(look.kind).volume;
-    static_assert(kDrawKinds.size() <= 8);
-    if (use.mesh) look.state = static_cast<std::uint16_t>(8 * look.state + static_cast<unsigned>(look.kind));
+    static_assert(kDrawKinds.size() <= 16);
+    if (use.mesh) look.state = static_cast<std::uint16_t>(16 * look.state + static_cast<unsigned>(look.kind));
     return look;
 }
 
@@ -139,6 +115,7 @@ void SceneLooks::clear() {
     stepped_.clear();
     materials_.clear();
     images_.clear();
+    sources_.clear();
     partUsers_.clear();
 }
 
@@ -254,6 +231,7 @@ void SceneLooks::endLook() {
 }
 
 void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<ObjectId>& changed) {
+    sources_.changed(aspect, id);
     if (const auto part = partUsers_.find(id); part != partUsers_.end()) {
         const std::set<std::uint32_t> users = part->second;
         for (const std::uint32_t m : users)
@@ -308,6 +286,7 @@ void SceneLooks::forgetUnused(std::uint32_t material) {
     if (materials_[material].firstDrawable != kNone || materials_[material].held > 0) return;
     setImage(material, {});
     setParts(material, {});
+    releaseSources(materials_[material].drawn->levels);
     materials_.erase(material);
 }
 
@@ -360,7 +339,20 @@ void SceneLooks::setParts(std::uint32_t material, std::set<ObjectId> parts) {
     for (const ObjectId part : use.parts) partUsers_[part].insert(material);
 }
 
+void SceneLooks::releaseSources(std::span<const DrawMaterial::Level> levels) {
+    for (const DrawMaterial::Level& level : levels) {
+        sources_.release(level.own.look->material);
+        for (const DrawMaterial::Layer& pass : level.passes) sources_.release(pass.look->material);
+    }
+}
+
 bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
+    std::shared_ptr<DrawMaterial>& drawn = materials_[material].drawn;
+    if (!drawn) drawn = std::make_shared<DrawMaterial>();
+    const std::vector<DrawMaterial::Level> before = std::exchange(
+        drawn->levels,
+        levelsOf(aspect, materials_[material].id, [&](ObjectId id) { return sources_.acquire(aspect, id); }));
+    releaseSources(before);
     const auto* core = aspect.get<Material>(materials_[material].id);
     if (!core) return false;
     setImage(material, core->baseColorImage);
@@ -388,6 +380,22 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
         moved = true;
         reach = std::max(reach, program->reach);
     };
+    // What shadows follow from besides arrays. Coarser ones cast none.
+    bool cuts = false;
+    const auto lookForCuts = [&](const Material& of) {
+        if (of.alphaMode != Material::kMask && !of.program) return;
+        cuts = true;
+        for (const ObjectId image :
+             {of.baseColorImage, of.metallicRoughnessImage, of.normalImage, of.occlusionImage, of.emissiveImage})
+            if (image) parts.insert(image);
+        for (const ObjectId id : of.uniforms) {
+            parts.insert(id);
+            const auto* uniform = aspect.get<Uniform>(id);
+            if (uniform && uniform->image) parts.insert(uniform->image);
+        }
+    };
+    lookForCuts(*core);
+    for (const ObjectId pass : passesOf(aspect, *core)) lookForCuts(*aspect.get<Material>(pass));
     lookAt(*core);
     const bool ownWritten = written;
     const auto lookAtOther = [&](const Material& other) {
@@ -397,9 +405,10 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
         passGlossy = passGlossy || isGlossy(other);
     };
     const auto lookAtPasses = [&](const Material& of) {
-        for (const Material* pass : passesOf(aspect, of)) {
-            lookAtOther(*pass);
-            over = over || isBlended(*pass);
+        for (const ObjectId id : passesOf(aspect, of)) {
+            const auto& pass = *aspect.get<Material>(id);
+            lookAtOther(pass);
+            over = over || isBlended(pass);
         }
         for (const ObjectId pass : of.passes) parts.insert(pass);
         outlines = std::max(outlines, std::exchange(outlinesOfThis, 0));
@@ -445,7 +454,8 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
                          detailed != use.detailed || coated != use.coated || glossy != use.glossy ||
                          state != use.state || moved != use.moved || reach != use.reach || core->fill != use.fill ||
                          outline != use.outline || outlines != use.outlines || layers != use.layers ||
-                         edges != use.edges || over != use.over || coarser.empty() == use.coarser;
+                         edges != use.edges || over != use.over || coarser.empty() == use.coarser || cuts ||
+                         use.cut != 0;
     use.transparent = transparent;
     use.blends = blends;
     use.opaque = opaque;
@@ -461,6 +471,7 @@ bool SceneLooks::refresh(const Aspect& aspect, std::uint32_t material) {
     use.layers = static_cast<std::uint8_t>(layers);
     use.edges = edges;
     use.over = over;
+    use.cut = cuts ? ++cuts_ : 0;
     use.coarser = !coarser.empty();
     return another;
 }

@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include "client/render/DrawMaterial.h"
+#include "client/render/scene/LookSources.h"
 #include "client/render/scene/MeshCache.h"
 #include "client/render/scene/SlotTable.h"
 #include "common/cores/Material.h"
@@ -16,6 +18,7 @@ namespace tessera {
 struct SceneLook {
     const RenderMesh* mesh = nullptr;  ///< as its fields say; null: its bytes are not here
     ObjectId material;
+    std::shared_ptr<const DrawMaterial> drawn;  ///< it, as lists name it; null: there is none
     bool transparent = false;
     bool occludes = false;  ///< opaque in every pixel it covers
     bool detailed = false;  ///< images say more than colour and normals
@@ -33,6 +36,9 @@ struct SceneLook {
     bool coarser = false;                   ///< its material has another one for where it is small
     bool byScreen = false;                  ///< screens may draw it finer
     Fineness fineness;                      ///< of its mesh: see finenessOnScreens
+    /// Where its material tells in depths alone, by holes that alpha cuts, a program, passes: a number that is another
+    /// one as soon as any of that may be. Else 0.
+    std::uint64_t cut = 0;
     double slack = 0;  ///< how far beyond the mesh's bounds it reaches then, or moved, in its own coordinates
 };
 
@@ -109,6 +115,7 @@ private:
     };
     struct MaterialUse {
         ObjectId id;
+        std::shared_ptr<DrawMaterial> drawn;
         bool transparent = false;
         bool blends = false;  ///< transparent where a vertex colour is
         bool opaque = true;   ///< and its image too
@@ -121,8 +128,9 @@ private:
         bool edges = false;                     ///< some outline is edges
         bool over = false;                      ///< some pass is blended
         bool coarser = false;
-        bool moved = false;  ///< by its program
-        double reach = 0;    ///< how far at most
+        bool moved = false;     ///< by its program
+        double reach = 0;       ///< how far at most
+        std::uint64_t cut = 0;  ///< see SceneLook
         std::uint32_t image = kNone;
         std::uint32_t held = 0;  ///< how often
         std::uint32_t firstDrawable = kNone;
@@ -146,6 +154,7 @@ private:
     void leaveMaterial(std::uint32_t drawable);
     void setImage(std::uint32_t material, ObjectId image);
     void setParts(std::uint32_t material, std::set<ObjectId> parts);
+    void releaseSources(std::span<const DrawMaterial::Level> levels);
     /// Whether it is another now, to those who use it.
     bool refresh(const Aspect& aspect, std::uint32_t material);
     [[nodiscard]] bool imageOpaque(const Aspect& aspect, std::uint32_t image);
@@ -155,9 +164,10 @@ private:
     SlotTable<DrawableUse> drawables_;
     SlotTable<MaterialUse> materials_;
     SlotTable<ImageUse> images_;
+    LookSources sources_;
     std::map<ObjectId, std::set<std::uint32_t>> partUsers_;  ///< materials by their parts
     std::set<ObjectId> stepped_;                             ///< drawables with steps beyond the first, or patterns
-    std::uint64_t look_ = 0;
+    std::uint64_t look_ = 0, cuts_ = 0;
 };
 
 }  // namespace tessera

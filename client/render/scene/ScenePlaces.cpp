@@ -121,8 +121,8 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         if (place.ordered && (!stands || reorder)) takeOut(slot);
         if (stands && !place.ordered) arrivals_.push_back(slot);
         if (stands && moved) lightsStale_ = true;
-        if (reowned) ++itemChanges;  // it casts shadows, or none
         settleItem(slot, moved, relooked || (dirty & kDrawn) != 0);
+        if (reowned && place.item != kNone) shadows.changed(place.item);  // it casts some, or none
 
         // Which children inherit something new?
         const std::uint32_t showed = place.shows;
@@ -278,6 +278,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.node = place.id;
     item.geometry = place.core;
     item.material = look.material;
+    item.look = look.drawn;
     item.mesh = item.base = look.mesh;
     item.fineness = look.fineness;
     item.asWhole = look.asWhole;
@@ -286,6 +287,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.fill = look.fill;
     item.byScreen = look.byScreen;
     item.slack = look.slack;
+    item.cut = look.cut;
     item.transparent = look.transparent;
     item.occludes = look.occludes;
     item.detailed = look.detailed;
@@ -297,6 +299,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     item.cornersAlone = look.cornersAlone;
     item.state = look.state;
     countLooks(place.item, 1);
+    shadows.changed(place.item);
     if (isNew || moved || otherReach) placed();
 }
 

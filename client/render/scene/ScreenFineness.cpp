@@ -293,7 +293,7 @@ void RenderScene::Impl::drawAt(std::uint32_t index, const Fineness& fineness, co
     if (item.transparent) finerTransparentTriangles += mesh->triangles - item.mesh->triangles;
     item.mesh = mesh;
     item.fineness = fineness;
-    ++finenessChanges;
+    shadows.changed(index);
 }
 
 }  // namespace tessera

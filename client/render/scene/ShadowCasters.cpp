@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "client/render/scene/SceneItems.h"
 #include "client/render/scene/StudioLook.h"
@@ -28,8 +27,6 @@ bool isFiner(const ScreenCamera& a, const ScreenCamera& than) {
     return a.clip_T_eye(0, 0) > kEnough * than.clip_T_eye(0, 0) || a.clip_T_eye(2, 2) < kEnough * than.clip_T_eye(2, 2);
 }
 
-constexpr Frustum::Mask kAllButNear = Frustum::kAllPlanes & ~(1u << 4);
-
 /// The next of a quarter octave's steps.
 double roundedUp(double size) {
     return std::exp2(std::ceil(4 * std::log2(std::max(size, 1e-9))) / 4);
@@ -43,7 +40,9 @@ ScreenCamera sunCamera(const LightItem& light, const Box& shaded) {
     const double side = roundedUp(2 * std::max(half.x(), half.y()) * 1.02), step = side / 64;
     center.x() = step * std::floor(center.x() / step + 0.5);
     center.y() = step * std::floor(center.y() / step + 0.5);
-    const double reach = 0.5 * side + step, depth = roundedUp(half.z() * 1.05 + 1e-3 * side);
+    // Along the light, too: what moves at the edge of a scene would else move the view.
+    center.z() = step * std::floor(center.z() / step + 0.5);
+    const double reach = 0.5 * side + step, depth = roundedUp(half.z() * 1.05 + step);
     ScreenCamera camera{.eyeWorld = Vec3d::Zero(),
                         .eye_T_world = Affine3d::Identity(),
                         .clip_T_eye = Mat4d::Identity(),
@@ -57,13 +56,12 @@ ScreenCamera sunCamera(const LightItem& light, const Box& shaded) {
     return camera;
 }
 
-ScreenCamera spotCamera(const LightItem& light, const Box& shaded) {
-    constexpr double kWidest = 80 * M_PI / 180;
+ScreenCamera lampCamera(const LightItem& light, const Vec3d& direction, double slope, const Box& shaded) {
     ScreenCamera camera{.eyeWorld = light.position,
                         .eye_T_world = Affine3d::Identity(),
                         .clip_T_eye = Mat4d::Zero(),
                         .pixels = {.width = kSpotMapPx, .height = kSpotMapPx}};
-    camera.eye_T_world.linear() = lookingAlong(light.direction);
+    camera.eye_T_world.linear() = lookingAlong(direction);
     camera.eye_T_world.translation() = -(camera.eye_T_world.linear() * light.position);
     const Vec3d farthest =
         (shaded.upper - light.position).cwiseAbs().cwiseMax((shaded.lower - light.position).cwiseAbs());
@@ -71,7 +69,6 @@ ScreenCamera spotCamera(const LightItem& light, const Box& shaded) {
     // Depths are finest near the light whatever their end is (a reversed float): one that does not follow the scene.
     const double near = 1e-3 * (light.range > 0 ? std::min<double>(light.range, reach) : reach);
     const double far = light.range > 0 ? std::max<double>(light.range, 2 * near) : 1e5 * near;
-    const double slope = 1 / std::tan(std::clamp<double>(light.outerAngle * 1.02, 0.01, kWidest));
     camera.clip_T_eye(0, 0) = camera.clip_T_eye(1, 1) = slope;
     camera.clip_T_eye(2, 2) = -(far + near) / (far - near);
     camera.clip_T_eye(2, 3) = -2 * far * near / (far - near);
@@ -79,39 +76,19 @@ ScreenCamera spotCamera(const LightItem& light, const Box& shaded) {
     return camera;
 }
 
-/// What planes alone leave in doubt of large boxes, whose corners mean nothing any more in single precision: whether
-/// the box lies beside the view along an edge of its own. Of a sun across its light; of a spot around its cone.
-class Beside {
-public:
-    Beside(const ScreenCamera& camera, bool sun) : sun_(sun), light_(camera.eye_T_world.linear().row(2)) {
-        const Affine3d world_T_eye = camera.eye_T_world.inverse();
-        const Mat4d eye_T_clip = camera.clip_T_eye.inverse();
-        for (int i = 0; i < 8; ++i) {
-            const Vec4d corner = eye_T_clip * Vec4d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1, 1);
-            corners_.col(i) = world_T_eye * Vec3d(corner.head<3>() / corner.w());
-        }
-    }
-    [[nodiscard]] bool operator()(const Box& box) const {
-        const Vec3d half = 0.5 * box.size(), center = box.center();
-        for (int i = 0; i < 3; ++i) {
-            const Vec3d axis = sun_ ? Vec3d(light_.cross(Vec3d::Unit(i))) : Vec3d(Vec3d::Unit(i));
-            const Eigen::Matrix<double, 1, 8> along = axis.transpose() * corners_;
-            const double reach = axis.cwiseAbs().dot(half), at = axis.dot(center);
-            if (at - reach > along.maxCoeff() || at + reach < along.minCoeff()) return true;
-        }
-        return false;
-    }
-
-private:
-    bool sun_;
-    Vec3d light_;
-    Eigen::Matrix<double, 3, 8> corners_;
-};
-
 }  // namespace
 
-ScreenCamera shadowCamera(const LightItem& light, const Box& shaded) {
-    return light.kind == LightItem::Kind::kSpot ? spotCamera(light, shaded) : sunCamera(light, shaded);
+ScreenCamera shadowCamera(const LightItem& light, const Box& shaded, std::size_t side) {
+    if (light.kind == LightItem::Kind::kDirectional) return sunCamera(light, shaded);
+    if (light.kind == LightItem::Kind::kSpot) {
+        constexpr double kWidest = 80 * M_PI / 180;
+        return lampCamera(light, light.direction,
+                          1 / std::tan(std::clamp<double>(light.outerAngle * 1.02, 0.01, kWidest)), shaded);
+    }
+    // Beyond the edges of a cube as far as surfaces look for shadows, and the rim that is not looked into.
+    constexpr double kSlope = 1 - 32.0 / kSpotMapPx;
+    const double sign = side % 2 == 0 ? 1 : -1;
+    return lampCamera(light, sign * Vec3d::Unit(static_cast<Eigen::Index>(side / 2)), kSlope, shaded);
 }
 
 Box shadedAround(const Vec3d& place, double metres, double unitsPerMetre) {
@@ -144,33 +121,11 @@ std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const Scre
     return camera;
 }
 
-/// The view as it was, where that is of the same things and of the same camera. A light, a head or somebody's camera
-/// that moves is none of them.
-std::shared_ptr<const ShadowView> RenderScene::Impl::shadowView(const ScreenCamera& camera, bool sun,
-                                                                const std::shared_ptr<const ShadowView>& before) const {
-    if (before && castersOfItems_ == itemChanges && castersOfContents_ == version.contents &&
-        castersOfFineness_ == finenessChanges && drawAlike(camera, before->camera))
-        return before;
-    auto view = std::make_shared<ShadowView>(ShadowView{.camera = camera, .items = {}, .clamped = sun});
-    std::vector<std::uint32_t> found;
-    const PixelRect all{.x = 0, .y = 0, .width = camera.pixels.width, .height = camera.pixels.height};
-    // What is before a sun's view stands in its way, too.
-    collectInFrustum(*this, tileFrustum(camera, all), found, sun ? kAllButNear : Frustum::kAllPlanes);
-    const Beside beside(camera, sun);
-    for (const std::uint32_t i : found)
-        if (!items[i].transparent && rowOf(items[i].kind).castsShadows && !places[items[i].place].ofServer &&
-            !beside(boxes[i])) {
-            view->items.push_back(drawItem(i));
-            // A light is no eye that something could be small to.
-            view->items.back().radius = 0;
-            view->items.back().scopes = 0;  // depth alone
-        }
-    // What shares mesh and material stands together, so that it is one call.
-    std::sort(view->items.begin(), view->items.end(), [](const DrawItem& a, const DrawItem& b) {
-        return std::tie(a.material, a.geometry, a.fineness, a.mirrored, a.node) <
-               std::tie(b.material, b.geometry, b.fineness, b.mirrored, b.node);
-    });
-    return view;
+std::vector<std::shared_ptr<const ShadowView>> ShadowCasters::all() const {
+    std::vector<std::shared_ptr<const ShadowView>> all = views;
+    for (const auto& finer : {middle, near})
+        if (finer) all.push_back(finer);
+    return all;
 }
 
 /// Around what the items' boxes have within this one.
@@ -204,9 +159,8 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
     if (shaded.empty()) return casters_ = nullptr;
     const Box middle = boundsWithin(shadedAround(screen.headWorld, kMiddleMetres, unitsPerMetre));
     auto now = std::make_shared<ShadowCasters>();
-    const auto before = [&](std::size_t i) {
-        return casters_ && i < casters_->views.size() ? casters_->views[i] : nullptr;
-    };
+    const unsigned user = byUser_.empty() && billboards_.empty() ? 0 : screen.user % kLevelUsers + 1;
+    shadows.beginLook();
     for (const LightItem& light : lights) {
         if (!light.shadows) continue;
         const bool sun = light.kind == LightItem::Kind::kDirectional;
@@ -218,41 +172,53 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
             const Box both{.lower = floor.lower.cwiseMax(near.lower), .upper = floor.upper.cwiseMin(near.upper)};
             if ((both.lower.array() <= both.upper.array()).all()) around.extend(both);
         }
+        now->firstOf.push_back(now->views.size());
+        if (light.kind == LightItem::Kind::kPoint) {
+            for (std::size_t side = 0; side < kCubeViews; ++side)
+                now->views.push_back(shadows.view(*this, shadowCamera(light, around, side), false, user));
+            continue;
+        }
         const ScreenCamera camera = shadowCamera(light, around);
         if (sun) {
             now->sun = now->views.size();
             const ScreenCamera aroundHead = middle.empty() ? camera : shadowCamera(light, middle);
             const ScreenCamera& finer = isFiner(aroundHead, camera) ? aroundHead : camera;
-            if (&finer != &camera) now->middle = shadowView(finer, true, casters_ ? casters_->middle : nullptr);
-            if (const auto near = nearShadowCamera(finer, screen))
-                now->near = shadowView(*near, true, casters_ ? casters_->near : nullptr);
+            if (&finer != &camera) now->middle = shadows.view(*this, finer, true, user);
+            if (const auto near = nearShadowCamera(finer, screen)) now->near = shadows.view(*this, *near, true, user);
         }
-        now->views.push_back(shadowView(camera, sun, before(now->views.size())));
+        now->views.push_back(shadows.view(*this, camera, sun, user));
     }
-    castersOfItems_ = itemChanges;
-    castersOfContents_ = version.contents;
-    castersOfFineness_ = finenessChanges;
     if (!casters_ || casters_->views != now->views || casters_->near != now->near || casters_->middle != now->middle)
         casters_ = std::move(now);
     return casters_;
 }
 
-DrawItem RenderScene::Impl::drawItem(std::uint32_t index) const {
+void RenderScene::Impl::describe(std::uint32_t index, DrawItem& drawn) const {
     const SceneItem& item = items[index];
-    return {.node = item.node,
-            .geometry = item.geometry,
-            .material = item.material,
-            .world_T_item = world_T(item),
-            .mirrored = item.mirrored,
-            .kind = item.kind,
-            .lineWidth = std::min(item.lineWidth, item.widestLinePx),
-            .widestLinePx = item.widestLinePx,
-            .pointRadius = item.mesh->shownRadius,
-            .fill = item.fill,
-            .center = item.coarser ? boxes[index].center() : Vec3d(Vec3d::Zero()),
-            .radius = item.coarser && !boxes[index].empty() ? 0.5 * boxes[index].size().norm() : 0,
-            .fineness = item.fineness,
-            .scopes = places[item.place].scopes};
+    drawn.node = item.node;
+    drawn.geometry = item.geometry;
+    drawn.material = item.material;
+    drawn.mesh = item.mesh->drawn;
+    drawn.look = item.look;
+    drawn.world_T_item = world_T(item);
+    drawn.mirrored = item.mirrored;
+    drawn.kind = item.kind;
+    drawn.lineWidth = std::min(item.lineWidth, item.widestLinePx);
+    drawn.widestLinePx = item.widestLinePx;
+    drawn.pointRadius = item.mesh->shownRadius;
+    drawn.fill = item.fill;
+    drawn.scopes = places[item.place].scopes;
+    if (!item.coarser || boxes[index].empty()) return;
+    drawn.center = boxes[index].center();
+    drawn.radius = 0.5 * boxes[index].size().norm();
+}
+
+void RenderScene::Impl::askFor(std::uint32_t index) const {
+    const SceneItem& item = items[index];
+    const ScenePlace& place = places[item.place];
+    __builtin_prefetch(&place.scopes);
+    __builtin_prefetch(reinterpret_cast<const char*>(&place.world_T_node) + 64);
+    __builtin_prefetch(&item.look);
 }
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 /// from a screen's eye: the same on every tile of the screen, and the same as before while the head moves a little.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,22 +11,64 @@
 
 namespace tessera {
 
-/// A light's own look at the scene, of which its shadows are made.
-struct ShadowView {
-    ScreenCamera camera;  ///< from the light; eye space in world units; as many pixels as its map has
-    std::vector<DrawItem>
-        items;  ///< solid things that it may see, in no particular order; no lines, nothing of the server's own
-    bool clamped = false;  ///< what is before its depths shades as if it stood at their front
+/// A thing that stands in a light's way. Of how it looks only that is here which its depths follow from: a material
+/// alone that cuts holes into it, or moves its corners.
+struct ShadowCaster {
+    DrawItem item;
+    PixelRect rect;             ///< of the light's map, which has no pixel of it elsewhere
+    double front = 0;           ///< nothing of it is nearer to the light, along the light's view; world units
+    BlobId positions, indices;  ///< of its mesh
+    std::uint64_t mesh = 0;     ///< DrawMesh::serial, where more of its arrays counts; else 0
+    std::uint64_t cut = 0;      ///< SceneLook::cut
+    std::uint64_t since = 0;    ///< the view's state in which it became what it is
 };
 
+/// Of a view, what has not moved for a while.
+struct StillCasters {
+    /// Neighbours share mesh and material where they can.
+    std::shared_ptr<const std::vector<ShadowCaster>> all;
+    std::vector<bool> gone;  ///< of them: those that have moved, or are none any more
+    /// Where the depths of what is left are others than before: ascending.
+    struct Change {
+        std::uint64_t state = 0;
+        PixelRect rect;
+    };
+    std::vector<Change> changes;
+    std::uint64_t knownAfter = 0;  ///< all changes after this state are here
+};
+
+/// A light's own look at the scene, of which its shadows are made. Its map holds the depths nearest to the light: the
+/// same numbers in whatever order, and however often, its casters are drawn.
+struct ShadowView {
+    ScreenCamera camera;    ///< from the light; eye space in world units; as many pixels as its map has
+    bool clamped = false;   ///< what is before its depths shades as if it stood at their front
+    std::uint64_t kin = 0;  ///< views of one kin have one camera, and differ in `state` alone
+    std::uint64_t state = 0;
+    /// Solid things that the light may see, no lines, nothing of the server's own: those that rest, and others.
+    std::shared_ptr<const StillCasters> still;
+    std::vector<ShadowCaster> moving;
+};
+
+/// The sides of a cube around a point light that shines through each of them: of two that are opposite, the one along
+/// an axis of the world comes first.
+inline constexpr std::size_t kCubeViews = 6;
+
 struct ShadowCasters {
-    /// One for each light of the list that has `shadows`, in the list's order. The same one as before, as long as it is
-    /// the same view of the same scene.
+    /// One for each light of the list that has `shadows`, in the list's order; kCubeViews of a point light. The same
+    /// one as before, as long as it is the same view of the same things.
     std::vector<std::shared_ptr<const ShadowView>> views;
+    std::vector<std::size_t> firstOf;  ///< by light that has shadows: its first one
     /// Finer ones of the directional light, each null where it is none: of what lies within kNearMetres of the screen's
     /// eye, and within kMiddleMetres of the head. `views` has what lies within kFarMetres, or as much as there is.
     std::shared_ptr<const ShadowView> near, middle;
-    std::size_t sun = 0;  ///< the directional light, among `views`
+    std::size_t sun = 0;  ///< the directional light's, among `views`
+    /// How many views a light has, whose first one is this.
+    [[nodiscard]] std::size_t countOf(std::size_t light) const {
+        return (light + 1 < firstOf.size() ? firstOf[light + 1] : views.size()) - firstOf[light];
+    }
+
+    /// All of them: `views`, `middle`, `near`, those that there are.
+    [[nodiscard]] std::vector<std::shared_ptr<const ShadowView>> all() const;
 };
 inline constexpr double kNearMetres = 7, kMiddleMetres = 64, kFarMetres = 1000;
 
@@ -33,13 +76,13 @@ inline constexpr double kNearMetres = 7, kMiddleMetres = 64, kFarMetres = 1000;
 /// it stays while that place moves a little.
 [[nodiscard]] Box shadedAround(const Vec3d& place, double metres, double unitsPerMetre);
 
-/// Sides of their maps, in pixels.
+/// Sides of their maps, in pixels; of a point light's too.
 inline constexpr int kSunMapPx = 2048, kSpotMapPx = 1024;
 
 /// Of a directional light all of `shaded`, in steps, so that the map's pixels stay where they are as long as its size
 /// changes little; of a spot its cone, up to 80 degrees from its axis, from a thousandth of its range or of how far
-/// `shaded` reaches.
-[[nodiscard]] ScreenCamera shadowCamera(const LightItem& light, const Box& shaded);
+/// `shaded` reaches; of a point light all that lies nearer to this axis than to others, and a few pixels around.
+[[nodiscard]] ScreenCamera shadowCamera(const LightItem& light, const Box& shaded, std::size_t side = 0);
 /// `sun`'s look at what is near the eye of a screen: in steps, so that it stays while the eye moves a little.
 [[nodiscard]] std::optional<ScreenCamera> nearShadowCamera(const ScreenCamera& sun, const ScreenCamera& screen);
 

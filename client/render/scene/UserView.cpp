@@ -1,5 +1,6 @@
 // What depends on who looks at a screen: levels of detail, billboards, and the lights below them.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -62,10 +63,7 @@ void RenderScene::Impl::showTo(const ScreenCamera& camera) {
         turnsStale_ = false;
     }
     if (changedItems_.empty()) return;
-    ++itemChanges;
-    tree.follow(boxes, changedItems_);
-    for (const std::uint32_t item : changedItems_) items[item].queued = false;
-    changedItems_.clear();
+    followBoxes();
 }
 
 void RenderScene::Impl::turnBillboards() {
@@ -121,7 +119,12 @@ void RenderScene::Impl::keepTurn(std::uint32_t slot) {
 void RenderScene::Impl::chooseLights() {
     lights.clear();
     lightsLeftOut = shadowsLeftOut = scopesLeftOut = 0;
-    std::size_t suns = 0, spots = 0;
+    // How many of a kind have asked for shadows, and how many get some.
+    std::array<std::size_t, 3> asked{}, most{};
+    const auto at = [](LightItem::Kind kind) { return static_cast<std::size_t>(kind); };
+    most[at(LightItem::Kind::kDirectional)] = 1;
+    most[at(LightItem::Kind::kSpot)] = DrawList::kMaxShadowSpots;
+    most[at(LightItem::Kind::kPoint)] = DrawList::kMaxShadowPoints;
     for (const SeenLight& seen : seenLights_) {
         if (!(seen.seenBy & userBit_)) continue;
         if (seen.scope && seen.light.scope == 0) {
@@ -134,7 +137,7 @@ void RenderScene::Impl::chooseLights() {
         }
         LightItem light = seen.light;
         if (light.shadows) {
-            light.shadows = light.kind == LightItem::Kind::kSpot ? ++spots <= DrawList::kMaxShadowSpots : ++suns <= 1;
+            light.shadows = ++asked[at(light.kind)] <= most[at(light.kind)];
             shadowsLeftOut += light.shadows ? 0 : 1;
         }
         lights.push_back(light);

@@ -1,4 +1,4 @@
-// A ball of a material in a studio, in the light that walls know (client/draw/shaders/glsl/Lighting.glsl), worked out here: no
+// A ball of a material in a studio, in the light that walls know (`Lighting.glsl` of client/draw), worked out here: no
 // picture is asked for. Light adds up linearly; each of red, green and blue goes its own way.
 import { element, setText } from './elements.js';
 import { isReference, spaced } from './schema.js';
@@ -79,8 +79,9 @@ function shade(look, n) {
   const nv = Math.max(n[2], 1e-3), mirror = [2 * n[2] * n[0], 2 * n[2] * n[1], 2 * n[2] * n[2] - 1];
   const [scale, bias] = environmentFactors(look.roughness, nv);
   const around = environment(mirror, look.roughness), coat = Math.max(look.clearcoatRoughness, 0.045);
-  const diffuse = each((i) => mix(kGround[i], kSky[i], 0.5 + 0.5 * n[1]));
-  const specular = each((i) => (look.isPhong ? 0 : (look.f0[i] * scale + look.f90 * bias) * around[i]));
+  const mirrored = each((i) => (look.isPhong ? 0 : look.f0[i] * scale + look.f90 * bias));
+  const diffuse = each((i) => mix(kGround[i], kSky[i], 0.5 + 0.5 * n[1]) * (1 - mirrored[i]));
+  const specular = each((i) => mirrored[i] * around[i]);
   const [coatScale, coatBias] = environmentFactors(coat, nv);
   const coated = environment(mirror, coat).map((part) => (0.04 * coatScale + coatBias) * part);
   for (const { towards, radiance } of kSuns) {

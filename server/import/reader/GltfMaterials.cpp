@@ -57,6 +57,20 @@ void setEmissive(const tinygltf::Material& material, const BoundedNumbers& numbe
 
 }  // namespace
 
+std::string GltfReader::defaultMaterialName(const tinygltf::Primitive& primitive) {
+    if (!isSurface(primitive)) return {};
+    std::string name = "default material";
+    if (materials_.insert(-1).second) {
+        proto::scene::Material& message = *scene_.file.add_material();
+        message.set_name(name);
+        setColor({1, 1, 1, 1}, *message.mutable_base_color());
+        message.set_metallic(1);
+        message.set_roughness(1);
+        message.set_alpha_mode(proto::scene::Material::OPAQUE);
+    }
+    return name;
+}
+
 void GltfReader::setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers,
                                    proto::scene::Material& message) {
     std::array<double, 4> color{1, 1, 1, 1};
@@ -116,8 +130,9 @@ void GltfReader::setSpecular(const tinygltf::Material& material, const BoundedNu
     }
 }
 
-Expected<std::string> GltfReader::materialName(int index) {
-    if (index < 0) return std::string();
+Expected<std::string> GltfReader::materialName(const tinygltf::Primitive& primitive) {
+    const int index = primitive.material;
+    if (index < 0) return defaultMaterialName(primitive);
     if (static_cast<std::size_t>(index) >= model_.materials.size())
         return fail(ErrorCode::kBadInput, fmt::format("material {} does not exist", index));
     std::string name = fmt::format("material {}", index);

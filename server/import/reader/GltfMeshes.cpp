@@ -36,12 +36,13 @@ std::vector<std::uint32_t> linesOf(const tinygltf::Primitive& primitive, const s
     return lines;
 }
 
-void normalise(std::vector<float>& normals) {
-    for (std::size_t i = 0; i + 3 <= normals.size(); i += 3) {
-        Vec3f normal(normals[i], normals[i + 1], normals[i + 2]);
-        const float length = normal.norm();
-        normal = length > 1e-20f && std::isfinite(length) ? Vec3f(normal / length) : Vec3f(Vec3f::UnitY());
-        std::copy(normal.begin(), normal.end(), normals.begin() + static_cast<std::ptrdiff_t>(i));
+/// The first three of `each` numbers; in place of what has no length, `instead`.
+void normalise(std::vector<float>& vectors, std::size_t each, const Vec3f& instead) {
+    for (std::size_t i = 0; i + each <= vectors.size(); i += each) {
+        Vec3f vector(vectors[i], vectors[i + 1], vectors[i + 2]);
+        const float length = vector.norm();
+        vector = length > 1e-20f && std::isfinite(length) ? Vec3f(vector / length) : instead;
+        std::copy(vector.begin(), vector.end(), vectors.begin() + static_cast<std::ptrdiff_t>(i));
     }
 }
 
@@ -79,18 +80,23 @@ const std::vector<double>& weightsOf(const tinygltf::Node& node, const tinygltf:
 
 /// Adds weight · delta where the target has the attribute with the same number of vertices.
 Expected<void> addTarget(const GltfAccessors& accessors, const std::map<std::string, int>& target, const char* name,
-                         double weight, std::vector<float>& values) {
+                         double weight, std::vector<float>& values, std::size_t each) {
     const auto found = target.find(name);
     if (found == target.end() || values.empty()) return {};
     const Expected<std::vector<float>> delta = accessors.floats(found->second, 3);
     if (!delta) return tl::unexpected(delta.error());
-    if (delta->size() != values.size())
+    if (delta->size() / 3 != values.size() / each)
         return fail(ErrorCode::kBadInput, "a morph target has another number of vertices");
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(weight) * (*delta)[i];
+    for (std::size_t i = 0; i < delta->size(); ++i)
+        values[i / 3 * each + i % 3] += static_cast<float>(weight) * (*delta)[i];
     return {};
 }
 
 }  // namespace
+
+bool isSurface(const tinygltf::Primitive& primitive) {
+    return primitive.mode < 0 || primitive.mode >= TINYGLTF_MODE_TRIANGLES;
+}
 
 bool GltfReader::isLeftOut(const tinygltf::Primitive& primitive) const {
     return attribute(primitive, "POSITION") < 0;
@@ -177,6 +183,12 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
     Expected<std::vector<float>> texcoords1 = optional("TEXCOORD_1", 2, 0.0f);
     if (!texcoords1) return tl::unexpected(texcoords1.error());
     data.texcoords1 = std::move(*texcoords1);
+    // Of triangles that have normals: glTF says nothing of others.
+    if (!data.normals.empty() && primitive.mode != TINYGLTF_MODE_POINTS && !isLines(primitive)) {
+        Expected<std::vector<float>> tangents = optional("TANGENT", 4, 1.0f);
+        if (!tangents) return tl::unexpected(tangents.error());
+        data.tangents = std::move(*tangents);
+    }
     const Expected<std::vector<float>> colors = optional("COLOR_0", 4, 1.0f);
     if (!colors) return tl::unexpected(colors.error());
     data.colors.resize(colors->size());
@@ -190,12 +202,16 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
     const std::vector<double>& weights = atRest ? kNone : weightsOf(node, mesh);
     for (std::size_t i = 0; i < primitive.targets.size() && i < weights.size(); ++i) {
         if (weights[i] == 0.0) continue;
-        for (const auto& [name, values] : {std::pair<const char*, std::vector<float>*>{"POSITION", &data.positions},
-                                           std::pair<const char*, std::vector<float>*>{"NORMAL", &data.normals}})
-            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, weights[i], *values); !done)
+        const std::tuple<const char*, std::vector<float>*, std::size_t> moved[] = {
+            {"POSITION", &data.positions, 3}, {"NORMAL", &data.normals, 3}, {"TANGENT", &data.tangents, 4}};
+        for (const auto& [name, values, each] : moved)
+            if (Expected<void> done = addTarget(accessors_, primitive.targets[i], name, weights[i], *values, each);
+                !done)
                 return tl::unexpected(done.error());
     }
-    normalise(data.normals);
+    normalise(data.normals, 3, Vec3f::UnitY());
+    normalise(data.tangents, 4, Vec3f::Zero());
+    for (std::size_t i = 3; i < data.tangents.size(); i += 4) data.tangents[i] = data.tangents[i] < 0 ? -1.0f : 1.0f;
 
     const std::string name =
         fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
@@ -249,7 +265,7 @@ Expected<std::vector<GltfReader::Part>> GltfReader::meshParts(const tinygltf::No
         Expected<MeshData> data = primitive(node, mesh, source, false);
         if (!data) return failWith(fmt::format("mesh {}, primitive {}", index, i), data.error());
         if (data->empty()) continue;
-        Expected<std::string> material = materialName(source.material);
+        Expected<std::string> material = materialName(source);
         if (!material) return tl::unexpected(material.error());
         Part part{fmt::format("mesh {}.{}", number, i), std::move(*material), boundsOf(data->positions)};
         scene_.addModelMesh(part.mesh, std::move(*data), limits_);

@@ -14,8 +14,9 @@ namespace {
 /// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
 constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
-/// Of lights: what points of a hundred metres' distance may need.
-constexpr double kDazzling = 1e4;
+/// Times the light that makes a white surface white. Files that reckon without an exposure have less; a dim room, in
+/// lux, has more.
+constexpr double kDazzling = 20;
 /// Beyond, numbers of a light mean nothing to a picture.
 constexpr double kUtmostLight = 1e15;
 
@@ -159,7 +160,7 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
         light != node.extensions.end() && light->second.Has("light")) {
         const tinygltf::Value& number = light->second.Get("light");
         if (number.IsNumber() && number.GetNumberAsDouble() == number.GetNumberAsInt())
-            addLight(number.GetNumberAsInt(), *placed);
+            addLight(number.GetNumberAsInt(), world_.at(index), *placed);
         else
             scene_.note(fmt::format("the light of {} is left out: its number is no whole number", nodeName(index)));
     }
@@ -209,7 +210,7 @@ void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene
     wall->mutable_camera()->set_world_units_per_metre(worldScale);
 }
 
-void GltfReader::addLight(int index, proto::scene::Node& node) {
+void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.lights.size())
         return scene_.note(fmt::format("light {} does not exist", index));
     const tinygltf::Light& light = model_.lights[static_cast<std::size_t>(index)];
@@ -226,10 +227,13 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
         (light.color.size() != 3 || !std::all_of(light.color.begin(), light.color.end(), sound)))
         return scene_.note(
             fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index, kUtmostLight));
-    // Lux, or candela at one metre; here 1 of either makes a white surface white, and there is no exposure.
-    if (light.intensity > kDazzling)
-        scene_.note(fmt::format("light {} is of {} {}: far beyond white, which is 1", index, light.intensity,
-                                light.type == "directional" ? "lx" : "cd"));
+    // Lux, or candela at one metre; here 1 of either makes a white surface white. Within the model it is as if the
+    // light were half way out.
+    const double strongest = light.color.empty() ? 1 : *std::ranges::max_element(light.color);
+    const double reach = bounds_.empty() ? 0 : 0.25 * bounds_.size().norm();
+    const Vec3d middle = bounds_.empty() ? Vec3d(Vec3d::Zero()) : bounds_.center();
+    const double distance = std::max({(world_T_node.translation() - middle).norm(), reach, 1e-9});
+    illuminance_ += light.intensity * strongest / (light.type == "directional" ? 1 : distance * distance);
     const auto angle = [](double radians) { return radians >= 0 && radians <= 0.5 * std::numbers::pi + 1e-6; };
     if (light.type == "spot" && !(angle(light.spot.innerConeAngle) && angle(light.spot.outerConeAngle)))
         scene_.note(fmt::format("light {} has a cone beyond 0 to 90 degrees: the nearest is taken", index));
@@ -257,6 +261,18 @@ void GltfReader::addLight(int index, proto::scene::Node& node) {
     color->set_r(hasColor ? static_cast<float>(light.color[0]) : 1.0f);
     color->set_g(hasColor ? static_cast<float>(light.color[1]) : 1.0f);
     color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);
+}
+
+/// Numbers of this size are lux and candela that somebody has measured: only an exposure makes a picture of them.
+void GltfReader::addExposure() {
+    if (illuminance_ <= kDazzling) return;
+    proto::scene::Node& node = *scene_.file.add_node();
+    node.set_name("exposure");
+    node.mutable_environment()->set_metered(true);
+    scene_.note(
+        fmt::format("its lights are as strong as real ones, {:.0f} lx in the middle of it, where 1 makes white: "
+                    "the wall meters its exposure (--exposure off: it does not)",
+                    illuminance_));
 }
 
 Expected<void> checkRequired(const tinygltf::Model& model) {
@@ -298,6 +314,7 @@ Expected<PlainScene> GltfReader::read() {
     for (const int root : roots)
         if (Expected<void> done = addNode(root, addRoot); !done) return tl::unexpected(done.error());
     if (Expected<void> done = addAnimations(); !done) return tl::unexpected(done.error());
+    addExposure();
     noteLeftOut();
     pictures_.finish();
     return std::move(scene_);

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -22,6 +23,9 @@ namespace tessera {
 /// A number in an object of an extension, or of an array in it.
 [[nodiscard]] double gltfNumber(const tinygltf::Value& object, const char* key, double otherwise);
 [[nodiscard]] double gltfElement(const tinygltf::Value& object, const char* key, int index, double otherwise);
+
+/// Whether it is triangles, in whatever form.
+[[nodiscard]] bool isSurface(const tinygltf::Primitive& primitive);
 
 /// How a material takes a texture; no texture: -1.
 struct GltfTextureUse {
@@ -64,9 +68,11 @@ private:
     Expected<void> walk(int index, const Affine3d& world_T_parent, std::size_t depth);
     Expected<void> addNode(int index, const std::function<proto::scene::Node*()>& make);
     void addCamera(int camera, const Affine3d& world_T_node, proto::scene::Node& node);
-    void addLight(int light, proto::scene::Node& node);
+    void addLight(int light, const Affine3d& world_T_node, proto::scene::Node& node);
     [[nodiscard]] std::string nodeName(int index) const;
     /// Of what is not shown here.
+    /// An Environment that is metered, where the file has lights as strong as real ones.
+    void addExposure();
     void noteExtension(const std::string& name);
 
     // GltfMeshes.cpp
@@ -90,17 +96,24 @@ private:
     [[nodiscard]] bool deforms(const tinygltf::Node& node) const;
     Expected<void> addDeforming(int index, proto::scene::Node& placed);
     Expected<void> extendByDeforming(int index, const Affine3d& world_T_node);
+    // `copied`: of vertices behind those of the file, which they are copies of.
+    [[nodiscard]] std::vector<std::uint32_t> addTangents(const tinygltf::Primitive& primitive, MeshData& data) const;
     Expected<void> setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices,
-                             proto::scene::Skin& message);
+                             std::span<const std::uint32_t> copied, proto::scene::Skin& message);
     Expected<void> setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
-                             const tinygltf::Primitive& primitive, std::size_t vertices, proto::scene::Skin& skin);
-    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices, std::size_t joints,
+                             const tinygltf::Primitive& primitive, std::size_t vertices,
+                             std::span<const std::uint32_t> copied, proto::scene::Skin& skin);
+    Expected<void> readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices,
+                                  std::span<const std::uint32_t> copied, std::size_t joints,
                                   SkinInfluences& influences);
     Expected<std::vector<float>> readTargets(const tinygltf::Primitive& primitive, const char* name,
-                                             std::size_t vertices);
+                                             std::size_t vertices, std::span<const std::uint32_t> copied);
 
     // GltfMaterials.cpp
-    Expected<std::string> materialName(int material);
+    Expected<std::string> materialName(const tinygltf::Primitive& primitive);
+    /// glTF 2.0, 3.9.7: what names none is of a white, rough metal. Of points and lines, which are not lit as metal:
+    /// empty.
+    std::string defaultMaterialName(const tinygltf::Primitive& primitive);
     void setMetalRoughness(const tinygltf::PbrMetallicRoughness& pbr, const BoundedNumbers& numbers,
                            proto::scene::Material& message);
     void setSpecularGlossiness(const tinygltf::Value& old, const BoundedNumbers& numbers,
@@ -153,6 +166,7 @@ private:
     std::map<int, std::uint32_t> keyTimes_;  ///< blobs, by accessor
     std::map<std::pair<int, std::string>, std::uint32_t> keyValues_;
     AnimationNodes animations_;
+    double illuminance_ = 0;  ///< of all lights in the middle of `bounds_`, where 1 makes white
     Box bounds_;
     std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };

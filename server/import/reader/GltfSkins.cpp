@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/geometry/TangentSpace.h"
 #include "server/import/reader/GltfReader.h"
 
 namespace tessera {
@@ -16,9 +17,37 @@ int attributeOf(const tinygltf::Primitive& primitive, const std::string& name) {
 
 }  // namespace
 
+/// A host would make a skin's tangents anew wherever its joints are. Which vertices have got copies behind them all.
+std::vector<std::uint32_t> GltfReader::addTangents(const tinygltf::Primitive& primitive, MeshData& data) const {
+    if (!data.tangents.empty() || data.normals.empty() || primitive.material < 0 ||
+        static_cast<std::size_t>(primitive.material) >= model_.materials.size())
+        return {};
+    const tinygltf::NormalTextureInfo& map =
+        model_.materials[static_cast<std::size_t>(primitive.material)].normalTexture;
+    // Where the picture is placed by itself, hosts know how.
+    if (map.index < 0 || map.texCoord > 1 || map.extensions.contains("KHR_texture_transform")) return {};
+    const std::vector<float>& texcoords = map.texCoord == 1 ? data.texcoords1 : data.texcoords;
+    if (texcoords.empty()) return {};
+    VertexTangents made = mikkVertexTangents({data.positions, data.normals, texcoords, data.indices});
+    data.tangents = std::move(made.tangents);
+    data.indices = std::move(made.indices);
+    const auto copy = [&](auto& values, std::size_t each) {
+        if (values.empty()) return;
+        for (const std::uint32_t vertex : made.copied)
+            for (std::size_t k = 0; k < each; ++k) values.push_back(values[each * vertex + k]);
+    };
+    copy(data.positions, 3);
+    copy(data.normals, 3);
+    copy(data.texcoords, 2);
+    copy(data.texcoords1, 2);
+    copy(data.colors, 4);
+    return std::move(made.copied);
+}
+
 /// Of a vertex the four strongest of all its joints, which a file may say in several sets.
 Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, std::size_t vertices,
-                                          std::size_t joints, SkinInfluences& influences) {
+                                          std::span<const std::uint32_t> copied, std::size_t joints,
+                                          SkinInfluences& influences) {
     std::vector<std::vector<std::uint32_t>> jointSets;
     std::vector<std::vector<float>> weightSets;
     for (int set = 0; attributeOf(primitive, fmt::format("JOINTS_{}", set)) >= 0 && set < 8; ++set) {
@@ -34,7 +63,8 @@ Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, 
         weightSets.push_back(std::move(*weight));
     }
     std::vector<Influence> all;
-    for (std::size_t v = 0; v < vertices; ++v) {
+    for (std::size_t i = 0; i < vertices + copied.size(); ++i) {
+        const std::size_t v = i < vertices ? i : copied[i - vertices];
         all.clear();
         for (std::size_t set = 0; set < jointSets.size(); ++set)
             for (std::size_t k = 4 * v; k < 4 * v + 4; ++k) {
@@ -51,17 +81,17 @@ Expected<void> GltfReader::readInfluences(const tinygltf::Primitive& primitive, 
 
 /// Deltas of all targets, one after the other; a target without the attribute moves nothing.
 Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& primitive, const char* name,
-                                                     std::size_t vertices) {
+                                                     std::size_t vertices, std::span<const std::uint32_t> copied) {
     std::vector<float> all;
     const bool any = std::any_of(primitive.targets.begin(), primitive.targets.end(),
                                  [&](const auto& target) { return target.count(name) > 0; });
     if (!any) return all;
-    if (primitive.targets.size() * vertices > kMaxMorphVertices)
+    if (primitive.targets.size() * (vertices + copied.size()) > kMaxMorphVertices)
         return fail(ErrorCode::kLimit, "a mesh has more than a hundred million vertices in morph targets");
     for (const auto& target : primitive.targets) {
         const auto found = target.find(name);
         if (found == target.end()) {
-            all.resize(all.size() + vertices * 3, 0.0f);
+            all.resize(all.size() + (vertices + copied.size()) * 3, 0.0f);
             continue;
         }
         const Expected<std::vector<float>> delta = accessors_.floats(found->second, 3);
@@ -71,25 +101,33 @@ Expected<std::vector<float>> GltfReader::readTargets(const tinygltf::Primitive& 
         if (!holdsSkinNumbers(*delta))
             return fail(ErrorCode::kBadInput, "a morph target holds a number that is not finite or beyond 1e15");
         all.insert(all.end(), delta->begin(), delta->end());
+        for (const std::uint32_t vertex : copied)
+            all.insert(all.end(), delta->data() + std::size_t{3} * vertex, delta->data() + std::size_t{3} * vertex + 3);
     }
     return all;
 }
 
 Expected<void> GltfReader::setMorphs(const tinygltf::Node& node, const tinygltf::Mesh& mesh,
                                      const tinygltf::Primitive& primitive, std::size_t vertices,
-                                     proto::scene::Skin& skin) {
+                                     std::span<const std::uint32_t> copied, proto::scene::Skin& skin) {
     if (primitive.targets.empty()) return {};
     for (const auto& target : primitive.targets)
         for (const auto& [name, accessor] : target)
             if (name != "POSITION" && name != "NORMAL" && name != "TANGENT" && !name.starts_with('_'))
                 scene_.note(fmt::format("{} of morph targets are left out", name));
-    Expected<std::vector<float>> positions = readTargets(primitive, "POSITION", vertices);
+    Expected<std::vector<float>> positions = readTargets(primitive, "POSITION", vertices, copied);
     if (!positions) return tl::unexpected(positions.error());
-    if (positions->empty()) positions->resize(primitive.targets.size() * vertices * 3);  // targets of normals alone
-    Expected<std::vector<float>> normals = readTargets(primitive, "NORMAL", vertices);
+    if (positions->empty())
+        positions->resize(primitive.targets.size() * (vertices + copied.size()) * 3);  // targets of normals alone
+    Expected<std::vector<float>> normals = readTargets(primitive, "NORMAL", vertices, copied);
     if (!normals) return tl::unexpected(normals.error());
     skin.set_morph_positions_blob(scene_.addBlob(bytesOfNumbers(*positions)));
     if (attributeOf(primitive, "NORMAL") >= 0) skin.set_morph_normals_blob(scene_.addBlob(bytesOfNumbers(*normals)));
+    if (attributeOf(primitive, "NORMAL") >= 0 && attributeOf(primitive, "TANGENT") >= 0) {
+        const Expected<std::vector<float>> tangents = readTargets(primitive, "TANGENT", vertices, copied);
+        if (!tangents) return tl::unexpected(tangents.error());
+        skin.set_morph_tangents_blob(scene_.addBlob(bytesOfNumbers(*tangents)));
+    }
     const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
     for (std::size_t t = 0; t < primitive.targets.size(); ++t) {
         const double weight = t < weights.size() ? weights[t] : 0.0;
@@ -101,7 +139,7 @@ Expected<void> GltfReader::setMorphs(const tinygltf::Node& node, const tinygltf:
 }
 
 Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& primitive, std::size_t vertices,
-                                     proto::scene::Skin& message) {
+                                     std::span<const std::uint32_t> copied, proto::scene::Skin& message) {
     const tinygltf::Skin& skin =
         model_.skins[static_cast<std::size_t>(model_.nodes[static_cast<std::size_t>(nodeIndex)].skin)];
     if (skin.joints.empty() || skin.joints.size() > 0xffff)
@@ -140,7 +178,8 @@ Expected<void> GltfReader::setJoints(int nodeIndex, const tinygltf::Primitive& p
     message.set_inverse_binds_blob(scene_.addBlob(bytesOfNumbers(rows)));
     message.set_pose_blob(scene_.addBlob(bytesOfNumbers(pose)));
     SkinInfluences influences(scene_);
-    if (Expected<void> read = readInfluences(primitive, vertices, skin.joints.size(), influences); !read) return read;
+    if (Expected<void> read = readInfluences(primitive, vertices, copied, skin.joints.size(), influences); !read)
+        return read;
     influences.write(message);
     return {};
 }
@@ -165,7 +204,7 @@ Expected<void> GltfReader::addDeforming(int index, proto::scene::Node& placed) {
         const auto here = [&](const Error& error) {
             return failWith(fmt::format("mesh {}, primitive {}", node.mesh, i), error);
         };
-        const bool triangles = source.mode < 0 || source.mode >= TINYGLTF_MODE_TRIANGLES;
+        const bool triangles = isSurface(source);
         const bool skinned = node.skin >= 0 && triangles && attributeOf(source, "JOINTS_0") >= 0 &&
                              attributeOf(source, "WEIGHTS_0") >= 0;
         const bool morphed = triangles && !source.targets.empty();
@@ -176,9 +215,10 @@ Expected<void> GltfReader::addDeforming(int index, proto::scene::Node& placed) {
         Expected<MeshData> data = primitive(node, mesh, source, skinned || morphed);
         if (!data) return here(data.error());
         if (data->empty()) continue;
-        Expected<std::string> material = materialName(source.material);
+        Expected<std::string> material = materialName(source);
         if (!material) return tl::unexpected(material.error());
         const std::size_t vertices = data->positions.size() / 3;
+        const std::vector<std::uint32_t> copied = skinned ? addTangents(source, *data) : std::vector<std::uint32_t>();
         const std::string name = fmt::format("skin {}.{}", index, i);
         proto::scene::Node* child = placed.add_node();
         child->set_name(fmt::format("part {}", i));
@@ -187,9 +227,10 @@ Expected<void> GltfReader::addDeforming(int index, proto::scene::Node& placed) {
             skin.set_mesh(name);
             skin.set_material(std::move(*material));
             if (skinned)
-                if (Expected<void> done = setJoints(index, source, vertices, skin); !done) return here(done.error());
+                if (Expected<void> done = setJoints(index, source, vertices, copied, skin); !done)
+                    return here(done.error());
             if (morphed) {
-                if (Expected<void> done = setMorphs(node, mesh, source, vertices, skin); !done)
+                if (Expected<void> done = setMorphs(node, mesh, source, vertices, copied, skin); !done)
                     return here(done.error());
                 child->set_key(static_cast<std::uint32_t>(model_.nodes.size()) + ++partKeys_);
                 Morphed& known = morphed_[index];

@@ -48,12 +48,14 @@ proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) 
         message->set_line_width(mesh.lineWidth);
     } else if (mesh.normals.empty()) {
         computeNormals(mesh);
+        mesh.tangents.clear();  // of other normals
     }
     message->set_positions_blob(addBlob(bytesOf(mesh.positions)));
     message->set_normals_blob(addBlob(bytesOf(mesh.normals)));
     message->set_texcoords_blob(addBlob(bytesOf(mesh.texcoords)));
     message->set_texcoords1_blob(addBlob(bytesOf(mesh.texcoords1)));
     message->set_colors_blob(addBlob(bytesOf(mesh.colors)));
+    message->set_tangents_blob(addBlob(bytesOf(mesh.tangents)));
     message->set_indices_blob(addBlob(bytesOf(mesh.primitive == Primitive::kLines ? mesh.lines : mesh.indices)));
     return *message;
 }

@@ -325,6 +325,11 @@ Expected<void> SceneExpander::expandContent(const proto::scene::Node& node, cons
             if (node.particles().material().empty()) out.mutable_particles()->set_material(material);
             return out.particles().material().empty() ? Expected<void>()
                                                       : checkName(materials_, out.particles().material(), "material");
+        case Content::kGlyphs:
+            *out.mutable_glyphs() = node.glyphs();
+            if (node.glyphs().material().empty()) out.mutable_glyphs()->set_material(material);
+            return out.glyphs().material().empty() ? Expected<void>()
+                                                   : checkName(materials_, out.glyphs().material(), "material");
         case Content::kVolume: {
             const Expected<proto::scene::Volume> plain = plainVolume(files_, node.volume(), scene_);
             if (!plain) return tl::unexpected(plain.error());
@@ -410,6 +415,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
         copy->clear_texcoord();
         copy->clear_texcoord1();
         copy->clear_color();
+        copy->clear_tangent();
         copy->clear_index();
         copy->clear_length();
         return {};
@@ -419,6 +425,7 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     data.normals.assign(mesh.normal().begin(), mesh.normal().end());
     data.texcoords.assign(mesh.texcoord().begin(), mesh.texcoord().end());
     data.texcoords1.assign(mesh.texcoord1().begin(), mesh.texcoord1().end());
+    data.tangents.assign(mesh.tangent().begin(), mesh.tangent().end());
     data.indices.assign(mesh.index().begin(), mesh.index().end());
     const std::size_t vertices = data.positions.size() / 3;
     if (data.positions.empty() || data.positions.size() % 3 != 0)
@@ -458,9 +465,10 @@ Expected<void> SceneExpander::expandMesh(const proto::scene::Mesh& mesh) {
     if ((!data.normals.empty() && data.normals.size() != vertices * 3) ||
         (!data.texcoords.empty() && data.texcoords.size() != vertices * 2) ||
         (!data.texcoords1.empty() && data.texcoords1.size() != vertices * 2) ||
+        (!data.tangents.empty() && data.tangents.size() != vertices * 4) ||
         (mesh.color_size() != 0 && static_cast<std::size_t>(mesh.color_size()) != vertices))
         return fail(ErrorCode::kBadInput,
-                    fmt::format("mesh '{}': normal, texcoord, texcoord1 or color do not match its {} vertices",
+                    fmt::format("mesh '{}': normal, tangent, texcoord, texcoord1 or color do not match its {} vertices",
                                 mesh.name(), vertices));
     if (data.primitive == Primitive::kLines) data.lines = std::exchange(data.indices, {});
     for (const std::uint32_t color : mesh.color())
@@ -486,6 +494,7 @@ Expected<void> SceneExpander::expandRuns(const proto::scene::Mesh& mesh, RunKind
         if (!triangles) return failWith(fmt::format("mesh '{}'", mesh.name()), triangles.error());
         data.indices = std::move(*triangles);
         computeNormals(data);
+        data.tangents.clear();  // of other normals
         data.indices.clear();
     }
     proto::scene::Mesh& plain = scene_.addMesh(mesh.name(), std::move(data));

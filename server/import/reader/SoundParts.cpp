@@ -35,6 +35,7 @@ std::string keepSoundPoints(MeshData& mesh, const std::string& name) {
     pick(mesh.texcoords, 2, stays);
     pick(mesh.texcoords1, 2, stays);
     pick(mesh.colors, 4, stays);
+    pick(mesh.tangents, 4, stays);
     return leftOut.text();
 }
 

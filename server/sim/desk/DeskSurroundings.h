@@ -18,6 +18,7 @@
 #include "server/sim/frame/Copies.h"
 #include "server/sim/frame/InlineLoading.h"
 #include "server/sim/navigation/Steering.h"
+#include "server/sim/view/ExposureMeter.h"
 #include "server/sim/view/FrameBudget.h"
 #include "server/sim/view/ViewSource.h"
 
@@ -83,6 +84,7 @@ struct DeskSurroundings {
     std::function<void(std::function<WorkedOut()> work)> listBeside = {};  ///< as workBeside; waits for disks
     const SceneFiles* files = nullptr;  ///< with `listBeside`: what may be looked through; null: nothing
     FrameBudget* budget = nullptr;      ///< null: frames have all of their detail, and nobody can change that
+    ExposureMeter* exposure = nullptr;  ///< null: frames are exposed as the scene says
 
     bool watchesFiles = false;  ///< those that are in the scene are taken in again when they change on disk
     /// Of any thread: has something done on the frame thread. Where files are watched.

@@ -187,6 +187,7 @@ Expected<ImportedScene> Loader::readContent(const Preparation& order) const {
     }
     ImportOptions options = options_;
     options.placing.reset();
+    options.exposes = false;
     options.resolved = true;
     Expected<ImportedScene> scene = importScene(*path, order.node, options);
     if (!scene) return scene;

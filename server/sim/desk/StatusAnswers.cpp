@@ -49,6 +49,10 @@ answer::Status statusOf(const DeskSurroundings& around) {
         status.budgetMs = around.budget->milliseconds();
         status.detail = around.budget->step();
     }
+    if (around.exposure) {
+        status.exposure = around.exposure->exposure().wish;
+        if (around.exposure->meters()) status.meteredStops = around.exposure->exposure().foundStops();
+    }
     for (const TrackerInfo& tracker : trackersOf(around).trackers) status.trackers.push_back(lineOf(tracker));
     if (around.steering && around.steering->takesInput()) {
         status.navigation = std::string(nameOf(around.steering->mode()));

@@ -41,6 +41,13 @@ inline ServerActions setBudget(Desk& desk, const Asker& asker, const request::Se
     return desk.done(asker);
 }
 
+inline ServerActions setExposure(Desk& desk, const Asker& asker, const request::SetExposure& wish, TimePoint) {
+    if (!desk.around.exposure)
+        return desk.refuse(asker, {ErrorCode::kUnsupported, "this server exposes all frames as the scene says"});
+    desk.around.exposure->ask(wish.wish, wish.reset);
+    return desk.done(asker);
+}
+
 inline ServerActions getImages(Desk& desk, const Asker& asker, const request::GetImages&, TimePoint now) {
     return desk.images.ask(asker, now);
 }
@@ -60,6 +67,7 @@ inline ServerActions getWall(Desk& desk, const Asker& asker, const request::GetW
     return desk.answerBeside(asker, 0, [plan](const Aspect&, Sequence) { return plan(); });
 }
 
-inline constexpr DeedTable kRows{&setView, &navigate, &show, &setBudget, &getImages, &getPreview, &getWall};
+inline constexpr DeedTable kRows{&setView,     &navigate,  &show,       &setBudget,
+                                 &setExposure, &getImages, &getPreview, &getWall};
 
 }  // namespace tessera::view_deeds

@@ -211,6 +211,12 @@ Actor budgetRow(OutsideActors* outside) {
     return row;
 }
 
+Actor exposureRow(OutsideActors* outside) {
+    Actor row{.name = "exposure"};
+    if (outside) row.look = [outside](View& view) { view.exposure = outside->exposure.exposure(); };
+    return row;
+}
+
 }  // namespace
 
 std::vector<Actor> actorsOf(StepActors& step, OutsideActors* outside) {
@@ -232,6 +238,7 @@ std::vector<Actor> actorsOf(StepActors& step, OutsideActors* outside) {
         contactsRow(step.contacts),
         // Of the view.
         budgetRow(outside),
+        exposureRow(outside),
     };
 }
 

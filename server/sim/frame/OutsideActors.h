@@ -5,6 +5,7 @@
 #include "server/programs/ProgramNotices.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/frame/InlineLoading.h"
+#include "server/sim/view/ExposureMeter.h"
 #include "server/sim/view/FrameBudget.h"
 #include "server/sim/view/HandleSizes.h"
 #include "server/sim/view/LevelChoice.h"
@@ -15,14 +16,16 @@ namespace tessera {
 /// as edits, so a replay has none of them. Frame thread only.
 struct OutsideActors {
     /// `drags` outlives it.
-    OutsideActors(const Wall& wall, ManipulatorDrags& drags, Movies::Opener open, bool withNotices = true)
+    OutsideActors(const Wall& wall, ManipulatorDrags& drags, Movies::Opener open, bool withNotices = true,
+                  const ExposureWish& exposureWish = {})
         : inlines(wall),
           notices(wall),
           saysNotices(withNotices),
           films(std::move(open)),
           handleSizes(wall, drags),
           levels(wall),
-          budget(wall.budgetMs) {}
+          budget(wall.budgetMs),
+          exposure(exposureWish) {}
 
     InlineLoading inlines;
     ProgramTrials programs;
@@ -34,6 +37,7 @@ struct OutsideActors {
     HandleSizes handleSizes;
     LevelChoice levels;
     FrameBudget budget;
+    ExposureMeter exposure;
 };
 
 }  // namespace tessera

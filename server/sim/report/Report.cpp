@@ -97,6 +97,7 @@ void Report::stats(const server_action::FrameStats& action, const HostStats& sta
         if (row == tiles_.end()) continue;
         row->cullMs.add(tile.cullMs);
         row->drawMs.add(tile.drawMs);
+        row->still += tile.drawMs > 0 ? 0 : 1;
         row->last = tile;
         row->divided += tile.parts > 0 ? 1 : 0;
         row->parts += tile.parts;
@@ -189,7 +190,7 @@ void Report::describeWaits(answer::Status& status) const {
     }
 }
 
-std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const {
+std::string Report::toJson(const Aspect& scene, const FrameBudget& budget, const ExposureMeter& exposure) const {
     const SceneCounts counts = countScene(scene);
     Series spread = swapSpreadMs_;
     WorstSwap worst = worstSwap_;
@@ -221,6 +222,8 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const
                         {"frames_at", budget.framesAt()},
                         {"changes", budget.changes()},
                         {"late", budget.late()}};
+    report["exposure"] = {
+        {"metered", exposure.meters()}, {"stops", exposure.exposure().foundStops()}, {"changes", exposure.changes()}};
     report["helped"] = Json::object();
     for (const auto& [host, help] : helped_) report["helped"][host] = {{"parts", help.parts}, {"ms", help.ms}};
     report["replication"] = {{"lists", lists_},
@@ -238,6 +241,7 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget) const
                                    {"missed", row.missed},
                                    {"cull_ms", tessera::toJson(row.cullMs)},
                                    {"draw_ms", tessera::toJson(row.drawMs)},
+                                   {"still_frames", row.still},
                                    {"in_frustum", row.last.inFrustum},
                                    {"drawn", row.last.drawn},
                                    {"triangles_drawn", row.last.trianglesDrawn},

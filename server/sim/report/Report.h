@@ -13,6 +13,7 @@
 #include "server/sim/report/CollisionReport.h"
 #include "server/sim/report/Series.h"
 #include "server/sim/report/WaitStatistics.h"
+#include "server/sim/view/ExposureMeter.h"
 #include "server/sim/view/FrameBudget.h"
 
 namespace tessera {
@@ -50,13 +51,15 @@ public:
     [[nodiscard]] std::uint64_t framesShown() const { return framesShown_; }
     /// The newest frames' waits, for who asks while the wall runs.
     void describeWaits(answer::Status& status) const;
-    [[nodiscard]] std::string toJson(const Aspect& scene, const FrameBudget& budget) const;
+    [[nodiscard]] std::string toJson(const Aspect& scene, const FrameBudget& budget,
+                                     const ExposureMeter& exposure) const;
 
 private:
     struct TileRow {
         std::string tile, host;
         std::uint64_t shown = 0, missed = 0;
         Series cullMs, drawMs;
+        std::uint64_t still = 0;                                                ///< frames that needed no new picture
         TileStats last;                                                         ///< of the last frame
         std::uint64_t divided = 0, parts = 0, partsHelped = 0, partsTwice = 0;  ///< frames; over the run
     };

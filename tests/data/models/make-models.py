@@ -275,5 +275,56 @@ def wedge():
                                             for t in rim))
 
 
-for make in (arm, stall, bench, vane, shell, wedge):
+def sunlit():
+    """A glTF of physical light: balls and a bench in the sun, which is of 80,000 lx, and a lamp of 900 cd."""
+    g = Gltf()
+
+    def stored(vertices, normals, faces):
+        return {"attributes": {"POSITION": g.accessor(vertices, bounds=True), "NORMAL": g.accessor(normals)},
+                "indices": g.accessor([i for face in faces for i in face], "H")}
+
+    def ball(radius, sides):
+        ups = [math.pi * (i / sides - 0.5) for i in range(sides + 1)]
+        around = [2 * math.pi * j / (2 * sides) for j in range(2 * sides)]
+        normals = [(math.cos(a) * math.cos(b), math.sin(a), math.cos(a) * math.sin(b)) for a in ups for b in around]
+        quads = [(i * 2 * sides + j, (i + 1) * 2 * sides + j, (i + 1) * 2 * sides + (j + 1) % (2 * sides),
+                  i * 2 * sides + (j + 1) % (2 * sides)) for i in range(sides) for j in range(2 * sides)]
+        return ([tuple(radius * c for c in n) for n in normals], normals,
+                [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+    def box(x, y, z):
+        vertices, normals, faces = [], [], []
+        for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+            for sign in (1, -1):
+                first = len(vertices)
+                for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                    corner = [0.0, 0.0, 0.0]
+                    corner[axis], corner[i], corner[j] = float(sign), a * float(sign), float(b)
+                    vertices.append((corner[0] * x, corner[1] * y, corner[2] * z))
+                    normals.append(tuple(float(sign) if k == axis else 0.0 for k in range(3)))
+                faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+        return vertices, normals, faces
+
+    looks = [((0.6, 0.58, 0.55), 0, 0.9), ((0.7, 0.2, 0.12), 0, 0.4), ((0.9, 0.75, 0.4), 1, 0.35),
+             ((0.1, 0.25, 0.6), 0, 0.6), ((0.9, 0.9, 0.88), 0, 0.8)]
+    g.json["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": metal,
+                                                     "roughnessFactor": rough}} for colour, metal, rough in looks]
+    bench, round_ = stored(*box(2.4, 0.05, 1.4)), stored(*ball(0.4, 16))
+    g.json["meshes"] = [{"primitives": [{**(round_ if i else bench), "material": i}]} for i in range(5)]
+    g.json["extensionsUsed"] = ["KHR_lights_punctual"]
+    g.json["extensions"] = {"KHR_lights_punctual": {"lights": [
+        {"type": "directional", "intensity": 80000, "color": [1, 0.96, 0.9]},
+        {"type": "point", "intensity": 900, "color": [1, 0.7, 0.4]}]}}
+    g.json["nodes"] = ([{"name": "bench", "mesh": 0}] +
+                       [{"name": "ball %d" % i, "mesh": i + 1, "translation": [1.0 * i - 1.5, 0.45, 0]}
+                        for i in range(4)] +
+                       [{"name": "sun", "rotation": turn((0.8, 0.6, 0), -0.9),
+                         "extensions": {"KHR_lights_punctual": {"light": 0}}},
+                        {"name": "lamp", "translation": [0, 1.2, 0.8],
+                         "extensions": {"KHR_lights_punctual": {"light": 1}}}])
+    g.json["scenes"] = [{"nodes": list(range(len(g.json["nodes"])))}]
+    g.write_glb("sunlit.glb")
+
+
+for make in (arm, stall, bench, vane, shell, wedge, sunlit):
     make()

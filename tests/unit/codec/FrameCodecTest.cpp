@@ -72,6 +72,38 @@ TEST(FrameCodec, CarriesAStudioAndNothingWhereThereIsNone) {
     EXPECT_FALSE(decodeFrame(encodeFrame(payload)));
 }
 
+TEST(FrameCodec, CarriesAnExposureAndNothingWhereNobodySaysAny) {
+    FramePayload payload{someView()};
+    const std::size_t bare = encodeFrame(payload).size();
+    for (const Exposure& exposure :
+         {Exposure(), Exposure{.wish = {}, .found = -700},
+          Exposure{.wish = {.stops = -3.5, .metered = true, .toneMap = ToneMap::kAgx}, .found = 1},
+          Exposure{.wish = {.stops = 0.0, .metered = false, .toneMap = ToneMap::kNeutral}, .found = 0}}) {
+        payload.view.exposure = exposure;
+        EXPECT_EQ(decodeFrame(encodeFrame(payload))->view.exposure, exposure);
+        EXPECT_EQ(encodeFrame(payload).size() == bare, exposure == Exposure());
+    }
+    for (const Exposure& wrong : {Exposure{.wish = {.stops = 41.0, .metered = {}, .toneMap = {}}, .found = 0},
+                                  Exposure{.wish = {.stops = double{NAN}, .metered = {}, .toneMap = {}}, .found = 0},
+                                  Exposure{.wish = {.stops = {}, .metered = {}, .toneMap = ToneMap{5}}, .found = 0},
+                                  Exposure{.wish = {}, .found = 64 * 40 + 1}}) {
+        payload.view.exposure = wrong;
+        EXPECT_FALSE(decodeFrame(encodeFrame(payload)));
+    }
+}
+
+TEST(FrameCodec, StatisticsCarryLightWhereItIsMetered) {
+    HostStats stats;
+    EXPECT_FALSE(decodeStats(encodeStats(stats))->light);
+    const std::size_t bare = encodeStats(stats).size();
+    stats.light.emplace();
+    EXPECT_EQ(decodeStats(encodeStats(stats))->light, stats.light) << "metered, and nothing there";
+    for (std::size_t i = 0; i < stats.light->pixels.size(); ++i)
+        stats.light->pixels[i] = static_cast<std::uint32_t>(i * i);
+    EXPECT_EQ(decodeStats(encodeStats(stats))->light, stats.light);
+    EXPECT_LE(encodeStats(stats).size(), bare + 1024);
+}
+
 TEST(FrameCodec, CarriesWhatIsShown) {
     for (const Showing showing : {Showing::kScene, Showing::kTestPicture, Showing::kCountedTestPicture})
         EXPECT_EQ(decodeFrame(encodeFrame({.view = someView(), .showing = showing}))->showing, showing);

@@ -60,6 +60,8 @@ KeptBytes bytesNow() {
     for (const auto& value : test::everyNotice()) keep("notice", nameOfSaid(value), encodeNotice(value));
     keep("list", "00", encodeChangeList(test::richList(test::blobOf(1))));
     keep("frame", "00", encodeFrame(test::someFrame()));
+    LightHistogram light;
+    for (std::size_t i = 0; i < light.pixels.size(); ++i) light.pixels[i] = static_cast<std::uint32_t>(i * i / 100);
     keep("stats", "00",
          encodeStats({{{"front-0-0", 0.5, 1.5, 3, 4, 5, 6, 7, 8, 2.5, 3.5, 4.5, 9, 10, 11}},
                       5.5,
@@ -67,7 +69,8 @@ KeptBytes bytesNow() {
                       7.5,
                       12,
                       8.5,
-                      {{ObjectId(13), 510.5}}}));
+                      {{ObjectId(13), 510.5}},
+                      light}));
     return now;
 }
 

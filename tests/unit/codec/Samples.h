@@ -72,6 +72,7 @@ inline View someView() {
 inline FramePayload someFrame() {
     View view = someView();
     view.studio = Studio{.middle = Vec3d(1.5, -2, 1e7), .reach = 0.75};
+    view.exposure = {.wish = {.stops = 0.5, .metered = true, .toneMap = ToneMap::kAgx}, .found = -1234};
     return {view, {.contacts = 1000, .begun = 2, .ended = 3, .near = 4, .nearest = 0.1}, Showing::kTestPicture};
 }
 
@@ -191,6 +192,7 @@ inline std::vector<ApplicationRequest> everyRequest() {
                                 .pageSize = 17,
                                 .after = {ObjectId{3}, ObjectId{9}}}},
             request::SetBudget{16.5},
+            request::SetExposure{{.stops = -2.5, .metered = true, .toneMap = ToneMap::kAces}, true},
             request::MoveNode{.node = ObjectId{15},
                               .move = {.translation = Vec3d(1, 2, 3),
                                        .rotation = Quatd(0.5, -0.5, 0.5, -0.5),
@@ -234,6 +236,8 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
     status.steering = {"lower-left", "application 7"};
     status.budgetMs = 16.5;
     status.detail = 3;
+    status.exposure = {.stops = 1.5, .metered = false, .toneMap = ToneMap::kReinhard};
+    status.meteredStops = -6.25;
     status.programs = {"SurfaceProgram #12 is heavy: it held up"};
     status.frames = {33, 16.25, 17.5};
     status.barrier = {34, 0.125, 0.5};

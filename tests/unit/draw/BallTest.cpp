@@ -105,7 +105,7 @@ protected:
     Seen look(const Aspect& aspect, const ScreenCamera& camera) {
         Seen seen;
         const DrawList list = listOf(aspect, camera);
-        VisibilityDevice& device = renderer_->visibility(aspect);
+        VisibilityDevice& device = renderer_->visibility();
         const auto parts = device.partsOf(camera, whole(camera));
         EXPECT_EQ(parts.size(), 1u) << "one cell";
         EXPECT_TRUE(device.begin(parts[0]));

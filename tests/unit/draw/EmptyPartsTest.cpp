@@ -131,12 +131,14 @@ TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
             f.lowerX = between(-300, 1100), f.lowerY = between(-300, 700);
             f.upperX = f.lowerX + std::exp(between(0, 6)), f.upperY = f.lowerY + std::exp(between(0, 6));
             f.nearPlane = below(40) == 0;
-            const double reach = below(2) ? 0 : between(0, 40);
-            blocks.add(f, reach);
+            const int cellX = 1024 * below(5), cellY = 576 * below(5);
+            Footprint onScreen = f;
+            onScreen.lowerX += cellX, onScreen.upperX += cellX, onScreen.lowerY += cellY, onScreen.upperY += cellY;
+            blocks.add(onScreen, cellX, cellY);
             for (int row = 0; row < 9; ++row)
                 for (int column = 0; column < 16; ++column) {
-                    const bool meets = 64 * column <= f.upperX + reach && 64 * (column + 1) > f.lowerX - reach &&
-                                       64 * row <= f.upperY + reach && 64 * (row + 1) > f.lowerY - reach;
+                    const bool meets = 64 * column <= f.upperX && 64 * (column + 1) > f.lowerX &&
+                                       64 * row <= f.upperY && 64 * (row + 1) > f.lowerY;
                     const bool its = 64 * column >= tile.x && 64 * column < tile.x + tile.width && 64 * row >= tile.y &&
                                      64 * row < tile.y + tile.height;
                     if (its && (meets || f.nearPlane))

@@ -44,8 +44,9 @@ private:
     std::mt19937 engine_;
 };
 
-/// Things near and far, some of them glass, among lights of all kinds: ranges from a finger's width to all of it.
-Aspect randomHall(Random& random, int lights) {
+/// Things near and far, some of them glass, among lights of all kinds, or of those without a cone: ranges from a
+/// finger's width to all of it.
+Aspect randomHall(Random& random, int lights, bool cones = true, bool sun = true) {
     TestScene scene;
     scene.setEnvironment(Vec3f::Constant(0.02f), Vec3f::Constant(0.01f), Vec3f::Zero());
     Material matt, gloss, glass;
@@ -58,7 +59,7 @@ Aspect randomHall(Random& random, int lights) {
     for (int i = 0; i < 25; ++i)
         scene.place(scene.add(makeSphere(random.between(0.2, 0.8), 12), paints[static_cast<std::size_t>(i % 3)]),
                     {random.between(-4, 4), random.between(-1.2, 2), random.between(-30, 1)});
-    scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
+    if (sun) scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
     for (int i = 0; i < lights; ++i) {
         const Vec3d at(random.between(-6, 6), random.between(-2, 4), random.between(-38, 4));
         const Vec3f color(static_cast<float>(random.between(0.2, 1)), static_cast<float>(random.between(0.2, 1)),
@@ -66,7 +67,7 @@ Aspect randomHall(Random& random, int lights) {
         const auto range = static_cast<float>(random.below(12) == 0 ? 0 : std::exp(random.between(-4, 3.5)));
         const auto outer = static_cast<float>(random.between(0.01, 1.57));
         const auto strength = static_cast<float>(range > 0 ? 0.4 * range * range : 0.3);
-        if (random.below(3) == 0)
+        if (cones && random.below(3) == 0)
             scene.addSpotLight(at, random.in(1) + Vec3d(0, 1e-3, 0), color, strength, 0.5f * outer, outer, range);
         else
             scene.addPointLight(at, color, strength, range);
@@ -97,6 +98,24 @@ TEST_F(LightTest, WhatClustersLeaveAwayGivesNothing) {
         for (const std::uint8_t byte : clustered.rgb) lit += byte > 60;
     }
     EXPECT_GT(lit, 100000) << "pictures of darkness prove nothing";
+}
+
+TEST_F(LightTest, FewLightsGiveWhatListsOfThemGive) {
+    int lit = 0;
+    for (unsigned seed = seedOr(1), end = std::getenv("TESSERA_SEED") ? seed + 1 : 9; seed < end; ++seed) {
+        SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " unit_draw --gtest_filter=LightTest.Few*");
+        Random random(seed);
+        // As many lamps as there is room for, one more, fewer.
+        const Aspect aspect = randomHall(random, 1 + static_cast<int>(seed % 5), false, seed % 3 != 0);
+        const ScreenCamera camera = cameraOf(900, 330, Vec3d(random.between(-1, 1), 0.2, 2.0), 3.2, View());
+        const PixelRect part{.x = random.below(400), .y = random.below(100), .width = 450, .height = 200};
+        const int samples = random.below(2) ? 4 : 1;
+        const Picture few = drawPart(aspect, camera, part, {.samples = samples});
+        const Picture all = drawPart(aspect, camera, part, {.samples = samples, .clusterLights = false});
+        EXPECT_EQ(differing(few, all), 0u);
+        for (const std::uint8_t byte : few.rgb) lit += byte > 60;
+    }
+    EXPECT_GT(lit, 50000) << "pictures of darkness prove nothing";
 }
 
 /// Random balls and boxes of space beside the lists: whoever can reach a point of a cluster stands in its list.

@@ -265,13 +265,13 @@ TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
     {
         MeshBuffers meshes(gl, array, std::size_t{1} << 30);
         meshes.beginDraw();
-        const auto found = [&](ObjectId id) { return meshes.find(drawableOf(aspect, id)).has_value(); };
+        const auto found = [&](ObjectId id) { return meshes.find(*drawMeshOf(drawableOf(aspect, id))) != nullptr; };
         EXPECT_FALSE(found(most));
         EXPECT_TRUE(found(some));
         EXPECT_FALSE(found(others));
         EXPECT_TRUE(found(box));
         EXPECT_TRUE(found(few));
-        EXPECT_EQ(meshes.prepare(drawableOf(aspect, others), 1000), 0u);
+        EXPECT_EQ(meshes.prepare(*drawMeshOf(drawableOf(aspect, others)), nullptr, 1000), 0u);
         meshes.expect(sizeOf(drawableOf(aspect, most).arrays()));
         EXPECT_TRUE(gl.check("that"));
     }

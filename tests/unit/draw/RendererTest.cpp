@@ -336,8 +336,14 @@ TEST_F(RendererTest, SkipsAndCountsWhatCannotBeDrawn) {
     Affine3d place = Affine3d::Identity();
     place.translation().z() = -1;
     for (const ObjectId geometry : {broken[0], broken[1], broken[2], ObjectId{9999}, plain, good}) {
-        DrawItem item{.node = ObjectId{50}, .geometry = geometry, .material = {}, .world_T_item = place};
+        DrawItem item{.node = ObjectId{50},
+                      .geometry = geometry,
+                      .material = {},
+                      .mesh = drawMeshOf(drawableOf(aspect, geometry)),
+                      .look = {},
+                      .world_T_item = place};
         if (const auto* g = aspect.get<Geometry>(geometry)) item.material = g->material;
+        if (item.material) item.look = drawMaterialOf(aspect, item.material);
         list.opaque.push_back(item);
         place.translation().z() -= 0.01;
     }
@@ -478,7 +484,7 @@ TEST_F(RendererTest, OfALargeMeshOnlyWhatTheTileMayShowIsDrawn) {
     const ScreenCamera camera = cameraOf(640, 640);
     const PixelRect corner{.x = 400, .y = 400, .width = 100, .height = 100};
     const auto drawn = [&](CullerKind kind) {
-        const auto list = RenderAction(kind).run(all, camera, corner, &renderer_->visibility(aspect), nullptr);
+        const auto list = RenderAction(kind).run(all, camera, corner, &renderer_->visibility(), nullptr);
         auto picture = renderer_->draw(aspect, list.value(), camera, corner);
         EXPECT_TRUE(picture);
         return std::pair{std::move(*picture), renderer_->lastCounts().triangles};
@@ -503,7 +509,10 @@ TEST_F(RendererTest, KeepsIdsOf64Bits) {
     builder.set(geometry, typeOf<Geometry>(), fieldId<&Geometry::indices>, toValue(sheet.indices));
     Aspect aspect;
     ASSERT_TRUE(aspect.apply(builder.take()));
-    DrawItem item{.node = ObjectId{0x1234567890abcdefull}, .geometry = geometry, .world_T_item = Affine3d::Identity()};
+    DrawItem item{.node = ObjectId{0x1234567890abcdefull},
+                  .geometry = geometry,
+                  .mesh = drawMeshOf(drawableOf(aspect, geometry)),
+                  .world_T_item = Affine3d::Identity()};
     item.world_T_item.translation().z() = -1;
     const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
     DrawList list;

@@ -120,6 +120,33 @@ TEST_F(ShadowTest, NothingThatIsRoundOrFlatShadesItself) {
     }
 }
 
+/// A program of its own draws what a sun alone lights: by the same numbers as others.
+TEST_F(ShadowTest, OfASunAloneIsThatOfASunAmongOthers) {
+    for (const int samples : {1, 4}) {
+        restart({.samples = samples});
+        for (int round = 0; round < 6; ++round) {
+            const auto shown = [&](bool another) {
+                TestScene scene;
+                scene.setEnvironment(Vec3f::Constant(0.1f), Vec3f::Constant(0.05f), Vec3f::Zero());
+                Material material = matt();
+                material.roughness = 0.2f + 0.1f * static_cast<float>(round);
+                material.specular = round % 3 == 1 ? 0.5f : 1.0f;
+                material.clearcoat = round % 3 == 2 ? 1.0f : 0.0f;
+                const ObjectId look = scene.add(material);
+                scene.place(scene.add(makeSheet(40, 40), look), {0, -1, -3},
+                            Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
+                for (int i = 0; i < 8; ++i)
+                    scene.place(scene.add(i % 2 ? makeSphere(0.4, 32) : makeBox({0.5, 0.8, 0.5}), look),
+                                {1.6 * std::sin(1.9 * i), -0.4 + 0.1 * i, -2.0 - 2.5 * i});
+                scene.addDirectionalLight({0.3 - 0.2 * round, -1, -0.4}, {1, 0.9f, 0.7f}, 1.2f, true);
+                if (another) scene.addPointLight({0, 3, 0}, Vec3f::Ones(), 0);
+                return draw(scene.take(), cameraOf(kPx, kPx));
+            };
+            EXPECT_EQ(shown(false).rgb, shown(true).rgb) << "round " << round << ", samples " << samples;
+        }
+    }
+}
+
 TEST_F(ShadowTest, MovesWithItsCaster) {
     const auto darkAt = [&](double x) {
         TestScene scene;

@@ -183,7 +183,7 @@ TEST_F(StateTest, NothingOutlivesACall) {
             RenderAction action(culler);
             // Of a device that is asked thing after thing the next call puts back what is left.
             for (int i = 0; i < 3; ++i)
-                ASSERT_TRUE(action.run(scene, camera, whole(camera), &renderer_->visibility(aspect), nullptr));
+                ASSERT_TRUE(action.run(scene, camera, whole(camera), &renderer_->visibility(), nullptr));
             EXPECT_EQ(draw(aspect, camera).rgb, seen.rgb);
             expectAsAtFirst("visibility, and a picture");
         }

@@ -92,7 +92,7 @@ unsigned seedOf() {
 TEST_F(TextureTest, BlocksAreTheirPixelsInEveryShape) {
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seedOf()) + " unit_draw --gtest_filter=TextureTest.BlocksAre*");
     std::mt19937 random(seedOf());
-    TextureCache cache(gl_, std::size_t{1} << 28);
+    TextureCache cache(gl_, std::size_t{1} << 28, 1);
     for (const std::int64_t encoding : {Image::kBc1, Image::kBc2, Image::kBc3, Image::kBc4, Image::kBc5})
         for (const std::int64_t shape : {Image::kFlat, Image::kLine, Image::kSolid, Image::kCube})
             for (const ImageUse use : {ImageUse::kColor, ImageUse::kNumbers}) {
@@ -108,7 +108,8 @@ TEST_F(TextureTest, BlocksAreTheirPixelsInEveryShape) {
                 const std::vector<std::uint8_t> bytes = randomBytes(random, last.offset + last.sizeBytes);
                 image.pixels = Blob::of(std::span<const std::uint8_t>(bytes));
                 ASSERT_TRUE(checkImage(image)) << checkImage(image).error().message;
-                const GLuint texture = cache.find(image, use);
+                const TextureCache::Found found = cache.find(image, use);
+                const GLuint texture = found ? found->name : 0;
                 ASSERT_NE(texture, 0u);
                 const std::vector<ImageLevel> levels = levelsOf(image);
                 for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -136,7 +137,7 @@ TEST_F(TextureTest, BlocksAreTheirPixelsInEveryShape) {
 }
 
 TEST_F(TextureTest, PlainSlicesAndFacesStandInTheirOrder) {
-    TextureCache cache(gl_, std::size_t{1} << 28);
+    TextureCache cache(gl_, std::size_t{1} << 28, 1);
     std::vector<std::uint8_t> bytes;
     for (std::uint8_t slice = 0; slice < 6; ++slice)
         bytes.insert(bytes.end(), 2 * 2 * 4, static_cast<std::uint8_t>(40 * slice));
@@ -144,7 +145,7 @@ TEST_F(TextureTest, PlainSlicesAndFacesStandInTheirOrder) {
         Image image = imageOf(Image::kSrgb, 2, 2, bytes);
         image.shape = shape;
         image.depthPx = shape == Image::kSolid ? 6 : 1;
-        const GLuint texture = cache.find(image, ImageUse::kNumbers);
+        const GLuint texture = cache.find(image, ImageUse::kNumbers)->name;
         ASSERT_NE(texture, 0u);
         EXPECT_EQ(read(texture, 0, 24), bytes) << shape;
         EXPECT_EQ(textureTarget(image),
@@ -152,16 +153,16 @@ TEST_F(TextureTest, PlainSlicesAndFacesStandInTheirOrder) {
     }
     Image line = imageOf(Image::kSrgb, 24, 1, bytes);
     line.shape = Image::kLine;
-    EXPECT_EQ(read(cache.find(line, ImageUse::kNumbers), 0, 24), bytes);
+    EXPECT_EQ(read(cache.find(line, ImageUse::kNumbers)->name, 0, 24), bytes);
     // The same bytes, three ways: three textures, counted with their mipmaps.
     EXPECT_GE(cache.residentBytes(), 3 * bytes.size());
     EXPECT_LE(cache.residentBytes(), 5 * bytes.size());
 }
 
 TEST_F(TextureTest, WhatDoesNotFitIsNone) {
-    TextureCache cache(gl_, std::size_t{1} << 28);
+    TextureCache cache(gl_, std::size_t{1} << 28, 1);
     const std::vector<std::uint8_t> bytes(64);
-    const auto found = [&](const Image& image) { return cache.find(image, ImageUse::kColor); };
+    const auto found = [&](const Image& image) { return cache.find(image, ImageUse::kColor) != nullptr; };
     Image image = imageOf(Image::kSrgb, 4, 4, bytes);
     EXPECT_NE(found(image), 0u);
     for (const auto change :
@@ -191,8 +192,8 @@ TEST_F(TextureTest, OpaqueIsWhatGlReadsSo) {
             if (random() % 2) std::fill(block.begin() + 1, block.end(), std::uint8_t{255});
         }
         const Image image = ofOne(encoding, block);
-        TextureCache cache(gl_, std::size_t{1} << 20);
-        const std::vector<std::uint8_t> seen = read(cache.find(image, ImageUse::kNumbers), 0, 16);
+        TextureCache cache(gl_, std::size_t{1} << 20, 1);
+        const std::vector<std::uint8_t> seen = read(cache.find(image, ImageUse::kNumbers)->name, 0, 16);
         bool full = true;
         for (std::size_t k = 3; k < 64; k += 4) full = full && seen[k] == 255;
         EXPECT_TRUE(full || !isOpaque(image)) << "encoding " << encoding << ", try " << i;

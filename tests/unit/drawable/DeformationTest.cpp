@@ -16,6 +16,17 @@ Blob floatsOf(const std::vector<float>& values) {
     return Blob::of(std::span<const float>(values));
 }
 
+/// Around the pole, the poles aside: (-y, x, 0); their side changes from vertex to vertex.
+Blob someTangents(std::span<const float> normals) {
+    std::vector<float> tangents;
+    for (std::size_t i = 0; i < normals.size(); i += 3) {
+        Vec3f t(-normals[i + 1], normals[i], 0);
+        t = t.norm() > 1e-3F ? Vec3f(t.normalized()) : Vec3f(Vec3f::UnitX());
+        tangents.insert(tangents.end(), {t.x(), t.y(), t.z(), i % 2 == 0 ? 1.0F : -1.0F});
+    }
+    return floatsOf(tangents);
+}
+
 /// A sphere and its box, whose control points are at rest, or where `map` puts them.
 template <typename Map>
 Deformation bentSphere(std::int64_t points, std::int64_t degree, Map&& map) {
@@ -24,6 +35,7 @@ Deformation bentSphere(std::int64_t points, std::int64_t degree, Map&& map) {
     d.positions = mesh.positions;
     d.normals = mesh.normals;
     d.indices = mesh.indices;
+    d.tangents = someTangents(mesh.normals.as<float>());
     d.pointsX = d.pointsY = d.pointsZ = points;
     d.degreeX = d.degreeY = d.degreeZ = degree;
     const auto n = static_cast<unsigned>(points), k = static_cast<unsigned>(degree);
@@ -58,11 +70,19 @@ TEST(DeformationArrays, StandWhereTheLatticeSays) {
     m << 1, 0.5, 0, 0, 2, 0.1, -0.3, 0, 1;
     const Vec3d t(3, -1, 0.5);
     for (const auto& [points, degree] : {std::pair(2, 1), {4, 3}, {7, 3}, {5, 2}}) {
+        m.row(1) = -m.row(1);  // a mirror, every other time
         const Deformation d = bentSphere(points, degree, [&](const Vec3d& x) { return Vec3d(m * x + t); });
         ASSERT_TRUE(drawableOfValue(d).check());
         const MeshArrays arrays = drawableOfValue(d).arrays();
         EXPECT_TRUE(checkMesh(arrays));
-        const auto to = arrays.positions.as<float>(), normals = arrays.normals.as<float>();
+        const auto to = arrays.positions.as<float>(), normals = arrays.normals.as<float>(),
+                   tangents = arrays.tangents.as<float>(), tangentsFrom = d.tangents.as<float>();
+        ASSERT_EQ(tangents.size(), tangentsFrom.size());
+        for (std::size_t i = 0; i + 3 < tangents.size(); i += 4) {
+            const Vec3d along(tangentsFrom[i], tangentsFrom[i + 1], tangentsFrom[i + 2]);
+            ASSERT_LT((Vec3d(tangents[i], tangents[i + 1], tangents[i + 2]) - (m * along).normalized()).norm(), 1e-4);
+            ASSERT_EQ(tangents[i + 3], m.determinant() < 0 ? -tangentsFrom[i + 3] : tangentsFrom[i + 3]);
+        }
         for (std::size_t i = 0; i + 2 < from.size(); i += 3) {
             const Vec3d x(from[i], from[i + 1], from[i + 2]), wanted = m * x + t;
             ASSERT_LT((Vec3d(to[i], to[i + 1], to[i + 2]) - wanted).norm(), 2e-6);
@@ -136,6 +156,7 @@ TEST(DeformationArrays, FollowRangesOfControlPointsToTheSameBytes) {
             const DerivedMesh fresh = kDeformationDerivation.derive(&d, 0, nullptr);
             ASSERT_EQ(arrays.positions.id(), fresh.arrays.positions.id()) << step;
             ASSERT_EQ(arrays.normals.id(), fresh.arrays.normals.id()) << step;
+            ASSERT_EQ(arrays.tangents.id(), fresh.arrays.tangents.id()) << step;
             ASSERT_EQ(blobIdOf(arrays.positions.bytes()), arrays.positions.id());
             bool found = keyOf(arrays) == keyOf(known);
             same += found;

@@ -28,7 +28,7 @@ Blob blobOfAll(const std::vector<Number>& numbers) {
 
 struct SkinShape {
     std::size_t joints = 4, targets = 2;
-    bool normals = true;
+    bool normals = true, tangents = true;
 };
 
 /// A bent tube, each vertex following up to four joints near it.
@@ -41,7 +41,7 @@ Skin someSkin(Random& random, const SkinShape& shape) {
     skin.normals = blobOfAll(mesh.normals);
     skin.indices = blobOfAll(mesh.indices);
     std::vector<std::uint16_t> indices;
-    std::vector<float> weights, deltas, deltaNormals, targetWeights, pose;
+    std::vector<float> weights, deltas, deltaNormals, targetWeights, pose, tangents;
     for (std::size_t k = 0; k < vertices * 4; ++k) {
         // By runs of vertices, so that a joint moves a part of them.
         indices.push_back(
@@ -59,6 +59,15 @@ Skin someSkin(Random& random, const SkinShape& shape) {
     skin.morphPositions = blobOfAll(deltas);
     skin.morphNormals = shape.normals && oneIn(random, 2) ? blobOfAll(deltaNormals) : Blob();
     skin.weights = blobOfAll(targetWeights);
+    if (shape.tangents)
+        for (std::size_t i = 0; i < vertices; ++i) {
+            const Vec3f t =
+                Vec3f(uniformFloat(random, 0.1, 1), uniformFloat(random, -1, 1), uniformFloat(random, -1, 1));
+            for (const float x : Vec3f(t.normalized())) tangents.push_back(x);
+            tangents.push_back(i % 3 == 0 ? -1.0f : 1.0f);
+        }
+    skin.tangents = blobOfAll(tangents);
+    skin.morphTangents = shape.tangents && oneIn(random, 2) ? blobOfAll(deltaNormals) : Blob();
     return skin;
 }
 
@@ -77,16 +86,20 @@ TEST(Skin, VerticesAndNormalsAreWhatTheSumsSay) {
         ASSERT_EQ(refusalOfSkin(skin), "taken");
         const MeshArrays arrays = arraysOfSkin(skin);
         const auto rest = skin.positions.as<float>(), restNormals = skin.normals.as<float>(),
-                   deltas = skin.morphPositions.as<float>(), deltaNormals = skin.morphNormals.as<float>();
+                   restTangents = skin.tangents.as<float>(), deltas = skin.morphPositions.as<float>(),
+                   deltaNormals = skin.morphNormals.as<float>(), deltaTangents = skin.morphTangents.as<float>();
         const auto joints = skin.jointIndices.as<std::uint16_t>();
         const auto weights = skin.jointWeights.as<float>(), pose = skin.pose.as<float>(),
                    gone = skin.weights.as<float>();
-        const auto positions = arrays.positions.as<float>(), normals = arrays.normals.as<float>();
+        const auto positions = arrays.positions.as<float>(), normals = arrays.normals.as<float>(),
+                   tangents = arrays.tangents.as<float>();
+        ASSERT_EQ(tangents.size(), restTangents.size());
         ASSERT_EQ(positions.size(), rest.size());
         ASSERT_EQ(normals.size(), restNormals.size());
         using Wide = Eigen::Matrix<long double, 3, 1>;
         for (std::size_t v = 0; v < rest.size() / 3; ++v) {
-            Wide p, n = Wide::Zero();
+            Wide p, n = Wide::Zero(), u;
+            for (int c = 0; c < 3; ++c) u[c] = restTangents[4 * v + static_cast<std::size_t>(c)];
             for (int c = 0; c < 3; ++c) p[c] = rest[3 * v + static_cast<std::size_t>(c)];
             for (int c = 0; c < 3 && !restNormals.empty(); ++c) n[c] = restNormals[3 * v + static_cast<std::size_t>(c)];
             for (std::size_t t = 0; t < gone.size(); ++t)
@@ -94,6 +107,7 @@ TEST(Skin, VerticesAndNormalsAreWhatTheSumsSay) {
                     const std::size_t at = t * rest.size() + 3 * v + static_cast<std::size_t>(c);
                     p[c] += static_cast<long double>(gone[t]) * deltas[at];
                     if (!deltaNormals.empty()) n[c] += static_cast<long double>(gone[t]) * deltaNormals[at];
+                    if (!deltaTangents.empty()) u[c] += static_cast<long double>(gone[t]) * deltaTangents[at];
                 }
             if (!joints.empty()) {
                 Eigen::Matrix<long double, 3, 4> m = Eigen::Matrix<long double, 3, 4>::Zero();
@@ -106,11 +120,16 @@ TEST(Skin, VerticesAndNormalsAreWhatTheSumsSay) {
                 p = (m.leftCols<3>() * p + m.col(3)).eval();
                 const Eigen::Matrix<long double, 3, 3> linear = m.leftCols<3>();
                 n = (linear.determinant() * linear.inverse().transpose() * n).eval();
+                u = (linear * u).eval();
             }
             for (int c = 0; c < 3; ++c)
                 ASSERT_NEAR(positions[3 * v + static_cast<std::size_t>(c)], static_cast<double>(p[c]),
                             2e-6 * (1 + static_cast<double>(p.norm())))
                     << "vertex " << v;
+            ASSERT_EQ(tangents[4 * v + 3], restTangents[4 * v + 3]);
+            const long double along = u.norm();
+            for (int c = 0; c < 3 && along > 1e-4L; ++c)
+                ASSERT_NEAR(tangents[4 * v + static_cast<std::size_t>(c)], static_cast<double>(u[c] / along), 1e-5);
             // Of a nearly crushed vertex the direction is lost in rounding.
             if (restNormals.empty() || n.norm() < 1e-4L) continue;
             n.normalize();
@@ -151,6 +170,7 @@ TEST(Skin, TheSameBytesAlongWhateverEdits) {
             const DerivedMesh right = kSkinDerivation.derive(&fresh, {}, nullptr);
             ASSERT_EQ(followed.positions.id(), right.arrays.positions.id()) << "step " << step;
             ASSERT_EQ(followed.normals.id(), right.arrays.normals.id()) << "step " << step;
+            ASSERT_EQ(followed.tangents.id(), right.arrays.tangents.id()) << "step " << step;
         }
     });
     if (std::getenv("TESSERA_SEED")) return;
@@ -219,6 +239,9 @@ TEST(Skin, WhatCannotBeOneIsRefusedByName) {
     says([&](Skin& s) { s.morphPositions = Blob(Bytes(12)); }, "morphPositions has 12 bytes");
     says([&](Skin& s) { s.morphPositions = changed(s.morphPositions, 4, nan); }, "morphPositions 1 holds");
     says([&](Skin& s) { s.morphNormals = Blob(Bytes(s.positions.sizeBytes())); }, "different numbers of targets");
+    says([&](Skin& s) { s.morphTangents = Blob(Bytes(s.positions.sizeBytes())); }, "different numbers of targets");
+    says([&](Skin& s) { s.tangents = Blob(Bytes(16)); }, "the mesh at rest: 1 tangents");
+    says([&](Skin& s) { s.tangents = changed(s.tangents, 4, nan); }, "tangents of vertex 1 are not finite");
     says([&](Skin& s) { s.positions = changed(s.positions, 4, nan); }, "the mesh at rest");
     says([&](Skin& s) { s.indices = changed(s.indices, 0, std::uint32_t{9999}); }, "the mesh at rest");
     says([&](Skin& s) { s.pose = Blob::absent(s.pose.id(), s.pose.sizeBytes()); }, "not here");

@@ -161,9 +161,11 @@ private:
         census_.triangles += triangles;
         census_.points += mode == 0 ? n : 0;
         if (n == 0) return;
-        if (primitive.contains("material")) materials_.insert(primitive["material"].get<int>());
+        // Without one a surface has the default material, which says nothing of itself.
+        if (primitive.contains("material") || mode >= 4) materials_.insert(primitive.value("material", -1));
         for (const auto& [name, accessor] : attributes.items()) {
-            ++census_.parts[name];
+            // Tangents say nothing of points and lines, nor without normals.
+            if (name != "TANGENT" || (mode >= 4 && attributes.contains("NORMAL"))) ++census_.parts[name];
             if (kShownAttributes.count(name) == 0 && name.front() != '_') census_.toBeNamed.insert(name);
         }
         if (!primitive.contains("targets")) return;

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "common/cores/Animation.h"
 #include "common/cores/Camera.h"
 #include "common/cores/DirectionalLight.h"
+#include "common/cores/Environment.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Material.h"
 #include "common/cores/PointLight.h"
@@ -212,7 +214,7 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
     };
     EXPECT_TRUE(noted("unknown type 'area'"));
     EXPECT_TRUE(noted("light 1 is left out"));
-    EXPECT_TRUE(noted("100000 lx"));
+    EXPECT_TRUE(noted("as strong as real ones, 1000"));
     EXPECT_TRUE(noted("light 3 has an inner cone"));
     EXPECT_TRUE(noted("light 4 is left out: its colour"));
     EXPECT_TRUE(noted("light 5 is left out: its colour"));
@@ -222,6 +224,53 @@ TEST(GltfLights, ThatAreLeftOutOrOddAreNamed) {
     EXPECT_NE(aspect.core<DirectionalLight>("/model/c/light 2"), nullptr);
     EXPECT_NE(aspect.core<SpotLight>("/model/d/light 3"), nullptr);
     EXPECT_FALSE(findNode(*aspect, "/model/b/light 1"));
+}
+
+TEST(GltfLights, AsStrongAsRealOnesAreMeteredWhereTheModelItselfIsShown) {
+    const std::string sunlit = std::string(TESSERA_SOURCE_DIR) + "/tests/data/models/sunlit.glb";
+    const auto noted = [](const ImportedScene& scene) {
+        return std::ranges::any_of(scene.notes, [](const std::string& note) {
+            return note.find("the wall meters its exposure") != std::string::npos;
+        });
+    };
+    const auto shown = importScene(sunlit, kRootNode, importOptions());
+    ASSERT_TRUE(shown) << messageOf(shown);
+    EXPECT_TRUE(noted(*shown));
+    const ImportedAspect aspect{ImportedScene(*shown)};
+    const auto* environment = aspect.core<Environment>("/sunlit/exposure");
+    ASSERT_NE(environment, nullptr);
+    EXPECT_TRUE(environment->metered);
+    EXPECT_EQ(environment->sky, Environment().sky) << "else it is that of a scene that has none";
+    // As a part of something that says how it is exposed itself.
+    ImportOptions part = importOptions();
+    part.exposes = false;
+    const Scratch scratch;
+    std::filesystem::copy_file(sunlit, scratch.path("sunlit.glb"));
+    const std::string text = scratch.write("yard.tsct", "node { import { uri: \"sunlit.glb\" } }\n");
+    for (const auto& inside : {importScene(sunlit, kRootNode, part), importScene(text, kRootNode, importOptions())}) {
+        ASSERT_TRUE(inside) << messageOf(inside);
+        const ImportedAspect whole{ImportedScene(*inside)};
+        for (const ObjectId id : whole->ids()) EXPECT_FALSE(whole->find(id).is<Environment>());
+    }
+}
+
+TEST(GltfLights, ThatReckonWithoutAnExposureGetNone) {
+    for (const double candela : {3.0, 40.0, 1000.0}) {
+        GltfText gltf;
+        const int positions = gltf.floats(kSquare, "VEC3", 3);
+        const ImportedScene scene = imported(gltf.text(fmt::format(
+            R"("extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
+            {{"type":"directional","intensity":3}},{{"type":"point","intensity":{}}}]}}}},
+            "scenes":[{{"nodes":[0,1,2]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+            "nodes":[{{"name":"a","mesh":0}},{{"name":"b","extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
+            {{"name":"c","translation":[0,0,5],"extensions":{{"KHR_lights_punctual":{{"light":1}}}}}}])",
+            candela, positions)));
+        // 3 lx, and so many candela at five metres.
+        const ImportedAspect aspect{ImportedScene(scene)};
+        bool metered = false;
+        for (const ObjectId id : aspect->ids()) metered = metered || aspect->find(id).is<Environment>();
+        EXPECT_EQ(metered, candela > 100) << candela;
+    }
 }
 
 TEST(GltfLights, WhoseNumbersAreNoNumbersAreNamed) {

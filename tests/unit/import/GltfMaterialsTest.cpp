@@ -75,6 +75,30 @@ TEST_F(GltfMaterials, TakeAllFiveTexturesAndTheirNumbers) {
     EXPECT_TRUE(scene_.notes.empty()) << scene_.notes.front();
 }
 
+// glTF 2.0, 3.9.7, and the defaults of 5.19 and 5.22.
+TEST(GltfMaterial, OfASurfaceWithoutOneIsTheDefaultMaterial) {
+    GltfText gltf;
+    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
+    const std::string rest = fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"n","mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{0}}}}},{{"attributes":{{"POSITION":{0}}}}},
+        {{"attributes":{{"POSITION":{0}}},"mode":0}}]}}])",
+        positions);
+    const Scratch scratch;
+    Expected<ImportedScene> read =
+        importScene(scratch.write("model.gltf", gltf.text(rest)), kRootNode, importOptions());
+    ASSERT_TRUE(read) << messageOf(read);
+    const ImportedAspect aspect(std::move(*read));
+    const ObjectId id = aspect.core<Geometry>("/model/n/part 0")->material;
+    const Material* material = aspect->get<Material>(id);
+    ASSERT_NE(material, nullptr);
+    EXPECT_EQ(material->baseColor, Vec4f(1, 1, 1, 1));
+    EXPECT_EQ(material->metallic, 1);
+    EXPECT_EQ(material->roughness, 1);
+    EXPECT_EQ(aspect.core<Geometry>("/model/n/part 1")->material, id) << "there is one of it";
+    EXPECT_FALSE(aspect.core<Geometry>("/model/n/part 2")->material) << "points have none";
+}
+
 TEST_F(GltfMaterials, KeepTheSecondTextureCoordinates) {
     import("{}");
     const auto second = geometry()->texcoords1.as<float>();

@@ -100,17 +100,16 @@ FileCensus sceneCensus(const ImportedAspect& aspect) {
         const std::pair<const char*, const Blob*> attributes[] = {{"POSITION", &geometry.positions},
                                                                   {"TEXCOORD_0", &geometry.texcoords},
                                                                   {"TEXCOORD_1", &geometry.texcoords1},
+                                                                  {"TANGENT", &geometry.tangents},
                                                                   {"COLOR_0", &geometry.colors}};
         for (const auto& [name, blob] : attributes) census.parts[name] += !blob->empty();
         return Descend::kInto;
     });
     action.on<Skin>([&](const Visit&, const Skin& skin) {
         census.triangles += skin.indices.sizeBytes() / 12;
-        const std::pair<const char*, const Blob*> attributes[] = {{"POSITION", &skin.positions},
-                                                                  {"TEXCOORD_0", &skin.texcoords},
-                                                                  {"TEXCOORD_1", &skin.texcoords1},
-                                                                  {"COLOR_0", &skin.colors},
-                                                                  {"joints", &skin.jointIndices}};
+        const std::pair<const char*, const Blob*> attributes[] = {
+            {"POSITION", &skin.positions}, {"TEXCOORD_0", &skin.texcoords}, {"TEXCOORD_1", &skin.texcoords1},
+            {"TANGENT", &skin.tangents},   {"COLOR_0", &skin.colors},       {"joints", &skin.jointIndices}};
         for (const auto& [name, blob] : attributes) census.parts[name] += !blob->empty();
         if (!skin.positions.empty())
             census.parts["target"] += skin.morphPositions.sizeBytes() / skin.positions.sizeBytes();
@@ -179,8 +178,8 @@ void expectNothingLost(const FileCensus& file, const ImportedScene& scene) {
         EXPECT_EQ(shown.parts.at("image"), static_cast<std::uint64_t>(unnamed));
     }
     if (file.parts.empty()) return;  // what follows is counted of glTF alone
-    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "camera", "light", "joints", "target",
-                             "animation", "channel"}) {
+    for (const char* name : {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "TANGENT", "camera", "light", "joints",
+                             "target", "animation", "channel"}) {
         const auto said = file.parts.find(name), is = shown.parts.find(name);
         EXPECT_EQ(is == shown.parts.end() ? 0 : is->second, said == file.parts.end() ? 0 : said->second) << name;
     }

@@ -146,7 +146,8 @@ TEST(RadiancePictures, ExposuresAreTakenOutAndHalvesAreMeansOfLight) {
 
 constexpr char kText[] = R"(
     image { name: "studio" uri: "studio.hdr" }
-    node { environment { image: "studio" strength: 0.5 turn_deg: 90 show_image: true gravity { y: -9.81 } } }
+    node { environment { image: "studio" strength: 0.5 turn_deg: 90 show_image: true gravity { y: -9.81 }
+      exposure: -2.5 tone_map: AGX metered: true } }
     node { name: "sun" directional_light { intensity: 2 shadows: true } }
     node { name: "spot" spot_light { intensity: 3 range: 4 shadows: true } })";
 
@@ -163,6 +164,9 @@ TEST(Surroundings, TakeAnImageInASceneText) {
     EXPECT_FLOAT_EQ(environment->strength, 0.5f);
     EXPECT_NEAR(environment->turn, 0.5 * M_PI, 1e-6);
     EXPECT_TRUE(environment->showImage);
+    EXPECT_FLOAT_EQ(environment->exposure, -2.5f);
+    EXPECT_EQ(environment->toneMap, Environment::kAgx);
+    EXPECT_TRUE(environment->metered);
     EXPECT_EQ(environment->gravity.y(), -9.81);
     const auto* image = aspect->get<Image>(environment->image);
     ASSERT_NE(image, nullptr);

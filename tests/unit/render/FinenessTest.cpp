@@ -59,7 +59,7 @@ std::map<ObjectId, ChosenMesh> chosenBy(const RenderScene& scene, const ScreenCa
     std::map<ObjectId, ChosenMesh> chosen;
     const RenderScene::Impl& all = scene.seenFrom(camera);
     for (const SceneItem& item : all.items)
-        if (item.node) chosen[item.node] = {item.fineness, item.mesh->positions.id(), item.mesh->triangles};
+        if (item.node) chosen[item.node] = {item.fineness, item.mesh->arrays().positions.id(), item.mesh->triangles};
     return chosen;
 }
 
@@ -145,7 +145,7 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
                 continue;
             const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(),
                              truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
-            EXPECT_EQ(drawn.positions.id(), item.mesh->positions.id());
+            EXPECT_EQ(drawn.positions.id(), item.mesh->arrays().positions.id());
             const Affine3d world_T_item = all.world_T(item);
             const auto points = truth.positions.as<float>();
             if (points.empty()) continue;  // more triangles than may be
@@ -372,13 +372,19 @@ TEST(ScreenFineness, IsOfTheScreenAndNotOfTheTile) {
     scene.apply();
     TestCamera camera(640, 400, 2, 2);
     std::map<ObjectId, Fineness> known;
+    const auto finenessOf = [](const RenderScene& of, ObjectId node) {
+        const auto& items = of.impl().items;
+        return std::ranges::find(items, node, &SceneItem::node)->fineness;
+    };
     for (const CullerKind kind : {CullerKind::kNone, CullerKind::kFrustum, CullerKind::kMasked})
         for (const auto& [column, row] : {std::pair{1, 1}, {0, 1}, {1, 0}, {0, 0}}) {
             RenderScene own;
             own.update(scene.aspect, nullptr);
             for (const DrawItem& item :
-                 RenderAction(kind).run(own, camera.camera(), camera.tile(column, row), nullptr).opaque)
-                EXPECT_EQ(known.try_emplace(item.node, item.fineness).first->second, item.fineness);
+                 RenderAction(kind).run(own, camera.camera(), camera.tile(column, row), nullptr).opaque) {
+                const Fineness fineness = finenessOf(own, item.node);
+                EXPECT_EQ(known.try_emplace(item.node, fineness).first->second, fineness);
+            }
         }
     EXPECT_EQ(known.size(), 6u);
     EXPECT_TRUE(std::any_of(known.begin(), known.end(), [](const auto& of) { return mostSteps(of.second) > 0; }));

@@ -25,7 +25,7 @@ inline std::string describe(const RenderScene::Impl& scene, const SceneItem& ite
     text += item.mirrored ? "mirrored " : "";
     text += item.transparent ? "transparent " : "";
     text += item.occludes ? "occludes " : "";
-    text += toHex(item.mesh->positions.id()) + toHex(item.mesh->indices.id()) + " ";
+    text += toHex(item.mesh->arrays().positions.id()) + toHex(item.mesh->arrays().indices.id()) + " ";
     number(static_cast<double>(item.mesh->triangles));
     number(item.reach);
     text += "seen by " + std::to_string(item.seenBy) + " ";

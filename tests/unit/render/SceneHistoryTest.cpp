@@ -209,7 +209,9 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
         for (const auto& [id, seen] : naive.drawn) {
             const auto found = items.find(id);
             if (found == items.end()) continue;
-            const std::uint32_t scopes = all.drawItem(found->second).scopes;
+            DrawItem item;
+            all.describe(found->second, item);
+            const std::uint32_t scopes = item.scopes;
             const bool reached = light.scope == 0 || ((scopes >> (light.scope - 1) & 1) != 0) != light.outside;
             EXPECT_EQ(reached, naive.lights[i].reaches(seen)) << "light " << i << " and node " << id;
             scopedLights += light.scope != 0;

@@ -76,9 +76,10 @@ TEST(ShadowCasters, AreOthersOnlyWhenTheSceneIsOrTheEyeGoesFar) {
     };
     const auto first = castersOf(action, 0);
     ASSERT_TRUE(first && first->views.size() == 1 && first->near && first->middle);
-    EXPECT_TRUE(draws({.opaque = first->views[0]->items}, node));
-    EXPECT_TRUE(draws({.opaque = first->views[0]->items}, behind)) << "what stands behind the eye casts shadows, too";
-    EXPECT_FALSE(draws({.opaque = first->views[0]->items}, glass));
+    EXPECT_TRUE(draws({.opaque = itemsOf(*first->views[0])}, node));
+    EXPECT_TRUE(draws({.opaque = itemsOf(*first->views[0])}, behind))
+        << "what stands behind the eye casts shadows, too";
+    EXPECT_FALSE(draws({.opaque = itemsOf(*first->views[0])}, glass));
     EXPECT_EQ(castersOf(other, 1), first) << "another tile, another culler";
     // A head that moves a little.
     camera.user.position += Vec3d(0.02, 0.01, 0);
@@ -137,7 +138,7 @@ TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
             const ShadowView& finer = with->middle ? *with->middle : *with->views[0];
             EXPECT_TRUE(drawAlike(finer.camera, alone->views[0]->camera)) << distance << ", round " << round;
             // At 1e17 a double knows it to 16 units.
-            if (distance < 1e15) EXPECT_EQ(finer.items.size(), 3u) << distance << ", round " << round;
+            if (distance < 1e15) EXPECT_EQ(itemsOf(finer).size(), 3u) << distance << ", round " << round;
         }
     }
 }
@@ -162,7 +163,7 @@ TEST(ShadowCasters, WhatIsOfTheServerCastsNone) {
         const PixelRect whole{.x = 0, .y = 0, .width = 320, .height = 200};
         const auto list =
             RenderAction(CullerKind::kFrustum).run(by, TestCamera(320, 200, 2, 2).camera(), whole, nullptr);
-        return draws({.opaque = list.casters->views[0]->items}, node);
+        return draws({.opaque = itemsOf(*list.casters->views[0])}, node);
     };
     EXPECT_TRUE(casts(bearer, all));
     EXPECT_TRUE(casts(handle, all));
@@ -231,7 +232,7 @@ TEST(ShadowCasters, AreThoseOfAFreshLookAfterAnyHistory) {
             const auto known = [&](const RenderScene& from) {
                 std::vector<std::tuple<ObjectId, ObjectId, ObjectId, Vec3d>> items;
                 const auto casters = action.run(from, camera.camera(), camera.tile(0, 0), nullptr).casters;
-                for (const DrawItem& item : casters->views[0]->items)
+                for (const DrawItem& item : itemsOf(*casters->views[0]))
                     items.emplace_back(item.node, item.geometry, item.material, item.world_T_item.translation());
                 std::sort(items.begin(), items.end(),
                           [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/render/order/RenderAction.h"
+#include "client/render/scene/ShadowCasters.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
 #include "common/geometry/Mesh.h"
@@ -141,6 +142,14 @@ struct DrawnPart {
     std::vector<ObjectId> ids = nodesOf(list.opaque);
     for (const ObjectId id : nodesOf(list.transparent)) ids.push_back(id);
     return ids;
+}
+/// What casts a view's shadows: what rests, and what moves.
+[[nodiscard]] inline std::vector<DrawItem> itemsOf(const ShadowView& view) {
+    std::vector<DrawItem> items;
+    for (std::size_t i = 0; i < view.still->all->size(); ++i)
+        if (!view.still->gone[i]) items.push_back((*view.still->all)[i].item);
+    for (const ShadowCaster& caster : view.moving) items.push_back(caster.item);
+    return items;
 }
 [[nodiscard]] inline bool draws(const DrawList& list, ObjectId node) {
     for (const ObjectId id : nodesOf(list))

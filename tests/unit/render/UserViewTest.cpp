@@ -135,8 +135,8 @@ TEST(UserView, WhatAUserDoesNotSeeCastsNoShadowForThem) {
         camera.user = user;
         const DrawList drawn = RenderAction(CullerKind::kFrustum).run(stage.all, camera, wall.tile(), nullptr);
         ASSERT_TRUE(drawn.casters && drawn.casters->views.size() == 1);
-        ASSERT_EQ(drawn.casters->views[0]->items.size(), 1u);
-        EXPECT_EQ(drawn.casters->views[0]->items[0].node, stage.leaves[user]);
+        ASSERT_EQ(itemsOf(*drawn.casters->views[0]).size(), 1u);
+        EXPECT_EQ(itemsOf(*drawn.casters->views[0])[0].node, stage.leaves[user]);
     }
 }
 

@@ -53,7 +53,10 @@ TEST(Board, APartIsTakenDrawnElsewhereAndCopied) {
     EXPECT_FALSE(hosts.owner.doneElsewhere(1));
 
     const Picture drawn = coloured(kParts[1], 200);
-    const std::uint8_t slot = hosts.helper.keep(drawn, Board::stamp(posting->number, kOwner, 1));
+    LightHistogram light;
+    light.pixels[7] = 70;
+    light.pixels[255] = 3;
+    const std::uint8_t slot = hosts.helper.keep(drawn, light, Board::stamp(posting->number, kOwner, 1));
     const std::uint32_t before = hosts.owner.doneCount();
     EXPECT_TRUE(hosts.seenByHelper.done(*posting, 1, kHelper, slot));
     EXPECT_NE(hosts.owner.doneCount(), before);
@@ -63,7 +66,7 @@ TEST(Board, APartIsTakenDrawnElsewhereAndCopied) {
     Picture whole = coloured(kTile, 0);
     EXPECT_FALSE(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 0), kParts[0], kTile, whole))
         << "another part";
-    ASSERT_TRUE(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 1), kParts[1], kTile, whole));
+    EXPECT_EQ(hosts.seenByOwner.copy(done->slot, hosts.owner.stampOf(kOwner, 1), kParts[1], kTile, whole), light);
     Picture expected = coloured(kTile, 0);
     paste(expected, drawn, 5, 0);
     EXPECT_EQ(whole, expected);
@@ -85,10 +88,10 @@ TEST(Board, WhoComesBackTooLateSpoilsNothing) {
     EXPECT_FALSE(hosts.owner.doneElsewhere(1));
     EXPECT_NE(hosts.owner.stampOf(kOwner, 1), oldStamp);
     // Its pixels give way to newer ones, and whoever copies notices.
-    const std::uint8_t slot = hosts.helper.keep(coloured(kParts[1], 7), oldStamp);
+    const std::uint8_t slot = hosts.helper.keep(coloured(kParts[1], 7), {}, oldStamp);
     Picture whole = coloured(kTile, 0);
     EXPECT_TRUE(hosts.seenByOwner.copy(slot, oldStamp, kParts[1], kTile, whole));
-    for (std::size_t i = 0; i < board::kSlots; ++i) (void)hosts.helper.keep(coloured(kParts[1], 9), oldStamp + 2);
+    for (std::size_t i = 0; i < board::kSlots; ++i) (void)hosts.helper.keep(coloured(kParts[1], 9), {}, oldStamp + 2);
     EXPECT_FALSE(hosts.seenByOwner.copy(slot, oldStamp, kParts[1], kTile, whole));
 }
 
@@ -180,7 +183,7 @@ TEST(Board, NothingElseIsTakenForOne) {
     ASSERT_EQ(::pipe(pipes), 0);
     EXPECT_NE(refused(at(pipes[0])).find("not the board"), std::string::npos);
     for (const int end : pipes) ::close(end);
-    const std::size_t bytes = board::kHeadBytes + board::kSlots * board::kSlotBytes;
+    const std::size_t bytes = board::kHeadBytes + board::kSlots * board::kSlotStride;
     const auto memory = [&](unsigned flags, std::size_t size, int seals) {
         const int file = ::memfd_create("other", flags);
         EXPECT_EQ(::ftruncate(file, static_cast<off_t>(size)), 0);
@@ -206,7 +209,7 @@ TEST(Board, SurvivesANeighbourThatWritesAnything) {
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seed) + " build/bin/unit_share --gtest_filter=Board.Survives*");
     TwoHosts hosts;
     auto hostile =
-        OthersMemory::open(hosts.owner.place(), board::kHeadBytes, board::kSlots * board::kSlotBytes).value();
+        OthersMemory::open(hosts.owner.place(), board::kHeadBytes, board::kSlots * board::kSlotStride).value();
     std::atomic<bool> over = false;
     std::thread scribbling([&] {
         std::mt19937_64 random(seed);

@@ -146,7 +146,7 @@ TEST(Report, OfManyFaultsTheFirstAndTheLastAreListedAndTheOthersCounted) {
         report.entered(
             {.host = "left", .frame = FrameNumber(i), .rejoined = true, .awayFor = std::chrono::milliseconds(i)});
     }
-    const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget(0)));
+    const nlohmann::json json = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget(0), ExposureMeter({})));
     const nlohmann::json& faults = json["faults"];
     ASSERT_EQ(faults.size(), Report::kFirstFaults + Report::kLastFaults);
     EXPECT_EQ(json["faults_left_out"], kFaults - faults.size());
@@ -163,7 +163,7 @@ TEST(CollisionReport, StandsInReportJsonWithItsTimes) {
     frame.collision = eventful();
     frame.collisionMs = 1.5;
     report.frameCommitted(frame);
-    const auto json = nlohmann::json::parse(report.toJson(reportedHall(), FrameBudget(0)));
+    const auto json = nlohmann::json::parse(report.toJson(reportedHall(), FrameBudget(0), ExposureMeter({})));
     EXPECT_EQ(json["collision"]["ms"]["p99"], 1.5);
     EXPECT_EQ(json["collision"]["contacts"], 2);
     EXPECT_EQ(json["collision"]["not_looked_at"]["count"], 2);

@@ -25,7 +25,9 @@ protected:
     void shown(const std::string& host, std::uint64_t frame, double ms) {
         report_.shown({.host = host, .frame = FrameNumber(frame), .shownAtNs = static_cast<std::int64_t>(ms * 1e6)});
     }
-    nlohmann::json sync() { return nlohmann::json::parse(report_.toJson(Aspect(), FrameBudget({})))["sync"]; }
+    nlohmann::json sync() {
+        return nlohmann::json::parse(report_.toJson(Aspect(), FrameBudget({}), ExposureMeter({})))["sync"];
+    }
 
     Report report_{Wall(), "scene"};
 };
@@ -136,7 +138,7 @@ TEST(Report, GoesOnMeasuringAfterAMillionFrames) {
         released.frameTime = i < 1'000'000 ? std::chrono::milliseconds(1) : std::chrono::milliseconds(3);
         report.released(released);
     }
-    const nlohmann::json said = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget({})));
+    const nlohmann::json said = nlohmann::json::parse(report.toJson(Aspect(), FrameBudget({}), ExposureMeter({})));
     EXPECT_EQ(said["frames"], 3'000'000);
     EXPECT_NEAR(said["frame_ms"]["p50"].get<double>(), 3, 0.03);
     EXPECT_EQ(said["frame_ms"]["max"], 3);

@@ -27,9 +27,11 @@ void main() {
     // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its
     // highlights all the same. Alpha weakens all of it.
     float a = 1.0 - through * max(max(s.base.r, s.base.g), s.base.b);
+    lit.diffuse = exposed(lit.diffuse);
+    lit.specular = exposed(lit.specular);
     float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
     float dense = a + (1.0 - a) * shine;
-    vec3 c = ((lit.diffuse * (1.0 - through) + s.emissive) * a + lit.specular) / max(dense, 1e-3);
+    vec3 c = ((lit.diffuse * (1.0 - through) + exposed(s.emissive)) * a + lit.specular) / max(dense, 1e-3);
     c = unlit > 0.5 ? s.base.rgb : toneMap(c);
     outColor = vec4(encodeSrgb(c), clamp(s.base.a, 0.0, 1.0) * dense);
 }

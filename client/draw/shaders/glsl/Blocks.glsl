@@ -14,6 +14,7 @@ layout(std140, binding = 0) uniform FrameBlock {
     vec4 placeRow0, placeRow1, placeRow2;  // from the eye to the world
     vec4 pixelRays;  // of a pixel's place, what of it is a metre before the eye: scale, offset
     vec4 studio[2];  // upwards, how high the eye is; the ground's middle, 1 / reach
+    vec4 few[10];  // of each light its place, its radiance: first the one that is infinitely far away
 }
 #ifdef FRAME_PASSED_ON
 frame

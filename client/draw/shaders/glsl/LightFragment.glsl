@@ -6,16 +6,24 @@ layout(binding = 1) uniform sampler2DMS depths;
 layout(binding = 1) uniform sampler2DRect depths;
 #endif
 layout(binding = 2) uniform samplerBuffer materials;
+#ifdef METER
+layout(location = 0) out uint outClass;
+#else
 layout(location = 0) out vec4 outColor;
+#endif
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ivec2(PIXEL);
 #if SAMPLES > 1 && !defined(ONE_SURFACE)
     uvec2 of[SAMPLES];
     FETCH_SAMPLES(of)
     uvec2 surface = of[0];
 #else
     uvec2 surface = SAMPLE(surfaces, 0).xy;
+#endif
+#ifdef METER
+    // Where nothing is, of one sample, nobody has cleared it.
+    surface = SAMPLE(depths, 0).x > 0.0 ? surface : uvec2(0u);
 #endif
     vec3 n = normalOf(surface.x);
     vec3 base = colorOf(surface.y);
@@ -84,12 +92,12 @@ void main() {
 #endif
 #endif
 #endif
-#if LIGHTS >= 3
+#ifdef SUNS_ALONE
     // What is infinitely far away shines the same everywhere: only which way one looks counts.
-    vec3 position = toCorner.xyz + gl_FragCoord.x * acrossPixel.xyz + gl_FragCoord.y * upPixel.xyz;
+    vec3 position = toCorner.xyz + PIXEL.x * acrossPixel.xyz + PIXEL.y * upPixel.xyz;
 #else
     float depth = SAMPLE(depths, sampleOf).x;
-    vec4 eye = eye_T_clip * vec4(gl_FragCoord.xy * clipPerPixel.xy - 1.0, depth, 1.0);
+    vec4 eye = eye_T_clip * vec4(PIXEL * clipPerPixel.xy - 1.0, depth, 1.0);
     // Where nothing is it is far away, and a number whose square is one, too: nearly as far as scenes reach
     // (kUtmostCoordinate).
     vec3 position = eye.xyz / max(eye.w, 1e-17);
@@ -130,17 +138,29 @@ void main() {
     // 1: light falls on it; 0: the background; -1: its colour is what is seen.
     float litness = metallicLitAndCoat.y;
     vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);
+    // A plain background is as bright as it says.
+    bool shines = material != 0u;
 #ifdef ENVIRONMENT
     // Where nothing is.
     bool seen = material == 0u && surround[1].w > 0.5;
     vec3 d = vec3(dot(worldRow0.xyz, position), dot(worldRow1.xyz, position), dot(worldRow2.xyz, position));
     c = seen ? mapOf(onSquare(d), 0.0) : c;
     litness = seen ? 0.0 : litness;
+    shines = shines || seen;
 #endif
+#ifdef METER
+    // LightHistogram.h.
+    float sum = dot(c, vec3(0.2126, 0.7152, 0.0722));
+    float luminance = sum > 1e-30 ? sum : 1e-30;  // also of what is no number
+    float place = (log2(luminance) - LEAST_STOPS) * CLASSES_PER_STOP;
+    outClass = shines && litness >= 0.0 ? uint(clamp(place, 0.0, MOST_CLASSES - 2.0)) + 1u : 0u;
+#else
+    c = shines ? exposed(c) : c;
 #ifdef STUDIO
     vec3 backdrop = emissiveAndRoughness.rgb * (1.0 + 0.6 * smoothstep(-0.5, 0.3, falls));
-    c = onGround ? mix(backdrop, lit.diffuse, lies) : c;
+    c = onGround ? mix(backdrop, exposed(lit.diffuse), lies) : c;
 #endif
     c = litness < 0.0 ? base : toneMap(c);
     outColor = vec4(encodeSrgb(c), share);
+#endif
 }

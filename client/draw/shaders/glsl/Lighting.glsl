@@ -149,8 +149,38 @@ void addLight(inout Lit lit, vec4 place, vec4 radiance, vec4 cone, vec4 falloff)
     addRay(lit, l, radiance.rgb * strength);
 }
 
-#if LIGHTS == 2
+#if LIGHTS == LIGHTS_SHADOWS
 layout(binding = 12) uniform sampler2DArrayShadow shadowMaps;
+#ifdef ONE_SUN
+bool knows(int view, vec4 place) {
+    vec3 q = vec3(dot(sunRows[3 * view], place), dot(sunRows[3 * view + 1], place), dot(sunRows[3 * view + 2], place));
+    return all(greaterThan(q, vec3(sunInside.zz, 0.0))) && all(lessThan(q, vec3(sunInside.ww, 1.0)));
+}
+
+// As `arrives` below, of a sun: a software rasteriser reads what comes from a vertex once for all pixels. Rays that fall
+// on a surface's back, and places that no map knows, need no tap: a loop is left where no pixel of a stamp goes on.
+float arrives(vec3 position, vec3 n) {
+    vec4 place = vec4(position, 1.0);
+    bool near = knows(0, place), middle = knows(1, place);
+    vec4 row0 = near ? sunRows[0] : middle ? sunRows[3] : sunRows[6];
+    vec4 row1 = near ? sunRows[1] : middle ? sunRows[4] : sunRows[7];
+    vec4 row2 = near ? sunRows[2] : middle ? sunRows[5] : sunRows[8];
+    float pixel = near ? sunTowards.w : middle ? sunRadiance.w : sunLayers.w;
+    float layer = near ? sunLayers.x : middle ? sunLayers.y : sunLayers.z;
+    float facing = dot(n, sunTowards.xyz);
+    float slope = sqrt(max(1.0 - facing * facing, 0.0));
+    vec4 p = vec4(position + pixel * ((0.5 + 1.5 * slope) * n + 1.0 * sunTowards.xyz), 1.0);
+    vec3 q = vec3(dot(row0, p), dot(row1, p), clamp(dot(row2, p), 0.0, 1.0));
+    bool known = all(greaterThan(q.xy, sunInside.xx)) && all(lessThan(q.xy, sunInside.yy));
+    vec2 tap = 0.75 * clipPerPixel.zw;
+    float taps = known && facing > 0.0 ? 4.0 : 0.0, sum = 0.0;
+    for (float i = 0.5; i < taps; i += 1.0) {
+        vec2 beside = vec2(i == 0.5 || i == 2.5 ? -tap.x : tap.x, i < 2.0 ? -tap.y : tap.y);
+        sum += texture(shadowMaps, vec4(q.xy + beside, layer, q.z));
+    }
+    return known ? 0.25 * sum : 1.0;
+}
+#else
 /// Whether a place lies in the map of a view, not at its rim, and between its depths.
 bool knows(int view, vec4 place) {
     vec3 q = vec3(dot(texelFetch(lightTexels, view), place), dot(texelFetch(lightTexels, view + 1), place),
@@ -165,8 +195,24 @@ bool knows(int view, vec4 place) {
 // Looked for a little above the surface, by pixels of the map, so that it does not shade itself (Holbert 2011, "Saying
 // goodbye to shadow acne"); beyond the map's edge everything arrives.
 float arrives(int at, vec3 position, vec3 n, vec3 towards) {
+#ifdef CUBES
+    // Of a light that shines to all sides the view along whose axis the place lies farthest: the fourth rows of every
+    // other one say how far along an axis of the world.
+    vec4 cube = texelFetch(lightTexels, at + 5);
+    int sides = max(int(cube.y), 0);
+    vec3 along = vec3(dot(texelFetch(lightTexels, sides + 3), vec4(position, 1.0)),
+                      dot(texelFetch(lightTexels, sides + 15), vec4(position, 1.0)),
+                      dot(texelFetch(lightTexels, sides + 27), vec4(position, 1.0)));
+    vec3 far = abs(along);
+    int axis = far.x >= far.y && far.x >= far.z ? 0 : far.y >= far.z ? 1 : 2;
+    bool behind = (axis == 0 ? along.x : axis == 1 ? along.y : along.z) < 0.0;
+    int side = sides + 12 * axis + (behind ? 6 : 0);
+#endif
     // The finest that knows the place.
     at += knows(at, vec4(position, 1.0)) ? 0 : knows(at + 6, vec4(position, 1.0)) ? 6 : 12;
+#ifdef CUBES
+    at = cube.x < 0.0 ? side : at;
+#endif
     vec4 row0 = texelFetch(lightTexels, at), row1 = texelFetch(lightTexels, at + 1);
     vec4 row2 = texelFetch(lightTexels, at + 2), row3 = texelFetch(lightTexels, at + 3);
     vec3 size = texelFetch(lightTexels, at + 4).xyz;
@@ -186,6 +232,7 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     bool known = w > 1e-6 && all(greaterThan(q.xy, inside.xy)) && all(lessThan(q.xy, inside.zw));
     return known ? 0.25 * sum : 1.0;
 }
+#endif
 #ifdef STUDIO
 // The same on the studio's ground, from the coarsest view alone: as soft everywhere. Taps on a spiral lie at as many
 // distances from any straight edge. The loop ends at once where no pixel of a stamp is on the ground.
@@ -231,10 +278,20 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     vec3 mirrored = environmentFactor(f0, 1.0, roughness, nv);
 #endif
     vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
-#ifdef ENVIRONMENT
-    // A white thing in white surroundings is as white as they are.
-    diffuse *= 1.0 - mirrored;
+    // What is mirrored does not reach what lies below: a white thing in white surroundings is as white as they are.
+#ifdef GLOSSY
+    // What is tinted lets through what its strongest colour leaves (KHR_materials_specular).
+    vec3 tint = (max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b) - gloss.specular.rgb) *
+        (1.0 - metallic);
+    vec3 below = 1.0 - (gloss.shininess < 0.0 ? environmentFactor(f0 + tint, f90, roughness, nv) : vec3(0.0));
+#else
+    vec3 below = 1.0 - mirrored;
 #endif
+#ifdef STUDIO
+    // Its ground is matt.
+    below = onGround ? vec3(1.0) : below;
+#endif
+    diffuse *= below;
     float alpha = roughness * roughness;
     Lit lit;
     lit.position = position;
@@ -243,7 +300,7 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     lit.f0 = f0;
 #ifdef GLOSSY
     lit.f90 = f90;
-    lit.tint = (max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b) - gloss.specular.rgb) * (1.0 - metallic);
+    lit.tint = tint;
     lit.shininess = gloss.shininess;
 #endif
 #ifdef SCOPED
@@ -260,7 +317,9 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
     lit.coat = occlusion * environmentFactor(vec3(0.04), 1.0, coatRoughness, nv) * environment(rWorld, coatRoughness);
 #endif
-#if LIGHTS == 2
+#ifdef ONE_SUN
+    addRay(lit, sunTowards.xyz, sunRadiance.rgb * arrives(position, n));
+#elif LIGHTS == LIGHTS_SHADOWS
     uint one = 0u;
     do {
         int at = int(shadows.x) + 22 * int(one);
@@ -275,27 +334,38 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
         addLight(lit, place, radiance, texelFetch(lightTexels, at + 2), texelFetch(lightTexels, at + 3));
     } while (++one < uint(shadows.y));
 #endif
-#if LIGHTS >= 3
+#ifdef ONE_SUN
+    // There is no other light.
+#elif defined(SUNS_ALONE)
     addRay(lit, suns[0].xyz, suns[1].rgb);
-#if LIGHTS == 4
+#if LIGHTS == LIGHTS_SUNS
     addRay(lit, suns[2].xyz, suns[3].rgb);
     addRay(lit, suns[4].xyz, suns[5].rgb);
 #endif
+#elif LIGHTS == LIGHTS_FEW
+    // What they do not have is said as numbers, so that a compiler leaves it out; the sums are those of the loop below,
+    // to the bit.
+    const vec4 noCone = vec4(0.0, 0.0, 0.0, 1.0), bySquare = vec4(0.0, 0.0, 1.0, 0.0);
+    addLight(lit, vec4(few[0].xyz, 0.0), vec4(few[1].rgb, 0.0), noCone, bySquare);
+    addLight(lit, vec4(few[2].xyz, 1.0), few[3], noCone, bySquare);
+    addLight(lit, vec4(few[4].xyz, 1.0), few[5], noCone, bySquare);
+    addLight(lit, vec4(few[6].xyz, 1.0), few[7], noCone, bySquare);
+    addLight(lit, vec4(few[8].xyz, 1.0), few[9], noCone, bySquare);
 #else
     // One light at least (LightClusters.h): a loop without a test at its start, because a software rasteriser would go
     // through it once more, with nothing to do.
     uint k = 0u;
-#if LIGHTS == 0
+#if LIGHTS == LIGHTS_ALL
     uint count = uint(slices.w);
 #else
     int slice = int(clamp(log2(max(-position.z, 1e-30)) * slices.x + slices.y, 0.0, 31.0));
-    ivec2 column = ivec2(gl_FragCoord.xy) >> 6;
+    ivec2 column = ivec2(PIXEL) >> 6;
     int cluster = 2 * ((slice * 9 + column.y) * 16 + column.x);
     uint list = texelFetch(lightLists, cluster).x, count = texelFetch(lightLists, cluster + 1).x;
     uint everywhere = uint(slices.z);
 #endif
     do {
-#if LIGHTS == 0
+#if LIGHTS == LIGHTS_ALL
         int index = int(k);
 #else
         int index = int(k < everywhere ? k : texelFetch(lightLists, int(k < everywhere ? 0u : list + k)).x);
@@ -309,9 +379,9 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     // What the lacquer reflects towards the eye does not come from below it.
     float grazing = 1.0 - nv;
     float grazing2 = grazing * grazing;
-    float below = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
-    lit.diffuse *= below;
-    lit.specular = lit.specular * below + coat.x * lit.coat;
+    float belowCoat = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.diffuse *= belowCoat;
+    lit.specular = lit.specular * belowCoat + coat.x * lit.coat;
 #endif
     return lit;
 }

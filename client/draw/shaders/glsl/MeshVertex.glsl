@@ -13,6 +13,9 @@ flat out vec3 vNormal;
 #else
 #define OVER_SURFACE out
 centroid out vec3 vNormal;
+#ifdef TANGENTS
+centroid out vec4 vTangent;
+#endif
 #ifdef POSITION
 #ifdef MARCHED
 centroid out vec3 vPosition;
@@ -91,9 +94,30 @@ vec3 cornerOfSprite(vec3 middle) {
 }
 #endif
 
+#ifdef GLYPHS
+// Copies of one mesh (DrawForms.cpp, writeCopies). A vertex's number is the copy's, shifted by GLYPHS bits, and the
+// corner's.
+vec3 turned(vec4 turn, vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+
+void fetch() {
+    int copy = 3 * (gl_VertexID >> GLYPHS);
+    uvec4 place = texelFetch(fetched, copy), scale = texelFetch(fetched, copy + 2);
+    vec4 turn = uintBitsToFloat(texelFetch(fetched, copy + 1));
+    int corner = copy - int(scale.z) + 2 * (gl_VertexID & ((1 << GLYPHS) - 1));
+    vec2 widthAndLength = uintBitsToFloat(scale.xy);
+    position = uintBitsToFloat(place.xyz) +
+               turned(turn, widthAndLength.xyx * uintBitsToFloat(texelFetch(fetched, corner).xyz));
+#ifdef SURFACE
+    // Of a length across a normal is divided by it: here by their product, times the other one.
+    normal = turned(turn, widthAndLength.yxy * uintBitsToFloat(texelFetch(fetched, corner + 1).xyz));
+    color = linearColor(place.w);
+#endif
+}
+#endif
+
 void main() {
-#ifdef POINTS
-    fetchPoint();
+#ifdef FETCHED
+    fetch();
 #endif
 #ifdef MOVED
     // A person's program: no farther than it says, as boxes know that alone.
@@ -139,14 +163,24 @@ void main() {
 #else
     vNormal = vec3(dot(normalRow0.xyz, normal), dot(normalRow1.xyz, normal), dot(normalRow2.xyz, normal));
 #endif
+#ifdef TANGENTS
+    // Both of length 1 at a vertex, and as they come in between: as normal maps are baked (Mikkelsen 2008). In a mirror
+    // normals stay on their side, and what is across both points the other way.
+    vec3 along = vec3(dot(eyeRow0.xyz, tangent.xyz), dot(eyeRow1.xyz, tangent.xyz), dot(eyeRow2.xyz, tangent.xyz));
+    float normal2 = dot(vNormal, vNormal), along2 = dot(along, along);
+    vNormal *= normal2 > 1e-36 ? inversesqrt(normal2) : 0.0;
+    along *= along2 > 1e-36 ? inversesqrt(along2) : 0.0;
+    float mirrored = dot(cross(eyeRow0.xyz, eyeRow1.xyz), eyeRow2.xyz) < 0.0 ? -1.0 : 1.0;
+    vTangent = vec4(along, mirrored * tangent.w);
+#endif
 #ifdef PLAIN
     vMaterial = look.material.yz;
-#if defined(POINTS) && (POINTS & 1) != 0
+#if defined(POINTS) && (POINTS & POINT_COLORS) != 0
     // All of a point is of one colour.
     uvec3 c = uvec3(sqrt(clamp(look.baseColor.rgb * color.rgb, 0.0, 1.0)) * 255.0 + 0.5);
     vMaterial.y = (vMaterial.y & 0xff000000u) | c.r | (c.g << 8u) | (c.b << 16u);
 #endif
-#if defined(POINTS) && (POINTS & 2) != 0
+#if defined(POINTS) && (POINTS & POINT_NORMALS) != 0
     vMaterial.x |= packedNormal(vNormal);
 #endif
 #else
@@ -154,7 +188,7 @@ void main() {
 #endif
 #ifdef POINTS
 #ifdef IN_ITEM
-    vPoint = vec4(position, uintBitsToFloat((POINTS & 8) != 0 ? itemSize.x : itemSize.y));
+    vPoint = vec4(position, uintBitsToFloat((POINTS & POINT_STRETCHED) != 0 ? itemSize.x : itemSize.y));
 #endif
 #else
 #ifdef POSITION

@@ -19,7 +19,7 @@ void main() {
     meetBall();
 #endif
     Surface s = surface();
-#if !defined(PLAIN) || !defined(POINTS) || (POINTS & 2) == 0
+#if !defined(PLAIN) || !defined(POINTS) || (POINTS & POINT_NORMALS) == 0
     uint normalBits = packedNormal(s.normal);
 #else
     const uint normalBits = 0u;  // the point's is in its material
@@ -34,7 +34,7 @@ void main() {
 #endif
 #ifdef DETAIL
     outDetail = uvec2(0u);
-#if defined(PERSON) || (defined(MAPS) && (MAPS & 26) != 0)
+#if defined(PERSON) || (defined(MAPS) && (MAPS & DETAIL_MAPS) != 0)
     uvec3 bytes = uvec3(clamp(vec3(s.metallic, s.roughness, s.occlusion), 0.0, 1.0) * 255.0 + 0.5);
     outDetail = uvec2(sharedExponent(s.emissive), bytes.x | (bytes.y << 8u) | (bytes.z << 16u) | 0x80000000u);
 #endif

@@ -19,14 +19,14 @@ vec3 alongOf(vec2 place) { return vec3(vDepth.z * place, -1.0); }
 vec3 beginOf(vec2 place) { return vec3((1.0 - vDepth.z) * place, 0.0); }
 // Where it is a ball.
 vec3 asBall(vec3 v) {
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     return vRow0 * v.x + vRow1 * v.y + vRow2 * v.z;
 #else
     return v;
 #endif
 }
 float ballRadius() {
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     return 1.0;
 #else
     return abs(vBall.w);
@@ -88,14 +88,14 @@ void meetBall() {
     // Past the ball: the outline's nearest.
     t = meets(middle, off, inverse, side, radius2, left2);
     vec3 fromCentre = off + (t - middle) * along;
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     ballNormal = vec3(dot(vRow0, fromCentre), dot(vRow1, fromCentre), dot(vRow2, fromCentre));
 #else
     ballNormal = fromCentre / ballRadius();
 #endif
     vPosition = beginOf(place) + t * alongOf(place);
 #ifdef IN_ITEM
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     ballItem = fromCentre;
 #else
     ballItem = vRow0 * fromCentre.x + vRow1 * fromCentre.y + vRow2 * fromCentre.z;

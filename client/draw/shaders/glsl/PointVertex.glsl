@@ -3,20 +3,13 @@
 // what a tile shows follows from the place of the pixel in its cell and from the ball alone, whatever triangle brought
 // it there.
 //
-// POINTS says what points have (DrawForms.h): colours 1, normals 2, texture coordinates 4; 8: their item stretches
-// them. Then the fragments look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way
-// there.
+// POINTS says what points have (POINT_…, DrawForms.h). POINT_STRETCHED: their item stretches them. Then the fragments
+// look where they are a ball of radius 1: `normalRow` are the transposed of what takes a way there.
 //
 // Eight vertex numbers a point: 0 to 2 are the triangle of what is seen from outside, 4 to 6 that of the inside, wound
 // the other way, which nothing but glass shows unless the near plane cuts the ball. One triangle, not a tighter
 // hexagon: a software rasteriser shades whole stamps of pixels, twice where two triangles meet (that cost a scan a
 // third more).
-
-layout(binding = 13) uniform usamplerBuffer points;
-layout(binding = 14) uniform samplerBuffer linearOf;  // an sRGB byte's
-vec3 position, normal = vec3(0.0, 0.0, 1.0);
-vec4 color = vec4(1.0);
-vec2 texcoord = vec2(0.0), texcoord1 = vec2(0.0);
 
 flat out vec4 vBall;  // its centre, and its radius: below 0 for what is seen from inside
 flat out vec4 vRays;  // from a pixel to where its ray is a metre before the eye
@@ -30,22 +23,19 @@ flat out vec3 vRow0, vRow1, vRow2;
 flat out vec4 vPoint;  // centre and radius in the item's own coordinates
 #endif
 
-void fetchPoint() {
+void fetch() {
     int at = (gl_VertexID >> 3) * (1 + ((POINTS >> 1) & 1) + ((POINTS >> 2) & 1));
-    uvec4 point = texelFetch(points, at);
+    uvec4 point = texelFetch(fetched, at);
     position = uintBitsToFloat(point.xyz);
 #ifdef SURFACE
-#if (POINTS & 2) != 0
-    normal = uintBitsToFloat(texelFetch(points, at + 1).xyz);
+#if (POINTS & POINT_NORMALS) != 0
+    normal = uintBitsToFloat(texelFetch(fetched, at + 1).xyz);
 #endif
-#if (POINTS & 1) != 0
-    uvec4 bytes = (uvec4(point.w) >> uvec4(0, 8, 16, 24)) & 255u;
-    ivec3 at8 = ivec3(bytes.rgb);
-    color = vec4(texelFetch(linearOf, at8.r).r, texelFetch(linearOf, at8.g).r, texelFetch(linearOf, at8.b).r,
-                 float(257u * bytes.a) * (1.0 / 65535.0));
+#if (POINTS & POINT_COLORS) != 0
+    color = linearColor(point.w);
 #endif
-#if (POINTS & 4) != 0
-    vec4 both = uintBitsToFloat(texelFetch(points, at + 1 + ((POINTS >> 1) & 1)));
+#if (POINTS & POINT_TEXCOORDS) != 0
+    vec4 both = uintBitsToFloat(texelFetch(fetched, at + 1 + ((POINTS >> 1) & 1)));
     texcoord = both.xy;
     texcoord1 = both.zw;
 #endif
@@ -54,7 +44,7 @@ void fetchPoint() {
 
 // How far a linear form of eye space varies from the centre to the surface, as a vector: along which, how much.
 vec3 overBall(vec3 form) {
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     return uintBitsToFloat(itemSize.x) * (eyeRow0.xyz * form.x + eyeRow1.xyz * form.y + eyeRow2.xyz * form.z);
 #else
     return uintBitsToFloat(itemSize.x) * form;
@@ -81,7 +71,7 @@ vec4 aroundBall(vec3 centre) {
     vRays = pixelRays;
     vDepth = vec4(clip_T_eye[2][2], clip_T_eye[3][2], parallel ? 0.0 : 1.0, 0.0);
     float radius = inside ? -uintBitsToFloat(itemSize.x) : uintBitsToFloat(itemSize.x);
-#if (POINTS & 8) != 0
+#if (POINTS & POINT_STRETCHED) != 0
     vBall = vec4(normalRow0.xyz * centre.x + normalRow1.xyz * centre.y + normalRow2.xyz * centre.z, sign(radius));
 #else
     vBall = vec4(centre, radius);

@@ -8,6 +8,9 @@ flat in vec3 vNormal;
 #else
 #define OVER_SURFACE in
 centroid in vec3 vNormal;
+#ifdef TANGENTS
+centroid in vec4 vTangent;
+#endif
 #ifdef POSITION
 in vec3 vPosition;
 #endif
@@ -60,9 +63,17 @@ void changeByPerson(inout Surface s) {
 }
 #endif
 
-#if defined(MAPS) && (MAPS & 4) != 0
-// Tangents from how position and texture coordinates change over the screen (Schueler 2013, "Followup: normal mapping
-// without precomputed tangents"), made orthogonal as glTF's own frame is: green points against v.
+#ifdef TANGENTS
+// A tangent has no length where the mesh gives no direction. Nothing is made orthogonal again: whoever baked the image
+// has not.
+vec3 mappedNormal() {
+    vec3 m = texture(normalImage, placed(2)).xyz * 2.0 - 1.0;
+    m.xy *= look.strengths.x;
+    return vTangent.xyz * m.x + vTangent.w * cross(vNormal, vTangent.xyz) * m.y + vNormal * m.z;
+}
+#elif defined(MAPS) && (MAPS & MAP_NORMAL) != 0
+// Of what has no tangents of its own: from how position and texture coordinates change over the screen (Schueler 2013,
+// "Followup: normal mapping without precomputed tangents"), made orthogonal as glTF has it: green points against v.
 vec3 mappedNormal(vec3 n, float facing) {
     vec2 uv = placed(2);
     vec3 p1 = dFdx(vPosition), p2 = dFdy(vPosition);
@@ -164,7 +175,7 @@ Surface surface() {
 #else
     float facing = gl_FrontFacing ? 1.0 : -1.0;
 #endif
-#if defined(POINTS) && (POINTS & 2) == 0
+#if defined(POINTS) && (POINTS & POINT_NORMALS) == 0
     s.normal = facing * ballNormal;
 #elif defined(FACETED)
     // By construction the face's normal points to the eye.
@@ -182,22 +193,24 @@ Surface surface() {
     s.occlusion = 1.0;
     s.emissive = look.emissiveAndRoughness.rgb;
 #ifdef MAPS
-#if (MAPS & 1) != 0
+#if (MAPS & MAP_BASE_COLOR) != 0
     s.base *= texture(baseColorImage, placed(0));
 #endif
-#if (MAPS & 2) != 0
+#if (MAPS & MAP_METALLIC_ROUGHNESS) != 0
     vec4 metallicRoughness = texture(metallicRoughnessImage, placed(1));
     s.metallic *= metallicRoughness.b;
     s.roughness = max(s.roughness * metallicRoughness.g, 0.045);
 #endif
-#if (MAPS & 4) != 0
+#ifdef TANGENTS
+    s.normal = facing * mappedNormal();
+#elif (MAPS & MAP_NORMAL) != 0
     float size2 = dot(s.normal, s.normal);
     if (size2 > 1e-30) s.normal = facing * mappedNormal(facing * s.normal * inversesqrt(size2), facing);
 #endif
-#if (MAPS & 8) != 0
+#if (MAPS & MAP_OCCLUSION) != 0
     s.occlusion = 1.0 + look.strengths.y * (texture(occlusionImage, placed(3)).r - 1.0);
 #endif
-#if (MAPS & 16) != 0
+#if (MAPS & MAP_EMISSIVE) != 0
     s.emissive *= texture(emissiveImage, placed(4)).rgb;
 #endif
 #endif

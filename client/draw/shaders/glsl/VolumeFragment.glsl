@@ -2,7 +2,7 @@
 //
 // A ray's samples lie in the middle of pieces that end at multiples of the step from the eye: what they are depends on
 // the screen, the eye and the volume alone. Colours are blended as bytes stand, as all that is transparent here.
-// MARCHED: which of the bits of VolumeTextures.h. Pieces that lie in empty bricks are counted, not looked at: the same
+// MARCHED: bits of MARCH_… (VolumeTextures.h). Pieces that lie in empty bricks are counted, not looked at: the same
 // numbers come of it. All that is conditional is a loop: a software rasteriser does both sides of an if.
 
 layout(std140, binding = 3) uniform VolumeBlock {
@@ -14,7 +14,7 @@ layout(std140, binding = 3) uniform VolumeBlock {
 layout(binding = 20) uniform sampler3D voxels;
 layout(binding = 21) uniform samplerBuffer transfer;
 #ifdef MARCHED
-#if (MARCHED & 3) == 2
+#if (MARCHED & MARCH_KIND) == MARCH_MAXIMUM
 layout(binding = 22) uniform sampler3D bricks;
 #else
 layout(binding = 22) uniform usampler3D bricks;
@@ -83,7 +83,7 @@ bool leap(float steps, vec3 brick, vec3 at, vec3 from3, vec3 inverse, float marg
     return leaps;
 }
 
-#if (MARCHED & 3) == 1
+#if (MARCHED & MARCH_KIND) == MARCH_SHADED
 vec3 linearOf(vec3 c) {
     return mix(pow((max(c, vec3(0.04045)) + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
 }
@@ -108,7 +108,7 @@ vec3 shadedAt(vec3 at, float value, vec3 eye, vec3 color, vec3 last, vec3 texel,
     float share = smoothstep(0.0, kEdgeOn, abs(cosine)) * smoothstep(0.0, kOneWay, way);
     n = normalize(mix(towards, cosine < 0.0 ? -n : n, share));
     Lit lit = light(eye, n, linearOf(color), 0.0, 1.0, 1.0, vec2(0.0), gloss);
-    return encodeSrgb(toneMap(lit.diffuse));
+    return encodeSrgb(toneMap(exposed(lit.diffuse)));
 }
 #endif
 
@@ -143,7 +143,7 @@ void main() {
         sum += stop;
     }
     bool several = most - least > pace;
-#if (MARCHED & 4) != 0
+#if (MARCHED & MARCH_EACH_SAMPLE) != 0
     far = several ? min(far, solidAt(gl_SampleID)) : -1.0;
 #else
     far = several ? -1.0 : min(far, sum * (1.0 / float(SAMPLES)));
@@ -161,7 +161,7 @@ void main() {
     // it has left (Mesa's llvmpipe keeps variables, not results): so an inner loop's last turn changes no variable, and
     // what is summed up is tested at the start.
     bool more = true;
-#if (MARCHED & 3) == 2
+#if (MARCHED & MARCH_KIND) == MARCH_MAXIMUM
     float greatest = -3.4e38;
     while (more) {
         float end;
@@ -212,7 +212,7 @@ void main() {
         } while (empty);
         exponent = max(exponent + (end - begin) * perLength * clearness(color.a), -30.0);
         float clearBehind = exponent > -30.0 ? exp2(exponent) : 0.0;
-#if (MARCHED & 3) == 1
+#if (MARCHED & MARCH_KIND) == MARCH_SHADED
         color.rgb = shadedAt(at, value, ray * middle, color.rgb, last, texel, steps_T_eye, toTable.x / toTable.z,
             gloss);
 #endif

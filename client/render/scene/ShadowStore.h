@@ -1,0 +1,82 @@
+/// Lights' views of a scene, kept from frame to frame: one for each camera, whoever asks.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "client/render/scene/RenderScene.h"
+#include "client/render/scene/ShadowCasters.h"
+#include "client/render/scene/ShadowReach.h"
+
+namespace tessera {
+
+/// Follows what casts shadows at the cost of what has changed. Things that change are listed as moving, and as still
+/// again once they have rested: so that a map may keep the depths of what rests. Screens, eyes and users of one host
+/// share a view or have their own; none makes another's go. Views that nobody has asked for lately go.
+class ShadowStore {
+public:
+    /// Nothing is known of the scene any more.
+    void clear();
+    /// What is asked for until the next one belongs to one frame. Where nobody says so each look is a frame.
+    void beginFrame();
+    /// One look begins: a number of views will be asked for.
+    void beginLook();
+    /// What this item casts, as any view sees it, may be another shadow than before.
+    void changed(std::uint32_t item);
+
+    /// The scene as it is looked at now. `user`: whose, where users see different things; else 0.
+    [[nodiscard]] std::shared_ptr<const ShadowView> view(const RenderScene::Impl& scene, const ScreenCamera& camera,
+                                                         bool sun, unsigned user);
+
+    /// What has changed in a view: where something was that cast a shadow, or is.
+    struct Change {
+        std::uint64_t state = 0;
+        MapShade shade;
+    };
+    /// After a state of its kin, up to now. None: it is not known any more.
+    [[nodiscard]] std::optional<std::span<const Change>> changesAfter(std::uint64_t kin, std::uint64_t state) const;
+
+private:
+    struct Moving {
+        ShadowCaster caster;
+        std::uint64_t frame = 0;  ///< in which it changed
+    };
+    struct Entry {
+        Entry(const ScreenCamera& camera, bool sun, unsigned user);
+        ShadowSight sight;
+        unsigned user;
+        bool sun;
+        std::uint64_t known = 0;  ///< changes of the scene
+        std::uint64_t usedIn = 0, joinedIn = 0;
+        std::shared_ptr<const ShadowView> now;
+        std::vector<std::uint32_t> stillOf;  ///< by item: among `now->still->all`, or kNone
+        std::vector<std::uint32_t> items;    ///< of those
+        std::map<std::uint32_t, Moving> moving;
+        std::vector<Change> changes;
+        std::uint64_t knownAfter = 0;  ///< all changes after this state are here
+
+        [[nodiscard]] std::size_t casters() const { return now->still->all->size() + moving.size(); }
+    };
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    /// A change of the scene's items that is remembered, and one of a view.
+    static constexpr std::size_t kMostChanges = 1u << 16, kMostSteps = 1u << 12;
+    /// Frames until something rests, until a view is forgotten; things in views that are not asked for now.
+    static constexpr std::uint64_t kRestFrames = 30, kKeptFrames = 16;
+    static constexpr std::size_t kMostKept = 1u << 16;
+
+    void start(Entry& entry, const RenderScene::Impl& scene) const;
+    void follow(Entry& entry, const RenderScene::Impl& scene) const;
+    /// What has rested joins what is still.
+    void join(Entry& entry) const;
+    void forgetOld();
+
+    std::vector<std::unique_ptr<Entry>> entries_;
+    std::vector<std::uint32_t> changes_;  ///< items
+    std::uint64_t changesBefore_ = 0;     ///< forgotten ones
+    std::uint64_t frame_ = 1;
+    bool told_ = false, frameBegins_ = false;
+};
+
+}  // namespace tessera

@@ -1,0 +1,175 @@
+// What is kept of lights' views from frame to frame: who moves, who rests, whom a change reaches.
+#include <memory>
+
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/PointLight.h"
+#include "tests/unit/render/TestScene.h"
+
+namespace tessera {
+namespace {
+
+/// Boxes on a floor under a sun that shines straight down.
+struct SunnyStage {
+    TestScene scene;
+    RenderScene all;
+    ObjectId plain, holes, shape, cut, left, right;
+    TestCamera camera{320, 200, 2, 2};
+
+    SunnyStage() {
+        const ObjectId sun = scene.create(typeOf<DirectionalLight>());
+        setField<&DirectionalLight::shadows>(scene.edit, sun, true);
+        scene.node(sun, scene.node(scene.transform(Vec3d::Zero(),
+                                                   Quatd::FromTwoVectors(-Vec3d::UnitZ(), Vec3d(0.02, -1, 0.01)))));
+        plain = scene.material(1);
+        holes = scene.material(1);
+        setField<&Material::alphaMode>(scene.edit, holes, Material::kMask);
+        shape = scene.geometry(makeBox({0.5, 0.5, 0.5}), plain);
+        cut = scene.geometry(makeBox({0.4, 0.4, 0.4}), holes);
+        scene.box({0, -1.6, -8}, {20, 0.2, 14});
+        left = scene.transform({-2, -1, -6});
+        scene.node(shape, scene.node(left));
+        right = scene.transform({2, -1, -6});
+        scene.node(cut, scene.node(right));
+        // So that bounds stay.
+        scene.box({9, 4, -14}, {0.1, 0.1, 0.1});
+        scene.apply();
+        all.update(scene.aspect, nullptr);
+    }
+    void follow() {
+        const ChangeList list = scene.apply();
+        all.update(scene.aspect, &list);
+        all.beginFrame();
+    }
+    DrawList look(RenderAction& action, int column, int row = 0) {
+        return action.run(all, camera.camera(), camera.tile(column, row), nullptr);
+    }
+    void move(ObjectId transform, const Vec3d& to) {
+        setField<&Transform::translation>(scene.edit, transform, to);
+        follow();
+    }
+};
+
+TEST(ShadowStore, WhatChangesMovesUntilItHasRested) {
+    SunnyStage stage;
+    RenderAction action(CullerKind::kFrustum);
+    const auto far = [&] { return stage.look(action, 0).casters->views[0]; };
+    const auto first = far();
+    EXPECT_EQ(itemsOf(*first).size(), 4u);
+    EXPECT_TRUE(first->moving.empty());
+    stage.move(stage.left, {-2, -0.9, -6});
+    const auto moved = far();
+    EXPECT_EQ(moved->kin, first->kin);
+    EXPECT_NE(moved->state, first->state);
+    ASSERT_EQ(moved->moving.size(), 1u);
+    EXPECT_EQ(moved->moving[0].item.geometry, stage.shape);
+    EXPECT_EQ(itemsOf(*moved).size(), 4u);
+    EXPECT_EQ(moved->still->all, first->still->all) << "what rests stays where it is";
+    // Another one moves from then on; the first one has rested before long.
+    for (int i = 0; i < 40; ++i) {
+        stage.move(stage.right, {2, -1 + 0.01 * i, -6});
+        const auto now = far();
+        EXPECT_EQ(itemsOf(*now).size(), 4u);
+        EXPECT_EQ(now->kin, first->kin);
+    }
+    ASSERT_EQ(far()->moving.size(), 1u);
+    EXPECT_EQ(far()->moving[0].item.geometry, stage.cut);
+}
+
+TEST(ShadowStore, LooksCountOnlyWhereTheyCutHoles) {
+    SunnyStage stage;
+    RenderAction action(CullerKind::kFrustum);
+    const auto far = [&] { return stage.look(action, 0).casters->views[0]; };
+    const auto first = far();
+    setField<&Material::baseColor>(stage.scene.edit, stage.plain, Vec4f(1, 0, 0, 1));
+    stage.follow();
+    EXPECT_EQ(far(), first);
+    setField<&Geometry::material>(stage.scene.edit, stage.shape, stage.scene.material(1));
+    stage.follow();
+    EXPECT_EQ(far(), first);
+    setField<&Material::alphaCutoff>(stage.scene.edit, stage.holes, 0.7f);
+    stage.follow();
+    EXPECT_NE(far(), first);
+    EXPECT_EQ(far()->moving.size(), 1u);
+    const auto second = far();
+    setField<&Geometry::material>(stage.scene.edit, stage.shape, stage.holes);
+    stage.follow();
+    EXPECT_EQ(far()->moving.size(), 2u);
+    setField<&Geometry::material>(stage.scene.edit, stage.shape, stage.scene.material(0.5f));
+    stage.follow();
+    EXPECT_EQ(itemsOf(*far()).size(), 3u) << "glass casts none";
+}
+
+TEST(ShadowStore, ScreensAndEyesOfAHostKeepTheirViews) {
+    SunnyStage stage;
+    TestCamera side = stage.camera;
+    side.view.orientation = Quatd(Eigen::AngleAxisd(-1.2, Vec3d::UnitY()));
+    std::vector<std::unique_ptr<RenderAction>> actions;
+    for (int i = 0; i < 3; ++i) actions.push_back(std::make_unique<RenderAction>(CullerKind::kFrustum));
+    const auto looks = [&] {
+        std::vector<std::shared_ptr<const ShadowView>> views;
+        const std::array<ScreenCamera, 3> cameras = {stage.camera.camera(Eye::kLeft), stage.camera.camera(Eye::kRight),
+                                                     side.camera()};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto casters = actions[i]->run(stage.all, cameras[i], stage.camera.tile(), nullptr).casters;
+            for (const auto& view : casters->all()) views.push_back(view);
+        }
+        return views;
+    };
+    stage.all.beginFrame();
+    const auto first = looks();
+    for (int frame = 0; frame < 5; ++frame) {
+        // Something that casts none.
+        stage.scene.put(stage.scene.geometry(makeBox({1, 1, 1}), stage.scene.material(0.5f)), {0, 1, -4});
+        stage.follow();
+        EXPECT_EQ(looks(), first);
+    }
+}
+
+TEST(ShadowStore, ATileHearsOfWhatReachesIt) {
+    SunnyStage stage;
+    RenderAction left(CullerKind::kFrustum), right(CullerKind::kFrustum), above(CullerKind::kFrustum);
+    const auto states = [&] {
+        return std::array<std::uint64_t, 3>{stage.look(left, 0).shadowState, stage.look(right, 1).shadowState,
+                                            stage.look(above, 1, 1).shadowState};
+    };
+    const auto first = states();
+    EXPECT_EQ(states(), first);
+    stage.move(stage.left, {-2, -0.9, -6});
+    auto now = states();
+    EXPECT_NE(now[0], first[0]);
+    EXPECT_EQ(now[1], first[1]) << "the right tile sees no part of what it shades";
+    EXPECT_EQ(now[2], first[2]);
+    const auto second = now;
+    stage.move(stage.right, {2, -0.9, -6});
+    now = states();
+    EXPECT_EQ(now[0], second[0]);
+    EXPECT_NE(now[1], second[1]);
+    EXPECT_EQ(now[2], second[2]);
+    // Above all, between the sun and what the left tile shows.
+    const auto third = now;
+    stage.move(stage.right, {-2, 5, -6});
+    now = states();
+    EXPECT_NE(now[0], third[0]);
+    EXPECT_NE(now[1], third[1]) << "its old shadow is gone";
+}
+
+TEST(ShadowStore, APointLightHasSixViewsThatSeeAllAround) {
+    TestScene scene;
+    const ObjectId lamp = scene.create(typeOf<PointLight>());
+    setField<&PointLight::shadows>(scene.edit, lamp, true);
+    scene.node(lamp);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {-3.0, 3.0}) scene.box(sign * Vec3d::Unit(axis), {1, 1, 1});
+    scene.apply();
+    RenderScene all;
+    all.update(scene.aspect, nullptr);
+    RenderAction action(CullerKind::kFrustum);
+    const TestCamera camera;
+    const auto casters = action.run(all, camera.camera(), camera.tile(), nullptr).casters;
+    ASSERT_EQ(casters->views.size(), kCubeViews);
+    EXPECT_EQ(casters->countOf(0), kCubeViews);
+    for (const auto& view : casters->views) EXPECT_EQ(itemsOf(*view).size(), 1u);
+}
+
+}  // namespace
+}  // namespace tessera
