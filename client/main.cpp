@@ -222,7 +222,7 @@ int main(int argc, char** argv) {
         .range(0, 63);
     options
         .option("--anisotropy", arguments.anisotropy,
-                "Samples of an image that is seen at a grazing angle\n(16 on a GPU, 1 on Mesa's software)")
+                "Samples of an image seen at a grazing angle\n(16 on a GPU, 1 on Mesa's software)")
         .typeName("N")
         .range(1, 16);
     // Two lines of the help.

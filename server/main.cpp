@@ -497,7 +497,7 @@ int main(int argc, char** argv) {
                 "How bright the scene is shown, whatever it says:\nstops, metered (once for all tiles), or off")
         .typeName("EV")
         .check(exposureFault);
-    options.option("--tone-map", arguments.toneMap, "The curve for what is brighter than white, likewise")
+    options.option("--tone-map", arguments.toneMap, "The curve for what is brighter than white")
         .typeName("NAME")
         .oneOf(std::vector<std::string>(kToneMapNames.begin(), kToneMapNames.end()));
     options.option("--report", arguments.report, "Write report.json here at the end").typeName("FILE");

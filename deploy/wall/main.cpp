@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
                 "How bright the scene is shown, whatever it says:\nstops, metered (once for all tiles), or off")
         .typeName("EV")
         .check(exposureFault);
-    commandLine.option("--tone-map", options.toneMap, "The curve for what is brighter than white, likewise")
+    commandLine.option("--tone-map", options.toneMap, "The curve for what is brighter than white")
         .typeName("NAME")
         .oneOf(std::vector<std::string>(kToneMapNames.begin(), kToneMapNames.end()));
     commandLine.flag("--restart", options.restart, "Start a client again that has died");

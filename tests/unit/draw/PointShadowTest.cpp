@@ -25,6 +25,14 @@ struct Room {
         for (const std::uint32_t index : mesh.indices) indices.push_back(first + index);
         things.emplace_back(mesh, place);
     }
+    [[nodiscard]] Vec3d normalOf(std::uint32_t face) const {
+        std::array<Vec3d, 3> at;
+        for (std::size_t i = 0; i < 3; ++i)
+            for (int axis = 0; axis < 3; ++axis)
+                at[i][axis] =
+                    positions[3 * std::size_t{indices[3 * std::size_t{face} + i]} + static_cast<std::size_t>(axis)];
+        return (at[1] - at[0]).cross(at[2] - at[0]);
+    }
 };
 
 class PointShadow : public RendererTest {
@@ -96,6 +104,8 @@ TEST_F(PointShadow, IsWhereARayToTheLightMeetsSomething) {
                 const Ray sight{.origin = world_T_eye.translation(), .direction = world_T_eye.linear() * towards};
                 const auto hit = tree.nearest(sight);
                 ASSERT_TRUE(hit);
+                // An eye inside of a thing does not see it.
+                if (made.normalOf(hit->face).dot(sight.direction) > 0) continue;
                 const Vec3d point = sight.origin + hit->t * sight.direction;
                 // What the unshaded light barely reaches tells nothing.
                 if (pixel(without, x, y).g < 12) continue;
