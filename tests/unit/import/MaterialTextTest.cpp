@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"image { name: \"a\" uri: \"a.tga\" offset { z: 1 } } material { name: \"m\" base_color_image: \"a\" }",
               "image 'a': offset: it has an x and a y alone"},
         Wrong{"material { name: \"m\" } mesh { name: \"t\" position: [0, 0, 0] index: [0, 0, 0] texcoord1: [1] }",
-              "scene.tsct:1:24: mesh 't': normal, texcoord, texcoord1 or color do not match its 1 vertices"}));
+              "scene.tsct:1:24: mesh 't': normal, tangent, texcoord, texcoord1 or color do not match its 1 vertices"}));
 
 }  // namespace
 }  // namespace tessera
