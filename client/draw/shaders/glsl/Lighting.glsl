@@ -157,8 +157,9 @@ bool knows(int view, vec4 place) {
     return all(greaterThan(q, vec3(sunInside.zz, 0.0))) && all(lessThan(q, vec3(sunInside.ww, 1.0)));
 }
 
-// As `arrives` below, of a sun: a software rasteriser reads what comes from a vertex once for all pixels. Rays that fall
-// on a surface's back, and places that no map knows, need no tap: a loop is left where no pixel of a stamp goes on.
+// As `arrives` below, of a sun: a software rasteriser reads what comes from a vertex once for all pixels. Rays that
+// fall on a surface's back, and places that no map knows, need no tap: a loop is left where no pixel of a stamp goes
+// on.
 float arrives(vec3 position, vec3 n) {
     vec4 place = vec4(position, 1.0);
     bool near = knows(0, place), middle = knows(1, place);
