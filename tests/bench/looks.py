@@ -232,7 +232,10 @@ def write_wall(folder, size):
         f"  grid {{ columns: 1 rows: 1 tile_width_px: {size} tile_height_px: {size} }} }}\n"
         'users { name: "viewer" position { x: 0 y: 0 z: 0 } eye_separation_m: 0.065 }\n'
         'hosts { name: "all" tiles { screen: "front" column: 0 row: 0 eye: CENTER user: "viewer" } }\n'
-        "samples: 4\n")
+        "samples: 4\n"
+        # On a busy machine a host comes late; pictures are no slower for that.
+        f"sync {{ late_frame: WAIT frame_deadline_ms: {PATIENCE * 1000} lost_after_ms: {PATIENCE * 1000} "
+        f"start_deadline_ms: {PATIENCE * 1000} first_frame_deadline_ms: {PATIENCE * 1000} }}\n")
 
 
 def scene_of(stage, uri):
