@@ -34,7 +34,7 @@ Vec3d reflectedOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d
     const double alpha2 = std::pow(static_cast<double>(m.roughness), 4), nh = n.dot(h);
     const auto smith = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
     const double lobe = alpha2 / std::pow(nh * nh * (alpha2 - 1) + 1, 2) * 0.5 / (nl * smith(nv) + nv * smith(nl));
-    const double share = m.metallic, lost = lostBetweenFacets(static_cast<double>(m.roughness), nv);
+    const double share = m.metallic, lost = facetShares(static_cast<double>(m.roughness), nv).lost;
     const Vec3d shine = dielectric.cwiseProduct(bouncedOn(weight * straight, weight, lost)),
                 metalShine = metal.cwiseProduct(bouncedOn(base, 1, lost));
     return nl * ((1 - share) * ((1 - dielectric.maxCoeff()) * base + shine * lobe) + share * metalShine * lobe);

@@ -1,6 +1,7 @@
 /// What a surface reflects, by glTF 2.0's own formulas, in double.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,24 +9,31 @@
 
 namespace tessera {
 
-/// What GGX's facets (Smith's height-correlated visibility) lose of light from all around, seen at nv, where each
-/// reflects all of it: 1 minus the integral over half vectors, sampled by their density.
-inline double lostBetweenFacets(double roughness, double nv) {
+/// Of light from all around, what GGX's facets do (Smith's height-correlated visibility), seen at nv: integrals over
+/// half vectors, sampled by their density.
+struct FacetShares {
+    double lost;    ///< between them, where each reflects all of it
+    double turned;  ///< from f0 to f90 by Schlick's term
+};
+inline FacetShares facetShares(double roughness, double nv) {
     constexpr int kSteps = 96;
     const double alpha2 = std::pow(roughness, 4);
     const auto root = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
-    const Vec3d v(std::sqrt(1 - nv * nv), 0, nv);
-    double sum = 0;
+    const Vec3d v(std::sqrt(std::max(1 - nv * nv, 0.0)), 0, nv);
+    double sum = 0, turned = 0;
     for (int i = 0; i < kSteps; ++i) {
         const double share = (i + 0.5) / kSteps, nh = std::sqrt((1 - share) / (1 + (alpha2 - 1) * share));
         for (int k = 0; k < kSteps; ++k) {
             const double phi = std::numbers::pi * (k + 0.5) / kSteps, sine = std::sqrt(1 - nh * nh);
             const Vec3d h(sine * std::cos(phi), sine * std::sin(phi), nh);
             const double vh = v.dot(h), nl = 2 * vh * nh - nv;
-            if (vh > 0 && nl > 0) sum += 2 * vh * nl / (nh * (nl * root(nv) + nv * root(nl)));
+            if (!(vh > 0 && nl > 0)) continue;
+            const double one = 2 * vh * nl / (nh * (nl * root(nv) + nv * root(nl)));
+            sum += one;
+            turned += one * std::pow(1 - vh, 5);
         }
     }
-    return 1 - sum / (kSteps * kSteps);
+    return {1 - sum / (kSteps * kSteps), turned / (kSteps * kSteps)};
 }
 
 /// How many times as much leaves the facets after all bounces as after the first (Fdez-Agüera 2019): each leaves the
@@ -49,8 +57,8 @@ struct Shaded {
         const Vec3d h = (l + v).normalized();
         // B.2: a mix of a metal and of what is none, whose base gets what its own Fresnel term leaves.
         const Vec3d diffuse = (1 - schlick(Vec3d::Constant(0.04), v.dot(h)).x()) * (1 - metallic) * base;
-        const double lost = lostBetweenFacets(roughness, nv);
-        const auto mirrored = [&](const Vec3d& f0) {
+        const double lost = facetShares(roughness, nv).lost;
+        const auto mirrored = [&](const Vec3d& f0) -> Vec3d {
             return schlick(f0, v.dot(h)).cwiseProduct(bouncedOn(f0, 1, lost));
         };
         const Vec3d specular = (1 - metallic) * mirrored(Vec3d::Constant(0.04)) + metallic * mirrored(base);
