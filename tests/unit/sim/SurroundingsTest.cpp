@@ -44,7 +44,7 @@ protected:
                 Expected<std::optional<std::vector<ChangeList>>> taken =
                     scene.take(std::move(*finished.pop()), loader, log);
                 if (!taken) {
-                    ADD_FAILURE() << messageOf(taken);
+                    ADD_FAILURE() << taken.error().message;
                     break;
                 }
                 lists = std::move(*taken);
