@@ -80,6 +80,8 @@ struct ImportedScene {
     std::uint64_t triangles = 0;        ///< as drawn: every node's
     std::uint64_t trianglesStored = 0;  ///< every Geometry core's, once
     bool hasCamera = false;             ///< an enabled one
+    /// The nodes and cores of Environments that nobody wrote: lights of models, as strong as real ones, ask for them.
+    std::vector<ObjectId> exposures;
     /// What was left away or changed, for a person to read: textures made smaller, skins shown at rest, ….
     std::vector<std::string> notes;
     /// Of the notes those that say what is wrong in a scene's text, with its place: pictures that are not there or

@@ -102,7 +102,11 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
     AnimationParts::Outer outer = parts_.beginFile();
     for (const proto::scene::Node& node : file.content.node()) {
         // Of a model there is none but for its lights; who takes it in says how all of it is exposed.
-        if (!file.isScene && !spot.exposes && node.has_environment()) continue;
+        if (!file.isScene && node.has_environment()) {
+            draft_.note(file.label + (spot.exposes ? ": the wall meters its exposure (--exposure off: it does not)"
+                                                   : ": as a part of something it sets no exposure"));
+            if (!spot.exposes) continue;
+        }
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;
     }
     if (Expected<void> named = names_.resolve(namedBefore); !named) return named;
@@ -147,6 +151,8 @@ Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::No
     own.content = *core;
     own.parent_T_node = parent_T_node;
     own.movesOtherwise = *core && ContentCores::moves(node);
+    if (!file.isScene && node.has_environment())
+        draft_.scene().exposures.insert(draft_.scene().exposures.end(), {own.id, *core});
     if (node.key() != 0) parts_.key(node.key(), &own);
     if (node.has_camera() && firstCamera)
         if (const Expected<void> stands = checkCamera(own, node.camera()); !stands) return in(stands.error());

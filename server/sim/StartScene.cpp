@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "server/sim/commit/Committer.h"
+#include "server/sim/desk/Surroundings.h"
 #include "server/sim/frame/InlineContents.h"
 #include "server/sim/frame/InlineLoading.h"
 
@@ -44,6 +45,7 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation ma
             if (const Expected<void> next = order(loader, ticket); !next) return tl::unexpected(next.error());
             return std::nullopt;
         }
+        settleSurroundings(log);
         const auto loads = [](const Creation& creation) {
             return creation.type == typeOf<Inline>() || creation.type == typeOf<ProxyGroup>();
         };
@@ -68,10 +70,34 @@ Expected<std::optional<std::vector<ChangeList>>> StartScene::take(Preparation ma
 
 void StartScene::add(Preparation made) {
     const ObjectId first(std::max(firstId_, kRootNode.value + 1) + objects_);
+    if (!made.content && bringsSurroundings(made)) {
+        Surroundings& brought = surroundings_.emplace_back(Surroundings{made.path, std::move(made.exposures)});
+        for (ObjectId& id : brought.exposures) id = ObjectId(first.value + (id.value - kFirstPlaceholder));
+    }
     objects_ += made.lists.front().creations.size();
     lists_.push_back(std::move(made.lists.front()));
     if (made.held) made.held->standsFrom(first);
     if (std::optional<FileInScene> file = FileInScene::of(made)) files_.push_back(*std::move(file));
+}
+
+void StartScene::settleSurroundings(Log& log) {
+    if (surroundings_.size() < 2) return;
+    const auto written =
+        std::ranges::find_if(surroundings_, [](const Surroundings& one) { return one.exposures.empty(); });
+    const auto holds = written == surroundings_.end() ? surroundings_.begin() : written;
+    ChangeListBuilder gone;
+    for (auto one = surroundings_.begin(); one != surroundings_.end(); ++one) {
+        if (one == holds) continue;
+        if (one->exposures.empty()) {
+            log.info(fmt::format("{}: its Environment does not count: that of {} comes first", one->path, holds->path));
+            continue;
+        }
+        log.info(fmt::format("{}: the Environment of {} says how its lights are exposed", one->path, holds->path));
+        if (one > holds) continue;
+        gone.detach(one->exposures.front());
+        for (const ObjectId id : one->exposures) gone.destroy(id);
+    }
+    if (!gone.empty()) lists_.push_back(gone.take());
 }
 
 std::optional<std::vector<ChangeList>> StartScene::goOn(Loader& loader, std::uint64_t ticket) {

@@ -38,12 +38,21 @@ private:
     struct Draft;
     /// One more, with the file that it has come from.
     void add(Preparation made);
+    /// Once all files are there: of what is said of the surroundings what a file's author wrote holds, before what a
+    /// model's lights ask for; then the first.
+    void settleSurroundings(Log& log);
     [[nodiscard]] std::optional<std::vector<ChangeList>> goOn(Loader& loader, std::uint64_t ticket);
 
     std::vector<std::string> paths_;
     Placing placing_;
     std::vector<ChangeList> lists_;
     std::vector<FileInScene> files_;
+    /// A file that brings an Environment.
+    struct Surroundings {
+        std::string path;
+        std::vector<ObjectId> exposures;  ///< the node and core of one that nobody wrote; else none
+    };
+    std::vector<Surroundings> surroundings_;
     std::uint64_t objects_ = 0;     ///< of all lists so far
     std::unique_ptr<Draft> draft_;  ///< the scene so far, once all files are there and one has Inlines
     std::size_t inlines_ = 0;

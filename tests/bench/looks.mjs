@@ -32,6 +32,7 @@ window.looks = {
     renderer.setPixelRatio(1);
     renderer.setSize(size, size, false);
     renderer.toneMapping = THREE.CustomToneMapping;
+    renderer.shadowMap.enabled = true;
     const pixels = new Float32Array(await (await fetch(url)).arrayBuffer());
     const picture = new THREE.DataTexture(pixels, width, height, THREE.RGBAFormat, THREE.FloatType);
     picture.mapping = THREE.EquirectangularReflectionMapping;
@@ -75,6 +76,13 @@ window.looks = {
       const light = lamp.directional ? new THREE.DirectionalLight() : new THREE.PointLight();
       light.intensity = lamp.intensity * Math.PI;
       light.position.fromArray(lamp.directional ?? lamp.position);
+      if (lamp.shadows) {
+        light.castShadow = true;
+        light.shadow.mapSize.set(2048, 2048);
+        light.shadow.camera.near = 0.01;
+        light.shadow.normalBias = 0.01;
+        model.traverse((node) => { node.castShadow = node.receiveShadow = true; });
+      }
       scene.add(light);
     }
     const camera = new THREE.PerspectiveCamera(stage.camera.fov, 1, 0.1, 100);

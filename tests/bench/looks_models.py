@@ -36,6 +36,35 @@ def dds(pixels):
     return head + struct.pack("<IIIII", 0x1000, 0, 0, 0, 0) + pixels.tobytes()
 
 
+def webp(pixels):
+    """Of height × width × 4 (uint8): WebP without loss ("WebP Lossless Bitstream Specification"). All codes are
+    of eight bits, so it is as long as without compression."""
+    height, width, _ = pixels.shape
+    bits = []
+
+    def number(value, count):  # the lowest bit first
+        bits.extend((value >> at) & 1 for at in range(count))
+
+    number(0x2F, 8)
+    number(width - 1, 14)
+    number(height - 1, 14)
+    number(1, 1)  # alpha counts
+    number(0, 3 + 3)  # version 0; no transform, no cache of colours, one group of codes
+    for symbols in (256 + 24, 256, 256, 256):  # green with lengths, red, blue, alpha
+        number(0, 1)
+        # Twelve lengths of codes of lengths, in the specification's order: of 0, the third, and 8, the last, one bit.
+        number(12 - 4, 4)
+        for at in range(12):
+            number(1 if at in (2, 11) else 0, 3)
+        number(0, 1)  # as many symbols as there are
+        bits.extend([1] * 256 + [0] * (symbols - 256))
+    number(0b001, 4)  # distances: one symbol, 0
+    codes = np.unpackbits(pixels[:, :, [1, 0, 2, 3]].reshape(-1, 4), axis=1).ravel()
+    data = np.packbits(np.concatenate([np.array(bits, np.uint8), codes]), bitorder="little").tobytes()
+    padded = data + b"\0" * (len(data) % 2)
+    return struct.pack("<4sI4s4sI", b"RIFF", 12 + len(padded), b"WEBP", b"VP8L", len(data)) + padded
+
+
 class Model:
     """A glTF document that grows, with one buffer."""
 
@@ -299,16 +328,18 @@ def quantization():
     return model
 
 
-def dds_picture():
+def picture_as(extension, encode, mime):
     """The same picture twice, in both forms: who does not read the one takes the other."""
-    model = Model()
-    number = model.texture(letters())
-    other = model.picture(letters(), dds, "image/vnd-ms.dds")
-    model.json["textures"][number]["extensions"] = {"MSFT_texture_dds": {"source": other}}
-    model.use("MSFT_texture_dds")
-    material = model.material(pbrMetallicRoughness={**PLASTIC, "baseColorTexture": {"index": number}})
-    model.place(model.mesh(board(2, 2)), material)
-    return model
+    def make():
+        model = Model()
+        number = model.texture(letters())
+        other = model.picture(letters(), encode, mime)
+        model.json["textures"][number]["extensions"] = {extension: {"source": other}}
+        model.use(extension)
+        material = model.material(pbrMetallicRoughness={**PLASTIC, "baseColorTexture": {"index": number}})
+        model.place(model.mesh(board(2, 2)), material)
+        return model
+    return make
 
 
 def textures():
@@ -330,6 +361,70 @@ def textures():
             {"pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.1, 0.1, 1], **PLASTIC},
              "emissiveFactor": [0.8, 0.8, 0.8], "emissiveTexture": {"index": coloured}})):
         model.place(quad, model.material(**said), (at % 3 - 1, 0.5 - at // 3, 0))
+    return model
+
+
+def mirrored_board(width=0.9, height=0.9):
+    """Two halves that share a picture, mirrored about the middle: its vertices are there twice."""
+    x, y = width / 2, height / 2
+    positions = np.array([[-x, -y, 0], [0, -y, 0], [0, y, 0], [-x, y, 0], [0, -y, 0], [x, -y, 0], [x, y, 0], [0, y, 0]])
+    return (positions, np.tile([0.0, 0.0, 1.0], (8, 1)),
+            np.array([[0, 1], [1, 1], [1, 0], [0, 0], [1, 1], [0, 1], [0, 0], [1, 0]]),
+            np.array([0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7]))
+
+
+def tangents_of(positions, normals, texcoords, indices):
+    """Along u and across the normals, a vertex the mean of its faces by their angles; w: the side that -v lies on."""
+    sums, sides = np.zeros(positions.shape), np.zeros(len(positions))
+    for face in indices.reshape(-1, 3):
+        p, uv = positions[face], texcoords[face]
+        (a, b), (c, d) = uv[1] - uv[0], uv[2] - uv[0]
+        area = a * d - b * c
+        if area == 0:
+            continue
+        along = (d * (p[1] - p[0]) - b * (p[2] - p[0])) / area
+        for corner, vertex in enumerate(face):
+            n = normals[vertex]
+            flat = along - n * n.dot(along)
+            one, other = p[corner - 2] - p[corner], p[corner - 1] - p[corner]
+            share = np.linalg.norm(one) * np.linalg.norm(other)
+            angle = math.acos(np.clip(one.dot(other) / share, -1, 1)) if share else 0
+            sums[vertex] += angle * flat / max(np.linalg.norm(flat), 1e-12)
+            # On a picture whose rows go down a face that is not mirrored winds the other way than its place.
+            sides[vertex] = -np.sign(area)
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    sums = np.where(lengths > 0, sums / np.maximum(lengths, 1e-12), [1.0, 0.0, 0.0])
+    return np.concatenate([sums, np.where(sides == 0, 1, sides)[:, None]], axis=1)
+
+
+def tangents():
+    """Normal maps: a board whose halves are mirrored, a ball, a board whose picture is turned; above without TANGENT,
+    where a reader makes its own (MikkTSpace), below with it."""
+    model = Model()
+    bumpy = model.texture(bumps())
+    number = model.material(normalTexture={"index": bumpy}, pbrMetallicRoughness={
+        "baseColorFactor": [0.7, 0.7, 0.7, 1], **PLASTIC, "roughnessFactor": 0.4})
+    positions, normals, texcoords, indices = board(0.9, 0.9)
+    c, s = math.cos(0.7), math.sin(0.7)
+    turned = (positions, normals, texcoords @ np.array([[c, s], [-s, c]]), indices)
+    for column, shape in enumerate((mirrored_board(), sphere(), turned)):
+        for row, given in enumerate((False, True)):
+            more = {"TANGENT": model.accessor(tangents_of(*shape))} if given else {}
+            model.place(model.mesh(shape, **more), number, (column - 1, 0.5 - row, 0))
+    return model
+
+
+def shadow():
+    """A ring of posts and a ball above a floor, for a lamp within that casts shadows to all sides (SHADOWED)."""
+    model = Model()
+    ball, matt = model.mesh(sphere(0.16)), model.material(pbrMetallicRoughness={
+        "baseColorFactor": [0.7, 0.7, 0.7, 1], "metallicFactor": 0, "roughnessFactor": 0.9})
+    post = model.mesh(sphere(1.0, 32, 16))
+    model.place(model.mesh(board(3, 3)), matt, rotation=[-math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
+    for at in range(8):
+        angle = math.pi * at / 4
+        model.place(post, matt, (math.sin(angle), 0.3, math.cos(angle)), scale=[0.09, 0.3, 0.09])
+    model.place(ball, matt, (0.35, 0.5, 0.2))
     return model
 
 
@@ -364,6 +459,8 @@ def alpha():
 OWN = {
     "metal-roughness": metal_roughness,
     "textures": textures,
+    "tangents": tangents,
+    "point-shadow": shadow,
     "alpha": alpha,
     "KHR_materials_clearcoat": clearcoat,
     "KHR_materials_emissive_strength": emissive_strength,
@@ -374,12 +471,17 @@ OWN = {
     "KHR_materials_unlit": unlit,
     "KHR_texture_transform": texture_transform,
     "KHR_mesh_quantization": quantization,
-    "MSFT_texture_dds": dds_picture,
+    "MSFT_texture_dds": picture_as("MSFT_texture_dds", dds, "image/vnd-ms.dds"),
+    "EXT_texture_webp": picture_as("EXT_texture_webp", webp, "image/webp"),
     "KHR_lights_punctual-directional": lit_by(type="directional", intensity=0.8, color=[1, 0.9, 0.7]),
     "KHR_lights_punctual-point": lit_by(type="point", intensity=3, color=[0.7, 0.9, 1]),
     "KHR_lights_punctual-range": lit_by(type="point", intensity=6, range=3),
     "KHR_lights_punctual-spot": lit_by(type="spot", intensity=4, spot={"innerConeAngle": 0.2, "outerConeAngle": 0.5}),
 }
+
+
+# Lit by a lamp of the stage that casts shadows, and by nothing else but the surroundings; where it stands in the model.
+SHADOWED = {"point-shadow": {"position": (0, 0.9, 0), "intensity": 1.2}}
 
 
 def write_models(folder):

@@ -77,33 +77,60 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
         const auto [seen, isNew] = parts_.try_emplace(item.node);
         counts_.items += isNew;
         if (isNew && add(aspect, item, shown.source(), camera, stores)) {
-            const Image* normalMap = item.kind == DrawKind::kTriangles ? normalMapOf(shown.source()) : nullptr;
-            seen->second = {calls_.back(), drawnArrays(*item.mesh, normalMap).indices, true};
+            seen->second = partOf(shown, stores);
             calls_.pop_back();
         }
-        if (!seen->second.there) continue;
-        calls_.push_back(seen->second.call);
-        DrawCall& call = calls_.back();
+        const Part& part = seen->second;
+        if (!part.there) continue;
+        DrawCall call = part.call;
         call.item = &item;
-        call.firstSorted = static_cast<std::uint32_t>(sortedIndices_.size());
+        call.firstSorted = addSorted(list, item, part.indices);
         call.sortedCount = 3 * item.sortedCount;
-        const std::span<const std::uint32_t> indices = seen->second.indices.as<std::uint32_t>();
-        for (const std::uint32_t t : std::span(list.sortedTriangles).subspan(item.sortedFrom, item.sortedCount)) {
-            const std::array<std::uint32_t, 3> corners = cornersOf(item.kind, indices, t);
-            sortedIndices_.insert(sortedIndices_.end(), corners.begin(), corners.end());
-        }
+        calls_.push_back(call);
         // Over each part in its turn; outlines over the whole of it, behind its first part.
-        const DrawCall part = calls_.back();
-        for (const DrawMaterial::Layer& pass : shown.passes()) {
+        const std::span<const DrawMaterial::Layer> passes = shown.passes();
+        for (std::size_t i = 0; i < passes.size(); ++i) {
+            const DrawMaterial::Layer& pass = passes[i];
             if (pass.fill != Material::kFilled && rowOf(item.kind).ownTriangles) {
                 if (isNew) add(aspect, layerOf(item, pass), pass.look.get(), camera, stores);
                 continue;
             }
-            DrawCall& over = calls_.emplace_back(part);
+            DrawCall& over = calls_.emplace_back(call);
+            if (const auto own = std::ranges::find(part.mapped, i, &Part::Mapped::pass); own != part.mapped.end()) {
+                over.mesh = own->mesh;
+                over.firstSorted = addSorted(list, item, own->indices);
+            }
             over.look = stores.looks.find(aspect, pass.look.get(), scoped_ ? item.scopes : 0, LookTable::Of::kSurface,
                                           stores.textures);
         }
     }
+}
+
+DrawCalls::Part DrawCalls::partOf(const Shown& shown, const DrawStores& stores) {
+    const DrawItem& item = shown.item;
+    const bool triangles = item.kind == DrawKind::kTriangles;
+    Part part{
+        calls_.back(), drawnArrays(*item.mesh, triangles ? normalMapOf(shown.source()) : nullptr).indices, true, {}};
+    if (!triangles) return part;
+    const std::span<const DrawMaterial::Layer> passes = shown.passes();
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+        // Without a normal map it is drawn as it lies in GL already.
+        const Image* normalMap = passes[i].fill == Material::kFilled ? normalMapOf(passes[i].look.get()) : nullptr;
+        const MeshRange* mesh = normalMap ? stores.meshes.find(*item.mesh, Material::kFilled, normalMap) : nullptr;
+        if (mesh && *mesh != part.call.mesh)
+            part.mapped.push_back({i, *mesh, drawnArrays(*item.mesh, normalMap).indices});
+    }
+    return part;
+}
+
+std::uint32_t DrawCalls::addSorted(const DrawList& list, const DrawItem& part, const Blob& indices) {
+    const auto first = static_cast<std::uint32_t>(sortedIndices_.size());
+    const std::span<const std::uint32_t> all = indices.as<std::uint32_t>();
+    for (const std::uint32_t t : std::span(list.sortedTriangles).subspan(part.sortedFrom, part.sortedCount)) {
+        const std::array<std::uint32_t, 3> corners = cornersOf(part.kind, all, t);
+        sortedIndices_.insert(sortedIndices_.end(), corners.begin(), corners.end());
+    }
+    return first;
 }
 
 void DrawCalls::collectDepth(const Aspect& aspect, std::span<const DrawItem> items, const ScreenCamera& camera,

@@ -101,7 +101,19 @@ private:
         DrawCall call;
         Blob indices;        ///< as it lies in GL
         bool there = false;  ///< else it cannot be drawn
+        /// Of the passes whose normal maps ask for other tangents than the material's own: the mesh with these, which
+        /// may have further vertices, by the number of the pass.
+        struct Mapped {
+            std::size_t pass;
+            MeshRange mesh;
+            Blob indices;
+        };
+        std::vector<Mapped> mapped;
     };
+    /// Of a thing whose own call stands last.
+    [[nodiscard]] Part partOf(const Shown& shown, const DrawStores& stores);
+    /// As many of a mesh's triangles as a part has, behind the others; the number of the first index.
+    std::uint32_t addSorted(const DrawList& list, const DrawItem& part, const Blob& indices);
     std::unordered_map<ObjectId, Part> parts_;
     struct Found {
         const DrawMesh* mesh = nullptr;

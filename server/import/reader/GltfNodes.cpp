@@ -269,10 +269,8 @@ void GltfReader::addExposure() {
     proto::scene::Node& node = *scene_.file.add_node();
     node.set_name("exposure");
     node.mutable_environment()->set_metered(true);
-    scene_.note(
-        fmt::format("its lights are as strong as real ones, {:.0f} lx in the middle of it, where 1 makes white: "
-                    "the wall meters its exposure (--exposure off: it does not)",
-                    illuminance_));
+    scene_.note(fmt::format("its lights are as strong as real ones, {:.0f} lx in the middle of it, where 1 makes white",
+                            illuminance_));
 }
 
 Expected<void> checkRequired(const tinygltf::Model& model) {

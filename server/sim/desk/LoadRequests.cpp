@@ -1,10 +1,12 @@
 #include "server/sim/desk/LoadRequests.h"
 
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "common/base/Utf8.h"
+#include "server/sim/desk/Surroundings.h"
 #include "server/sim/frame/Simulation.h"
 
 namespace tessera {
@@ -42,6 +44,8 @@ void LoadRequests::loadContent(Preparation order) {
 }
 
 ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
+    if (std::optional<std::string> note = surroundingsNote(around_.simulation.scene(), made))
+        made.notes.push_back(*std::move(note));
     if (around_.say) {
         for (const std::string& note : made.notes)
             around_.say(note.starts_with(made.path) ? note : made.path + ": " + note, false);

@@ -80,6 +80,7 @@ void Loader::carryOut(Preparation& order) const {
     order.objects = scene->nodes + scene->cores;
     order.triangles = scene->triangles;
     order.notes = std::move(scene->notes);
+    order.exposures = std::move(scene->exposures);
     if (order.file) return compare(order, std::move(scene->list), std::move(held));
     if (held) order.held = std::make_shared<HeldFile>(*std::move(held));
     if (!order.asked) {

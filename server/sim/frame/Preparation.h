@@ -41,14 +41,15 @@ struct Preparation {
         {};  ///< of such: what it held; null: it is to be found in the scene by its names
     std::shared_ptr<const WatchedFiles> watched = {};  ///< of such: these must stay as they are while it is read
 
-    std::optional<Error> refused = {};    ///< why there is nothing
-    std::vector<ChangeList> lists = {};   ///< cut for frames where `asked`, or of a copy; else one
-    std::vector<Blob> arrays = {};        ///< that the lists of more than the first scene name
-    ObjectId top = {};                    ///< the placeholder of the copy, or of the node that the file became
-    std::uint64_t objects = 0;            ///< that all lists create
-    std::uint64_t bytes = 0;              ///< of memory that the lists of a copy take; arrays are the scene's
-    std::uint64_t triangles = 0;          ///< of a file, as drawn
-    std::vector<std::string> notes = {};  ///< of the importer, for a person
+    std::optional<Error> refused = {};     ///< why there is nothing
+    std::vector<ChangeList> lists = {};    ///< cut for frames where `asked`, or of a copy; else one
+    std::vector<Blob> arrays = {};         ///< that the lists of more than the first scene name
+    ObjectId top = {};                     ///< the placeholder of the copy, or of the node that the file became
+    std::uint64_t objects = 0;             ///< that all lists create
+    std::uint64_t bytes = 0;               ///< of memory that the lists of a copy take; arrays are the scene's
+    std::uint64_t triangles = 0;           ///< of a file, as drawn
+    std::vector<std::string> notes = {};   ///< of the importer, for a person
+    std::vector<ObjectId> exposures = {};  ///< ImportedScene::exposures, of a file
     std::shared_ptr<const WatchedFiles> files = {};  ///< that it was read from, or that were looked for
     std::shared_ptr<HeldFile> held =
         {};  ///< of a file that is read for the first time; null: it cannot be taken in again

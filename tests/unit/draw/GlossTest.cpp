@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/unit/draw/RendererStage.h"
+#include "tests/unit/draw/ShadedSurface.h"
 
 namespace tessera {
 namespace {
@@ -19,7 +20,7 @@ Vec3d phongOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d& v)
 }
 
 /// KHR_materials_specular with KHR_materials_ior: a layer that reflects what Fresnel's term says over a diffuse base;
-/// of metal glTF 2.0, B.3.
+/// of metal glTF 2.0, B.3; with all bounces between facets.
 Vec3d reflectedOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d& v) {
     const double nl = n.dot(l), nv = n.dot(v);
     if (nl <= 0) return Vec3d::Zero();
@@ -33,8 +34,10 @@ Vec3d reflectedOf(const Material& m, const Vec3d& n, const Vec3d& l, const Vec3d
     const double alpha2 = std::pow(static_cast<double>(m.roughness), 4), nh = n.dot(h);
     const auto smith = [&](double x) { return std::sqrt(alpha2 + (1 - alpha2) * x * x); };
     const double lobe = alpha2 / std::pow(nh * nh * (alpha2 - 1) + 1, 2) * 0.5 / (nl * smith(nv) + nv * smith(nl));
-    const double share = m.metallic;
-    return nl * ((1 - share) * ((1 - dielectric.maxCoeff()) * base + dielectric * lobe) + share * metal * lobe);
+    const double share = m.metallic, lost = facetShares(static_cast<double>(m.roughness), nv).lost;
+    const Vec3d shine = dielectric.cwiseProduct(bouncedOn(weight * straight, weight, lost)),
+                metalShine = metal.cwiseProduct(bouncedOn(base, 1, lost));
+    return nl * ((1 - share) * ((1 - dielectric.maxCoeff()) * base + shine * lobe) + share * metalShine * lobe);
 }
 
 class GlossTest : public RendererTest {

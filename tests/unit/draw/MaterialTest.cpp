@@ -328,6 +328,24 @@ TEST_F(MaterialTest, LacquerAddsALayerOfItsOwn) {
         }
 }
 
+// KHR_materials_clearcoat: what lies below is what the layer lets through, its own light too.
+TEST_F(MaterialTest, LacquerTakesItsShareOfWhatShinesBelowIt) {
+    for (const float coat : {0.0f, 0.5f, 1.0f})
+        for (const float alpha : {1.0f, 0.9999f}) {
+            TestScene scene;
+            scene.setDark();
+            Material material = of({0, 0, 0});
+            material.baseColor.w() = alpha;
+            material.emissive = Vec3f(0.4f, 0.2f, 0.1f);
+            material.clearcoat = coat;
+            const Quatd turn(Eigen::AngleAxisd(1.2, Vec3d::UnitY()));
+            const double nv = (turn * Vec3d::UnitZ()).dot(towardsEye());
+            const double below = 1 - static_cast<double>(coat) * (0.04 + 0.96 * std::pow(1 - nv, 5));
+            expectNear(middleOf(scene, material, turn),
+                       expectedOf((below * material.emissive.cast<double>()).cast<float>()));
+        }
+}
+
 TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
     const auto behind = [&](float transmission, const Vec3d& base, float metallic) {
         TestScene scene;
@@ -342,6 +360,25 @@ TEST_F(MaterialTest, LightGoesThroughWhatTransmitsIt) {
     EXPECT_NEAR(behind(0.5f, {1, 1, 1}, 0).g, 0.5 * green.g, 2);
     EXPECT_NEAR(behind(1, {0, 0, 0}, 0).g, 0, 1) << "black glass";
     EXPECT_NEAR(behind(1, {1, 1, 1}, 1).g, 0, 1) << "metals let nothing through";
+}
+
+// Of light that falls on it, what is not let through is scattered; its own light stays as it is.
+TEST_F(MaterialTest, WhatTransmitsAPartScattersTheRest) {
+    const Vec3d light = Vec3d(0.2, 0.3, 0.9).normalized();
+    for (const float transmission : {0.25f, 0.5f}) {
+        TestScene scene = lit(light);
+        Material material = of({1, 1, 1});
+        material.transmission = transmission;
+        material.specular = 0;
+        const Rgb is = middleOf(scene, material);
+        const Vec3d solid = Vec3d::Constant(0.5 * light.z());
+        EXPECT_NEAR(is.g, (1 - transmission) * static_cast<float>(expectedOf(solid.cast<float>()).g), 3);
+        TestScene dark;
+        dark.setDark();
+        material.transmission = 1;
+        material.emissive = Vec3f::Ones();
+        EXPECT_NEAR(middleOf(dark, material).g, expectedOf(Vec3f::Ones()).g, 3);
+    }
 }
 
 /// glTF 2.0, 3.9.4: BLEND puts the whole of a surface, as it is lit, over what is behind it. Light that goes through

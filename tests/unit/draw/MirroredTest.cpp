@@ -2,16 +2,15 @@
 #include <cmath>
 
 #include "tests/unit/draw/MaterialStage.h"
+#include "tests/unit/draw/ShadedSurface.h"
 
 namespace tessera {
 namespace {
 
-/// Karis 2014, "Physically based shading on mobile": what a surface mirrors of white surroundings.
+/// What a surface mirrors of white surroundings, with all bounces.
 double mirrored(double f0, double f90, double roughness, double nv) {
-    const double x = 1 - roughness, y = 0.0425 - 0.0275 * roughness, z = 1.04 - 0.572 * roughness,
-                 w = 0.022 * roughness - 0.04;
-    const double a = std::min(x * x, std::exp2(-9.28 * nv)) * x + y;
-    return f0 * (z - 1.04 * a) + f90 * (w + 1.04 * a);
+    const FacetShares shares = facetShares(roughness, nv);
+    return (f0 * (1 - shares.lost) + (f90 - f0) * shares.turned) * bouncedOn(Vec3d::Constant(f0), f90, shares.lost).x();
 }
 
 class MirroredLightTest : public MaterialTest {

@@ -146,6 +146,49 @@ TEST_F(TangentTest, MeshesWithoutNormalMapsPayNothing) {
     EXPECT_EQ(uploadedBy(arrays, true), 56 * vertices + indices);
 }
 
+// A pass over a transparent thing has a normal map of its own, which looks into other texture coordinates and is
+// turned: the thing's own tangents say nothing of it. Sorted triangle by triangle or drawn as a whole.
+TEST_F(TangentTest, EachPassOverSortedGlassHasTheTangentsOfItsOwnNormalMap) {
+    const auto drawnBy = [&](bool sorted, bool baseMapped, bool passMapped) {
+        TestScene scene = lit(Vec3d(0.5, 0.4, 0.7).normalized(), 0.8f);
+        // No face of it hides another, so their order shows nothing.
+        MeshData ball = makeSphere(0.9, 24);
+        ball.texcoords1.resize(ball.texcoords.size());
+        // Turned by a quarter and mirrored.
+        for (std::size_t i = 0; i < ball.texcoords.size(); i += 2) {
+            ball.texcoords1[i] = ball.texcoords[i + 1];
+            ball.texcoords1[i + 1] = ball.texcoords[i];
+        }
+        Material base = of({0.7, 0.2, 0.2}), over = of({0.2, 0.2, 0.7});
+        base.alphaMode = over.alphaMode = Material::kBlend;
+        base.baseColor.w() = 0.6f;
+        over.baseColor.w() = 0.5f;
+        base.roughness = over.roughness = 0.5f;
+        if (baseMapped) base.normalImage = scene.add(bumps());
+        Image turned = bumps();
+        turned.texcoordSet = 1;
+        turned.rotation = 0.4f;
+        if (passMapped) over.normalImage = scene.add(turned);
+        base.passes.push_back(scene.add(over));
+        scene.place(scene.add(ball, scene.add(base)), {0, 0, -1.5},
+                    Quatd(Eigen::AngleAxisd(0.6, Vec3d(1, 2, 0.5).normalized())));
+        const Aspect aspect = scene.take();
+        DrawList list = listOf(aspect, camera());
+        EXPECT_EQ(list.transparent.size(), 1u);
+        EXPECT_GT(list.transparent.front().sortedCount, 0u);
+        if (!sorted) list.transparent.front().sortedCount = 0;
+        const auto picture = renderer_->draw(aspect, list, camera(), whole(camera()));
+        EXPECT_TRUE(picture);
+        return picture ? *picture : Picture();
+    };
+    for (const bool baseMapped : {false, true}) {
+        SCOPED_TRACE(baseMapped);
+        const Picture sorted = drawnBy(true, baseMapped, true), whole = drawnBy(false, baseMapped, true);
+        EXPECT_EQ(sorted.rgb, whole.rgb);
+        EXPECT_GT(difference(sorted, drawnBy(true, baseMapped, false)), 1) << "the pass's bumps are seen";
+    }
+}
+
 TEST_F(TangentTest, AnEditedRangeIsThePictureOfWhoSeesItFirst) {
     const MeshArrays first = makeTorus(0.8, 0.4, 48, 32).toArrays();
     TestScene built = lit(Vec3d(0.5, 0.4, 0.7).normalized(), 0.8f);

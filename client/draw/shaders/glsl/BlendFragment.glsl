@@ -25,13 +25,18 @@ void main() {
     gloss.scopes = look.material.w;
     Lit lit = light(vPosition, n, s.base.rgb, s.metallic, s.roughness, s.occlusion, coat, gloss);
     // What light goes through takes the colour of what is behind it, as far as it has one of its own not, and shows its
-    // highlights all the same. Alpha weakens all of it.
+    // highlights and its own light all the same. Alpha weakens all of it.
+    vec3 glow = s.emissive;
+#ifdef COATED
+    glow *= lit.below;
+#endif
     float a = 1.0 - through * max(max(s.base.r, s.base.g), s.base.b);
-    lit.diffuse = exposed(lit.diffuse);
-    lit.specular = exposed(lit.specular);
-    float shine = min(max(max(lit.specular.r, lit.specular.g), lit.specular.b), 1.0) * (1.0 - unlit);
+    vec3 diffuse = exposed(lit.diffuse), specular = exposed(lit.specular);
+    glow = exposed(glow);
+    vec3 shining = specular + glow;
+    float shine = min(max(max(shining.r, shining.g), shining.b), 1.0) * (1.0 - unlit);
     float dense = a + (1.0 - a) * shine;
-    vec3 c = ((lit.diffuse * (1.0 - through) + exposed(s.emissive)) * a + lit.specular) / max(dense, 1e-3);
+    vec3 c = (diffuse * (1.0 - through) + glow + specular) / max(dense, 1e-3);
     c = unlit > 0.5 ? s.base.rgb : toneMap(c);
     outColor = vec4(encodeSrgb(c), clamp(s.base.a, 0.0, 1.0) * dense);
 }

@@ -137,7 +137,11 @@ void main() {
                     metallicLitAndCoat.zw, gloss);
     // 1: light falls on it; 0: the background; -1: its colour is what is seen.
     float litness = metallicLitAndCoat.y;
-    vec3 c = emissiveAndRoughness.rgb + max(litness, 0.0) * (lit.diffuse + lit.specular);
+    vec3 c = emissiveAndRoughness.rgb;
+#ifdef COATED
+    c *= lit.below;
+#endif
+    c += max(litness, 0.0) * (lit.diffuse + lit.specular);
     // A plain background is as bright as it says.
     bool shines = material != 0u;
 #ifdef ENVIRONMENT

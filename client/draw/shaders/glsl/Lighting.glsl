@@ -52,13 +52,29 @@ vec3 environment(vec3 d, float roughness) {
 }
 #endif
 
-// Integral of the specular lobe over a white environment (Karis 2014, "Physically based shading on mobile").
-vec3 environmentFactor(vec3 f0, float f90, float roughness, float nv) {
-    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
-    vec2 scaleAndBias = vec2(-1.04, 1.04) * a + r.zw;
-    return f0 * scaleAndBias.x + f90 * scaleAndBias.y;
+vec3 inWorld(vec3 d) { return vec3(dot(worldRow0.xyz, d), dot(worldRow1.xyz, d), dot(worldRow2.xyz, d)); }
+
+// Of light from everywhere, what the lobe of addRay does, seen at nv: its integral over directions of light, fitted (to
+// 0.004 and 0.016 from nv = 0.2 up). x: lost between facets where each reflects all; y: what Schlick's term turns from
+// f0 to f90.
+vec2 lobeShares(float roughness, float nv) {
+    float alpha = roughness * roughness;
+    float away = (1.0 - nv) * (1.0 - nv) * (0.0437 - 0.0383 * roughness);
+    float slope = nv * nv + 0.0458 + 0.4548 * alpha + nv * (0.0181 - 0.6525 * roughness);
+    float wide = nv + 1.3 * alpha;
+    // One division for two.
+    float all = 1.0 / (slope * wide);
+    float h = nv * all * slope;
+    vec4 lost = vec4(-0.0033, 1.9108, -2.9917, 1.0875) +
+                alpha * (vec4(0.117, -3.4524, 6.7543, -4.7044) +
+                         alpha * (vec4(-0.0407, 4.9458, -3.2933, -2.0486) +
+                                  alpha * vec4(-0.0366, -0.2622, -6.7564, 11.5393)));
+    return vec2(max(lost.x + h * (lost.y + h * (lost.z + h * lost.w)), 0.0), away * all * wide);
 }
+// How many times as much leaves the facets after all bounces as after the first: of what is lost at one a share goes
+// out after the next, and so on, a geometric series in which each leaves what Schlick's term is on the mean
+// (Fdez-Agüera 2019, "A multiple-scattering microfacet model for real-time image based lighting").
+vec3 bouncedOn(vec3 f0, float f90, float lost) { return 1.0 / (1.0 - lost * mix(f0, vec3(f90), 1.0 / 21.0)); }
 
 // What a material says of how it reflects (MaterialTexels in Program.h), and of the lights that reach it.
 struct Gloss {
@@ -69,10 +85,13 @@ struct Gloss {
 const Gloss kPlainGloss = Gloss(vec4(0.04, 0.04, 0.04, 1.0), -1.0, 0u);
 
 struct Lit {
-    vec3 position, n, v, f0;
+    vec3 position, n, v;
+    vec3 f0, more;  // of Schlick's term, with all bounces: what light reflects that falls straight, what more at most
 #ifdef GLOSSY
-    float f90, shininess;  // of Phong's surfaces f0 is the highlight's colour; the exponent is below 0 for others
-    vec3 tint;             // how much less f0 is than its strongest colour
+    float shininess;  // of Phong's surfaces f0 is the highlight's colour; the exponent is below 0 for others
+    // Of what is no metal: f0 of its strongest colour (what is tinted lets through what that leaves,
+    // KHR_materials_specular), and f90.
+    vec2 strongest;
 #endif
 #ifdef SCOPED
     uint scopes;
@@ -82,6 +101,7 @@ struct Lit {
 #ifdef COATED
     float coatAlpha, coatAlpha2;
     vec3 coat;  // what a whole layer of lacquer reflects
+    float below;  // how much of what comes from below it arrives at the eye
 #endif
 };
 
@@ -101,12 +121,8 @@ void addRay(inout Lit lit, vec3 l, vec3 radiance) {
     float both = nl + lit.nv, twice = 2.0 * nl * lit.nv;
     float nh2 = min(0.25 * both * both, hv2);  // (n.h)^2 (h.v)^2
     float grazing = 1.0 - min(sqrt(hv2), 1.0);
-    float grazing2 = grazing * grazing;
-#ifdef GLOSSY
-    vec3 fresnel = lit.f0 + (lit.f90 - lit.f0) * (grazing2 * grazing2 * grazing);
-#else
-    vec3 fresnel = lit.f0 + (1.0 - lit.f0) * (grazing2 * grazing2 * grazing);
-#endif
+    float grazing2 = grazing * grazing, grazing5 = grazing2 * grazing2 * grazing;
+    vec3 fresnel = lit.f0 + lit.more * grazing5;
     float q = nh2 * (lit.alpha2 - 1.0) + hv2;
     float lobe = 0.5 * lit.alpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.alpha), 1e-6 * hv4);
     vec3 arriving = radiance * nl;
@@ -114,17 +130,18 @@ void addRay(inout Lit lit, vec3 l, vec3 radiance) {
     // As OpenGL's lights have it (OpenGL 1.5, 2.14.1): (n.h)^shininess wherever light falls at all, not times n.l.
     float highlight = nl > 0.0 ? exp2(lit.shininess * 0.5 * log2(max(nh2 / hv2, 1e-30))) : 0.0;
     bool phong = lit.shininess >= 0.0;
-    // What is tinted lets through what its strongest colour leaves (KHR_materials_specular).
-    lit.diffuse += phong ? arriving : arriving * (1.0 - fresnel - lit.tint * (1.0 - grazing2 * grazing2 * grazing));
+    float through = 1.0 - mix(lit.strongest.x, lit.strongest.y, grazing5);
+    lit.diffuse += phong ? arriving : arriving * through;
     lit.specular += phong ? radiance * highlight * lit.f0 : arriving * min(lobe, 40.0) * fresnel;
 #else
-    lit.diffuse += arriving * (1.0 - fresnel);
+    // glTF 2.0, B.2: what is partly metal is a mix of two surfaces, and what the other one lets through is its own.
+    lit.diffuse += arriving * (0.96 - 0.96 * grazing5);
     lit.specular += arriving * min(lobe, 40.0) * fresnel;
 #endif
 #ifdef COATED
     q = nh2 * (lit.coatAlpha2 - 1.0) + hv2;
     lobe = 0.5 * lit.coatAlpha2 * hv4 / max(q * q * (twice + (both - twice) * lit.coatAlpha), 1e-6 * hv4);
-    lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.coat += arriving * min(lobe, 40.0) * (0.04 + 0.96 * grazing5);
 #endif
 }
 
@@ -263,45 +280,55 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     vec3 v = normalize(-position);
     float nvRaw = dot(n, v);
     float nv = max(nvRaw, 1e-3);
+    // What is partly metal is a mix of two surfaces (glTF 2.0, B.2), each with bounces of its own.
+    vec2 shares = lobeShares(roughness, nv);
+    vec3 bounced = bouncedOn(base, 1.0, shares.x);
 #ifdef GLOSSY
-    vec3 f0 = mix(gloss.specular.rgb, base, metallic);
-    float f90 = mix(gloss.specular.a, 1.0, metallic);
+    // Phong's surfaces have no facets, and mirror nothing.
+    bool facets = gloss.shininess < 0.0;
+    vec3 others = facets ? bouncedOn(gloss.specular.rgb, gloss.specular.a, shares.x) : vec3(1.0);
+    bounced = facets ? bounced : vec3(1.0);
+    vec3 f0 = mix(gloss.specular.rgb * others, base * bounced, metallic);
+    vec3 more = mix(gloss.specular.a * others, bounced, metallic) - f0;
+    vec2 strongest = vec2(max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b), gloss.specular.a);
+    vec3 mirrored = facets ? f0 * (1.0 - shares.x) + more * shares.y : vec3(0.0);
 #else
-    vec3 f0 = mix(vec3(0.04), base, metallic);
+    float others = bouncedOn(vec3(0.04), 1.0, shares.x).r;
+    vec3 f0 = mix(vec3(0.04 * others), base * bounced, metallic);
+    vec3 more = mix(vec3(others), bounced, metallic) - f0;
+    vec3 mirrored = f0 * (1.0 - shares.x) + more * shares.y;
 #endif
     vec3 diffuse = occlusion * ambient(n);
-    vec3 r = 2.0 * nvRaw * n - v;
-    vec3 rWorld = vec3(dot(worldRow0.xyz, r), dot(worldRow1.xyz, r), dot(worldRow2.xyz, r));
+    vec3 r = 2.0 * nvRaw * n - v, lean = r;
+    // What is mirrored, with all bounces, does not reach what lies below: a white thing in white surroundings is as
+    // white as they are. What is tinted lets through what its strongest colour leaves.
 #ifdef GLOSSY
-    // Phong's surfaces mirror nothing.
-    vec3 mirrored = gloss.shininess < 0.0 ? environmentFactor(f0, f90, roughness, nv) : vec3(0.0);
+    float kept = (strongest.x * (1.0 - shares.x) + (strongest.y - strongest.x) * shares.y) *
+                 max(max(others.r, others.g), others.b);
+    kept = facets ? kept : 0.0;
 #else
-    vec3 mirrored = environmentFactor(f0, 1.0, roughness, nv);
-#endif
-    vec3 specular = occlusion * mirrored * environment(rWorld, roughness);
-    // What is mirrored does not reach what lies below: a white thing in white surroundings is as white as they are.
-#ifdef GLOSSY
-    // What is tinted lets through what its strongest colour leaves (KHR_materials_specular).
-    vec3 tint = (max(max(gloss.specular.r, gloss.specular.g), gloss.specular.b) - gloss.specular.rgb) *
-        (1.0 - metallic);
-    vec3 below = 1.0 - (gloss.shininess < 0.0 ? environmentFactor(f0 + tint, f90, roughness, nv) : vec3(0.0));
-#else
-    vec3 below = 1.0 - mirrored;
+    float kept = (0.04 * (1.0 - shares.x) + 0.96 * shares.y) * others;
 #endif
 #ifdef STUDIO
     // Its ground is matt.
-    below = onGround ? vec3(1.0) : below;
+    kept = onGround ? 0.0 : kept;
 #endif
-    diffuse *= below;
+    diffuse *= 1.0 - kept;
+#ifdef ENVIRONMENT
+    // The rougher, the farther a lobe leans towards the normal: its light does not come from below the surface
+    // (Lagarde and de Rousiers 2014, "Moving Frostbite to physically based rendering", 4.9.3).
+    lean = mix(r, n, roughness * roughness * roughness * roughness);
+#endif
+    vec3 specular = occlusion * mirrored * environment(inWorld(lean), roughness);
     float alpha = roughness * roughness;
     Lit lit;
     lit.position = position;
     lit.n = n;
     lit.v = v;
     lit.f0 = f0;
+    lit.more = more;
 #ifdef GLOSSY
-    lit.f90 = f90;
-    lit.tint = tint;
+    lit.strongest = strongest;
     lit.shininess = gloss.shininess;
 #endif
 #ifdef SCOPED
@@ -316,7 +343,8 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     float coatRoughness = max(coat.y, 0.045);
     lit.coatAlpha = coatRoughness * coatRoughness;
     lit.coatAlpha2 = lit.coatAlpha * lit.coatAlpha;
-    lit.coat = occlusion * environmentFactor(vec3(0.04), 1.0, coatRoughness, nv) * environment(rWorld, coatRoughness);
+    vec2 coatShares = lobeShares(coatRoughness, nv);
+    lit.coat = occlusion * (0.04 * (1.0 - coatShares.x) + 0.96 * coatShares.y) * environment(inWorld(r), coatRoughness);
 #endif
 #ifdef ONE_SUN
     addRay(lit, sunTowards.xyz, sunRadiance.rgb * arrives(position, n));
@@ -380,9 +408,9 @@ Lit light(vec3 position, vec3 n, vec3 base, float metallic, float roughness, flo
     // What the lacquer reflects towards the eye does not come from below it.
     float grazing = 1.0 - nv;
     float grazing2 = grazing * grazing;
-    float belowCoat = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
-    lit.diffuse *= belowCoat;
-    lit.specular = lit.specular * belowCoat + coat.x * lit.coat;
+    lit.below = 1.0 - coat.x * (0.04 + 0.96 * grazing2 * grazing2 * grazing);
+    lit.diffuse *= lit.below;
+    lit.specular = lit.specular * lit.below + coat.x * lit.coat;
 #endif
     return lit;
 }
