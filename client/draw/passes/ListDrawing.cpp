@@ -63,6 +63,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
              .toneMap = static_cast<std::uint8_t>(list.environment.toneMap),
              .samples = samples};
     metered.clear();
+    shareMemory();
     looks.persons().beginDraw();
     if (auto room = shadows.begin(list.casters); !room) return room;
     if (auto drawn = drawShadows(aspect); !drawn) return drawn;

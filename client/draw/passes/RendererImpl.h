@@ -65,6 +65,10 @@ struct Renderer::Impl {
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
     [[nodiscard]] DrawStores stores() { return {*meshes, textures, volumes, looks}; }
     void uploadCalls();
+    /// What meshes, images and voxels may take now.
+    void shareMemory();
+    [[nodiscard]] std::size_t memoryBytes() const;
+    [[nodiscard]] std::size_t bufferBytes() const;
     void placeCalls(const ScreenCamera& screen);
     [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect);
     [[nodiscard]] Expected<void> drawCasters(const Aspect& aspect, std::size_t index, std::span<const DrawItem> seen,
@@ -155,6 +159,8 @@ struct Renderer::Impl {
     EnvironmentTexture surroundings;
     ShadowMaps shadows;
     std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
+    std::size_t memoryBudget = 0;
+    int memoryAskedAgo = 0;
 
     LoopWatch loops;
     /// Each program by itself: once one of several was too slow, and from then on.
