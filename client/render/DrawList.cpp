@@ -45,6 +45,10 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
            a.detailed == b.detailed && a.coated == b.coated && a.glossy == b.glossy && a.studio == b.studio;
 }
 
+bool shineAlike(std::span<const LightItem> a, std::span<const LightItem> b) {
+    return std::ranges::equal(a, b, [](const LightItem& x, const LightItem& y) { return same(x, y); });
+}
+
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {
     return sameBits(a.eyeWorld, b.eyeWorld) && sameBits(a.eye_T_world.matrix(), b.eye_T_world.matrix()) &&
            sameBits(a.clip_T_eye, b.clip_T_eye) && a.pixels.width == b.pixels.width &&

@@ -77,8 +77,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
     scopesLeftOut = list.scopesLeftOut;
-    lights.clusters().setEverywhere(!options.clusterLights);
-    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : ShadowMaps::Texels());
+    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : ShadowMaps::Texels(),
+                               !options.clusterLights);
     scene.scoped = lights.scoped();
     scene.cubes = lights.cubes();
     scene.oneSun = lights.oneSun() && !scene.scoped && !scene.studio;
