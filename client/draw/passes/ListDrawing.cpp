@@ -278,14 +278,13 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         if (use == Use::kBlend) kind.samples = samples;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
+    const bool balls = formOf(kind.items).balls;
     kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked &&
-                 (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
+                 (!call.mesh.hasColors || balls);
     kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person ||
                 (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
     kind.tangents = call.mesh.hasTangents && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
-    const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
-    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints))
-        kind.samples = samples;
+    if ((use == Use::kSurface && (kind.masked || balls)) || (use == Use::kBlend && balls)) kind.samples = samples;
     return kind;
 }
 
@@ -321,7 +320,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
                DrawCalls::sameButPlace(call, calls.calls()[inPass[next]]))
             ++next;
         drawInstances(i, next - i);
-        if (call.mesh.kind != DrawKind::kMarched || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
+        if (!formOf(call.mesh.kind).castRays || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
         // Then pixels whose samples see different depths.
         kindNow.pointParts |= kMarchEachSample;
         if (auto used = useProgram(kindNow); !used) return used;
@@ -335,13 +334,13 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     const DrawLook& look = looks[call.look];
     const ProgramKind wanted = kindOf(use, call);
     const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
-    // What turns its back to a light stands in its way all the same. A ray leaves a box once.
+    // What turns its back to a light stands in its way all the same.
     const auto bothSides = [this, use](const DrawCall& of) {
-        if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
+        const DrawForm::Sides sides = formOf(of.mesh.kind).sides;
+        if (sides != DrawForm::Sides::kMaterial) return sides == DrawForm::Sides::kBoth;
         return looks[of.look].doubleSided || use == ProgramKind::Use::kShadow;
     };
-    // The triangles around points are made for the eye: no mirror turns them around.
-    const auto mirrored = [](const DrawCall& of) { return of.mirrored && of.mesh.kind != DrawKind::kPoints; };
+    const auto mirrored = [](const DrawCall& of) { return of.mirrored && !formOf(of.mesh.kind).balls; };
     const bool otherSides = !before || bothSides(*before) != bothSides(call);
     const bool otherFront = !before || mirrored(*before) != mirrored(call);
     if (anotherProgram)
@@ -351,9 +350,8 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
     kindNow = wanted;
     if (otherSides) bothSides(call) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
-    // What is solid ends a ray: its depth is looked up, not tested.
     const auto depthTest = [](const DrawCall& of) -> GLenum {
-        return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
+        return formOf(of.mesh.kind).castRays ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
     };
     if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER))
         gl.DepthFunc(depthTest(call));
