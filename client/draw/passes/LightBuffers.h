@@ -59,7 +59,7 @@ private:
     FewLights few_{};
     bool scoped_ = false, isFew_ = false, cubes_ = false;
     // What there is, and of what.
-    LightLists kind_ = LightLists::kNone;
+    LightLists kind_ = LightLists::kAll;
     bool everywhere_ = false;
     std::vector<LightItem> of_;
     std::optional<ScreenCamera> seenFrom_;

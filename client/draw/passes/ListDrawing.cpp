@@ -133,9 +133,11 @@ void Renderer::Impl::placeCalls(const ScreenCamera& screen) {
                                     {.x = 0, .y = 0, .width = screen.pixels.width, .height = screen.pixels.height});
     if (!projection.usable()) return;
     for (std::size_t i = 0; i < callPlaces.size(); ++i) {
-        const DrawItem& item = *calls.calls()[i].item;
-        if (item.box.empty()) continue;
+        const DrawCall& call = calls.calls()[i];
+        const DrawItem& item = *call.item;
         CallPlace& place = callPlaces[i];
+        place.clustered = !item.clusters.empty() && call.sortedCount == 0;
+        if (item.box.empty()) continue;
         const double noise = projection.noise(reachOf(item.box, item.world_T_item.translation()), item.box);
         place.around = projection.footprint(projection.clip_T_world(), item.box, noise);
         place.around.grow(lineReachPx(item.lineWidth));
@@ -171,17 +173,18 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         const CallPlace& place = callPlaces[i];
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
-        const Box& box = call.item->box;
-        const Frustum& sides = rowOf(call.item->kind).standsOut ? aroundLines : frustum;
-        const bool outside = place.known   ? beside(place.around)
-                             : box.empty() ? false
-                                           : sides.classify(box, Frustum::kAllPlanes).outside;
-        if (!outside && !call.item->clusters.empty() && call.sortedCount == 0)
+        // The item itself is asked for what its place does not tell alone: each cell goes through all of them.
+        const auto outsideFrustum = [&](const DrawItem& item) {
+            const Frustum& sides = rowOf(item.kind).standsOut ? aroundLines : frustum;
+            return !item.box.empty() && sides.classify(item.box, Frustum::kAllPlanes).outside;
+        };
+        const bool outside = place.known ? beside(place.around) : outsideFrustum(*call.item);
+        if (!outside && place.clustered)
             sight.appendRuns({.clusters = call.item->clusters,
                               .triangles = all,
                               .hidden = list.hiddenOf(*call.item),
                               .backFacesShown = looks[call.look].doubleSided,
-                              .reach = reachOf(box, call.item->world_T_item.translation())},
+                              .reach = reachOf(call.item->box, call.item->world_T_item.translation())},
                              call.item->world_T_item, runs);
         else if (!outside)
             runs.push_back({0, all});
@@ -311,8 +314,9 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
         if (auto wanted = goOn(); !wanted) return wanted;
         const DrawCall& call = calls.calls()[inPass[i]];
-        if (auto watching = watchFor(kindOf(use, call)); !watching) return watching;
-        if (auto set = setState(call, before, use); !set) return set;
+        const ProgramKind wanted = kindOf(use, call);
+        if (auto watching = watchFor(wanted); !watching) return watching;
+        if (auto set = setState(call, before, wanted); !set) return set;
         before = &call;
         next = i + 1;
         while (!kindNow.large && oneRun(inPass[i]) && next < inPass.size() && oneRun(inPass[next]) &&
@@ -330,9 +334,9 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     return watchNoMore();
 }
 
-Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {
+Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, const ProgramKind& wanted) {
     const DrawLook& look = looks[call.look];
-    const ProgramKind wanted = kindOf(use, call);
+    const ProgramKind::Use use = wanted.use;
     const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
     // What turns its back to a light stands in its way all the same.
     const auto bothSides = [this, use](const DrawCall& of) {

@@ -91,7 +91,7 @@ struct Renderer::Impl {
     [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
     /// Program, material and sides for a call, where they are not what they were for the one before (or null).
-    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use);
+    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, const ProgramKind& wanted);
     /// So many records from here on, of one mesh.
     void drawInstances(std::size_t firstRecord, std::size_t instances);
     void bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers);
@@ -182,7 +182,8 @@ struct Renderer::Impl {
     /// Where on the screen it may show, in pixels; once for all cells.
     struct CallPlace {
         Footprint around;
-        bool known = false;  ///< else only the planes around a cell tell
+        bool known = false;      ///< else only the planes around a cell tell
+        bool clustered = false;  ///< runs of it are looked at by themselves
     };
     std::vector<CallPlace> callPlaces;
     std::vector<TriangleRun> runs;
