@@ -26,9 +26,9 @@ struct MeshSize;
 
 struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
-    /// Of GL's memory, for meshes, images and voxels together, as they are allocated, and for what pictures are drawn
-    /// in; 0: memoryForGl. Above it gives way what is not drawn, then what is needed again last (UseClock.h); what one
-    /// draw needs is always there.
+    /// Of GL's memory, as it is allocated, for meshes, images, voxels and what pictures are drawn in. 0: memoryForGl.
+    /// Above it gives way what is not drawn, then what is needed again last (UseClock.h). What one draw needs is always
+    /// there.
     std::size_t memoryBytes = 0;
     /// Of meshes, and of images or voxels alone; 0: what the others leave of `memoryBytes`, a quarter at least.
     std::size_t meshBudgetBytes = 0, textureBudgetBytes = 0;
@@ -59,7 +59,7 @@ struct DrawCounts {
     std::uint64_t glCalls = 0;      ///< that draw items, in each cell and pass; one may draw many
     std::uint64_t states = 0;       ///< program, material or sides were others than those before, in each cell and pass
     std::uint64_t memoryBytes = 0;  ///< of GL, as RendererOptions::memoryBytes counts it
-    std::uint64_t memoryBudget = 0;
+    std::uint64_t memoryBudget = 0;    ///< that it may take
     std::uint64_t looksUploaded = 0;   ///< given to GL anew, its shadows' included
     std::uint64_t untextured = 0;      ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;   ///< beyond DrawList::kMaxLights
