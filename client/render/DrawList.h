@@ -44,7 +44,7 @@ struct DrawItem {
     bool over =
         false;     ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
     Box box = {};  ///< in the world, around all of it; empty: not known
-    /// Of its mesh, where that is large; valid until the scene is updated. Empty: it is drawn as a whole.
+    /// Those of `mesh`, or none: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
     static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
     std::uint32_t hiddenFrom = kNoneHidden;         ///< in the list's `hiddenClusters`

@@ -16,7 +16,8 @@ std::shared_ptr<const DrawMesh> drawMeshOf(const Drawable& drawable) {
                                                      .key = keyOf(arrays),
                                                      .arrays = arrays,
                                                      .kind = kindOf(arrays),
-                                                     .sound = checkMesh(arrays).has_value()});
+                                                     .sound = checkMesh(arrays).has_value(),
+                                                     .clusters = {}});
 }
 
 }  // namespace tessera

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "client/render/DrawKinds.h"
+#include "client/render/MeshClusters.h"
 #include "common/drawable/Drawable.h"
 
 namespace tessera {
@@ -20,6 +22,8 @@ struct DrawMesh {
     MeshArrays arrays;  ///< resident
     DrawKind kind = DrawKind::kTriangles;
     bool sound = false;  ///< checkMesh's verdict
+    /// None of a small mesh, and of what has come by edits of ranges: that may go on changing.
+    std::vector<MeshCluster> clusters;
 };
 
 /// Null: nothing to be drawn, or its bytes are not here. Costs a look at all of it.

@@ -71,7 +71,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     placeCalls(camera);
     for (const std::uint32_t gone : looks.persons().forgetUnused()) {
         std::erase_if(programs, [gone](const auto& made) { return made.first.person == gone; });
-        std::erase_if(drawnWith, [gone](const Drawn& drawn) { return drawn.second.person == gone; });
+        std::erase_if(drawnWith, [gone](const auto& drawn) { return drawn.first.second.person == gone; });
     }
     triangles = glCalls = states = pixels = 0;
     lightsLeftOut = list.lightsLeftOut;

@@ -1,5 +1,6 @@
 // Programs, made when first needed; and ahead of need those that the same things would need in other light.
 #include <algorithm>
+#include <utility>
 
 #include "client/draw/passes/RendererImpl.h"
 
@@ -41,7 +42,7 @@ void Renderer::Impl::expect(Pass pass, const ProgramKind& kind, std::uint32_t lo
 }
 
 void Renderer::Impl::met(Pass pass, const ProgramKind& kind, std::uint32_t look) {
-    const bool isNew = drawnWith.insert({pass, kind}).second;
+    const bool isNew = !std::exchange(drawnWith[{pass, kind}], true);
     // With images, or a person's program, it may have been forgotten, see `collect`.
     if (isNew || kind.maps != 0 || kind.layers != 0 || kind.person != 0) expectKin(pass, kind, look);
 }
@@ -54,23 +55,25 @@ void Renderer::Impl::expectKin(Pass pass, const ProgramKind& kind, std::uint32_t
         shadowless.lists = LightLists::kSuns;
         expect(pass, shadowless, look);
     }
-    for (const bool environment : {kind.environment, !kind.environment})
-        for (const LightLists lists : kAllLightLists) {
-            expect(pass, otherwiseLit(kind, lists, environment, false), look);
-            if (lists == LightLists::kShadows) {
-                ProgramKind cubes = otherwiseLit(kind, lists, environment, false);
-                cubes.cubes = true;
-                expect(pass, cubes, look);
-                if (kind.use != ProgramKind::Use::kBlend) {
-                    ProgramKind oneSun = otherwiseLit(kind, lists, environment, false);
-                    oneSun.oneSun = true;
-                    expect(pass, oneSun, look);
-                }
-            }
-            // Those that FrameBlock says have no scopes (LightBuffers.cpp).
-            if (lists != LightLists::kSun && lists != LightLists::kSuns && lists != LightLists::kFew)
-                expect(pass, otherwiseLit(kind, lists, environment, true), look);
+    // What is one change away: other surroundings, or other lights. What lies beyond follows once that is drawn.
+    // A studio goes where there are surroundings, and two suns stand in for its lamps.
+    ProgramKind elsewhere = kind.studio ? otherwiseLit(kind, LightLists::kSuns, false, false) : kind;
+    elsewhere.environment = !kind.environment;
+    expect(pass, elsewhere, look);
+    for (const LightLists lists : kAllLightLists) {
+        const ProgramKind plain = otherwiseLit(kind, lists, kind.environment, false);
+        expect(pass, plain, look);
+        if (lists == LightLists::kShadows) {
+            ProgramKind cubes = plain, oneSun = plain;
+            cubes.cubes = true;
+            expect(pass, cubes, look);
+            oneSun.oneSun = true;
+            if (kind.use != ProgramKind::Use::kBlend) expect(pass, oneSun, look);
         }
+        // Those that FrameBlock says have no scopes (LightBuffers.cpp).
+        if (lists != LightLists::kSun && lists != LightLists::kSuns && lists != LightLists::kFew)
+            expect(pass, otherwiseLit(kind, lists, kind.environment, true), look);
+    }
 }
 
 void Renderer::Impl::say(const ProgramKind& kind, const DrawLook& look) {
@@ -235,7 +238,7 @@ bool Renderer::prepare() {
     // What cannot be made is an error where it is needed.
     static_cast<void>(d.make(next.what.first, next.what.second, next.look));
     static_cast<void>(d.gl.check("making a program ahead of need"));
-    d.drawnWith.insert(next.what);
+    d.drawnWith.try_emplace(next.what, false);
     return true;
 }
 

@@ -140,7 +140,7 @@ struct Renderer::Impl {
     std::map<ProgramKind, Program> programs;  ///< made when first needed
     std::uint64_t compiled = 0;               ///< of them, those that are gone again included
     using Drawn = std::pair<Pass, ProgramKind>;
-    std::set<Drawn> drawnWith;  ///< compiled to the last
+    std::map<Drawn, bool> drawnWith;  ///< compiled to the last; whether something was drawn with it
     /// Not made yet, and for which of the list's looks.
     struct Kin {
         Drawn what;

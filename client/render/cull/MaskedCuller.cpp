@@ -142,7 +142,7 @@ bool MaskedCuller::hides(const Look& look, std::uint32_t index) {
 
 bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
-    const std::vector<MeshCluster>& clusters = item.mesh->clusters;
+    const std::vector<MeshCluster>& clusters = item.mesh->clusters();
     if (clusters.empty() || item.asWhole) return true;
     const Mat4d clip_T_item = clipFromItem(look.tile, item);
     const double noise = noiseOf(look.tile, item);

@@ -43,7 +43,7 @@ void OccluderChoice::weigh(std::span<const std::uint32_t> items, bool anew) {
 /// f(cluster, place), ascending.
 template <typename F>
 void OccluderChoice::forEachShown(const SceneItem& item, F&& f) {
-    const std::vector<MeshCluster>& clusters = item.mesh->clusters;
+    const std::vector<MeshCluster>& clusters = item.mesh->clusters();
     const ClusterGlance glance(*tile_, item.world_T_item, clipFromItem(*tile_, item), eyeWorld_);
     spentNs_ += CullingCosts::kGlance * static_cast<double>(clusters.size());
     for (std::uint32_t k = 0; k < clusters.size(); ++k)
@@ -52,7 +52,7 @@ void OccluderChoice::forEachShown(const SceneItem& item, F&& f) {
 
 // What drawing leaves away by itself, beside the tile and turned away, is not saved by hiding it.
 double OccluderChoice::shownNs(const SceneItem& item) {
-    const std::vector<MeshCluster>& clusters = item.mesh->clusters;
+    const std::vector<MeshCluster>& clusters = item.mesh->clusters();
     if (clusters.empty())
         return CullingCosts::kDrawnItem + CullingCosts::kDrawnTriangle * static_cast<double>(item.mesh->triangles);
     double ns = CullingCosts::kDrawnItem;
@@ -64,7 +64,7 @@ double OccluderChoice::shownNs(const SceneItem& item) {
 
 void OccluderChoice::consider(std::uint32_t index, double ratio, double freeNs) {
     const SceneItem& item = scene_->items[index];
-    const bool inParts = !item.mesh->clusters.empty();
+    const bool inParts = !item.mesh->clusters().empty();
     if (!item.occludes || item.mesh->triangles > OccluderMesh::mostTriangles(inParts)) return;
     // Cheaper than a footprint, and enough for the many that are small or of too many triangles for what they cover.
     const double w = tile_->clip_T_world().row(3).dot(scene_->boxes[index].center().homogeneous());

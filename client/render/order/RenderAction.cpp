@@ -265,7 +265,7 @@ void RenderAction::Impl::describe(const RenderScene::Impl& scene, std::uint32_t 
     // `none` leaves nothing away anywhere: what others are compared with.
     if (kind == CullerKind::kNone) return;
     drawn.box = scene.boxes[index];
-    if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters;
+    if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters();
     drawn.hiddenFrom = masked.hiddenFrom(index);
 }
 

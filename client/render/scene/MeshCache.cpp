@@ -31,7 +31,7 @@ static std::vector<MeshCluster> clustersOfCopies(const MeshArrays& arrays) {
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
-        if (rowOf(kind).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters.empty())) {
+        if (rowOf(kind).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters().empty())) {
             occluder_ =
                 std::make_unique<OccluderMesh>(arrays().positions.as<float>(), arrays().indices.as<std::uint32_t>());
         }
@@ -47,23 +47,24 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     ++mesh.users_;
     if (!isNew) return &mesh;
     const auto drawn = std::make_shared<DrawMesh>(
-        DrawMesh{.serial = nextSerial(), .key = it->first, .arrays = arrays, .kind = kindOf(arrays)});
+        DrawMesh{.serial = nextSerial(), .key = it->first, .arrays = arrays, .kind = kindOf(arrays), .clusters = {}});
     mesh.drawn = drawn;
     mesh.kind = drawn->kind;
-    if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, arrays);
+    if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, *drawn);
     drawn->sound = !mesh.refused;
     if (drawable.hasOwnBounds() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
     return &mesh;
 }
 
-void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
+void MeshCache::prepare(RenderMesh& mesh, DrawMesh& drawn) {
+    const MeshArrays& arrays = drawn.arrays;
     mesh.refused = !checkMesh(arrays);
     if (mesh.refused) return;
     mesh.opaque = allOpaque(arrays.colors.bytes());
     if (mesh.kind == DrawKind::kGlyphs) {
         mesh.triangles = triangleCount(arrays);
-        mesh.clusters = clustersOfCopies(arrays);
-        for (const MeshCluster& cluster : mesh.clusters) mesh.bounds.extend(cluster.box());
+        drawn.clusters = clustersOfCopies(arrays);
+        for (const MeshCluster& cluster : drawn.clusters) mesh.bounds.extend(cluster.box());
         return;
     }
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
@@ -73,7 +74,7 @@ void MeshCache::prepare(RenderMesh& mesh, const MeshArrays& arrays) {
     mesh.triangles = rowOf(mesh.kind).particles ? 2 * (vertices / places) : triangleCount(arrays);
     mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
     if (rowOf(mesh.kind).ownTriangles)
-        mesh.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
+        drawn.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
 
 bool MeshCache::prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "client/render/DrawMesh.h"
-#include "client/render/MeshClusters.h"
 #include "client/render/scene/OccluderMesh.h"
 #include "common/math/Box.h"
 
@@ -22,10 +21,9 @@ struct RenderMesh {
     std::shared_ptr<const DrawMesh> drawn;  ///< what lists name of it
     DrawKind kind = DrawKind::kTriangles;
     double shownRadius = 0;  ///< of points: as they are shown; else 0
-    /// None of what has come by edits of ranges: it may go on changing.
-    std::vector<MeshCluster> clusters;
 
     [[nodiscard]] const MeshArrays& arrays() const { return drawn->arrays; }
+    [[nodiscard]] const std::vector<MeshCluster>& clusters() const { return drawn->clusters; }
     [[nodiscard]] bool drawable() const { return triangles + lines > 0 && !bounds.empty(); }
     /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points, lines).
     [[nodiscard]] const OccluderMesh* occluder() const;
@@ -57,7 +55,8 @@ public:
     [[nodiscard]] std::size_t size() const { return meshes_.size(); }
 
 private:
-    void prepare(RenderMesh& mesh, const MeshArrays& arrays);
+    /// Also what the mesh itself says of its arrays.
+    void prepare(RenderMesh& mesh, DrawMesh& drawn);
     /// From a mesh that is known and that this one came from by edits of ranges. False: there is none.
     [[nodiscard]] bool prepareFromOrigin(RenderMesh& mesh, const MeshArrays& arrays);
 

@@ -238,6 +238,7 @@ TEST_F(EnvironmentTest, WithoutAUsableImageSkyAndGroundStandInAndTheReasonIsSaid
                                 .heightPx = 2});
         environment.showImage = bad;
         scene.addEnvironment(environment);
+        scene.addDirectionalLight(-Vec3d::UnitZ(), Vec3f::Ones(), 0);
         scene.place(scene.add(makeSphere(0.5, 12)), {0, 0, -1});
         return draw(scene);
     };

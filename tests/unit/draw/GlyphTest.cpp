@@ -41,19 +41,20 @@ MeshData trianglesOf(const Glyphs& g) {
     MeshData mesh;
     const std::span<const float> corners = arrays.positions.as<float>(), normals = arrays.normals.as<float>();
     const std::size_t count = corners.size() / 3;
-    const auto add = [](std::vector<float>& to, const Vec3d& v) {
-        for (int axis = 0; axis < 3; ++axis) to.push_back(static_cast<float>(v[axis]));
-    };
+    const auto add = [](std::vector<float>& to, const Vec3f& v) { to.insert(to.end(), v.begin(), v.end()); };
     for (std::size_t k = 0; k < copyCount(arrays); ++k) {
         const MeshCopy& copy = arrays.copies.as<MeshCopy>()[k];
-        const Quatd turn(copy.turn[3], copy.turn[0], copy.turn[1], copy.turn[2]);
-        const double width = copy.width, length = copy.length;
+        const Vec3f axis(copy.turn[0], copy.turn[1], copy.turn[2]);
+        const auto turned = [&](const Vec3f& v) -> Vec3f {
+            return v + 2 * axis.cross(axis.cross(v) + copy.turn[3] * v);
+        };
+        const float width = copy.width, length = copy.length;
         for (std::size_t c = 0; c < count; ++c) {
-            const Vec3d corner(corners[3 * c], corners[3 * c + 1], corners[3 * c + 2]);
-            const Vec3d normal(normals[3 * c], normals[3 * c + 1], normals[3 * c + 2]);
-            add(mesh.positions, Vec3d(copy.place[0], copy.place[1], copy.place[2]) +
-                                    turn * Vec3d(width, length, width).cwiseProduct(corner));
-            add(mesh.normals, turn * Vec3d(length, width, length).cwiseProduct(normal));
+            const Vec3f corner(corners[3 * c], corners[3 * c + 1], corners[3 * c + 2]);
+            const Vec3f normal(normals[3 * c], normals[3 * c + 1], normals[3 * c + 2]);
+            add(mesh.positions, Vec3f(copy.place[0], copy.place[1], copy.place[2]) +
+                                    turned(Vec3f(width, length, width).cwiseProduct(corner)));
+            add(mesh.normals, turned(Vec3f(length, width, length).cwiseProduct(normal)));
             for (std::size_t i = 0; i < 4; ++i) mesh.colors.push_back(arrays.colors.as<std::uint8_t>()[4 * k + i]);
         }
         for (const std::uint32_t index : arrays.indices.as<std::uint32_t>())
@@ -70,7 +71,10 @@ protected:
         scene.setEnvironment(Vec3f(0.3F, 0.35F, 0.4F), Vec3f(0.1F, 0.1F, 0.1F), Vec3f(0.02F, 0.02F, 0.05F));
         scene.addDirectionalLight(Vec3d(-0.4, -1, -0.3), Vec3f::Ones(), 2, true);
         const ObjectId look = scene.add(material);
-        scene.place(scene.add(makeBox({4, 0.1, 4}), scene.add(Material())), {0, -1.4, 0});
+        const ObjectId plain = scene.add(Material());
+        scene.place(scene.add(makeBox({4, 0.1, 4}), plain), {0, -1.4, 0});
+        // The scene is of one size, and so are the pixels of the sun's maps, whatever is known of the glyphs' boxes.
+        for (const double end : {-4, 4}) scene.place(scene.add(makeBox(Vec3d::Constant(0.1)), plain), {end, end, end});
         Glyphs own = glyphs;
         own.material = look;
         const ObjectId core = asMesh ? scene.add(trianglesOf(glyphs), look) : scene.addCore(own);

@@ -68,6 +68,12 @@ TEST_F(PointShadow, IsWhereARayToTheLightMeetsSomething) {
     const auto between = [&](double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(random);
     };
+    // All over a ball, its middle first; on its rim most.
+    std::vector<Vec3d> around{Vec3d::Zero()};
+    while (around.size() < 200) {
+        const Vec3d side(between(-1, 1), between(-1, 1), between(-1, 1));
+        if (const double far = side.norm(); far < 1 && far > 0) around.push_back(side / (around.size() % 4 ? far : 1));
+    }
     int lit = 0, dark = 0, wrong = 0;
     std::array<int, 6> sides{};
     for (int round = 0; round < 8; ++round) {
@@ -109,17 +115,15 @@ TEST_F(PointShadow, IsWhereARayToTheLightMeetsSomething) {
                 const Vec3d point = sight.origin + hit->t * sight.direction;
                 // What the unshaded light barely reaches tells nothing.
                 if (pixel(without, x, y).g < 12) continue;
-                // A map's pixel there, and as far as a surface looks around in the map. Where rays to all of that agree
-                // there is no doubt.
-                const Vec3d away = point - light;
+                // A map's pixel there, and as far as a surface looks around in the map: before it, and in its plane.
+                // Where rays to all of that agree there is no doubt.
+                const Vec3d away = point - light, normal = made.normalOf(hit->face).normalized();
                 const double margin = 6 * 2 / 1024.0 * 1.04 * away.norm();
-                int met = 0, rays = 0;
-                for (const Vec3d& side : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0),
-                                          Vec3d(0, -1, 0), Vec3d(0, 0, 1), Vec3d(0, 0, -1), Vec3d(0.6, 0.6, 0.6),
-                                          Vec3d(-0.6, -0.6, -0.6), Vec3d(0.6, -0.6, 0.6), Vec3d(-0.6, 0.6, -0.6)}) {
-                    const Vec3d to = light + away + margin * side - 1.5 * margin * away.normalized();
-                    ++rays;
-                    met += tree.any({.origin = light, .direction = to - light}, 1);
+                std::size_t met = 0, rays = 0;
+                for (std::size_t k = 0; k < around.size() && (met == 0 || met == rays); ++k, ++rays) {
+                    const Vec3d flat = around[k] - normal.dot(around[k]) * normal;
+                    const Vec3d beside = k % 2 ? Vec3d(flat + 0.05 * normal) : around[k] - 1.5 * away.normalized();
+                    met += tree.any({.origin = light, .direction = away + margin * beside}, 1);
                 }
                 if (met != 0 && met != rays) continue;
                 int axis = 0;

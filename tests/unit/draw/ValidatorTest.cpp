@@ -190,7 +190,7 @@ std::optional<ProgramKind> kindOf(Use use, const std::vector<Choice>& choices, c
     const bool images = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person;
     if (volume && images) return std::nullopt;
     if ((kind.cubes || kind.oneSun) && kind.lists != LightLists::kShadows) return std::nullopt;
-    if (kind.cubes && kind.oneSun) return std::nullopt;
+    if (kind.oneSun && (kind.cubes || kind.studio || kind.scoped)) return std::nullopt;
     const bool mapped = kind.items == DrawKind::kTriangles && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
     if (kind.tangents && !mapped) return std::nullopt;
     if (kind.plain && images) return std::nullopt;
