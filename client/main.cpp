@@ -32,7 +32,7 @@ struct Arguments {
     bool keepFrames = false, window = false, fullScreen = false, vsync = false;
     bool check = false, quiet = false;
     ServiceNotifier* service = nullptr;
-    int threads = -1, device = -1, whileInput = 0, anisotropy = 0;
+    int threads = -1, device = -1, whileInput = 0, anisotropy = 0, glMemoryMib = 0;
 };
 
 /// The name becomes that of a folder, before the server has said whether it knows it.
@@ -142,6 +142,7 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
                         .surface = arguments.surface,
                         .device = arguments.device < 0 ? std::nullopt : std::optional(arguments.device),
                         .anisotropy = arguments.anisotropy,
+                        .glMemoryBytes = static_cast<std::size_t>(arguments.glMemoryMib) << 20,
                         .culler = culler,
                         .cache = arguments.cache,
                         .keepFrames = arguments.keepFrames,
@@ -225,6 +226,11 @@ int main(int argc, char** argv) {
                 "Samples of an image seen at a grazing angle\n(16 on a GPU, 1 on Mesa's software)")
         .typeName("N")
         .range(1, 16);
+    options
+        .option("--gl-memory", arguments.glMemoryMib,
+                "For meshes and images in GL (3/4 of the card's\nmemory; 1/4 of the machine's, where none is known)")
+        .typeName("MIB")
+        .range(64, 1 << 22);
     // Two lines of the help.
     std::string cullers = cullerNames();
     if (const std::size_t middle = cullers.find(' ', 30); middle != std::string::npos) cullers[middle] = '\n';

@@ -12,10 +12,15 @@ bool sameBits(const Matrix& a, const Matrix& b) {
     return std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(*a.data())) == 0;
 }
 
+/// By content: a mesh may have been let go of, and resolved again.
+bool same(const std::shared_ptr<const DrawMesh>& a, const std::shared_ptr<const DrawMesh>& b) {
+    return a == b || (a && b && a->key == b->key);
+}
+
 bool same(const DrawItem& a, const DrawItem& b) {
     return a.node == b.node && a.geometry == b.geometry && a.material == b.material && a.mirrored == b.mirrored &&
            a.kind == b.kind && a.lineWidth == b.lineWidth && a.widestLinePx == b.widestLinePx &&
-           a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && a.mesh == b.mesh &&
+           a.pointRadius == b.pointRadius && a.fill == b.fill && a.over == b.over && same(a.mesh, b.mesh) &&
            a.sortedFrom == b.sortedFrom && a.sortedCount == b.sortedCount && a.scopes == b.scopes &&
            sameBits(a.world_T_item.matrix(), b.world_T_item.matrix());
 }
@@ -43,6 +48,10 @@ bool drawAlike(const DrawList& a, const DrawList& b) {
            a.environment.showImage == b.environment.showImage && a.environment.exposure == b.environment.exposure &&
            a.environment.toneMap == b.environment.toneMap && a.environment.metered == b.environment.metered &&
            a.detailed == b.detailed && a.coated == b.coated && a.glossy == b.glossy && a.studio == b.studio;
+}
+
+bool shineAlike(std::span<const LightItem> a, std::span<const LightItem> b) {
+    return std::ranges::equal(a, b, [](const LightItem& x, const LightItem& y) { return same(x, y); });
 }
 
 bool drawAlike(const ScreenCamera& a, const ScreenCamera& b) {

@@ -118,5 +118,6 @@ struct DrawList {
 /// the arrays, materials and images that they name are the same.
 [[nodiscard]] bool drawAlike(const DrawList& a, const DrawList& b);
 [[nodiscard]] bool drawAlike(const ScreenCamera& a, const ScreenCamera& b);
+[[nodiscard]] bool shineAlike(std::span<const LightItem> a, std::span<const LightItem> b);
 
 }  // namespace tessera

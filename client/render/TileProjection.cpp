@@ -9,16 +9,15 @@ namespace tessera {
 namespace {
 
 /// Bit 0 of a corner's number chooses upper or lower x, bit 1 y, bit 2 z.
-std::array<Vec4d, 8> cornersOf(const Mat4d& clip_T_box, const Box& box) {
+[[gnu::always_inline]] inline std::array<Vec4d, 8> cornersOf(const Mat4d& clip_T_box, const Box& box) {
     const Vec3d size = box.size();
     const Vec4d edge[3] = {clip_T_box.col(0) * size.x(), clip_T_box.col(1) * size.y(), clip_T_box.col(2) * size.z()};
     std::array<Vec4d, 8> corners;
     corners[0] = clip_T_box * box.lower.homogeneous();
-    for (unsigned i = 1; i < 8; ++i) {
-        // The corner without the lowest of this one's edges, and that edge.
-        const unsigned axis = i & 1 ? 0 : i & 2 ? 1 : 2;
-        corners[i] = corners[i & (i - 1)] + edge[axis];
-    }
+    // Each from the corner without the lowest of its edges.
+    corners[4] = corners[0] + edge[2];
+    for (unsigned i = 0; i < 8; i += 4) corners[i + 2] = corners[i] + edge[1];
+    for (unsigned i = 0; i < 8; i += 2) corners[i + 1] = corners[i] + edge[0];
     return corners;
 }
 
@@ -74,15 +73,19 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
 Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, double noise) const {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Footprint result;
-    result.lowerX = result.lowerY = kInfinity;
-    result.upperX = result.upperY = -kInfinity;
+    // x and y together: each frame does this for all that it shows.
+    using Pair = Eigen::Array2d;
+    const Pair half(halfWidth_, halfHeight_), offset(offsetX_, offsetY_);
+    Pair lower = Pair::Constant(kInfinity), upper = Pair::Constant(-kInfinity);
     const auto extend = [&](const Vec4d& c) {
-        const double x = xPx(c.x(), c.w());
-        const double y = yPx(c.y(), c.w());
-        result.lowerX = std::min(result.lowerX, x);
-        result.upperX = std::max(result.upperX, x);
-        result.lowerY = std::min(result.lowerY, y);
-        result.upperY = std::max(result.upperY, y);
+        const Pair at = c.head<2>().array() / c.w() * half + offset;
+        // What is not a number leaves them as they are.
+        lower = lower.cwiseMin(at);
+        upper = upper.cwiseMax(at);
+    };
+    const auto setSides = [&] {
+        result.lowerX = lower.x(), result.lowerY = lower.y();
+        result.upperX = upper.x(), result.upperY = upper.y();
     };
     const std::array<Vec4d, 8> corners = cornersOf(clip_T_box, box);
     // Half of the near distance more than needed: nothing is lost, things that close are nearly always visible.
@@ -91,8 +94,10 @@ Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, dou
     for (const Vec4d& c : corners) {
         leastW = std::min(leastW, c.w());
         result.farthest = std::max(result.farthest, c.w());
-        result.nearPlane = result.nearPlane || !(c.w() >= limit);
-        if (c.w() >= limit) extend(c);
+        if (c.w() >= limit)
+            extend(c);
+        else
+            result.nearPlane = true;
     }
     if (result.nearPlane) {
         for (unsigned i = 0; i < 8; ++i) {
@@ -102,10 +107,12 @@ Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, dou
                 if ((a.w() >= limit) != (b.w() >= limit)) extend(a + (b - a) * ((limit - a.w()) / (b.w() - a.w())));
             }
         }
+        setSides();
         result.grow(margin_);
         result.nearest = kInfinity;
         return result;
     }
+    setSides();
     const double nearest = 1 / (leastW - noise);
     result.grow(1 + margin_ + noise * pixelsPerMetre_ * nearest);
     result.nearest = nearer(nearest, noise);

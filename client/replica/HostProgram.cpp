@@ -115,6 +115,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
                      .keepFrames = options.keepFrames,
                      .injection = options.injection,
                      .anisotropy = options.anisotropy,
+                     .glMemoryBytes = options.glMemoryBytes,
                      .sharing = neighbourhood ? &neighbourhood->sharing() : nullptr,
                      .workWaits = [&] { return work.more(); },
                      .windows = windows ? &*windows : nullptr,

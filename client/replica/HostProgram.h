@@ -22,6 +22,7 @@ struct HostOptions {
     std::string surface = "osmesa";    ///< "none": it takes part in every frame and draws nothing
     std::optional<int> device;         ///< of the surface "egl"
     int anisotropy = 0;                ///< RendererOptions
+    std::size_t glMemoryBytes = 0;     ///< RendererOptions::memoryBytes
     std::optional<CullerKind> culler;  ///< none: the wall's
     bool window = false;               ///< each tile is shown on a monitor of this machine, by a tessera-window
     TileWindowsOptions windows;

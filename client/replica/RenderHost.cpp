@@ -30,13 +30,19 @@ Expected<std::uint64_t> RenderHost::probe() {
     // Four samples whatever the wall will want: hosts are compared before they know the wall.
     if (!surface_) return std::uint64_t{0};
     samples_ = 4;
-    auto renderer = Renderer::create(
-        *surface_, {.samples = samples_, .anisotropy = options_.anisotropy, .onStep = options_.onStep});
+    auto renderer = createRenderer();
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     auto probe = renderer_->pixelProbe();
     if (probe) probe_ = *probe;
     return probe;
+}
+
+Expected<std::unique_ptr<Renderer>> RenderHost::createRenderer() const {
+    return Renderer::create(*surface_, {.samples = samples_,
+                                        .memoryBytes = options_.glMemoryBytes,
+                                        .anisotropy = options_.anisotropy,
+                                        .onStep = options_.onStep});
 }
 
 bool RenderHost::perform(const Work& work) {
@@ -178,8 +184,7 @@ Expected<void> RenderHost::useWall(Wall wall) {
         samples_ = wall_.samples;
         uploads_ = {};
         renderer_.reset();
-        auto renderer = Renderer::create(
-            *surface_, {.samples = samples_, .anisotropy = options_.anisotropy, .onStep = options_.onStep});
+        auto renderer = createRenderer();
         if (!renderer) return tl::unexpected(renderer.error());
         renderer_ = std::move(*renderer);
     }
@@ -343,6 +348,9 @@ bool RenderHost::on(const work::Describe& describe) {
 }
 
 bool RenderHost::on(const work::Finish&) {
+    if (renderer_)
+        log_.detail(fmt::format("pictures, meshes, images and voxels take {} MiB of GL's memory, of {} that they may",
+                                renderer_->lastCounts().memoryBytes >> 20, renderer_->lastCounts().memoryBudget >> 20));
     for (const auto& tile : tiles_)
         log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", tile->tile().name,
                                 tile->frames(), tile->framesAgain()),

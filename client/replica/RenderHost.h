@@ -31,6 +31,7 @@ struct RenderHostOptions {
     bool keepFrames = false;           ///< every shown image as PNG, not only the last
     Injection injection;
     int anisotropy = 0;              ///< RendererOptions
+    std::size_t glMemoryBytes = 0;   ///< RendererOptions::memoryBytes
     PartSharing* sharing = nullptr;  ///< with neighbours; null: no parts are shared
     /// Whether other work waits; while it does no neighbour is helped. May be empty.
     std::function<bool()> workWaits = {};
@@ -91,6 +92,7 @@ private:
     bool on(const work::Meet& meet);
     bool on(const work::Help& help);
 
+    [[nodiscard]] Expected<std::unique_ptr<Renderer>> createRenderer() const;
     [[nodiscard]] Expected<void> useWall(Wall wall);
     [[nodiscard]] Expected<void> applySnapshot(const CommittedList& committed);
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);

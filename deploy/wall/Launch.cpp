@@ -64,6 +64,7 @@ std::vector<std::string> argumentsOfAllClients(const LaunchOptions& options) {
     if (!options.surface.empty()) c.insert(c.end(), {"--surface", options.surface});
     if (options.device >= 0) c.insert(c.end(), {"--device", std::to_string(options.device)});
     if (options.anisotropy > 0) c.insert(c.end(), {"--anisotropy", std::to_string(options.anisotropy)});
+    if (options.glMemoryMib > 0) c.insert(c.end(), {"--gl-memory", std::to_string(options.glMemoryMib)});
     if (!options.share.empty()) c.insert(c.end(), {"--share", options.share});
     if (!options.verbose) c.emplace_back("--quiet");
     return c;

@@ -29,6 +29,7 @@ struct LaunchOptions {
     bool window = false;           ///< of the clients, on this machine's monitors
     int device = -1;               ///< of the clients' surface; below 0: their default
     int anisotropy = 0;            ///< of the clients; 0: their default
+    int glMemoryMib = 0;           ///< of each client; 0: their default
     std::string share;             ///< of the clients; empty: their default
     std::string record;            ///< the server's recording; empty: none
     std::string journal;           ///< the server's; empty: none

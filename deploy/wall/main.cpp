@@ -98,6 +98,11 @@ int main(int argc, char** argv) {
                 "Samples of an image that is seen at a grazing\nangle (16 on a GPU, 1 on Mesa's software)")
         .typeName("N")
         .range(1, 16);
+    commandLine
+        .option("--gl-memory", options.glMemoryMib,
+                "Of each client: for meshes and images in GL (3/4 of\nthe card's memory, else 1/4 of the machine's)")
+        .typeName("MIB")
+        .range(64, 1 << 22);
     commandLine.flag("--window", options.window, "Show the tiles in windows of this machine");
     // For measurements (run-bench screen).
     commandLine.option("--window-log", options.windowLog).hidden();

@@ -72,10 +72,9 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
         const LookSource* source = item.look ? item.look->levels.front().own.look.get() : nullptr;
         const MeshRange* mesh = item.mesh ? meshes_.find(*item.mesh, Material::kFilled, normalMapOf(source)) : nullptr;
         if (!mesh || mesh->kind != item.kind || mesh->indexCount == 0) continue;
-        calls_.push_back(
-            {*mesh, item.mirrored && item.kind != DrawKind::kPoints, source && source->doubleSided, &item});
-        if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
-            calls_.back().mesh.pointParts |= kPointStretched;
+        const bool balls = formOf(item.kind).balls;
+        calls_.push_back({*mesh, item.mirrored && !balls, source && source->doubleSided, &item});
+        if (balls && isStretched(item.world_T_item.linear())) calls_.back().mesh.pointParts |= kPointStretched;
     }
     if (calls_.empty()) return {};
     // Depths are the same in any order: instances of one mesh stand together.

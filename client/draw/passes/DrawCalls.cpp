@@ -191,8 +191,7 @@ bool DrawCalls::add(const Aspect& aspect, const DrawItem& item, const LookSource
         ++counts_.skipped;
         return false;
     }
-    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
-        call.mesh.pointParts |= kPointStretched;
+    if (formOf(item.kind).balls && isStretched(item.world_T_item.linear())) call.mesh.pointParts |= kPointStretched;
     calls_.push_back(call);
     records_.push_back(tessera::recordOf(item, camera));
     if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
@@ -268,8 +267,7 @@ ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
     cofactors.row(2) = m.row(0).cross(m.row(1));
     const double largest = cofactors.cwiseAbs().maxCoeff();
     if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
-    if (item.kind == DrawKind::kPoints && isStretched(item.world_T_item.linear()))
-        cofactors = roundOf(m, item.pointRadius);
+    if (formOf(item.kind).balls && isStretched(item.world_T_item.linear())) cofactors = roundOf(m, item.pointRadius);
 
     ItemRecord record{};
     for (int r = 0; r < 3; ++r)

@@ -20,10 +20,23 @@ LightBuffers::~LightBuffers() {
 }
 
 LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCamera& camera,
-                               const ShadowMaps::Texels& shadowViews) {
-    clusters_.collect(lights, camera, !shadowViews.lights.empty());
-    cubes_ = !shadowViews.cubes.empty();
-    scoped_ = std::ranges::any_of(lights, [](const LightItem& light) { return light.scope != 0; });
+                               const ShadowMaps::Texels& shadowViews, bool everywhere) {
+    const bool known = seenFrom_ && everywhere == everywhere_ && drawAlike(camera, *seenFrom_) &&
+                       shineAlike(lights, of_) && shadowViews.lights == shadowViews_.lights &&
+                       shadowViews.cubes == shadowViews_.cubes;
+    if (known) return kind_;
+    seenFrom_ = camera;
+    everywhere_ = everywhere;
+    of_.assign(lights.begin(), lights.end());
+    shadowViews_ = shadowViews;
+    clusters_.setEverywhere(everywhere);
+    return kind_ = collect();
+}
+
+LightLists LightBuffers::collect() {
+    clusters_.collect(of_, *seenFrom_, !shadowViews_.lights.empty());
+    cubes_ = !shadowViews_.cubes.empty();
+    scoped_ = std::ranges::any_of(of_, [](const LightItem& light) { return light.scope != 0; });
     texels_.clear();
     const auto add = [&](const LightTexels& light) {
         texels_.insert(texels_.end(), {light.place, light.radiance, light.cone, light.falloff});
@@ -33,13 +46,13 @@ LightLists LightBuffers::begin(std::span<const LightItem> lights, const ScreenCa
     const std::size_t cubes = texels_.size() + shadowed * (4 + ShadowMaps::kTexels);
     for (std::size_t i = 0; i < shadowed; ++i) {
         add(clusters_.shadowed()[i]);
-        const auto view = std::span(shadowViews.lights).subspan(i * ShadowMaps::kTexels, ShadowMaps::kTexels);
+        const auto view = std::span(shadowViews_.lights).subspan(i * ShadowMaps::kTexels, ShadowMaps::kTexels);
         texels_.insert(texels_.end(), view.begin(), view.end());
         // Of a cube where its views are.
         std::array<float, 4>& first = texels_[texels_.size() - ShadowMaps::kTexels + 5];
         if (first[0] < 0) first[1] += static_cast<float>(cubes);
     }
-    texels_.insert(texels_.end(), shadowViews.cubes.begin(), shadowViews.cubes.end());
+    texels_.insert(texels_.end(), shadowViews_.cubes.begin(), shadowViews_.cubes.end());
     gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels_.size() * sizeof texels_[0]), texels_.data(),
                         GL_STREAM_DRAW);
     gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);

@@ -1,6 +1,9 @@
 /// The lights of a frame and the lists of a cell, where shaders read them.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "client/draw/passes/LightClusters.h"
 #include "client/draw/passes/ShadowMaps.h"
 #include "client/draw/shaders/Program.h"
@@ -17,9 +20,11 @@ public:
     LightBuffers(const LightBuffers&) = delete;
     LightBuffers& operator=(const LightBuffers&) = delete;
 
-    /// `shadowViews`: what ShadowMaps says of the lights with shadows; none: they have none.
+    /// `shadowViews`: what ShadowMaps says of the lights with shadows; none: they have none. Tiles of one screen in one
+    /// frame have the same lights: what is there is not made again.
+    /// `everywhere`: every light is everybody's (RendererOptions::clusterLights).
     [[nodiscard]] LightLists begin(std::span<const LightItem> lights, const ScreenCamera& camera,
-                                   const ShadowMaps::Texels& shadowViews);
+                                   const ShadowMaps::Texels& shadowViews, bool everywhere);
     /// Where shaders find the lights with shadows, in texels; how many there are.
     [[nodiscard]] std::array<float, 2> shadowed() const {
         return {static_cast<float>(4 * clusters_.lights().size()), static_cast<float>(clusters_.shadowed().size())};
@@ -40,18 +45,25 @@ public:
     /// Uploads the cell's lists; what FrameBlock::slices says.
     [[nodiscard]] std::array<float, 4> beginCell(const ScreenCamera& cell, const PixelRect& scissor);
     void bind(GLuint lightUnit, GLuint listUnit) const;
-    [[nodiscard]] LightClusters& clusters() { return clusters_; }
 
 private:
     /// False: there are others, or more.
     [[nodiscard]] bool findSuns();
     [[nodiscard]] bool findFew();
+    /// Of what is noted.
+    [[nodiscard]] LightLists collect();
 
     GlState& gl_;
     LightClusters clusters_;
     std::array<Sun, kMostSuns> suns_{};
     FewLights few_{};
     bool scoped_ = false, isFew_ = false, cubes_ = false;
+    // What there is, and of what.
+    LightLists kind_ = LightLists::kAll;
+    bool everywhere_ = false;
+    std::vector<LightItem> of_;
+    std::optional<ScreenCamera> seenFrom_;
+    ShadowMaps::Texels shadowViews_;
     std::vector<std::array<float, 4>> texels_;
     GLuint lightBuffer_ = 0, listBuffer_ = 0, lightTexture_ = 0, listTexture_ = 0;
 };

@@ -63,6 +63,7 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
              .toneMap = static_cast<std::uint8_t>(list.environment.toneMap),
              .samples = samples};
     metered.clear();
+    shareMemory();
     looks.persons().beginDraw();
     if (auto room = shadows.begin(list.casters); !room) return room;
     if (auto drawn = drawShadows(aspect); !drawn) return drawn;
@@ -76,8 +77,8 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     lightsLeftOut = list.lightsLeftOut;
     shadowsLeftOut = list.shadowsLeftOut;
     scopesLeftOut = list.scopesLeftOut;
-    lights.clusters().setEverywhere(!options.clusterLights);
-    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : ShadowMaps::Texels());
+    scene.lists = lights.begin(list.lights, camera, list.casters ? shadows.texels(camera) : ShadowMaps::Texels(),
+                               !options.clusterLights);
     scene.scoped = lights.scoped();
     scene.cubes = lights.cubes();
     scene.oneSun = lights.oneSun() && !scene.scoped && !scene.studio;
@@ -132,9 +133,11 @@ void Renderer::Impl::placeCalls(const ScreenCamera& screen) {
                                     {.x = 0, .y = 0, .width = screen.pixels.width, .height = screen.pixels.height});
     if (!projection.usable()) return;
     for (std::size_t i = 0; i < callPlaces.size(); ++i) {
-        const DrawItem& item = *calls.calls()[i].item;
-        if (item.box.empty()) continue;
+        const DrawCall& call = calls.calls()[i];
+        const DrawItem& item = *call.item;
         CallPlace& place = callPlaces[i];
+        place.clustered = !item.clusters.empty() && call.sortedCount == 0;
+        if (item.box.empty()) continue;
         const double noise = projection.noise(reachOf(item.box, item.world_T_item.translation()), item.box);
         place.around = projection.footprint(projection.clip_T_world(), item.box, noise);
         place.around.grow(lineReachPx(item.lineWidth));
@@ -170,17 +173,18 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         const CallPlace& place = callPlaces[i];
         const auto first = static_cast<std::uint32_t>(runs.size());
         const std::uint32_t all = (call.sortedCount > 0 ? call.sortedCount : call.mesh.indexCount) / 3;
-        const Box& box = call.item->box;
-        const Frustum& sides = rowOf(call.item->kind).standsOut ? aroundLines : frustum;
-        const bool outside = place.known   ? beside(place.around)
-                             : box.empty() ? false
-                                           : sides.classify(box, Frustum::kAllPlanes).outside;
-        if (!outside && !call.item->clusters.empty() && call.sortedCount == 0)
+        // The item itself is asked for what its place does not tell alone: each cell goes through all of them.
+        const auto outsideFrustum = [&](const DrawItem& item) {
+            const Frustum& sides = rowOf(item.kind).standsOut ? aroundLines : frustum;
+            return !item.box.empty() && sides.classify(item.box, Frustum::kAllPlanes).outside;
+        };
+        const bool outside = place.known ? beside(place.around) : outsideFrustum(*call.item);
+        if (!outside && place.clustered)
             sight.appendRuns({.clusters = call.item->clusters,
                               .triangles = all,
                               .hidden = list.hiddenOf(*call.item),
                               .backFacesShown = looks[call.look].doubleSided,
-                              .reach = reachOf(box, call.item->world_T_item.translation())},
+                              .reach = reachOf(call.item->box, call.item->world_T_item.translation())},
                              call.item->world_T_item, runs);
         else if (!outside)
             runs.push_back({0, all});
@@ -277,14 +281,13 @@ ProgramKind Renderer::Impl::kindOf(ProgramKind::Use use, const DrawCall& call) c
         if (use == Use::kBlend) kind.samples = samples;
     }
     kind.large = use == Use::kSurface && DrawCalls::isLarge(call);
+    const bool balls = formOf(kind.items).balls;
     kind.plain = use == Use::kSurface && !kind.person && kind.maps == 0 && kind.layers == 0 && !kind.masked &&
-                 (!call.mesh.hasColors || kind.items == DrawKind::kPoints);
+                 (!call.mesh.hasColors || balls);
     kind.look = kind.maps != 0 || kind.layers != 0 || kind.masked || kind.person ||
                 (use == Use::kBlend && !rowOf(call.mesh.kind).volume);
     kind.tangents = call.mesh.hasTangents && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
-    const bool eachSample = kind.masked || kind.items == DrawKind::kPoints;
-    if ((use == Use::kSurface && eachSample) || (use == Use::kBlend && kind.items == DrawKind::kPoints))
-        kind.samples = samples;
+    if ((use == Use::kSurface && (kind.masked || balls)) || (use == Use::kBlend && balls)) kind.samples = samples;
     return kind;
 }
 
@@ -311,8 +314,9 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     for (std::size_t i = 0, next = 0; i < inPass.size(); i = next) {
         if (auto wanted = goOn(); !wanted) return wanted;
         const DrawCall& call = calls.calls()[inPass[i]];
-        if (auto watching = watchFor(kindOf(use, call)); !watching) return watching;
-        if (auto set = setState(call, before, use); !set) return set;
+        const ProgramKind wanted = kindOf(use, call);
+        if (auto watching = watchFor(wanted); !watching) return watching;
+        if (auto set = setState(call, before, wanted); !set) return set;
         before = &call;
         next = i + 1;
         while (!kindNow.large && oneRun(inPass[i]) && next < inPass.size() && oneRun(inPass[next]) &&
@@ -320,7 +324,7 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
                DrawCalls::sameButPlace(call, calls.calls()[inPass[next]]))
             ++next;
         drawInstances(i, next - i);
-        if (call.mesh.kind != DrawKind::kMarched || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
+        if (!formOf(call.mesh.kind).castRays || kindNow.samples == 1 || use != ProgramKind::Use::kBlend) continue;
         // Then pixels whose samples see different depths.
         kindNow.pointParts |= kMarchEachSample;
         if (auto used = useProgram(kindNow); !used) return used;
@@ -330,17 +334,17 @@ Expected<void> Renderer::Impl::issue(std::size_t first, std::size_t last, Progra
     return watchNoMore();
 }
 
-Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use) {
+Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* before, const ProgramKind& wanted) {
     const DrawLook& look = looks[call.look];
-    const ProgramKind wanted = kindOf(use, call);
+    const ProgramKind::Use use = wanted.use;
     const bool anotherProgram = !before || wanted != kindNow, anotherLook = !before || before->look != call.look;
-    // What turns its back to a light stands in its way all the same. A ray leaves a box once.
+    // What turns its back to a light stands in its way all the same.
     const auto bothSides = [this, use](const DrawCall& of) {
-        if (rowOf(of.mesh.kind).volume) return of.mesh.kind == DrawKind::kSlices;
+        const DrawForm::Sides sides = formOf(of.mesh.kind).sides;
+        if (sides != DrawForm::Sides::kMaterial) return sides == DrawForm::Sides::kBoth;
         return looks[of.look].doubleSided || use == ProgramKind::Use::kShadow;
     };
-    // The triangles around points are made for the eye: no mirror turns them around.
-    const auto mirrored = [](const DrawCall& of) { return of.mirrored && of.mesh.kind != DrawKind::kPoints; };
+    const auto mirrored = [](const DrawCall& of) { return of.mirrored && !formOf(of.mesh.kind).balls; };
     const bool otherSides = !before || bothSides(*before) != bothSides(call);
     const bool otherFront = !before || mirrored(*before) != mirrored(call);
     if (anotherProgram)
@@ -350,9 +354,8 @@ Expected<void> Renderer::Impl::setState(const DrawCall& call, const DrawCall* be
     if (wanted.person && (anotherProgram || anotherLook)) say(wanted, look);
     kindNow = wanted;
     if (otherSides) bothSides(call) ? gl.Disable(GL_CULL_FACE) : gl.Enable(GL_CULL_FACE);
-    // What is solid ends a ray: its depth is looked up, not tested.
     const auto depthTest = [](const DrawCall& of) -> GLenum {
-        return of.mesh.kind == DrawKind::kMarched ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
+        return formOf(of.mesh.kind).castRays ? GL_ALWAYS : of.equal ? GL_GEQUAL : GL_GREATER;
     };
     if (use == ProgramKind::Use::kBlend && depthTest(call) != (before ? depthTest(*before) : GL_GREATER))
         gl.DepthFunc(depthTest(call));

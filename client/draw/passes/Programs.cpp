@@ -126,11 +126,13 @@ Expected<void> Renderer::Impl::compileWatched(ProgramKind::Use use) {
     const std::uint64_t statesBefore = states;
     for (const std::uint32_t index : inPass) {
         const DrawCall& call = calls.calls()[index];
+        // Nearly all are nobody's.
+        if (!looks[call.look].person) continue;
         const ProgramKind kind = kindOf(use, call);
         if (!isWatched(kind) || std::ranges::find(compiledNow, kind) != compiledNow.end()) continue;
         compiledNow.push_back(kind);
         gl.Scissor(0, 0, 0, 0);
-        if (auto set = setState(call, nullptr, use); !set) return set;
+        if (auto set = setState(call, nullptr, kind); !set) return set;
         gl.DrawArrays(GL_TRIANGLES, 0, 3);
     }
     if (compiledNow.empty()) return {};

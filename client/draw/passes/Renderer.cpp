@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/draw/passes/RendererImpl.h"
+#include "client/draw/surface/GlMemory.h"
 #include "common/cores/SurfaceParts.h"
 
 namespace tessera {
@@ -15,11 +16,10 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     : surface(onSurface),
       gl(state),
       options(o),
-      textures(gl, o.textureBudgetBytes,
-               o.anisotropy > 0              ? o.anisotropy
-               : drawsOnProcessor(onSurface) ? 1
-                                             : 16),
-      volumes(gl, o.textureBudgetBytes, o.leaveOutEmpty),
+      textures(gl, o.anisotropy > 0              ? o.anisotropy
+                   : drawsOnProcessor(onSurface) ? 1
+                                                 : 16),
+      volumes(gl, o.leaveOutEmpty),
       looks(gl),
       tile(gl, o.samples),
       ids(gl, 1),
@@ -60,7 +60,8 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     gl.VertexArrayAttribIFormat(vertexArray, kItemNode, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, node));
     enable(kItemNode, kItemBinding);
     gl.VertexArrayBindingDivisor(vertexArray, kItemBinding, 1);
-    meshes = std::make_unique<MeshBuffers>(gl, vertexArray, options.meshBudgetBytes);
+    meshes = std::make_unique<MeshBuffers>(gl, vertexArray);
+    shareMemory();
 }
 
 Renderer::Impl::~Impl() {
@@ -71,6 +72,31 @@ Renderer::Impl::~Impl() {
     gl.DeleteVertexArrays(1, &emptyArray);
     for (const GLuint* buffer : {&itemBuffer, &blockBuffer, &frameBuffer, &sortedBuffer}) gl.DeleteBuffers(1, buffer);
     gl.DeleteTextures(1, &white);
+}
+
+void Renderer::Impl::shareMemory() {
+    const std::size_t taken = memoryBytes();
+    // What others take of a card changes; asking costs a driver some microseconds.
+    constexpr int kDrawsEach = 64;
+    if (options.memoryBytes > 0)
+        memoryBudget = options.memoryBytes;
+    else if (memoryAskedAgo++ % kDrawsEach == 0)
+        memoryBudget = memoryForGl(gl, surface, taken);
+    const auto left = [&](std::size_t own) {
+        return std::max(memoryBudget / 4, memoryBudget - std::min(memoryBudget, taken - own));
+    };
+    const auto either = [](std::size_t said, std::size_t rest) { return said > 0 ? said : rest; };
+    meshes->setBudget(either(options.meshBudgetBytes, left(meshes->allocatedBytes())));
+    textures.setBudget(either(options.textureBudgetBytes, left(textures.residentBytes())));
+    volumes.setBudget(either(options.textureBudgetBytes, left(volumes.residentBytes())));
+}
+
+std::size_t Renderer::Impl::memoryBytes() const {
+    return meshes->allocatedBytes() + textures.residentBytes() + volumes.residentBytes() + bufferBytes();
+}
+
+std::size_t Renderer::Impl::bufferBytes() const {
+    return tile.bytes() + ids.bytes() + shadows.bytes() + (depths ? depths->bytes() : 0);
 }
 
 Renderer::Renderer() = default;
@@ -239,6 +265,8 @@ DrawCounts Renderer::lastCounts() const {
     counts.pixels = impl_->pixels;
     counts.glCalls = impl_->glCalls;
     counts.looksUploaded = impl_->looksUploaded;
+    counts.memoryBytes = impl_->memoryBytes();
+    counts.memoryBudget = impl_->memoryBudget;
     counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
@@ -274,8 +302,7 @@ std::size_t Renderer::residentBytes() const {
 }
 
 std::size_t Renderer::bufferBytes() const {
-    return impl_->tile.bytes() + impl_->ids.bytes() + impl_->shadows.bytes() +
-           (impl_->depths ? impl_->depths->bytes() : 0);
+    return impl_->bufferBytes();
 }
 
 std::uint64_t Renderer::uploadedMeshBytes() const {
@@ -301,6 +328,7 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, const Scene
     Impl& d = *impl_;
     if (auto current = d.surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const GlState::Call call(d.gl);
+    d.shareMemory();
     Prepared prepared;
     const auto add = [&](const std::optional<std::size_t>& uploaded) {
         prepared.bytes += uploaded.value_or(0);
@@ -331,6 +359,7 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, const Scene
 Expected<void> Renderer::expectMeshes(const MeshSize& more) {
     if (auto current = impl_->surface.makeCurrent(); !current) return current;
     const GlState::Call call(impl_->gl);
+    impl_->shareMemory();
     impl_->meshes->expect(more);
     return impl_->gl.check("making room ahead");
 }

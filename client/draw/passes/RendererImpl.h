@@ -65,6 +65,10 @@ struct Renderer::Impl {
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
     [[nodiscard]] DrawStores stores() { return {*meshes, textures, volumes, looks}; }
     void uploadCalls();
+    /// What meshes, images and voxels may take now.
+    void shareMemory();
+    [[nodiscard]] std::size_t memoryBytes() const;
+    [[nodiscard]] std::size_t bufferBytes() const;
     void placeCalls(const ScreenCamera& screen);
     [[nodiscard]] Expected<void> drawShadows(const Aspect& aspect);
     [[nodiscard]] Expected<void> drawCasters(const Aspect& aspect, std::size_t index, std::span<const DrawItem> seen,
@@ -87,7 +91,7 @@ struct Renderer::Impl {
     [[nodiscard]] ProgramKind kindOf(ProgramKind::Use use, const DrawCall& call) const;
     [[nodiscard]] Expected<void> issue(std::size_t first, std::size_t last, ProgramKind::Use use);
     /// Program, material and sides for a call, where they are not what they were for the one before (or null).
-    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, ProgramKind::Use use);
+    [[nodiscard]] Expected<void> setState(const DrawCall& call, const DrawCall* before, const ProgramKind& wanted);
     /// So many records from here on, of one mesh.
     void drawInstances(std::size_t firstRecord, std::size_t instances);
     void bindLook(std::uint32_t index, std::uint8_t maps, std::uint16_t layers);
@@ -155,6 +159,8 @@ struct Renderer::Impl {
     EnvironmentTexture surroundings;
     ShadowMaps shadows;
     std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
+    std::size_t memoryBudget = 0;
+    int memoryAskedAgo = 0;
 
     LoopWatch loops;
     /// Each program by itself: once one of several was too slow, and from then on.
@@ -176,7 +182,8 @@ struct Renderer::Impl {
     /// Where on the screen it may show, in pixels; once for all cells.
     struct CallPlace {
         Footprint around;
-        bool known = false;  ///< else only the planes around a cell tell
+        bool known = false;      ///< else only the planes around a cell tell
+        bool clustered = false;  ///< runs of it are looked at by themselves
     };
     std::vector<CallPlace> callPlaces;
     std::vector<TriangleRun> runs;

@@ -343,6 +343,9 @@ constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {
             .follows = {},
             .normals = true,
             .fetched = nullptr,
+            // A ray leaves a box once.
+            .sides = kind == DrawKind::kSlices ? DrawForm::Sides::kBoth : DrawForm::Sides::kOne,
+            .castRays = kind == DrawKind::kMarched,
             .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }};
 }
 
@@ -362,6 +365,7 @@ constexpr DrawForm kForms[] = {
      .follows = kPointsFollow,
      .normals = true,
      .fetched = fetchedOfPoints,
+     .balls = true,
      // As the eye has it, or the item where that stretches balls; as the item has it.
      .size =
          [](const DrawItem& item, const Mat3d& eye_R_item) {

@@ -87,6 +87,12 @@ struct DrawForm {
         std::uint32_t atOnce = 0;       ///< so many have indices, the second part; 0: those that all points share
     };
     Fetched (*fetched)(const MeshArrays&);
+    /// Each sample's ray finds it: its depth is that sample's own, no mirror turns it around, and its item may stretch
+    /// it. Its colours are told with its place.
+    bool balls = false;
+    enum class Sides : std::uint8_t { kMaterial, kOne, kBoth };
+    Sides sides = Sides::kMaterial;  ///< that are seen: as the material says, or whatever it says
+    bool castRays = false;           ///< what is solid ends its rays: depth is looked up, not tested
     /// ItemRecord::size.
     std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
 };

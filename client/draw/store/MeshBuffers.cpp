@@ -12,6 +12,8 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kFirstCapacity = 8 * 1024;
+/// Beyond the budget: so little that `shrink` leaves it, and so much that not each mesh copies all.
+constexpr std::uint64_t kLeastGrowth = 16;
 
 }  // namespace
 
@@ -22,8 +24,7 @@ MeshArrays drawnArrays(const DrawMesh& mesh, const Image* normalMap) {
     return arrays;
 }
 
-MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes)
-    : gl_(gl), vertexArray_(vertexArray), budgetBytes_(budgetBytes) {
+MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray) : gl_(gl), vertexArray_(vertexArray) {
     // As many texels as a texture has, and as vertices have numbers.
     GLint most = 0;
     gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
@@ -45,9 +46,16 @@ void MeshBuffers::beginDraw() {
     };
     clock_.giveWay(
         meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, drop);
+    shrink();
     // One content may come by ever new handles.
     constexpr std::size_t kHandlesEach = 4, kHandlesMore = 4096;
     if (known_.size() > kHandlesEach * meshes_.size() + kHandlesMore) known_.clear();
+}
+
+std::size_t MeshBuffers::allocatedBytes() const {
+    MeshSize allocated;
+    for (std::size_t i = 0; i < kMeshStores; ++i) allocated.elements[i] = buffers_[i].ranges.capacity();
+    return allocated.bytes();
 }
 
 std::size_t MeshBuffers::residentBytes() const {
@@ -136,7 +144,9 @@ std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Imag
 void MeshBuffers::expect(const MeshSize& more) {
     for (std::size_t i = 0; i < kMeshStores; ++i) {
         const auto store = static_cast<MeshStore>(i);
-        const std::uint64_t most = std::min<std::uint64_t>(budgetBytes_ / elementBytes(store), mostOf(store));
+        const std::size_t others = allocatedBytes() - buffers_[i].ranges.capacity() * elementBytes(store);
+        const std::uint64_t most = std::min<std::uint64_t>(
+            (budgetBytes_ - std::min(budgetBytes_, others)) / elementBytes(store), mostOf(store));
         const std::uint64_t wanted = std::min(most, buffers_[i].ranges.used() + more.elements[i]);
         if (wanted > buffers_[i].ranges.capacity()) grow(store, wanted);
     }
@@ -159,12 +169,9 @@ std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& array
         }
         mesh.toWrite += part.units;
     }
-    const auto firstOf = [&mesh](MeshStore store) { return mesh.places[static_cast<std::size_t>(store)].first; };
     const MeshPart first = form.parts(arrays)[0];
-    mesh.range = {.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices)),
-                  .indexCount = static_cast<std::uint32_t>(
+    mesh.range = {.indexCount = static_cast<std::uint32_t>(
                       sizeOf(arrays).elements[static_cast<std::size_t>(MeshStore::kIndices)]),
-                  .baseVertex = static_cast<std::int32_t>(firstOf(first.store)),
                   .hasNormals = form.normals || !arrays.normals.empty(),
                   .hasColors = !arrays.colors.empty(),
                   .hasTangents = first.store == MeshStore::kMappedVertices,
@@ -172,18 +179,19 @@ std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& array
                   .pointParts = pointPartsOf(arrays)};
     if (form.fetched) {
         const DrawForm::Fetched fetched = form.fetched(arrays);
-        const std::uint64_t from = firstOf(MeshStore::kTexels) / first.elementsPerUnit + fetched.before;
+        mesh.unitsBefore = fetched.before;
+        const std::uint64_t from = firstUnitOf(mesh);
         if ((from + fetched.things) << fetched.numberBits > std::numeric_limits<std::int32_t>::max()) {
             release(mesh);
             return nullptr;
         }
         mesh.range.indexCount = static_cast<std::uint32_t>(3 * fetched.things);
-        mesh.range.baseVertex = static_cast<std::int32_t>(from << fetched.numberBits);
         mesh.range.indicesEach = fetched.indicesEach;
         mesh.range.atOnce = fetched.atOnce;
         mesh.range.numberBits = fetched.numberBits;
         makeSharedByPoints();
     }
+    setRange(mesh);
     return made;
 }
 
@@ -245,12 +253,19 @@ bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t mult
     std::optional<std::uint64_t> start = in.ranges.allocate(wanted);
     if (!start) {
         const std::uint64_t old = in.ranges.capacity(), most = mostOf(store);
-        const std::uint64_t larger = std::min(most, std::max({kFirstCapacity, 2 * old, old + wanted}));
+        // Twice as much, as far as the budget goes.
+        const std::size_t others = allocatedBytes() - old * elementBytes(store);
+        const std::uint64_t room = (budgetBytes_ - std::min(budgetBytes_, others)) / elementBytes(store);
+        const std::uint64_t larger = std::min(most, std::max({std::min(kFirstCapacity, room), std::min(2 * old, room),
+                                                              old + std::max(wanted, old / kLeastGrowth)}));
         if (larger > old && wanted <= most) grow(store, larger);
         start = in.ranges.allocate(wanted);
         if (!start) return false;
     }
-    place = {.taken = *start, .takenCount = wanted, .first = (*start + multipleOf - 1) / multipleOf * multipleOf};
+    place = {.taken = *start,
+             .takenCount = wanted,
+             .first = (*start + multipleOf - 1) / multipleOf * multipleOf,
+             .multipleOf = multipleOf};
     return true;
 }
 
@@ -276,6 +291,71 @@ void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
     grown.name = larger;
     grown.ranges.grow(capacity);
     rebind();
+}
+
+void MeshBuffers::shrink() {
+    // Not for little, as all of it is copied: what one draw needs may be beyond the budget all the time.
+    constexpr std::size_t kWorthIt = 8;
+    const std::size_t allocated = allocatedBytes(), resident = residentBytes(), free = allocated - resident;
+    if (allocated <= budgetBytes_ || free <= resident / kWorthIt) return;
+    // Each keeps its part of what may stay free.
+    const double kept =
+        static_cast<double>(budgetBytes_ - std::min(budgetBytes_, resident)) / static_cast<double>(free);
+    for (std::size_t i = 0; i < kMeshStores; ++i) {
+        const RangeAllocator& ranges = buffers_[i].ranges;
+        const std::uint64_t unused = ranges.capacity() - ranges.used();
+        if (unused > 0)
+            compact(static_cast<MeshStore>(i),
+                    ranges.used() + static_cast<std::uint64_t>(kept * static_cast<double>(unused)));
+    }
+}
+
+void MeshBuffers::compact(MeshStore store, std::uint64_t capacity) {
+    Buffer& from = buffer(store);
+    const auto i = static_cast<std::size_t>(store);
+    const std::size_t bytesEach = elementBytes(store);
+    // In the order in which they lie: each moves towards the beginning, if at all.
+    std::vector<Mesh*> moved;
+    for (const auto& [key, mesh] : meshes_)
+        if (mesh->places[i].takenCount > 0) moved.push_back(mesh.get());
+    std::ranges::sort(moved, {}, [i](const Mesh* mesh) { return mesh->places[i].taken; });
+    Buffer to;
+    to.ranges.grow(capacity);
+    if (capacity > 0) {
+        gl_.CreateBuffers(1, &to.name);
+        gl_.NamedBufferData(to.name, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
+    }
+    for (Mesh* mesh : moved) {
+        Place& place = mesh->places[i];
+        const std::optional<std::uint64_t> start = to.ranges.allocate(place.takenCount);
+        TESSERA_CHECK(start, "what is taken fits where nothing lies between");
+        const std::uint64_t count = place.takenCount - (place.multipleOf - 1);
+        const std::uint64_t first = (*start + place.multipleOf - 1) / place.multipleOf * place.multipleOf;
+        gl_.CopyNamedBufferSubData(from.name, to.name, static_cast<GLintptr>(place.first * bytesEach),
+                                   static_cast<GLintptr>(first * bytesEach),
+                                   static_cast<GLsizeiptr>(count * bytesEach));
+        place.taken = *start;
+        place.first = first;
+        setRange(*mesh);
+    }
+    gl_.Finish();  // as in `grow`
+    gl_.DeleteBuffers(1, &from.name);
+    from = std::move(to);
+    rebind();
+}
+
+std::uint64_t MeshBuffers::firstUnitOf(const Mesh& mesh) {
+    const Place& texels = mesh.places[static_cast<std::size_t>(MeshStore::kTexels)];
+    return texels.first / texels.multipleOf + mesh.unitsBefore;
+}
+
+void MeshBuffers::setRange(Mesh& mesh) {
+    const auto firstOf = [&mesh](MeshStore store) { return mesh.places[static_cast<std::size_t>(store)].first; };
+    MeshRange& range = mesh.range;
+    range.firstIndex = static_cast<std::uint32_t>(firstOf(MeshStore::kIndices));
+    range.baseVertex = static_cast<std::int32_t>(
+        formOf(range.kind).fetched ? firstUnitOf(mesh) << range.numberBits
+                                   : firstOf(range.hasTangents ? MeshStore::kMappedVertices : MeshStore::kVertices));
 }
 
 void MeshBuffers::rebind() {

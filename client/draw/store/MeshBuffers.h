@@ -37,12 +37,12 @@ struct MeshRange {
 /// What of a mesh is drawn: tangents for a normal map alone, and where there is one.
 [[nodiscard]] MeshArrays drawnArrays(const DrawMesh& mesh, const Image* normalMap);
 
-/// One buffer of each sort for all meshes of a renderer. Once `budgetBytes` is exceeded meshes make room as UseClock
+/// One buffer of each sort for all meshes of a renderer. Once the budget is exceeded meshes make room as UseClock
 /// says; what one draw needs is never thrown out in it. The indices that points share, 0.15 MB, and a table of colours
 /// stand beside the budget.
 class MeshBuffers {
 public:
-    MeshBuffers(GlState& gl, GLuint vertexArray, std::size_t budgetBytes);
+    MeshBuffers(GlState& gl, GLuint vertexArray);
     ~MeshBuffers();
     MeshBuffers(const MeshBuffers&) = delete;
     MeshBuffers& operator=(const MeshBuffers&) = delete;
@@ -76,18 +76,23 @@ public:
 
     [[nodiscard]] GLuint indexBuffer() const { return buffer(MeshStore::kIndices).name; }
     [[nodiscard]] std::size_t residentBytes() const;
+    /// Of the buffers, what is free in them included: an eighth more than the budget at most when a draw begins, and
+    /// than what it needs.
+    [[nodiscard]] std::size_t allocatedBytes() const;
+    void setBudget(std::size_t bytes) { budgetBytes_ = bytes; }
     /// Given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
 
 private:
     /// In one of the buffers, with what was left free before it.
     struct Place {
-        std::uint64_t taken = 0, takenCount = 0, first = 0;
+        std::uint64_t taken = 0, takenCount = 0, first = 0, multipleOf = 1;
     };
     struct Mesh {
         MeshRange range;
         std::array<Place, kMeshStores> places{};
         UseClock::Uses uses;
+        std::uint64_t unitsBefore = 0;           ///< Fetched::before
         std::uint64_t written = 0, toWrite = 0;  ///< units, of one part after the other
         bool gone = false;                       ///< it has given way, or is another's: what is known of it is void
     };
@@ -122,6 +127,14 @@ private:
     [[nodiscard]] bool place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place);
     void release(const Mesh& mesh);
     void grow(MeshStore store, std::uint64_t capacity);
+    /// What is free goes back to GL where the budget does not bear it: smaller buffers, without gaps. While one is
+    /// copied it is there twice.
+    void shrink();
+    void compact(MeshStore store, std::uint64_t capacity);
+    /// In what is fetched, behind what comes before it.
+    [[nodiscard]] static std::uint64_t firstUnitOf(const Mesh& mesh);
+    /// What follows from where it lies.
+    static void setRange(Mesh& mesh);
     [[nodiscard]] std::uint64_t mostOf(MeshStore store) const;
     void rebind();
     void bindElements(GLuint buffer);
@@ -131,7 +144,7 @@ private:
 
     GlState& gl_;
     GLuint vertexArray_;
-    std::size_t budgetBytes_;
+    std::size_t budgetBytes_ = ~std::size_t{0};  ///< none, at first
     std::array<Buffer, kMeshStores> buffers_;
     GLuint verticesBound_ = 0, elementsBound_ = 0;  ///< 0: nobody knows
     // Of points, made with the first ones.

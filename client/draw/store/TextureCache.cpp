@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <span>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -56,16 +55,6 @@ std::vector<float> floatsOf(ByteSpan pixels) {
     return floats;
 }
 
-bool hasExtension(const GlFunctions& gl, std::string_view name) {
-    GLint count = 0;
-    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (GLint i = 0; i < count; ++i)
-        if (const auto* text = gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
-            text && name == reinterpret_cast<const char*>(text))
-            return true;
-    return false;
-}
-
 }  // namespace
 
 GLenum textureTarget(const Image& image) {
@@ -74,11 +63,10 @@ GLenum textureTarget(const Image& image) {
                                          : GL_TEXTURE_2D;
 }
 
-TextureCache::TextureCache(const GlFunctions& gl, std::size_t budgetBytes, int anisotropy)
-    : gl_(gl), budgetBytes_(budgetBytes) {
-    readsS3tc_ = hasExtension(gl, "GL_EXT_texture_compression_s3tc") &&
-                 (hasExtension(gl, "GL_EXT_texture_sRGB") || hasExtension(gl, "GL_EXT_texture_compression_s3tc_srgb"));
-    if (hasExtension(gl, "GL_ARB_texture_filter_anisotropic") || hasExtension(gl, "GL_EXT_texture_filter_anisotropic"))
+TextureCache::TextureCache(const GlFunctions& gl, int anisotropy) : gl_(gl) {
+    readsS3tc_ = gl.hasExtension("GL_EXT_texture_compression_s3tc") &&
+                 (gl.hasExtension("GL_EXT_texture_sRGB") || gl.hasExtension("GL_EXT_texture_compression_s3tc_srgb"));
+    if (gl.hasExtension("GL_ARB_texture_filter_anisotropic") || gl.hasExtension("GL_EXT_texture_filter_anisotropic"))
         anisotropyHere_ = std::clamp(anisotropy, 1, 1 << (kAnisotropies - 1));
     gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &mostFlatPx_);
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostSolidPx_);

@@ -27,9 +27,9 @@ enum class ImageUse : std::uint8_t {
 /// Once the budget is exceeded textures make room as UseClock says; what one draw needs is never dropped in it.
 class TextureCache {
 public:
-    /// The surface must be current. `anisotropy`: so many samples at most, 1 to 16, where an image is seen at a grazing
-    /// angle; a draw may want fewer. As many as GL has.
-    TextureCache(const GlFunctions& gl, std::size_t budgetBytes, int anisotropy);
+    /// The surface must be current. Without a budget, at first. `anisotropy`: so many samples at most, 1 to 16, where
+    /// an image is seen at a grazing angle; a draw may want fewer. As many as GL has.
+    TextureCache(const GlFunctions& gl, int anisotropy);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
@@ -60,6 +60,7 @@ public:
     [[nodiscard]] GLuint sampler(SamplerKey key);
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+    void setBudget(std::size_t bytes) { budgetBytes_ = bytes; }
     /// Given to GL since this began, with mipmaps.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
 
@@ -79,7 +80,7 @@ private:
     };
 
     const GlFunctions& gl_;
-    std::size_t budgetBytes_;
+    std::size_t budgetBytes_ = ~std::size_t{0};
     std::size_t bytes_ = 0;
     std::unordered_map<Key, Found, KeyHash> textures_;
     bool readsS3tc_ = false;

@@ -106,8 +106,7 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(GlState& gl, std::size_t budgetBytes, bool leaveOutEmpty)
-    : gl_(gl), budgetBytes_(budgetBytes), leaveOutEmpty_(leaveOutEmpty) {
+VolumeTextures::VolumeTextures(GlState& gl, bool leaveOutEmpty) : gl_(gl), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
 

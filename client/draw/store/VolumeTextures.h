@@ -61,7 +61,7 @@ static_assert(sizeof(VolumeBlock) == 1280 && sizeof(VolumeBlock) % 256 == 0);
 class VolumeTextures {
 public:
     /// The surface must be current. `leaveOutEmpty`: false, and rays sample everywhere.
-    VolumeTextures(GlState& gl, std::size_t budgetBytes, bool leaveOutEmpty);
+    VolumeTextures(GlState& gl, bool leaveOutEmpty);
     ~VolumeTextures();
     VolumeTextures(const VolumeTextures&) = delete;
     VolumeTextures& operator=(const VolumeTextures&) = delete;
@@ -85,6 +85,7 @@ public:
     void bind(const Found& textures, std::size_t block) const;
 
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+    void setBudget(std::size_t bytes) { budgetBytes_ = bytes; }
     /// Voxels given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
 
@@ -128,7 +129,7 @@ private:
     [[nodiscard]] bool takeOver(const Key& key, const Volume& volume);
 
     GlState& gl_;
-    std::size_t budgetBytes_, bytes_ = 0;
+    std::size_t budgetBytes_ = ~std::size_t{0}, bytes_ = 0;  ///< none, at first
     bool leaveOutEmpty_;
     GLint mostPx_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;

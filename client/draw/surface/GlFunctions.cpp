@@ -48,6 +48,16 @@ Expected<GlFunctions> GlFunctions::load(const Surface& surface) {
     return gl;
 }
 
+bool GlFunctions::hasExtension(std::string_view name) const {
+    GLint count = 0;
+    GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i)
+        if (const auto* text = GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
+            text && name == reinterpret_cast<const char*>(text))
+            return true;
+    return false;
+}
+
 Expected<void> GlFunctions::check(std::string_view what) const {
     GLenum first = GetError();
     // Not every driver makes it an error of the calls that it drops.

@@ -120,6 +120,7 @@ struct GlFunctions {
     /// The first error since the last call, in words. GL reports late: `what` is what was being done. kUnsupported: the
     /// GPU is gone.
     [[nodiscard]] Expected<void> check(std::string_view what) const;
+    [[nodiscard]] bool hasExtension(std::string_view name) const;
 
 protected:
     TESSERA_GL_STATE_FUNCTIONS(TESSERA_GL_MEMBER)

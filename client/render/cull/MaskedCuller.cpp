@@ -90,9 +90,8 @@ void MaskedCuller::drawOccluder(Look& look, const OccluderChoice::Candidate& can
         work_.spentNs += CullingCosts::kResetPixel * look.tile.widthPx() * look.tile.heightPx();
         look.drawn = true;
     }
-    const OccluderRasteriser::Placed placed{.clip_T_mesh = clipFromItem(look.scene, look.tile, item),
-                                            .mirrored = item.mirrored,
-                                            .noise = noiseOf(look.scene, look.tile, item)};
+    const OccluderRasteriser::Placed placed{
+        .clip_T_mesh = clipFromItem(look.tile, item), .mirrored = item.mirrored, .noise = noiseOf(look.tile, item)};
     runs_.clear();
     if (candidate.inParts) {
         for (const OccluderChoice::Part& part : parts_) runs_.push_back(mesh->cluster(part.cluster));
@@ -136,17 +135,17 @@ void MaskedCuller::keepVisible(const Look& look, const Frustum& frustum, std::ve
 bool MaskedCuller::hides(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
     work_.spentNs += CullingCosts::kTest;
-    return buffer_.hides(look.tile.footprint(clipFromItem(look.scene, look.tile, item),
+    return buffer_.hides(look.tile.footprint(clipFromItem(look.tile, item),
                                              item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
-                                             noiseOf(look.scene, look.tile, item)));
+                                             noiseOf(look.tile, item)));
 }
 
 bool MaskedCuller::keepVisibleClusters(const Look& look, std::uint32_t index) {
     const SceneItem& item = look.scene.items[index];
     const std::vector<MeshCluster>& clusters = item.mesh->clusters();
     if (clusters.empty() || item.asWhole) return true;
-    const Mat4d clip_T_item = clipFromItem(look.scene, look.tile, item);
-    const double noise = noiseOf(look.scene, look.tile, item);
+    const Mat4d clip_T_item = clipFromItem(look.tile, item);
+    const double noise = noiseOf(look.tile, item);
     const std::size_t first = hiddenClusters_.size();
     hiddenClusters_.resize(first + wordsFor(clusters.size()));
     std::size_t hidden = 0, shown = 0;

@@ -44,7 +44,7 @@ void OccluderChoice::weigh(std::span<const std::uint32_t> items, bool anew) {
 template <typename F>
 void OccluderChoice::forEachShown(const SceneItem& item, F&& f) {
     const std::vector<MeshCluster>& clusters = item.mesh->clusters();
-    const ClusterGlance glance(*tile_, scene_->world_T(item), clipFromItem(*scene_, *tile_, item), eyeWorld_);
+    const ClusterGlance glance(*tile_, item.world_T_item, clipFromItem(*tile_, item), eyeWorld_);
     spentNs_ += CullingCosts::kGlance * static_cast<double>(clusters.size());
     for (std::uint32_t k = 0; k < clusters.size(); ++k)
         if (const ClusterGlance::Place place = glance.at(clusters[k]); place.shown) f(k, place);
@@ -78,11 +78,11 @@ void OccluderChoice::consider(std::uint32_t index, double ratio, double freeNs) 
         if (atMost < kLeastOccluderPx) return;
         if (!inParts && leastCost > freeNs && atMost * worthOfPixel(0) < ratio * leastCost) return;
     }
-    const Mat4d clip_T_item = clipFromItem(*scene_, *tile_, item);
+    const Mat4d clip_T_item = clipFromItem(*tile_, item);
     const double area = tile_->coveredPx(clip_T_item, item.mesh->bounds);
     if (area < kLeastOccluderPx) return;
     const double cost = leastCost + CullingCosts::kPixel * area;
-    const Footprint footprint = tile_->footprint(clip_T_item, item.mesh->bounds, noiseOf(*scene_, *tile_, item));
+    const Footprint footprint = tile_->footprint(clip_T_item, item.mesh->bounds, noiseOf(*tile_, item));
     candidates_.push_back({index, inParts, cost, area * worthOfPixel(footprint.farthest) / cost, footprint});
 }
 

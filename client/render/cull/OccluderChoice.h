@@ -118,13 +118,12 @@ private:
     std::vector<Candidate> candidates_;
 };
 
-[[nodiscard]] inline Mat4d clipFromItem(const RenderScene::Impl& scene, const TileProjection& tile,
-                                        const SceneItem& item) {
-    return tile.clip_T_world() * scene.world_T(item).matrix();
+[[nodiscard]] inline Mat4d clipFromItem(const TileProjection& tile, const SceneItem& item) {
+    return tile.clip_T_world() * item.world_T_item.matrix();
 }
 /// See TileProjection.
-[[nodiscard]] inline double noiseOf(const RenderScene::Impl& scene, const TileProjection& tile, const SceneItem& item) {
-    return tile.noise(item.reach, scene.world_T(item).translation());
+[[nodiscard]] inline double noiseOf(const TileProjection& tile, const SceneItem& item) {
+    return tile.noise(item.reach, item.world_T_item.translation());
 }
 
 }  // namespace tessera

@@ -63,7 +63,7 @@ BoxSight PartView::item(std::uint32_t index, Frustum::Mask mask) const {
     const Frustum::Result result = mask == 0 ? Frustum::Result{} : frustum_.classify(scene_.boxes[index], mask);
     if (result.outside) return {};
     const SceneItem& item = scene_.items[index];
-    const Affine3d& world_T_item = scene_.world_T(item);
+    const Affine3d& world_T_item = item.world_T_item;
     return sightOf(tile_.footprint(tile_.clip_T_world() * world_T_item.matrix(),
                                    item.asWhole ? RenderScene::Impl::reachedBy(item) : item.mesh->bounds,
                                    tile_.noise(item.reach, world_T_item.translation())),

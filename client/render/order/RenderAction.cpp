@@ -149,7 +149,8 @@ struct RenderAction::Impl {
     /// Keeps of `items` what the renderer does not say is hidden.
     [[nodiscard]] Expected<void> askRenderer(const RenderScene::Impl& scene, const ScreenCamera& camera,
                                              const PixelRect& pixels, VisibilityDevice& device, CullCounts& count);
-    void rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
+    /// What is visible, into its order. How many triangles that is.
+    [[nodiscard]] std::uint64_t rank(const RenderScene::Impl& scene, const ScreenCamera& camera);
     void describe(const RenderScene::Impl& scene, std::uint32_t item, DrawItem& drawn) const;
     [[nodiscard]] DrawList list(const RenderScene::Impl& scene, const ScreenCamera& camera);
 };
@@ -196,10 +197,8 @@ Expected<DrawList> RenderAction::run(const RenderScene& scene, const ScreenCamer
         impl_->habit.looked(count.inFrustum, impl_->masked.cull(all, camera, pixels, items));
     }
     count.drawn = items.size();
-    for (const std::uint32_t item : items) count.trianglesDrawn += all.items[item].mesh->triangles;
+    count.trianglesDrawn = impl_->rank(all, camera);
     if (counts) *counts = count;
-
-    impl_->rank(all, camera);
     DrawList result = impl_->list(all, camera);
     result.shadowState = impl_->shadowWatch.look(all, result, camera, pixels);
     return result;
@@ -232,15 +231,20 @@ Expected<void> RenderAction::Impl::askRenderer(const RenderScene::Impl& scene, c
 }
 
 // The order looks at the screen's camera and the item alone: not at the tile, the culler or what else is there.
-void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera& camera) {
+std::uint64_t RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera& camera) {
     opaque.clear();
     transparent.clear();
     const Vec3d axis = -camera.eye_T_world.linear().row(2).transpose();
     const double offset = -camera.eye_T_world.translation().z();
+    std::uint64_t triangles = 0;
     for (std::size_t k = 0; k < items.size(); ++k) {
-        if (k + kAhead < items.size()) __builtin_prefetch(&scene.items[items[k + kAhead]]);
+        if (k + kAhead < items.size()) {
+            __builtin_prefetch(&scene.items[items[k + kAhead]]);
+            __builtin_prefetch(&scene.boxes[items[k + kAhead]]);
+        }
         const std::uint32_t i = items[k];
         const SceneItem& item = scene.items[i];
+        triangles += item.mesh->triangles;
         Ranked ranked{.depth = axis.dot(scene.boxes[i].center()) + offset, .node = item.node, .item = i};
         if (sorting == DrawSorting::kBoth)
             ranked.bandAndState = std::uint64_t{static_cast<std::uint32_t>(depthBand(ranked.depth))} << 32;
@@ -253,6 +257,7 @@ void RenderAction::Impl::rank(const RenderScene::Impl& scene, const ScreenCamera
         if (item.over) transparent.push_back(ranked);
     }
     former.sort(opaque, scene.items.size());
+    return triangles;
 }
 
 void RenderAction::Impl::describe(const RenderScene::Impl& scene, std::uint32_t index, DrawItem& drawn) const {

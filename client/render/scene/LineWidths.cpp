@@ -179,7 +179,7 @@ void RenderScene::Impl::narrowFor(const ScreenCamera& camera) {
                      share = static_cast<double>(linesOf(*item.mesh, source)) / lines;
         const auto samples = static_cast<std::uint64_t>(
             std::clamp(share * static_cast<double>(kMostSampledLines), 4.0, static_cast<double>(kMostSampledOfMesh)));
-        LinesOnScreen seen = linesOnScreen(*item.mesh, source, world_T(item), camera, width, samples);
+        LinesOnScreen seen = linesOnScreen(*item.mesh, source, item.world_T_item, camera, width, samples);
         seen.length *= layersOf(item);
         seen.count *= layersOf(item);
         covering.push_back({index, seen, seen.covered(width)});

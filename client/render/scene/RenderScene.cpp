@@ -75,7 +75,6 @@ void RenderScene::Impl::rebuild(const Aspect& aspect) {
     byUser_.clear();
     turns_.clear();
     billboards_.clear();
-    turnedPoses.clear();
     lentTo_.clear();
     shadows.clear();
 

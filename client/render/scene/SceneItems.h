@@ -20,26 +20,28 @@
 
 namespace tessera {
 
-/// A drawable core at its place.
-struct SceneItem {
-    // What each frame reads of what it shows comes first.
-    ObjectId node, geometry, material;  ///< no node: the slot is free
-    const RenderMesh* mesh = nullptr;   ///< as it is drawn on the screen that was looked from last; else `base`
-    std::uint32_t place = 0;            ///< slot in `places`
-    std::uint32_t turned = kUnturned;   ///< in `turnedPoses`; its place says where it stands otherwise
-    static constexpr std::uint32_t kUnturned = 0xffffffffu;
-    std::uint16_t state = 0;               ///< see SceneLook
-    DrawKind kind = DrawKind::kTriangles;  ///< see SceneLook
+/// A drawable core at its place. What each frame reads of what it shows comes first, by lines of a cache: one that says
+/// where it stands in the order, and two for its place.
+struct alignas(64) SceneItem {
+    ObjectId node, geometry, material;         ///< no node: the slot is free
+    const RenderMesh* mesh = nullptr;          ///< as it is drawn on the screen that was looked from last; else `base`
+    std::shared_ptr<const DrawMaterial> look;  ///< see SceneLook::drawn
+    std::uint32_t scopes = 0;                  ///< see DrawItem
+    std::uint16_t state = 0;                   ///< see SceneLook
+    DrawKind kind = DrawKind::kTriangles;      ///< see SceneLook
     bool mirrored = false;
     bool transparent = false;
-    bool over = false;                                      ///< see SceneLook
-    bool coarser = false;                                   ///< see SceneLook
-    bool asWhole = false;                                   ///< see SceneLook
-    std::shared_ptr<const DrawMaterial> look;               ///< see SceneLook::drawn
+    bool over = false;                         ///< see SceneLook
+    bool coarser = false;                      ///< see SceneLook
+    bool asWhole = false;                      ///< see SceneLook
+    float widestLinePx = DrawItem::kAnyWidth;  ///< on the screen that was looked from last
+    /// Where it stands for the user who looks.
+    Affine3d world_T_item = Affine3d::Identity();
     float lineWidth = 0;                                    ///< see SceneLook
-    float widestLinePx = DrawItem::kAnyWidth;               ///< on the screen that was looked from last
+    std::uint32_t place = 0;                                ///< slot in `places`
     std::int64_t fill = Material::kFilled;                  ///< see SceneLook
     const RenderMesh* base = nullptr;                       ///< as its fields say
+    bool turned = false;                                    ///< below a billboard: its place says where it stood else
     bool occludes = false;                                  ///< opaque in every pixel it covers
     bool detailed = false, coated = false, glossy = false;  ///< see SceneLook
     std::uint8_t lineLayers = 0;                            ///< see SceneLook
@@ -156,11 +158,6 @@ struct RenderScene::Impl {
 
     /// In its own coordinates: around it, however fine it is drawn.
     [[nodiscard]] static Box reachedBy(const SceneItem& item);
-    /// Where it stands for the user who looks.
-    [[nodiscard]] const Affine3d& world_T(const SceneItem& item) const {
-        return item.turned == SceneItem::kUnturned ? places[item.place].world_T_node : turnedPoses[item.turned];
-    }
-    std::vector<Affine3d> turnedPoses;  ///< of what is below billboards
     /// From here on everything is as this screen shows it: items are those that its user sees, billboards look at the
     /// user's head (UserView.cpp), meshes are as fine as the screen wants (ScreenFineness.h), lines as wide as it can
     /// bear (LineWidths.h). Before anything that is done for one of its tiles.

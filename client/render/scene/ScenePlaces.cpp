@@ -122,6 +122,7 @@ void RenderScene::Impl::settle(std::uint32_t top) {
         if (stands && !place.ordered) arrivals_.push_back(slot);
         if (stands && moved) lightsStale_ = true;
         settleItem(slot, moved, relooked || (dirty & kDrawn) != 0);
+        if (place.item != kNone) items[place.item].scopes = place.scopes;
         if (reowned && place.item != kNone) shadows.changed(place.item);  // it casts some, or none
 
         // Which children inherit something new?
@@ -243,7 +244,8 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
     }
     const auto placed = [&] {
         SceneItem& item = items[place.item];
-        item.turned = SceneItem::kUnturned;
+        item.turned = false;
+        item.world_T_item = place.world_T_node;
         item.seenBy = place.seenBy;
         item.seenBy == 0xff ? (void)byUser_.erase(place.item) : (void)byUser_.insert(place.item);
         turnsStale_ = turnsStale_ || place.turns;
@@ -306,7 +308,7 @@ void RenderScene::Impl::settleItem(std::uint32_t slot, bool moved, bool another)
 void RenderScene::Impl::placeItem(std::uint32_t index) {
     SceneItem& item = items[index];
     Box& box = boxes[index];
-    const Affine3d& world_T_item = world_T(item);
+    const Affine3d& world_T_item = item.world_T_item;
     reaches.remove(item.reach);
     transparentChanges += item.transparent || item.over;
     item.mirrored = world_T_item.linear().determinant() < 0;

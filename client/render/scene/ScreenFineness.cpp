@@ -189,7 +189,7 @@ void RenderScene::Impl::refineFor(const ScreenCamera& camera) {
             continue;
         }
         const Drawable& drawable = looks_.drawableByScreen(item.geometry);
-        const Affine3d& world_T_item = world_T(item);
+        const Affine3d& world_T_item = item.world_T_item;
         std::size_t unit = units.size();
         if (const double seam = drawable.seam(); seam > 0)
             unit = unitOfSeam.try_emplace(seamKeyOf(seam, world_T_item), unit).first->second;

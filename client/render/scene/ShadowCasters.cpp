@@ -200,25 +200,24 @@ void RenderScene::Impl::describe(std::uint32_t index, DrawItem& drawn) const {
     drawn.material = item.material;
     drawn.mesh = item.mesh->drawn;
     drawn.look = item.look;
-    drawn.world_T_item = world_T(item);
+    drawn.world_T_item = item.world_T_item;
     drawn.mirrored = item.mirrored;
     drawn.kind = item.kind;
     drawn.lineWidth = std::min(item.lineWidth, item.widestLinePx);
     drawn.widestLinePx = item.widestLinePx;
     drawn.pointRadius = item.mesh->shownRadius;
     drawn.fill = item.fill;
-    drawn.scopes = places[item.place].scopes;
+    drawn.scopes = item.scopes;
     if (!item.coarser || boxes[index].empty()) return;
     drawn.center = boxes[index].center();
     drawn.radius = 0.5 * boxes[index].size().norm();
 }
 
 void RenderScene::Impl::askFor(std::uint32_t index) const {
-    const SceneItem& item = items[index];
-    const ScenePlace& place = places[item.place];
-    __builtin_prefetch(&place.scopes);
-    __builtin_prefetch(reinterpret_cast<const char*>(&place.world_T_node) + 64);
-    __builtin_prefetch(&item.look);
+    constexpr std::size_t kLine = alignof(SceneItem);
+    const auto* item = reinterpret_cast<const char*>(&items[index]);
+    for (std::size_t line = 0; line < 4; ++line) __builtin_prefetch(item + line * kLine);
+    __builtin_prefetch(&boxes[index]);
 }
 
 }  // namespace tessera

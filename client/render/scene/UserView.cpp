@@ -67,7 +67,6 @@ void RenderScene::Impl::showTo(const ScreenCamera& camera) {
 }
 
 void RenderScene::Impl::turnBillboards() {
-    turnedPoses.clear();
     for (const std::uint32_t billboard : billboards_) turnBelow(billboard);
 }
 
@@ -87,8 +86,8 @@ void RenderScene::Impl::turnBelow(std::uint32_t billboard) {
                 placeBelow(turn->second.pose, world_T_parent, world_T_node);
         }
         if (place.item != kNone) {
-            items[place.item].turned = static_cast<std::uint32_t>(turnedPoses.size());
-            turnedPoses.push_back(world_T_node);
+            items[place.item].turned = true;
+            items[place.item].world_T_item = world_T_node;
             placeItem(place.item);
         }
         for (std::uint32_t c = place.firstChild; c != kNone; c = places[c].sibling.next)

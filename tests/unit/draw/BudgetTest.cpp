@@ -197,5 +197,100 @@ TEST_F(BudgetTest, NothingIsThrownOutForWhatComesAhead) {
     EXPECT_EQ(renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes(), before);
 }
 
+/// So many things of each kind that lies in GL in a way of its own, in a row, from `first` on.
+Aspect ofAllKinds(int first, int count) {
+    TestScene scene;
+    scene.setEnvironment(Vec3f::Constant(0.4f), Vec3f::Constant(0.2f), Vec3f::Zero());
+    scene.addDirectionalLight({0.3, -0.6, -0.7}, Vec3f::Ones(), 1.5f);
+    Material rough;
+    std::vector<std::uint8_t> pixels(32 * 32 * 4, 200);
+    for (std::size_t i = 0; i < pixels.size(); i += 12) pixels[i] = 90;
+    rough.normalImage = scene.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 32, 32);
+    const ObjectId mapped = scene.add(rough);
+    for (int i = first; i < first + count; ++i) {
+        const Vec3d at(0.13 * (i % 11) - 0.7, 0.17 * (i % 7) - 0.6, -2.0 - 0.01 * i);
+        MeshData ball = makeSphere(0.2 + 0.001 * i, 24);
+        scene.place(scene.add(ball), at);
+        scene.place(scene.add(ball, mapped), at + Vec3d(0.1, 0.3, -0.3));
+        ball.primitive = Primitive::kPoints;
+        ball.indices.clear();
+        ball.pointRadius = 0.01;
+        scene.place(scene.add(ball), at + Vec3d(0.2, 0.2, 0.2));
+        const std::array<Vec3d, 2> ends{Vec3d(-0.3, 0.01 * i, 0), Vec3d(0.3, 0, 0)};
+        scene.place(scene.add(test::makeLines(ends, 3)), at);
+        Glyphs glyphs;
+        const std::array<float, 6> places{0, 0.02f * static_cast<float>(i % 9), 0, 0.1f, 0, 0};
+        glyphs.positions = Blob::of(std::span<const float>(places));
+        glyphs.size = 0.1;
+        scene.place(scene.addCore(glyphs), at + Vec3d(-0.2, 0, 0.3));
+    }
+    return scene.take();
+}
+
+// What is allocated counts: buffers do not grow to twice what the budget bears, and give back what is free once a large
+// scene is gone. What moves within them by that is drawn as it was.
+TEST_F(BudgetTest, BuffersStayNearTheBudgetAndGiveBackWhatIsFree) {
+    const ScreenCamera camera = cameraOf(64, 64);
+    const Aspect few = ofAllKinds(57, 3), many = ofAllKinds(0, 60);
+    const Picture ofFew = draw(few, camera);
+    const std::size_t needed = renderer_->residentBytes();
+    restart({.samples = 1});
+    const Picture ofMany = draw(many, camera);
+    const std::size_t large = renderer_->residentBytes(), beside = renderer_->bufferBytes();
+    EXPECT_GT(large, 10 * needed);
+    const std::size_t budget = beside + large / 2;
+    restart({.samples = 1, .memoryBytes = budget});
+    for (int round = 0; round < 3; ++round) {
+        SCOPED_TRACE(round);
+        EXPECT_EQ(draw(many, camera), ofMany);
+        EXPECT_GT(renderer_->lastCounts().memoryBytes, budget) << "what one draw needs is there";
+        EXPECT_EQ(draw(many, camera), ofMany);
+        EXPECT_LE(renderer_->lastCounts().memoryBytes, beside + large / 8 * 9);
+        // The frame before is expected again: it gives way in the second one that does without it.
+        EXPECT_EQ(draw(few, camera), ofFew);
+        EXPECT_EQ(draw(few, camera), ofFew) << "though it has moved";
+        EXPECT_LE(renderer_->lastCounts().memoryBytes, budget + budget / 8);
+    }
+}
+
+// Meshes may have what images do not need, and the other way round.
+TEST_F(BudgetTest, MeshesAndImagesShareOneBudget) {
+    const ScreenCamera camera = cameraOf(64, 64);
+    const Aspect meshes = ofAllKinds(0, 60);
+    TestScene built;
+    built.setDark();
+    for (int i = 0; i < 60; ++i) {
+        Material material = unlit(Vec3f::Constant(0.5f));
+        std::vector<std::uint8_t> pixels(128 * 128 * 4, static_cast<std::uint8_t>(4 * i));
+        material.baseColorImage = built.addImage(Blob::of(std::span<const std::uint8_t>(pixels)), 128, 128);
+        built.place(built.add(makeSheet(0.2, 0.2), built.add(material)), {0.1 * (i % 9) - 0.4, 0.1 * (i / 9), -2});
+    }
+    const Aspect images = built.take();
+    const Picture ofMeshes = draw(meshes, camera);
+    const std::size_t inMeshes = renderer_->residentBytes();
+    restart({.samples = 1});
+    const Picture ofImages = draw(images, camera);
+    const std::size_t inImages = renderer_->residentBytes();
+    EXPECT_GT(inImages, inMeshes / 2);
+    EXPECT_GT(inMeshes, inImages / 2);
+    const std::size_t budget = renderer_->bufferBytes() + std::max(inMeshes, inImages) / 4 * 5;
+    restart({.samples = 1, .memoryBytes = budget});
+    for (int round = 0; round < 3; ++round) {
+        SCOPED_TRACE(round);
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_EQ(draw(meshes, camera), ofMeshes);
+        }
+        EXPECT_LE(renderer_->lastCounts().memoryBytes, budget + budget / 8);
+        const std::uint64_t before = renderer_->uploadedMeshBytes();
+        EXPECT_EQ(draw(meshes, camera), ofMeshes);
+        EXPECT_EQ(renderer_->uploadedMeshBytes(), before) << "there is room for all of them";
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_EQ(draw(images, camera), ofImages);
+        }
+        EXPECT_LE(renderer_->lastCounts().memoryBytes, budget + budget / 8);
+        EXPECT_EQ(renderer_->lastCounts().memoryBudget, budget);
+    }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -178,6 +178,26 @@ TEST_F(LookTest, AfterAnyChangeItIsThatOfANewScene) {
     }
 }
 
+// What a list names is there as long as the list is, whatever has come in its place: parts are drawn for neighbours,
+// and lists are kept to be compared.
+TEST_F(LookTest, AListOutlivesTheUpdateThatReplacesItsMeshes) {
+    TestScene built;
+    built.setDark();
+    const ObjectId sheet = built.add(makeSheet(1, 1), built.add(unlit({0.2f, 0.5f, 0.1f})));
+    built.place(sheet, Vec3d::Zero());
+    follow(built.take());
+    const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+    const DrawList list = action_.run(scene_, camera, whole(camera), nullptr);
+    const Picture before = followed(camera);
+    set<Geometry>(sheet, fieldId<&Geometry::positions>, makeSheet(2, 0.2).toArrays().positions);
+    apply();
+    restart({.samples = 1});
+    const auto old = renderer_->draw(aspect_, list, camera, whole(camera));
+    ASSERT_TRUE(old);
+    EXPECT_EQ(*old, before);
+    EXPECT_NE(followed(camera), before);
+}
+
 // Numbers of what went are others' now, whoever comes: ever new scenes in one renderer.
 TEST_F(LookTest, WhatIsGoneIsForgotten) {
     const ScreenCamera camera = cameraOf(kSidePx, kSidePx);

@@ -263,7 +263,7 @@ TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
                    box = built.add(makeBox({1, 1, 1}));
     const Aspect aspect = built.take();
     {
-        MeshBuffers meshes(gl, array, std::size_t{1} << 30);
+        MeshBuffers meshes(gl, array);
         meshes.beginDraw();
         const auto found = [&](ObjectId id) { return meshes.find(*drawMeshOf(drawableOf(aspect, id))) != nullptr; };
         EXPECT_FALSE(found(most));

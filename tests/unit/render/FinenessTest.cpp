@@ -146,7 +146,7 @@ TEST(ScreenFineness, NothingIsFartherOffItsSurfaceThanThePixelsItAsksFor) {
             const MeshArrays drawn = drawable.at(item.fineness).arrays(), base = drawable.arrays(),
                              truth = drawable.at(std::min(mostSteps(item.fineness) + 2, drawable.finest())).arrays();
             EXPECT_EQ(drawn.positions.id(), item.mesh->arrays().positions.id());
-            const Affine3d world_T_item = all.world_T(item);
+            const Affine3d world_T_item = item.world_T_item;
             const auto points = truth.positions.as<float>();
             if (points.empty()) continue;  // more triangles than may be
             const auto offOf = [&](const MeshArrays& mesh, const Vec3d& p) {

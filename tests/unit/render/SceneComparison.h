@@ -29,7 +29,7 @@ inline std::string describe(const RenderScene::Impl& scene, const SceneItem& ite
     number(static_cast<double>(item.mesh->triangles));
     number(item.reach);
     text += "seen by " + std::to_string(item.seenBy) + " ";
-    const Affine3d& world = scene.world_T(item);
+    const Affine3d& world = item.world_T_item;
     std::array<std::uint64_t, 16> bits{};
     std::memcpy(bits.data(), world.data(), sizeof bits);
     for (const std::uint64_t b : bits) text += std::to_string(b) + " ";

@@ -162,7 +162,7 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
     for (std::uint32_t i = 0; i < all.items.size(); ++i) {
         if (!all.items[i].node) continue;
         EXPECT_NE(all.items[i].seenBy, 0) << "nobody sees node " << all.items[i].node.value;
-        unlike = unlike || all.items[i].seenBy != 0xff || all.items[i].turned != SceneItem::kUnturned;
+        unlike = unlike || all.items[i].seenBy != 0xff || all.items[i].turned;
         if (all.items[i].seenBy >> user & 1)
             items.emplace(all.items[i].node.value, i);
         else
@@ -189,7 +189,7 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
         if (found == items.end()) continue;
         ++drawn;
         const SceneItem& item = all.items[found->second];
-        EXPECT_EQ(std::memcmp(all.world_T(item).data(), seen.world_T_node.data(), 16 * sizeof(double)), 0)
+        EXPECT_EQ(std::memcmp(item.world_T_item.data(), seen.world_T_node.data(), 16 * sizeof(double)), 0)
             << "node " << id;
         EXPECT_EQ(item.material, seen.material) << "node " << id;
         lentMaterials += item.lent ? 1 : 0;

@@ -155,9 +155,9 @@ TEST(UserView, BillboardsFaceTheHeadAndNotTheEye) {
     const auto poseFrom = [&](Eye eye) {
         const RenderScene::Impl& seen = all.seenFrom(wall.camera(eye));
         EXPECT_EQ(seen.items[0].node, plate);
-        EXPECT_TRUE(seen.boxes[0].contains(seen.world_T(seen.items[0]).translation()));
+        EXPECT_TRUE(seen.boxes[0].contains(seen.items[0].world_T_item.translation()));
         EXPECT_EQ(seen.tree.bounds().lower, seen.boxes[0].lower) << "the tree holds what has turned";
-        return seen.world_T(seen.items[0]);
+        return seen.items[0].world_T_item;
     };
     const Affine3d left = poseFrom(Eye::kLeft);
     EXPECT_EQ(left.matrix(), poseFrom(Eye::kRight).matrix());
