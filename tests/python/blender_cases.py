@@ -729,4 +729,5 @@ class Server(unittest.TestCase):
                     self.assertEqual(len(wall["/Stage/box/box"].indices), 36)
                     self.assertEqual(wall["/Stage/box/box"].material.roughness, 0.5)
                     self.assertEqual(wall["/Stage/lamp/lamp"].core.type, "PointLight")
+                    self.assertTrue(wall["/Stage/lamp/lamp"].shadows)
                 self.assertEqual(link.notes, {})

@@ -14,12 +14,10 @@ def _factor(light):
 def read(light):
     """The fields of the wall's light of that type."""
     fields = {"color": tuple(max(0.0, part) for part in light.color),
-              "intensity": max(0.0, light.energy) / _factor(light)}
+              "intensity": max(0.0, light.energy) / _factor(light), "shadows": bool(light.use_shadow)}
     if light.type == "SPOT":
         outer = min(light.spot_size / 2, _WIDEST - 1e-6)
         fields["outerAngle"], fields["innerAngle"] = outer, outer * (1 - light.spot_blend)
-    if light.type != "POINT":
-        fields["shadows"] = bool(light.use_shadow)
     return fields
 
 
