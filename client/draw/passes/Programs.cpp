@@ -233,8 +233,11 @@ bool Renderer::prepare() {
     Impl& d = *impl_;
     if (d.kin.empty() || !d.surface.makeCurrent()) return false;
     const GlState::Call call(d.gl);
-    const Impl::Kin next = d.kin.front();
-    d.kin.erase(d.kin.begin());
+    // Clients of one machine share the driver's cache on disk: each begins somewhere else, so that they do not all
+    // compile the same at the same time.
+    const auto one = d.kin.begin() + static_cast<std::ptrdiff_t>(d.anyKin() % d.kin.size());
+    const Impl::Kin next = *one;
+    d.kin.erase(one);
     // What cannot be made is an error where it is needed.
     static_cast<void>(d.make(next.what.first, next.what.second, next.look));
     static_cast<void>(d.gl.check("making a program ahead of need"));

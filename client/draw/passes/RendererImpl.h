@@ -3,10 +3,12 @@
 /// needed (Programs.cpp), and pictures of all cells (Renderer.cpp).
 #pragma once
 
+#include <unistd.h>
+
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
+#include <random>
 #include <span>
 #include <utility>
 #include <vector>
@@ -147,6 +149,7 @@ struct Renderer::Impl {
         std::uint32_t look = 0;
     };
     std::vector<Kin> kin;
+    std::minstd_rand anyKin{static_cast<unsigned>(::getpid())};
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, frameBuffer = 0;
     GLuint white = 0;  ///< of one pixel: an image that nobody says
