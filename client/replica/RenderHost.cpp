@@ -283,7 +283,7 @@ bool RenderHost::on(const work::Draw& draw) {
         if (!drawn)
             return broken({drawn.error().code, fmt::format("frame {}, tile {}: {}", frame.value, tile->tile().name,
                                                            drawn.error().message)});
-        stats.tiles.push_back(std::move(*drawn));
+        if (surface_) stats.tiles.push_back(std::move(*drawn));  // else it has drawn none, and left none away
         painted.push_back(&tile->painted());
         if (tile->light()) stats.light = (stats.light ? *stats.light : LightHistogram()) + *tile->light();
     }
