@@ -147,8 +147,11 @@ void RenderHost::helpNeighbours() {
     if (!options_.sharing || !renderer_) return;
     const TimePoint before = clockNow();
     std::uint64_t helped = 0;
+    const std::uint64_t programs = renderer_->programChanges();
     const auto wantedHere = [this] { return options_.workWaits && options_.workWaits(); };
     while (!wantedHere() && options_.sharing->help(*renderer_, aspect_, scene_, wantedHere)) ++helped;
+    // A program was left out for a neighbour's part: own tiles show it, or its shadow.
+    if (renderer_->programChanges() != programs) still_.reset();
     if (helped == 0) return;
     helped_ += helped;
     helping_ += clockNow() - before;
