@@ -153,8 +153,11 @@ void RenderHost::helpNeighbours() {
     if (!options_.sharing || !renderer_) return;
     const TimePoint before = clockNow();
     std::uint64_t helped = 0;
+    const std::uint64_t programs = renderer_->programChanges();
     const auto wantedHere = [this] { return options_.workWaits && options_.workWaits(); };
     while (!wantedHere() && options_.sharing->help(*renderer_, aspect_, scene_, wantedHere)) ++helped;
+    // A program was left out for a neighbour's part: own tiles show it, or its shadow.
+    if (renderer_->programChanges() != programs) still_.reset();
     if (helped == 0) return;
     helped_ += helped;
     helping_ += clockNow() - before;
@@ -288,7 +291,7 @@ bool RenderHost::on(const work::Draw& draw) {
         if (!drawn)
             return broken({drawn.error().code, fmt::format("frame {}, tile {}: {}", frame.value, tile->tile().name,
                                                            drawn.error().message)});
-        stats.tiles.push_back(std::move(*drawn));
+        if (surface_) stats.tiles.push_back(std::move(*drawn));  // else it has drawn none, and left none away
         painted.push_back(&tile->painted());
         if (tile->light()) stats.light = (stats.light ? *stats.light : LightHistogram()) + *tile->light();
     }

@@ -5,7 +5,9 @@ namespace tessera {
 Expected<PaintedTile> TilePainter::paint(const RenderScene& scene, Renderer& renderer, const ScreenCamera& camera,
                                          const ProcessorQueue& queue, const DrawPicture& draw) {
     const SceneVersion version = scene.version();
-    const bool seenAlike = last_.picture && version.contents == version_.contents && drawAlike(camera, camera_);
+    const std::uint64_t programs = renderer.programChanges();
+    const bool seenAlike =
+        last_.picture && version.contents == version_.contents && programs == programs_ && drawAlike(camera, camera_);
     PaintedTile painted = last_;
     painted.again = true;
     painted.cull = painted.draw = painted.cullQueued = painted.drawQueued = {};
@@ -36,6 +38,7 @@ Expected<PaintedTile> TilePainter::paint(const RenderScene& scene, Renderer& ren
     last_ = painted;
     camera_ = camera;
     version_ = version;
+    programs_ = programs;
     list_ = std::move(list);
     return painted;
 }

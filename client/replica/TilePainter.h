@@ -26,8 +26,8 @@ struct PaintedTile {
 };
 
 /// The picture before is right again when nothing that it was made from has changed: the scene (or, where that has,
-/// what of it this tile draws) and the camera, to the bit. One thread: that of surface, scene and renderer, which must
-/// be the same in every call.
+/// what of it this tile draws), the camera, to the bit, and what the renderer makes of persons' programs. One thread:
+/// that of surface, scene and renderer, which must be the same in every call.
 class TilePainter {
 public:
     /// `rect`: the tile in the pixels of its screen.
@@ -50,6 +50,7 @@ private:
     PaintedTile last_;
     ScreenCamera camera_;
     SceneVersion version_;
+    std::uint64_t programs_ = 0;  ///< Renderer::programChanges, before it was drawn
     DrawList list_;
 };
 

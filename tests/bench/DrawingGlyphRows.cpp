@@ -99,7 +99,10 @@ struct FlowSide {
         renderer.reset();
         renderer = orExit(Renderer::create(*surface, {.samples = 4}));
         const double start = processorMs();
-        static_cast<void>(orExit(renderer->prepare(aspect, ObjectId{2}, {}, ~std::size_t{0}, fineness)));
+        static_cast<void>(orExit(renderer->prepare(
+            aspect,
+            {.geometry = ObjectId{2}, .material = {}, .mesh = drawMeshOf(drawableOf(aspect, ObjectId{2}).at(fineness))},
+            ~std::size_t{0})));
         uploads.push_back(processorMs() - start);
     }
     void frame(const ScreenCamera& camera) {

@@ -10,8 +10,7 @@ LightBuffers::LightBuffers(GlState& gl) : gl_(gl) {
     for (GLuint* texture : {&lightTexture_, &listTexture_}) gl_.CreateTextures(GL_TEXTURE_BUFFER, 1, texture);
     // Programs are compiled for the formats that are bound, before there is anything to list.
     const std::array<std::uint32_t, 4> nothing{};
-    gl_.NamedBufferData(listBuffer_, sizeof nothing, nothing.data(), GL_STREAM_DRAW);
-    gl_.TextureBuffer(listTexture_, GL_R32UI, listBuffer_);
+    gl_.fill(listTexture_, GL_R32UI, listBuffer_, std::as_bytes(std::span(nothing)));
 }
 
 LightBuffers::~LightBuffers() {
@@ -53,9 +52,7 @@ LightLists LightBuffers::collect() {
         if (first[0] < 0) first[1] += static_cast<float>(cubes);
     }
     texels_.insert(texels_.end(), shadowViews_.cubes.begin(), shadowViews_.cubes.end());
-    gl_.NamedBufferData(lightBuffer_, static_cast<GLsizeiptr>(texels_.size() * sizeof texels_[0]), texels_.data(),
-                        GL_STREAM_DRAW);
-    gl_.TextureBuffer(lightTexture_, GL_RGBA32F, lightBuffer_);
+    gl_.fill(lightTexture_, GL_RGBA32F, lightBuffer_, std::as_bytes(std::span(texels_)));
     isFew_ = false;
     if (shadowed > 0) return LightLists::kShadows;
     if (!clusters_.hasLists() && !scoped_ && findSuns())
@@ -103,9 +100,7 @@ std::array<float, 4> LightBuffers::beginCell(const ScreenCamera& cell, const Pix
     if (!clusters_.hasLists() && clusters_.shadowed().empty()) return {0, 0, everywhere, std::max(everywhere, 1.0f)};
     clusters_.assign(cell, scissor);
     const std::vector<std::uint32_t>& lists = clusters_.lists();
-    gl_.NamedBufferData(listBuffer_, static_cast<GLsizeiptr>(lists.size() * sizeof lists[0]), lists.data(),
-                        GL_STREAM_DRAW);
-    gl_.TextureBuffer(listTexture_, GL_R32UI, listBuffer_);
+    gl_.fill(listTexture_, GL_R32UI, listBuffer_, std::as_bytes(std::span(lists)));
     const auto [scale, offset] = clusters_.sliceScaleAndOffset();
     return {scale, offset, everywhere, 0};
 }

@@ -288,9 +288,12 @@ std::uint64_t LookTable::bring(Mirror<T>& mirror) {
 }
 
 std::uint64_t LookTable::upload() {
-    const bool anotherStore = materialBuffer_.grown;
+    if (std::exchange(materialBuffer_.grown, false)) {
+        gl_.fill(materialTexture_, GL_RGBA32F, materialBuffer_.name,
+                 std::as_bytes(std::span(materialBuffer_.elements)));
+        materialBuffer_.stale.clear();
+    }
     static_cast<void>(bring(materialBuffer_));
-    if (anotherStore) gl_.TextureBuffer(materialTexture_, GL_RGBA32F, materialBuffer_.name);
     return bring(lookBuffer_);
 }
 

@@ -14,6 +14,7 @@ Expected<GLuint> Renderer::Impl::program(const ProgramKind& kind) {
         if (!made && kind.person > PersonPrograms::kError) {
             // Other drivers know other errors than the server's.
             looks.persons().refused(kind.person, made.error().message);
+            shadows.forget();  // they may show what it made of things
             ProgramKind instead = kind;
             instead.person = PersonPrograms::kError;
             return program(instead);

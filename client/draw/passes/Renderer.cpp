@@ -249,6 +249,10 @@ std::vector<HeldUpBy> Renderer::heldUpBy(const Aspect& aspect) {
     return impl_->looks.persons().heldUpBy(aspect);
 }
 
+std::uint64_t Renderer::programChanges() const {
+    return impl_->looks.persons().changes();
+}
+
 VisibilityDevice& Renderer::visibility() {
     Impl& d = *impl_;
     if (!d.depths) {

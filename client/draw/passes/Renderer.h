@@ -126,6 +126,9 @@ public:
     /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are
     /// drawn without them. One whose verdict or text becomes another is drawn with again.
     [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
+    /// Another number when persons' programs are drawn otherwise than before, though no list is: one is left out, or
+    /// has been refused. Pictures of before may show it, or the shadow that it made.
+    [[nodiscard]] std::uint64_t programChanges() const;
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;
     /// Of the framebuffers, which reach as far as a cell at most.

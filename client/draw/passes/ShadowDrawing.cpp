@@ -33,11 +33,9 @@ Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect) {
         const PixelRect& place = shadows.place(i);
         if (!update.still.empty()) {
             std::vector<DrawItem> seen;
-            for (std::size_t k = 0; k < view.still->all->size(); ++k) {
-                const ShadowCaster& caster = (*view.still->all)[k];
-                if (!view.still->gone[k] && update.still.meets(inLayer(place, caster.rect)))
-                    seen.push_back(caster.item);
-            }
+            for (const CasterPieces::Place& at : view.still->all.pieces())
+                for (const ShadowCaster& caster : *at.piece)
+                    if (update.still.meets(inLayer(place, caster.rect))) seen.push_back(caster.item);
             shadows.attach(i, update.throughKept);
             if (auto drawn = drawCasters(aspect, i, seen, update.still, true); !drawn) return drawn;
         }

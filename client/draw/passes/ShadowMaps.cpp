@@ -2,10 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <utility>
 
 namespace tessera {
+
+namespace {
+
+/// The texture's while there is no map.
+constexpr int kSmallPx = 64;
+
+}  // namespace
 
 ShadowMaps::ShadowMaps(GlState& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
     gl_.CreateSamplers(1, &sampler_);
@@ -18,7 +26,7 @@ ShadowMaps::ShadowMaps(GlState& gl, std::size_t budgetBytes) : gl_(gl), budgetBy
     gl_.CreateFramebuffers(1, &framebuffer_);
     // Small, and of the format that programs are compiled for; sides that are powers of two, as all that follow have: a
     // software rasteriser compiles for that, too.
-    makeTexture(64, 1);
+    makeTexture(kSmallPx, 1);
 }
 
 ShadowMaps::~ShadowMaps() {
@@ -34,34 +42,70 @@ void ShadowMaps::makeTexture(int sidePx, int layers) {
     gl_.NamedFramebufferTextureLayer(framebuffer_, GL_DEPTH_ATTACHMENT, texture_, 0, 0);
 }
 
+/// Half as many again, as all of them are copied: a head that goes on asks for one after the other.
 Expected<void> ShadowMaps::reachLayers() {
-    if (layers_ == textureLayers_) return {};
+    if (layers_ <= textureLayers_) return {};
+    std::vector<int> from(static_cast<std::size_t>(textureLayers_));
+    std::iota(from.begin(), from.end(), 0);
+    return makeLayers(std::max(layers_, std::min(textureLayers_ + textureLayers_ / 2, mostSpareLayers())), from);
+}
+
+/// The texture anew; the first of its layers are `from` these of before.
+Expected<void> ShadowMaps::makeLayers(int layers, std::span<const int> from) {
     const GLuint before = texture_;
-    makeTexture(kSunMapPx, layers_);
-    if (textureLayers_ > 0)
-        gl_.CopyImageSubData(before, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, texture_, GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0,
-                             kSunMapPx, kSunMapPx, textureLayers_);
+    layers > 0 ? makeTexture(kSunMapPx, layers) : makeTexture(kSmallPx, 1);
+    for (std::size_t i = 0; i < from.size(); ++i)
+        gl_.CopyImageSubData(before, GL_TEXTURE_2D_ARRAY, 0, 0, 0, from[i], texture_, GL_TEXTURE_2D_ARRAY, 0, 0, 0,
+                             static_cast<GLint>(i), kSunMapPx, kSunMapPx, 1);
     gl_.DeleteTextures(1, &before);
-    textureLayers_ = layers_;
+    textureLayers_ = layers;
     return gl_.check("making room for shadows");
+}
+
+/// What nobody has asked for lately.
+Expected<void> ShadowMaps::letGo() {
+    std::vector<int> numbers(static_cast<std::size_t>(layers_), -1);  // of layers, from here on
+    for (Slot& slot : slots_) {
+        if (slot.usedIn + kKeptFrames > frame_) {
+            numbers[static_cast<std::size_t>(slot.layer)] = 0;
+        } else {
+            slot.drawn.reset();
+            slot.keeps = false;
+        }
+    }
+    std::vector<int> from;
+    for (int layer = 0; layer < layers_; ++layer) {
+        dropKept(layer);
+        int& number = numbers[static_cast<std::size_t>(layer)];
+        if (number < 0) continue;
+        number = static_cast<int>(from.size());
+        from.push_back(layer);
+    }
+    if (static_cast<int>(from.size()) == textureLayers_) return {};
+    const auto numberOf = [&](int layer) { return numbers[static_cast<std::size_t>(layer)]; };
+    std::erase_if(slots_, [&](const Slot& slot) { return numberOf(slot.layer) < 0; });
+    for (Slot& slot : slots_) slot.layer = numberOf(slot.layer);
+    std::map<int, GLuint> kept;
+    for (const auto& [layer, texture] : kept_) kept.emplace(numberOf(layer), texture);
+    kept_ = std::move(kept);
+    layers_ = static_cast<int>(from.size());
+    return makeLayers(layers_, from);
 }
 
 void ShadowMaps::addLayer(bool large) {
     const int side = large ? kSunMapPx : kSpotMapPx, maps = large ? 1 : 4;
     for (int i = 0; i < maps; ++i)
-        slots_.push_back({.layer = layers_,
-                          .rect = {.x = i % 2 * side, .y = i / 2 * side, .width = side, .height = side},
-                          .drawn = nullptr,
-                          .before = nullptr});
+        slots_.push_back(
+            {.layer = layers_, .rect = {.x = i % 2 * side, .y = i / 2 * side, .width = side, .height = side}});
     ++layers_;
 }
 
-/// The one that has not been used for longest.
-std::size_t ShadowMaps::findSlot(const PixelRect& rect, std::uint64_t usedBefore,
-                                 const std::vector<bool>& taken) const {
+/// Of those that were used last before that frame; `known` ones, too.
+std::size_t ShadowMaps::longestUnused(const PixelRect& rect, std::uint64_t usedBefore, bool known,
+                                      const std::vector<bool>& taken) const {
     std::size_t found = kNone;
     for (std::size_t i = 0; i < slots_.size(); ++i)
-        if (!taken[i] && slots_[i].rect == rect && slots_[i].usedIn < usedBefore &&
+        if (!taken[i] && slots_[i].rect == rect && slots_[i].usedIn < usedBefore && (known || !slots_[i].drawn) &&
             (found == kNone || slots_[i].usedIn < slots_[found].usedIn))
             found = i;
     return found;
@@ -71,8 +115,13 @@ Expected<void> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
     casters_ = std::move(casters);
     views_.clear();
     slotOf_.clear();
+    if (!told_ || std::exchange(frameBegins_, false)) {
+        ++frame_;
+        // Not each time that one is too old: all layers are copied.
+        if (frame_ % kKeptFrames == 0)
+            if (auto gone = letGo(); !gone) return gone;
+    }
     if (!casters_) return {};
-    if (!told_ || std::exchange(frameBegins_, false)) ++frame_;
     views_ = casters_->all();
     middle_ = near_ = casters_->sun;
     if (casters_->middle) middle_ = near_ = casters_->views.size();
@@ -94,23 +143,27 @@ Expected<void> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
         for (std::size_t s = 0; s < slots_.size() && slotOf_[i] == kNone; ++s)
             if (!taken[s] && slots_[s].drawn && slots_[s].drawn->kin == views_[i]->kin && slots_[s].rect == rects[i])
                 take(i, s);
-    for (std::size_t i = 0; i < views_.size(); ++i)
-        if (slotOf_[i] == kNone) take(i, findSlot(rects[i], frame_ - 1, taken));
+    const auto grow = [&](const PixelRect& rect) {
+        addLayer(rect.width == kSunMapPx);
+        taken.resize(slots_.size(), false);
+        return longestUnused(rect, 1, false, taken);
+    };
     for (std::size_t i = 0; i < views_.size(); ++i) {
         if (slotOf_[i] != kNone) continue;
-        const bool fits = bytes() + kLayerBytes <= budgetBytes_;
-        std::size_t slot = findSlot(rects[i], fits ? frame_ - 1 : frame_ + 1, taken);
-        if (slot == kNone) {
-            addLayer(rects[i].width == kSunMapPx);
-            taken.resize(slots_.size(), false);
-            slot = findSlot(rects[i], 1, taken);
-        }
+        // What nothing is known of; what there is room for beside maps that somebody may come back to; one of those; of
+        // maps that are asked for now only above the budget.
+        std::size_t slot = longestUnused(rects[i], frame_ + 1, false, taken);
+        if (slot == kNone && layers_ < mostSpareLayers()) slot = grow(rects[i]);
+        if (slot == kNone) slot = longestUnused(rects[i], frame_ - 1, true, taken);
+        if (slot == kNone && bytes() + kLayerBytes <= budgetBytes_) slot = grow(rects[i]);
+        if (slot == kNone) slot = longestUnused(rects[i], frame_ + 1, true, taken);
+        if (slot == kNone) slot = grow(rects[i]);
         take(i, slot);
     }
     for (std::size_t i = 0; i < views_.size(); ++i) {
         Slot& slot = slots_[slotOf_[i]];
         slot.usedIn = frame_;
-        if (slot.drawn && slot.drawn->kin != views_[i]->kin) slot.drawn = nullptr;
+        if (slot.drawn && slot.drawn->kin != views_[i]->kin) slot.drawn.reset();
     }
     return reachLayers();
 }
@@ -119,13 +172,20 @@ PixelRect ShadowMaps::inLayer(const Slot& slot, const PixelRect& rect) {
     return {.x = slot.rect.x + rect.x, .y = slot.rect.y + rect.y, .width = rect.width, .height = rect.height};
 }
 
+std::vector<ShadowMaps::Drawn::Moving> ShadowMaps::movingOf(const ShadowView& view) {
+    std::vector<Drawn::Moving> moving;
+    moving.reserve(view.moving.size());
+    for (const ShadowCaster& caster : view.moving) moving.push_back({caster.item.node, caster.since, caster.rect});
+    return moving;
+}
+
 ShadowMaps::Update ShadowMaps::update(std::size_t index) {
     Slot& slot = slots_[slotOf_[index]];
     const ShadowView& view = *views_[index];
     Update update;
     if (slot.drawn && slot.drawn->state == view.state) return update;
     update.any = true;
-    slot.before = std::exchange(slot.drawn, nullptr);
+    slot.before = std::exchange(slot.drawn, std::nullopt);
     const bool kept = std::exchange(slot.keeps, false) && slot.before;
     MapBlocks everything;
     everything.add(slot.rect);
@@ -135,20 +195,21 @@ ShadowMaps::Update ShadowMaps::update(std::size_t index) {
         if (update.throughKept) update.copied = everything;
         return update;
     }
-    const ShadowView& before = *slot.before;
+    const Drawn& before = *slot.before;
     const bool known = before.state >= view.still->knownAfter;
     if (!known) update.still = everything;
     for (const StillCasters::Change& change : view.still->changes)
         if (known && change.state > before.state) update.still.add(inLayer(slot, change.rect));
     MapBlocks moved = update.still;
-    const auto addOthers = [&](const std::vector<ShadowCaster>& of, const std::vector<ShadowCaster>& than) {
+    const auto addOthers = [&](const std::vector<Drawn::Moving>& of, const std::vector<Drawn::Moving>& than) {
         std::set<std::pair<ObjectId, std::uint64_t>> same;
-        for (const ShadowCaster& caster : than) same.emplace(caster.item.node, caster.since);
-        for (const ShadowCaster& caster : of)
-            if (!same.contains({caster.item.node, caster.since})) moved.add(inLayer(slot, caster.rect));
+        for (const Drawn::Moving& one : than) same.emplace(one.node, one.since);
+        for (const Drawn::Moving& one : of)
+            if (!same.contains({one.node, one.since})) moved.add(inLayer(slot, one.rect));
     };
-    addOthers(before.moving, view.moving);
-    addOthers(view.moving, before.moving);
+    const std::vector<Drawn::Moving> movesNow = movingOf(view);
+    addOthers(before.moving, movesNow);
+    addOthers(movesNow, before.moving);
     update.moving = moved;
     if (kept) {
         update.throughKept = true;
@@ -164,9 +225,10 @@ ShadowMaps::Update ShadowMaps::update(std::size_t index) {
 
 void ShadowMaps::setDrawn(std::size_t index, const Update& update) {
     Slot& slot = slots_[slotOf_[index]];
-    slot.before = nullptr;
-    slot.drawn = views_[index];
-    slot.keeps = (update.throughKept || update.keep) && !slot.drawn->moving.empty();
+    const ShadowView& view = *views_[index];
+    slot.before.reset();
+    slot.drawn = {.kin = view.kin, .state = view.state, .moving = movingOf(view)};
+    slot.keeps = (update.throughKept || update.keep) && !view.moving.empty();
     dropKept(slot.layer);
 }
 
@@ -191,7 +253,7 @@ void ShadowMaps::dropKept(int layer) {
 }
 
 void ShadowMaps::forget() {
-    for (Slot& slot : slots_) slot.drawn = nullptr;
+    for (Slot& slot : slots_) slot.drawn.reset();
 }
 
 void ShadowMaps::attach(std::size_t view, bool kept) {

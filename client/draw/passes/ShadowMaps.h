@@ -1,8 +1,11 @@
 /// The depths that lights see, in one texture.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "client/draw/passes/LightClusters.h"
@@ -15,12 +18,16 @@ namespace tessera {
 /// Layers of 2048 pixels a side, of one map each or of four maps of 1024. Which layer a map lies in shows nowhere;
 /// where it lies there follows from the list alone, so that all that is computed from it does, too.
 ///
-/// A map stays as long as its view's kin is asked for: in this frame, in the one before, or for longer while there is
-/// room. Where something moves in it, a layer beside it keeps the depths of what rests: then the map is that, in some
-/// blocks, and what moves drawn over it. Belongs to the surface's thread.
+/// A map stays as long as its view's kin is asked for: in this frame or in the one before; and while there is room in
+/// half of the budget, for kKeptFrames more. So whoever goes and comes back finds it, and what nobody asks for any more
+/// gives its memory back. Where something moves in a map, a layer beside it keeps the depths of what rests: then the
+/// map is that, in some blocks, and what moves drawn over it. Belongs to the surface's thread.
 class ShadowMaps {
 public:
     static constexpr std::size_t kTexels = 18;
+    /// Frames after which memory of what is not asked for goes; at the latest after twice as many.
+    static constexpr std::uint64_t kKeptFrames = 300;
+    static constexpr std::size_t kLayerBytes = std::size_t{4} * kSunMapPx * kSunMapPx;
 
     /// Above the budget maps go that are not asked for now, and nothing is kept beside them.
     ShadowMaps(GlState& gl, std::size_t budgetBytes);
@@ -68,25 +75,41 @@ public:
     [[nodiscard]] Texels texels(const ScreenCamera& camera) const;
     [[nodiscard]] static std::array<float, 2> pixelSize() { return {1.0f / kSunMapPx, 1.0f / kSunMapPx}; }
     void bind(GLuint unit) const;
-    [[nodiscard]] std::size_t bytes() const { return kLayerBytes * (static_cast<std::size_t>(layers_) + kept_.size()); }
+    /// Of what has been allocated.
+    [[nodiscard]] std::size_t bytes() const {
+        return kLayerBytes * (static_cast<std::size_t>(std::max(layers_, textureLayers_)) + kept_.size());
+    }
 
 private:
-    static constexpr std::size_t kLayerBytes = std::size_t{4} * kSunMapPx * kSunMapPx;
     static constexpr std::size_t kNone = ~std::size_t{0};
+    /// What a map shows. Names no mesh, which would stay for it.
+    struct Drawn {
+        std::uint64_t kin = 0, state = 0;
+        struct Moving {
+            ObjectId node;
+            std::uint64_t since = 0;
+            PixelRect rect;
+        };
+        std::vector<Moving> moving;
+    };
     struct Slot {
         int layer = 0;
         PixelRect rect;
-        std::shared_ptr<const ShadowView> drawn;   ///< null: nothing is known of it
-        std::shared_ptr<const ShadowView> before;  ///< while an update runs
-        bool keeps = false;                        ///< the layer beside has what rests of `drawn`
+        std::optional<Drawn> drawn = {};   ///< none: nothing is known of it
+        std::optional<Drawn> before = {};  ///< while an update runs
+        bool keeps = false;                ///< the layer beside has what rests of `drawn`
         std::uint64_t usedIn = 0;
     };
-    [[nodiscard]] std::size_t findSlot(const PixelRect& rect, std::uint64_t usedBefore,
-                                       const std::vector<bool>& taken) const;
+    [[nodiscard]] std::size_t longestUnused(const PixelRect& rect, std::uint64_t usedBefore, bool known,
+                                            const std::vector<bool>& taken) const;
     void addLayer(bool large);
     [[nodiscard]] Expected<void> reachLayers();
+    [[nodiscard]] Expected<void> makeLayers(int layers, std::span<const int> from);
+    [[nodiscard]] Expected<void> letGo();
+    [[nodiscard]] int mostSpareLayers() const { return static_cast<int>(budgetBytes_ / (2 * kLayerBytes)); }
     [[nodiscard]] bool makeKept(int layer);
     void dropKept(int layer);
+    [[nodiscard]] static std::vector<Drawn::Moving> movingOf(const ShadowView& view);
     /// A rectangle of the map's pixels in those of the layer.
     [[nodiscard]] static PixelRect inLayer(const Slot& slot, const PixelRect& rect);
     void makeTexture(int sidePx, int layers);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "common/wall/LightHistogram.h"
@@ -24,8 +25,11 @@ Expected<void> TileBuffers::reach(int widthPx, int heightPx) {
     if (widthPx <= widthPx_ && heightPx <= heightPx_) return {};
     widthPx_ = std::max(widthPx, widthPx_);
     heightPx_ = std::max(heightPx, heightPx_);
-    // Rows a power of two apart fall into the same cache sets.
+    // Rows a power of two apart fall into the same cache sets. And llvmpipe compiles a program anew for textures whose
+    // sides are powers of two: so no side is, and what is compiled for a small picture serves a large one.
     if (widthPx_ % 512 == 0) widthPx_ += 64;
+    for (int* side : {&widthPx_, &heightPx_})
+        while (std::has_single_bit(static_cast<unsigned>(*side))) *side += 64;
     destroy();
     surfaceTexture_ = makeTexture(GL_RG32UI, samples_);
     depthTexture_ = makeTexture(GL_DEPTH_COMPONENT32F, samples_);

@@ -37,6 +37,15 @@ GlState::Pixels::~Pixels() {
     if (layout_.unpackBytes) state_.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
 }
 
+void GlState::fill(GLuint texture, GLenum format, GLuint buffer, std::span<const std::byte> numbers) {
+    // Of a buffer's size Mesa 22 takes bits 8 to 15 for a texture's last level, and 0 for one without levels.
+    constexpr std::size_t kStep = 4096, kBeside = 256;
+    const std::size_t size = (numbers.size() / kStep + 1) * kStep + kBeside;
+    NamedBufferData(buffer, static_cast<GLsizeiptr>(size), nullptr, GL_STREAM_DRAW);
+    if (!numbers.empty()) NamedBufferSubData(buffer, 0, static_cast<GLsizeiptr>(numbers.size()), numbers.data());
+    TextureBuffer(texture, format, buffer);
+}
+
 void GlState::restore() {
     for (const GLenum what : {GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_DEPTH_CLAMP, GL_BLEND, GL_CULL_FACE}) set(what, false);
     DepthFunc(GL_LESS);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "client/draw/surface/GlFunctions.h"
 
@@ -55,6 +57,10 @@ public:
     };
     /// Mesa can turn rows upside down while it copies them.
     [[nodiscard]] bool packsUpsideDown() const { return packsUpsideDown_; }
+
+    /// What a texture of numbers has from here on, of its buffer. llvmpipe compiles a program anew for textures whose
+    /// sides are powers of two, and for buffers that are small: these are always neither, however much is in them.
+    void fill(GLuint texture, GLenum format, GLuint buffer, std::span<const std::byte> numbers);
 
     /// As GL has it at first.
     void restore();

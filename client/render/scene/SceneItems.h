@@ -165,8 +165,8 @@ struct RenderScene::Impl {
 
     void rebuild(const Aspect& aspect);
     void follow(const Aspect& aspect, const ChangeList& list);
-    /// Places, links and tree nodes that changes have looked at so far: what tests of cost count.
-    [[nodiscard]] std::uint64_t work() const { return work_ + tree.work(); }
+    /// Places, links, tree nodes and casters that changes have looked at so far: what tests of cost count.
+    [[nodiscard]] std::uint64_t work() const { return work_ + tree.work() + shadows.work(); }
 
 private:
     static constexpr std::uint32_t kNone = ScenePlace::kNone;

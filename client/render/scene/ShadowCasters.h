@@ -8,27 +8,14 @@
 #include <vector>
 
 #include "client/render/DrawList.h"
+#include "client/render/scene/CasterPieces.h"
 
 namespace tessera {
 
-/// A thing that stands in a light's way. Of how it looks only that is here which its depths follow from: a material
-/// alone that cuts holes into it, or moves its corners.
-struct ShadowCaster {
-    DrawItem item;
-    PixelRect rect;             ///< of the light's map, which has no pixel of it elsewhere
-    double front = 0;           ///< nothing of it is nearer to the light, along the light's view; world units
-    BlobId positions, indices;  ///< of its mesh
-    std::uint64_t mesh = 0;     ///< DrawMesh::serial, where more of its arrays counts; else 0
-    std::uint64_t cut = 0;      ///< SceneLook::cut
-    std::uint64_t since = 0;    ///< the view's state in which it became what it is
-};
-
 /// Of a view, what has not moved for a while.
 struct StillCasters {
-    /// Neighbours share mesh and material where they can.
-    std::shared_ptr<const std::vector<ShadowCaster>> all;
-    std::vector<bool> gone;  ///< of them: those that have moved, or are none any more
-    /// Where the depths of what is left are others than before: ascending.
+    CasterPieces all;
+    /// Where their depths are others than before: ascending.
     struct Change {
         std::uint64_t state = 0;
         PixelRect rect;

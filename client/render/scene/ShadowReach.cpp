@@ -242,7 +242,10 @@ bool reaches(const RenderScene::Impl& scene, const DrawList& list, const Frustum
         if (!volume.meets(tile)) continue;
         // The ground of a studio is everywhere.
         if (list.studio) return true;
-        const auto meets = [&](const DrawItem& item) { return volume.meets(tile, item.box, finer); };
+        const auto meets = [&](const DrawItem& item) {
+            scene.shadows.count(1);
+            return volume.meets(tile, item.box, finer);
+        };
         if (std::ranges::any_of(list.opaque, meets) || std::ranges::any_of(list.transparent, meets)) return true;
     }
     return false;
@@ -261,7 +264,8 @@ std::uint64_t ShadowWatch::look(const RenderScene::Impl& scene, const DrawList& 
     bool another = views.size() != seen_.size() || number_ == 0;
     seen_.resize(views.size());
     const Frustum tile = tileFrustum(camera, pixels, kFrustumMarginPx + scene.widestLineReachPx());
-    for (std::size_t i = 0; i < views.size(); ++i) {
+    // The finest, which are the last, first: what a tile shows looks into them, and one answer is enough.
+    for (std::size_t i = views.size(); i-- > 0;) {
         const ShadowView& view = *views[i];
         Seen& seen = seen_[i];
         if (seen.kin != view.kin) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <tuple>
+#include <unordered_set>
 #include <utility>
 
 #include "client/render/scene/SceneItems.h"
@@ -49,12 +49,6 @@ bool sameShadow(const ShadowCaster& a, const ShadowCaster& b) {
            std::memcmp(a.item.world_T_item.data(), b.item.world_T_item.data(), 16 * sizeof(double)) == 0;
 }
 
-// What shares mesh and material stands together, so that it is one call.
-bool before(const DrawItem& a, const DrawItem& b) {
-    return std::tie(a.material, a.mesh->serial, a.mirrored, a.node) <
-           std::tie(b.material, b.mesh->serial, b.mirrored, b.node);
-}
-
 /// Halves a history that has grown too long: returns the state of the last one that goes, or `knownAfter`.
 template <typename Change>
 std::uint64_t shorten(std::vector<Change>& changes, std::size_t most, std::uint64_t knownAfter) {
@@ -74,7 +68,6 @@ ShadowStore::Entry::Entry(const ScreenCamera& camera, bool ofSun, unsigned ofUse
 void ShadowStore::clear() {
     entries_.clear();
     changes_.clear();
-    changesBefore_ = 0;
 }
 
 void ShadowStore::beginFrame() {
@@ -90,11 +83,13 @@ void ShadowStore::beginLook() {
 }
 
 void ShadowStore::forgetOld() {
-    std::erase_if(entries_, [this](const auto& entry) { return entry->usedIn + kKeptFrames < frame_; });
     const auto isOld = [this](const auto& entry) { return entry->usedIn + 1 < frame_; };
-    std::size_t casters = 0;
-    for (const auto& entry : entries_) casters += isOld(entry) ? entry->casters() : 0;
-    while (casters > kMostKept) {
+    std::size_t views = 0, casters = 0;
+    for (const auto& entry : entries_) {
+        views += isOld(entry) ? 1 : 0;
+        casters += isOld(entry) ? entry->casters() : 0;
+    }
+    for (; casters > kMostKept || views > kMostViews; --views) {
         const auto oldest = std::ranges::min_element(entries_, {}, [](const auto& entry) { return entry->usedIn; });
         casters -= (*oldest)->casters();
         entries_.erase(oldest);
@@ -103,10 +98,22 @@ void ShadowStore::forgetOld() {
 
 void ShadowStore::changed(std::uint32_t item) {
     if (entries_.empty()) return;
-    changes_.push_back(item);
-    if (changes_.size() <= kMostChanges) return;
-    changesBefore_ += changes_.size() / 2;
-    changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(changes_.size() / 2));
+    changes_.push_back({++changed_, item});
+    if (changes_.size() > kMostChanges) shortenChanges();
+}
+
+/// What moves all the time is named once: views that nobody has asked for follow it from where it was to where it is.
+void ShadowStore::shortenChanges() {
+    std::unordered_set<std::uint32_t> named;
+    auto kept = changes_.end();
+    for (auto change = changes_.end(); change != changes_.begin();)
+        if (named.insert((--change)->item).second) *--kept = *change;
+    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMostChanges / 2);
+    if (changes_.end() - kept > kHalf) {
+        kept = changes_.end() - kHalf;
+        changesFrom_ = std::prev(kept)->number;
+    }
+    changes_.erase(changes_.begin(), kept);
 }
 
 std::shared_ptr<const ShadowView> ShadowStore::view(const RenderScene::Impl& scene, const ScreenCamera& camera,
@@ -114,7 +121,7 @@ std::shared_ptr<const ShadowView> ShadowStore::view(const RenderScene::Impl& sce
     auto found = std::ranges::find_if(entries_, [&](const auto& entry) {
         return entry->sun == sun && entry->user == user && drawAlike(entry->now->camera, camera);
     });
-    const bool follows = found != entries_.end() && (*found)->known >= changesBefore_;
+    const bool follows = found != entries_.end() && (*found)->known >= changesFrom_;
     if (found == entries_.end()) {
         entries_.push_back(std::make_unique<Entry>(camera, sun, user));
         found = std::prev(entries_.end());
@@ -124,10 +131,10 @@ std::shared_ptr<const ShadowView> ShadowStore::view(const RenderScene::Impl& sce
     if (!follows) {
         entry.now = std::make_shared<ShadowView>(ShadowView{.camera = camera, .clamped = sun});
         start(entry, scene);
-    } else if (entry.known < changesBefore_ + changes_.size()) {
+    } else if (entry.known < changed_) {
         follow(entry, scene);
     }
-    entry.known = changesBefore_ + changes_.size();
+    entry.known = changed_;
     join(entry);
     return entry.now;
 }
@@ -136,23 +143,17 @@ void ShadowStore::start(Entry& entry, const RenderScene::Impl& scene) const {
     static std::atomic<std::uint64_t> kin{0};
     std::vector<std::uint32_t> found;
     collectInFrustum(scene, entry.sight.frustum(), found, entry.sight.planes());
-    std::vector<std::pair<ShadowCaster, std::uint32_t>> casters;
-    for (const std::uint32_t index : found)
-        if (auto caster = casterOf(scene, entry.sight, index)) casters.emplace_back(std::move(*caster), index);
-    std::ranges::sort(casters, before, [](const auto& caster) -> const DrawItem& { return caster.first.item; });
-    auto all = std::make_shared<std::vector<ShadowCaster>>();
-    entry.stillOf.assign(scene.items.size(), kNone);
-    entry.items.clear();
+    std::vector<ShadowCaster> casters;
+    entry.still.clear();
     entry.moving.clear();
     entry.changes.clear();
-    for (auto& [caster, index] : casters) {
-        entry.stillOf[index] = static_cast<std::uint32_t>(all->size());
-        entry.items.push_back(index);
-        all->push_back(std::move(caster));
-    }
+    for (const std::uint32_t index : found)
+        if (auto caster = casterOf(scene, entry.sight, index)) {
+            entry.still.emplace(index, rankOf(*caster));
+            casters.push_back(std::move(*caster));
+        }
     auto still = std::make_shared<StillCasters>();
-    still->gone.resize(all->size());
-    still->all = std::move(all);
+    work_ += still->all.edit({}, std::move(casters));
     still->knownAfter = entry.knownAfter = 1;
     entry.joinedIn = frame_;
     entry.now = std::make_shared<ShadowView>(ShadowView{.camera = entry.now->camera,
@@ -165,26 +166,45 @@ void ShadowStore::start(Entry& entry, const RenderScene::Impl& scene) const {
 
 void ShadowStore::follow(Entry& entry, const RenderScene::Impl& scene) const {
     const std::uint64_t state = entry.now->state + 1;
-    std::shared_ptr<StillCasters> still;  // once it has changed
-    bool any = false;
-    entry.stillOf.resize(scene.items.size(), kNone);
-    const auto changed = std::span(changes_).subspan(entry.known - changesBefore_);
+    const StillCasters& were = *entry.now->still;
+    std::vector<StillCasters::Change> changes;  // of what is still
+    std::vector<CasterRank> gone;
+    std::vector<ShadowCaster> come;
+    bool any = false, handedOver = false;
+    std::vector<std::uint32_t> changed;
+    for (auto change = std::ranges::upper_bound(changes_, entry.known, {}, &ItemChange::number);
+         change != changes_.end(); ++change)
+        changed.push_back(change->item);
+    std::ranges::sort(changed);
+    changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+    work_ += changed.size();
     for (const std::uint32_t index : changed) {
         std::optional<ShadowCaster> now = casterOf(scene, entry.sight, index);
-        const std::uint32_t place = entry.stillOf[index];
+        const auto still = entry.still.find(index);
         const auto moving = entry.moving.find(index);
-        const ShadowCaster* then = place != kNone                 ? &(*entry.now->still->all)[place]
+        const ShadowCaster* then = still != entry.still.end()     ? &were.all.at(still->second)
                                    : moving != entry.moving.end() ? &moving->second.caster
                                                                   : nullptr;
-        if (then ? now && sameShadow(*now, *then) : !now) continue;
+        if (then ? now && sameShadow(*now, *then) : !now) {
+            if (!then || then->item.mesh == now->item.mesh) continue;
+            // The same shadow of another mesh: the one before is not to stay for it.
+            handedOver = true;
+            now->since = then->since;
+            if (moving != entry.moving.end()) {
+                moving->second.caster = std::move(*now);
+                continue;
+            }
+            gone.push_back(std::exchange(still->second, rankOf(*now)));
+            come.push_back(std::move(*now));
+            continue;
+        }
         any = true;
         if (then) entry.changes.push_back({state, {then->rect, then->front}});
         if (now) entry.changes.push_back({state, {now->rect, now->front}});
-        if (place != kNone) {
-            if (!still) still = std::make_shared<StillCasters>(*entry.now->still);
-            still->gone[place] = true;
-            still->changes.push_back({state, then->rect});
-            entry.stillOf[index] = kNone;
+        if (still != entry.still.end()) {
+            changes.push_back({state, then->rect});
+            gone.push_back(still->second);
+            entry.still.erase(still);
         }
         if (now) {
             now->since = state;
@@ -193,19 +213,17 @@ void ShadowStore::follow(Entry& entry, const RenderScene::Impl& scene) const {
             entry.moving.erase(moving);
         }
     }
-    if (!any) return;
+    if (!any && !handedOver) return;
     entry.knownAfter = shorten(entry.changes, kMostSteps, entry.knownAfter);
-    if (still) still->knownAfter = shorten(still->changes, kMostSteps, still->knownAfter);
-    ShadowView next{.camera = entry.now->camera,
-                    .clamped = entry.sun,
-                    .kin = entry.now->kin,
-                    .state = state,
-                    .still = still ? std::move(still) : entry.now->still,
-                    .moving = {}};
-    next.moving.reserve(entry.moving.size());
-    for (const auto& [index, one] : entry.moving) next.moving.push_back(one.caster);
-    std::ranges::sort(next.moving, before, &ShadowCaster::item);
-    entry.now = std::make_shared<const ShadowView>(std::move(next));
+    std::shared_ptr<const StillCasters> rests = entry.now->still;
+    if (!gone.empty() || !come.empty()) {
+        auto edited = std::make_shared<StillCasters>(*rests);
+        work_ += edited->all.edit(std::move(gone), std::move(come));
+        edited->changes.insert(edited->changes.end(), changes.begin(), changes.end());
+        edited->knownAfter = shorten(edited->changes, kMostSteps, edited->knownAfter);
+        rests = std::move(edited);
+    }
+    renew(entry, any ? state : entry.now->state, std::move(rests));
 }
 
 // Of very many that move together, as what has just come, nobody waits for long.
@@ -216,39 +234,35 @@ void ShadowStore::join(Entry& entry) const {
     const auto rests = [&](const auto& moving) { return moving.second.frame + rest <= frame_; };
     if (std::ranges::none_of(entry.moving, rests)) return;
     entry.joinedIn = frame_;
-    const StillCasters& were = *entry.now->still;
     const std::uint64_t state = entry.now->state + 1;
-    auto still = std::make_shared<StillCasters>();
-    still->changes = were.changes;
-    std::vector<std::pair<const ShadowCaster*, std::uint32_t>> casters;
-    for (std::size_t i = 0; i < were.all->size(); ++i)
-        if (!were.gone[i]) casters.emplace_back(&(*were.all)[i], entry.items[i]);
-    for (const auto& moving : entry.moving) {
-        if (!rests(moving)) continue;
-        casters.emplace_back(&moving.second.caster, moving.first);
-        still->changes.push_back({state, moving.second.caster.rect});
+    auto still = std::make_shared<StillCasters>(*entry.now->still);
+    std::vector<ShadowCaster> come;
+    for (auto moving = entry.moving.begin(); moving != entry.moving.end();) {
+        if (!rests(*moving)) {
+            ++moving;
+            continue;
+        }
+        ShadowCaster& caster = moving->second.caster;
+        still->changes.push_back({state, caster.rect});
+        entry.still.emplace(moving->first, rankOf(caster));
+        come.push_back(std::move(caster));
+        moving = entry.moving.erase(moving);
     }
-    still->knownAfter = shorten(still->changes, kMostSteps, were.knownAfter);
-    std::ranges::sort(casters, before, [](const auto& caster) -> const DrawItem& { return caster.first->item; });
-    auto all = std::make_shared<std::vector<ShadowCaster>>();
-    all->reserve(casters.size());
-    entry.items.clear();
-    for (const auto& [caster, index] : casters) {
-        entry.stillOf[index] = static_cast<std::uint32_t>(all->size());
-        entry.items.push_back(index);
-        all->push_back(*caster);
-    }
-    still->gone.resize(all->size());
-    still->all = std::move(all);
-    std::erase_if(entry.moving, rests);
+    still->knownAfter = shorten(still->changes, kMostSteps, still->knownAfter);
+    work_ += still->all.edit({}, std::move(come));
+    renew(entry, state, std::move(still));
+}
+
+void ShadowStore::renew(Entry& entry, std::uint64_t state, std::shared_ptr<const StillCasters> still) {
     ShadowView next{.camera = entry.now->camera,
                     .clamped = entry.sun,
                     .kin = entry.now->kin,
                     .state = state,
                     .still = std::move(still),
                     .moving = {}};
+    next.moving.reserve(entry.moving.size());
     for (const auto& [index, one] : entry.moving) next.moving.push_back(one.caster);
-    std::ranges::sort(next.moving, before, &ShadowCaster::item);
+    std::ranges::sort(next.moving, {}, rankOf);
     entry.now = std::make_shared<const ShadowView>(std::move(next));
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "client/render/scene/RenderScene.h"
@@ -14,7 +15,8 @@ namespace tessera {
 
 /// Follows what casts shadows at the cost of what has changed. Things that change are listed as moving, and as still
 /// again once they have rested: so that a map may keep the depths of what rests. Screens, eyes and users of one host
-/// share a view or have their own; none makes another's go. Views that nobody has asked for lately go.
+/// share a view or have their own; none makes another's go. Views that nobody asks for stay while there is room for
+/// them: who comes back, or looks there again, finds the maps of before.
 class ShadowStore {
 public:
     /// Nothing is known of the scene any more.
@@ -38,6 +40,11 @@ public:
     /// After a state of its kin, up to now. None: it is not known any more.
     [[nodiscard]] std::optional<std::span<const Change>> changesAfter(std::uint64_t kin, std::uint64_t state) const;
 
+    /// Somebody has held changes against so many things.
+    void count(std::uint64_t asked) const { work_ += asked; }
+    /// Those, and casters that have been looked at or copied, so far: what tests of cost count.
+    [[nodiscard]] std::uint64_t work() const { return work_; }
+
 private:
     struct Moving {
         ShadowCaster caster;
@@ -48,35 +55,41 @@ private:
         ShadowSight sight;
         unsigned user;
         bool sun;
-        std::uint64_t known = 0;  ///< changes of the scene
+        std::uint64_t known = 0;  ///< of the scene's changes, the last
         std::uint64_t usedIn = 0, joinedIn = 0;
         std::shared_ptr<const ShadowView> now;
-        std::vector<std::uint32_t> stillOf;  ///< by item: among `now->still->all`, or kNone
-        std::vector<std::uint32_t> items;    ///< of those
+        std::unordered_map<std::uint32_t, CasterRank> still;  ///< items: where they stand in `now->still->all`
         std::map<std::uint32_t, Moving> moving;
         std::vector<Change> changes;
         std::uint64_t knownAfter = 0;  ///< all changes after this state are here
 
-        [[nodiscard]] std::size_t casters() const { return now->still->all->size() + moving.size(); }
+        [[nodiscard]] std::size_t casters() const { return still.size() + moving.size(); }
     };
-    static constexpr std::uint32_t kNone = 0xffffffffu;
     /// A change of the scene's items that is remembered, and one of a view.
     static constexpr std::size_t kMostChanges = 1u << 16, kMostSteps = 1u << 12;
-    /// Frames until something rests, until a view is forgotten; things in views that are not asked for now.
-    static constexpr std::uint64_t kRestFrames = 30, kKeptFrames = 16;
-    static constexpr std::size_t kMostKept = 1u << 16;
+    static constexpr std::uint64_t kRestFrames = 30;  ///< until something rests
+    /// Views that are not asked for now, and things in them.
+    static constexpr std::size_t kMostViews = 64, kMostKept = 1u << 16;
 
     void start(Entry& entry, const RenderScene::Impl& scene) const;
     void follow(Entry& entry, const RenderScene::Impl& scene) const;
     /// What has rested joins what is still.
     void join(Entry& entry) const;
+    /// Its view with these, in another state or as before.
+    static void renew(Entry& entry, std::uint64_t state, std::shared_ptr<const StillCasters> still);
     void forgetOld();
+    void shortenChanges();
 
+    struct ItemChange {
+        std::uint64_t number = 0;  ///< ascending
+        std::uint32_t item = 0;
+    };
     std::vector<std::unique_ptr<Entry>> entries_;
-    std::vector<std::uint32_t> changes_;  ///< items
-    std::uint64_t changesBefore_ = 0;     ///< forgotten ones
+    std::vector<ItemChange> changes_;
+    std::uint64_t changed_ = 0, changesFrom_ = 0;  ///< the last; all later ones than this are here
     std::uint64_t frame_ = 1;
     bool told_ = false, frameBegins_ = false;
+    mutable std::uint64_t work_ = 0;
 };
 
 }  // namespace tessera

@@ -18,7 +18,10 @@ constexpr int kShownWidthPx = 128, kShownHeightPx = 96;
 /// Things over a floor, and random edits of them.
 class ShadedHistory {
 public:
-    ShadedHistory(unsigned seed, int spots) : random_(seed) {
+    struct Lights {
+        int suns = 1, spots = 1, points = 0;
+    };
+    ShadedHistory(unsigned seed, const Lights& lights) : random_(seed) {
         const ObjectId floor = add(geometryOf(makeSheet(18, 18), {}));
         place(floor, {0, -1, -4}, Quatd(Eigen::AngleAxisd(-0.5 * M_PI, Vec3d::UnitX())));
         for (int i = 0; i < 12; ++i) image_.push_back(static_cast<std::uint8_t>(random_() % 2 ? 255 : 0));
@@ -29,11 +32,20 @@ public:
         for (const ObjectId material : {ObjectId(), material_, cut_, glass_})
             for (const MeshData& mesh : {makeBox({1, 1, 1}), makeSphere(0.6, 24), makeSheet(1.5, 1.5)})
                 shapes_.push_back(add(geometryOf(mesh, material)));
-        DirectionalLight sun;
-        sun.shadows = true;
-        sun.intensity = 0.6f;
-        lights_.push_back(placedLight(add(sun)));
-        for (int i = 0; i < spots; ++i) {
+        for (int i = 0; i < lights.suns; ++i) {
+            DirectionalLight sun;
+            sun.shadows = true;
+            sun.intensity = 0.6f;
+            lights_.push_back(placedLight(add(sun)));
+        }
+        for (int i = 0; i < lights.points; ++i) {
+            PointLight point;
+            point.shadows = true;
+            point.intensity = 15;
+            point.range = i % 2 ? 0 : 16;
+            lights_.push_back(placedLight(add(point)));
+        }
+        for (int i = 0; i < lights.spots; ++i) {
             SpotLight spot;
             spot.shadows = true;
             spot.intensity = 20;
@@ -101,11 +113,12 @@ private:
         return node(core, node(pose(at, turn), kRootNode));
     }
     Vec3d anywhere() { return {between(-6, 6), between(-0.5, 3), between(-9, 1)}; }
+    Vec3d aloft() { return {between(-5, 5), between(4, 7), between(-8, 0)}; }
     Quatd turned() { return Quatd(Eigen::AngleAxisd(between(0, 6), Vec3d(between(-1, 1), 1, 0.3).normalized())); }
     /// From above, more or less.
     Quatd shining() { return Quatd::FromTwoVectors(-Vec3d::UnitZ(), Vec3d(between(-1, 1), -1, between(-1, 1))); }
     ObjectId placedLight(ObjectId light) {
-        const ObjectId at = pose({between(-5, 5), between(4, 7), between(-8, 0)}, shining());
+        const ObjectId at = pose(aloft(), shining());
         node(light, node(at, kRootNode));
         return at;
     }
@@ -180,8 +193,11 @@ private:
                                              static_cast<std::int64_t>(random_() % 2 + 256 * (random_() % 2)));
                 break;
             default:
-                if (random_() % 3 == 0)
-                    set<&Transform::rotation, Transform>(lights_[random_() % lights_.size()], shining());
+                if (lights_.empty() || random_() % 3 > 0) break;
+                if (const ObjectId light = lights_[random_() % lights_.size()]; random_() % 2)
+                    set<&Transform::rotation, Transform>(light, shining());
+                else
+                    set<&Transform::translation, Transform>(light, aloft());
         }
     }
     void apply(RenderScene* all) {
@@ -225,7 +241,12 @@ protected:
 
 TEST_P(ShadowHistory, IsThePictureOfOneWhoHasJustCome) {
     const unsigned seed = GetParam();
-    ShadedHistory history(seed, seed % 2 ? 8 : 1);
+    // A sun and spots; points among them, or alone; a studio's sun, as there is no other light.
+    const ShadedHistory::Lights lights =
+        seed >= 6   ? ShadedHistory::Lights{.suns = 0, .spots = 0}
+        : seed >= 4 ? ShadedHistory::Lights{.suns = seed % 2 ? 0 : 1, .spots = seed % 2 ? 0 : 1, .points = 2}
+                    : ShadedHistory::Lights{.spots = seed % 2 ? 8 : 1};
+    ShadedHistory history(seed, lights);
     RendererOptions little{.samples = 1};
     if (seed % 3 == 0) little.shadowBudgetBytes = 1;  // room for nothing that is not needed at once
     restart(little);
@@ -246,6 +267,7 @@ TEST_P(ShadowHistory, IsThePictureOfOneWhoHasJustCome) {
             View view;
             view.position = Vec3d(0, 1, 2);
             view.orientation = Quatd(Eigen::AngleAxisd(-0.25, Vec3d::UnitX()));
+            if (seed >= 6) view.studio = Studio{.middle = Vec3d(0, -1, -4), .reach = 6};
             ScreenCamera camera = cameraOf(kShownWidthPx, kShownHeightPx, heads[tile.user], 3.2, view);
             camera.user = tile.user;
             const PixelRect rect = rectOf(t);
@@ -271,7 +293,7 @@ TEST_P(ShadowHistory, IsThePictureOfOneWhoHasJustCome) {
     EXPECT_GT(changed, 50);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, ShadowHistory, testing::Range(0u, 4u));
+INSTANTIATE_TEST_SUITE_P(Seeds, ShadowHistory, testing::Range(0u, 8u));
 
 }  // namespace
 }  // namespace tessera

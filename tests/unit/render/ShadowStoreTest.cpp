@@ -1,6 +1,9 @@
 // What is kept of lights' views from frame to frame: who moves, who rests, whom a change reaches.
+#include <algorithm>
 #include <memory>
+#include <set>
 
+#include "client/render/scene/SceneItems.h"
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/PointLight.h"
 #include "tests/unit/render/TestScene.h"
@@ -63,7 +66,7 @@ TEST(ShadowStore, WhatChangesMovesUntilItHasRested) {
     ASSERT_EQ(moved->moving.size(), 1u);
     EXPECT_EQ(moved->moving[0].item.geometry, stage.shape);
     EXPECT_EQ(itemsOf(*moved).size(), 4u);
-    EXPECT_EQ(moved->still->all, first->still->all) << "what rests stays where it is";
+    EXPECT_EQ(moved->still->all.size(), 3u) << "what rests stays where it is";
     // Another one moves from then on; the first one has rested before long.
     for (int i = 0; i < 40; ++i) {
         stage.move(stage.right, {2, -1 + 0.01 * i, -6});
@@ -151,6 +154,116 @@ TEST(ShadowStore, ATileHearsOfWhatReachesIt) {
     now = states();
     EXPECT_NE(now[0], third[0]);
     EXPECT_NE(now[1], third[1]) << "its old shadow is gone";
+}
+
+/// Pieces of `now` that were none of `before`.
+std::size_t newPieces(const ShadowView& before, const ShadowView& now) {
+    std::set<std::shared_ptr<const CasterPieces::Piece>> known;
+    for (const CasterPieces::Place& place : before.still->all.pieces()) known.insert(place.piece);
+    return static_cast<std::size_t>(std::ranges::count_if(
+        now.still->all.pieces(), [&](const auto& place) { return !known.contains(place.piece); }));
+}
+
+TEST(ShadowStore, ComingToRestCostsWhatComesToRest) {
+    SunnyStage stage;
+    for (int i = 0; i < 3000; ++i)
+        stage.scene.node(stage.shape,
+                         stage.scene.node(stage.scene.transform({0.1 * (i % 80) - 4, -1, -2 - 0.1 * i / 80})));
+    stage.follow();
+    RenderAction action(CullerKind::kFrustum);
+    const auto far = [&] { return stage.look(action, 0).casters->views[0]; };
+    const auto first = far();
+    ASSERT_GT(first->still->all.pieces().size(), 40u);
+    stage.move(stage.left, {-2, -0.9, -6});
+    const auto moved = far();
+    EXPECT_LE(newPieces(*first, *moved), 3u) << "it stands there no more";
+    std::uint64_t work = stage.all.impl().shadows.work();
+    for (int i = 0; i < 35; ++i) {
+        stage.move(stage.right, {2, -1 + 0.01 * i, -6});
+        static_cast<void>(far());
+    }
+    work = stage.all.impl().shadows.work() - work;
+    const auto rested = far();
+    ASSERT_EQ(rested->moving.size(), 1u);
+    EXPECT_EQ(itemsOf(*rested).size(), itemsOf(*first).size());
+    EXPECT_LE(newPieces(*moved, *rested), 4u);
+    EXPECT_LT(work, 1500u) << "casters that were looked at";
+}
+
+TEST(ShadowStore, WhoComesBackFindsTheViewsOfBefore) {
+    SunnyStage stage;
+    stage.scene.box({0, -1.6, 0}, {400, 0.2, 400});
+    stage.follow();
+    TestCamera there = stage.camera;
+    there.view.position += Vec3d(60, 0, 0);
+    RenderAction here(CullerKind::kFrustum), away(CullerKind::kFrustum);
+    const auto kinsOf = [&](RenderAction& action, const TestCamera& camera) {
+        std::vector<std::uint64_t> kins;
+        const auto casters = action.run(stage.all, camera.camera(), camera.tile(), nullptr).casters;
+        EXPECT_TRUE(casters->near);
+        for (const auto& view : casters->all()) kins.push_back(view->kin);
+        return kins;
+    };
+    const auto first = kinsOf(here, stage.camera);
+    for (int i = 0; i < 100; ++i) {
+        stage.move(stage.left, {-2, -1 + 0.01 * (i % 7), -6});
+        static_cast<void>(kinsOf(away, there));
+    }
+    EXPECT_NE(kinsOf(away, there), first);
+    // Whatever moves all the time.
+    for (int i = 0; i < 300'000; ++i) stage.all.impl().shadows.changed(static_cast<std::uint32_t>(i % 5));
+    EXPECT_EQ(kinsOf(here, stage.camera), first);
+    const auto casters = here.run(stage.all, stage.camera.camera(), stage.camera.tile(), nullptr).casters;
+    RenderScene fresh;
+    fresh.update(stage.scene.aspect, nullptr);
+    const auto anew = here.run(fresh, stage.camera.camera(), stage.camera.tile(), nullptr).casters;
+    EXPECT_EQ(itemsOf(*casters->near).size(), itemsOf(*anew->near).size());
+}
+
+TEST(ShadowStore, ATileAsksTheFinestViewFirst) {
+    SunnyStage stage;
+    stage.scene.box({0, -1.6, 0}, {2000, 0.2, 2000});
+    const ObjectId near = stage.scene.transform({0, -1, -3});
+    stage.scene.node(stage.shape, stage.scene.node(near));
+    // Farther away than what it shades.
+    for (int i = 0; i < 200; ++i)
+        stage.scene.node(stage.shape, stage.scene.node(stage.scene.transform({0.02 * i - 2, -1, -30})));
+    stage.follow();
+    RenderAction action(CullerKind::kFrustum);
+    const auto look = [&] {
+        return action.run(stage.all, stage.camera.camera(), {.x = 0, .y = 0, .width = 640, .height = 400}, nullptr);
+    };
+    const DrawList first = look();
+    ASSERT_TRUE(first.casters->near && first.casters->middle);
+    ASSERT_GT(first.opaque.size(), 200u);
+    stage.move(near, {0.1, -1, -3});
+    const std::uint64_t before = stage.all.impl().shadows.work();
+    EXPECT_NE(look().shadowState, first.shadowState);
+    EXPECT_LT(stage.all.impl().shadows.work() - before, first.opaque.size() + 20);
+}
+
+TEST(ShadowStore, NoMeshStaysForTheShadowThatItMade) {
+    SunnyStage stage;
+    RenderAction action(CullerKind::kFrustum);
+    const auto far = [&] { return stage.look(action, 0).casters->views[0]; };
+    const auto meshOf = [&](const ShadowView& view) -> std::weak_ptr<const DrawMesh> {
+        for (const DrawItem& item : itemsOf(view))
+            if (item.geometry == stage.shape) return item.mesh;
+        return {};
+    };
+    for (const bool moves : {false, true}) {
+        if (moves) stage.move(stage.left, {-2, -0.9, -6});
+        const std::weak_ptr<const DrawMesh> before = meshOf(*far());
+        const std::uint64_t state = far()->state;
+        ASSERT_FALSE(before.expired());
+        // The same corners; of shadows nothing is another.
+        std::vector<float> normals(72, moves ? 0.6f : 0.8f);
+        setField<&Geometry::normals>(stage.scene.edit, stage.shape, Blob::of(std::span<const float>(normals)));
+        stage.follow();
+        EXPECT_EQ(far()->state, state);
+        EXPECT_TRUE(before.expired()) << (moves ? "of what moves" : "of what rests");
+        EXPECT_FALSE(meshOf(*far()).expired());
+    }
 }
 
 TEST(ShadowStore, APointLightHasSixViewsThatSeeAllAround) {

@@ -522,5 +522,25 @@ TEST_F(RenderHostTest, SaysWhenPicturesCannotBeWritten) {
     EXPECT_NE(broken->error.message.find("shown.frame"), std::string::npos) << broken->error.message;
 }
 
+/// Nothing that could be counted as still.
+TEST_F(RenderHostTest, WithoutASurfaceItSaysNothingOfTiles) {
+    RenderHostOptions options;
+    options.name = "left";
+    host_ = std::make_unique<RenderHost>(options, nullptr, store_, log_,
+                                         [this](Outcome outcome) { outcomes_.push(std::move(outcome)); });
+    ASSERT_TRUE(host_->probe());
+    configure(oneTileEach());
+    Aspect ball = makeBall();
+    ASSERT_TRUE(applied(ball));
+    for (std::uint64_t number = 1; number < 4; ++number) {
+        ASSERT_TRUE(performOrAgain(work::Draw{beginOf(FrameNumber{number})}));
+        const auto drawn = next<outcome::Drawn>();
+        ASSERT_TRUE(drawn);
+        const auto stats = decodeStats(drawn->stats);
+        ASSERT_TRUE(stats);
+        EXPECT_TRUE(stats->tiles.empty());
+    }
+}
+
 }  // namespace
 }  // namespace tessera
