@@ -312,7 +312,12 @@ def table_of(rows):
 def explanations():
     """Reasons by name."""
     blocks = (HERE / "looks_explained.txt").read_text().split("\n\n")[1:]
-    return {name: " ".join(lines) for name, *lines in (block.strip().split("\n") for block in blocks)}
+    found = {}
+    for name, *lines in (block.strip().split("\n") for block in blocks):
+        if name in found:
+            raise ValueError(f"looks_explained.txt has two reasons for {name}")
+        found[name] = " ".join(lines)
+    return found
 
 
 def page_of(rows, about, explained, folder):

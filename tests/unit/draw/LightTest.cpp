@@ -320,7 +320,7 @@ TEST(LightClusters, AttenuationIsInWorldUnitsWhateverTheScale) {
     }
 }
 
-TEST_F(LightTest, OthersAreShownWithoutCompilingAnythingOnceAllIsPrepared) {
+TEST_F(LightTest, OneChangeOfLightCompilesNothingOnceAllIsPrepared) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         EXPECT_FALSE(renderer_->prepare()) << "nothing was drawn";

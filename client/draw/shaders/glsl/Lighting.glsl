@@ -54,9 +54,9 @@ vec3 environment(vec3 d, float roughness) {
 
 vec3 inWorld(vec3 d) { return vec3(dot(worldRow0.xyz, d), dot(worldRow1.xyz, d), dot(worldRow2.xyz, d)); }
 
-// Of light from everywhere, what the lobe of addRay does, seen at nv: its integral over directions of light, fitted (to
-// 0.004 and 0.016 from nv = 0.2 up). x: lost between facets where each reflects all; y: what Schlick's term turns from
-// f0 to f90.
+// Integrals over light from everywhere, seen at nv, fitted from nv = 0.2 up. x: lost between facets where each reflects
+// all, of addRay's lobe to 0.005. y: what Schlick's term turns from f0 to f90, of Smith's own visibility to 0.016, and
+// to 0.045 of addRay's.
 vec2 lobeShares(float roughness, float nv) {
     float alpha = roughness * roughness;
     float away = (1.0 - nv) * (1.0 - nv) * (0.0437 - 0.0383 * roughness);
@@ -71,9 +71,9 @@ vec2 lobeShares(float roughness, float nv) {
                                   alpha * vec4(-0.0366, -0.2622, -6.7564, 11.5393)));
     return vec2(max(lost.x + h * (lost.y + h * (lost.z + h * lost.w)), 0.0), away * all * wide);
 }
-// How many times as much leaves the facets after all bounces as after the first: of what is lost at one a share goes
-// out after the next, and so on, a geometric series in which each leaves what Schlick's term is on the mean
-// (Fdez-Agüera 2019, "A multiple-scattering microfacet model for real-time image based lighting").
+// How many times as much leaves the facets after all bounces as after the first. Of what is lost at one a share goes
+// out after the next: a geometric series. Each bounce leaves what Schlick's term is on the mean (Fdez-Agüera 2019, "A
+// multiple-scattering microfacet model for real-time image based lighting").
 vec3 bouncedOn(vec3 f0, float f90, float lost) { return 1.0 / (1.0 - lost * mix(f0, vec3(f90), 1.0 / 21.0)); }
 
 // What a material says of how it reflects (MaterialTexels in Program.h), and of the lights that reach it.
