@@ -174,7 +174,7 @@ TEST_F(WatchedTest, WhatOthersOfThisProcessTakeIsNoTimeOfAProgram) {
     (void)drawWith(*renderer_, aspect, list, camera);
     std::atomic<bool> ends = false;
     std::vector<std::jthread> busy;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 24; ++i)
         busy.emplace_back([&ends] {
             while (!ends) {
             }
