@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace tessera {
 
@@ -151,25 +152,39 @@ Blob Blob::absent(BlobId id, std::uint64_t sizeBytes) {
     return Blob(std::shared_ptr<const Content>(std::move(content)));
 }
 
+/// Where in a store the next content of the same bytes lies. Somebody may hold that one alone, so each is known.
+static BlobId nextTwin(const BlobId& id) {
+    return hash128(std::as_bytes(std::span(&id, 1)));
+}
+
 Blob BlobStore::add(Blob blob) {
     if (!blob.resident()) return blob;
     const std::scoped_lock lock(mutex_);
-    auto& entry = known_[blob.id()];
-    if (auto existing = entry.lock()) return Blob(std::move(existing));
-    entry = blob.content_;
+    std::shared_ptr<const Blob::Content> first;
+    BlobId at = blob.id();
+    for (auto content = known_[at].lock(); content && content != blob.content_; content = known_[at].lock()) {
+        if (!first) first = std::move(content);
+        at = nextTwin(at);
+    }
+    known_[at] = blob.content_;
     if (known_.size() > sweepAt_) {
-        std::erase_if(known_, [](const auto& item) { return item.second.expired(); });
+        for (const auto& [place, twin] : std::exchange(known_, {})) {
+            const auto content = twin.lock();
+            if (!content) continue;
+            BlobId next = content->id;
+            while (known_.contains(next)) next = nextTwin(next);
+            known_[next] = content;
+        }
         sweepAt_ = 2 * known_.size() + 1024;
     }
-    return blob;
+    return first ? Blob(std::move(first)) : blob;
 }
 
 Blob BlobStore::find(const BlobId& id) const {
     const std::scoped_lock lock(mutex_);
-    const auto it = known_.find(id);
-    if (it == known_.end()) return {};
-    auto content = it->second.lock();
-    return content ? Blob(std::move(content)) : Blob();
+    for (auto it = known_.find(id); it != known_.end(); it = known_.find(nextTwin(it->first)))
+        if (auto content = it->second.lock()) return Blob(std::move(content));
+    return {};
 }
 
 }  // namespace tessera

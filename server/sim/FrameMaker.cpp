@@ -8,6 +8,13 @@
 
 namespace tessera {
 
+/// Arrays of one content become one: what the scene holds is what hosts and files find by name.
+static void unify(ChangeList& list, BlobStore& blobs) {
+    for (FieldColumn& column : list.columns)
+        if (auto* values = std::get_if<std::vector<Blob>>(&column.values))
+            for (Blob& blob : *values) blob = blobs.add(std::move(blob));
+}
+
 Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
     auto writer = RecordingWriter::create(path, openingOfThisServer(threads), around_.log);
     if (!writer) return tl::unexpected(writer.error());
@@ -16,6 +23,7 @@ Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
 }
 
 Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
+    for (ChangeList& list : lists) unify(list, around_.blobs);
     if (recording_) recording_->startScene(lists);
     Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
     if (!loaded) return tl::unexpected(loaded.error());
@@ -70,8 +78,7 @@ FrameResult FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const 
                 .now = now},
                edits);
     for (const std::string& remark : actors.takeRemarks()) around_.log.warning(remark);
-    for (const Edit& edit : edits)
-        for (const Blob& blob : blobsOf(edit.list)) around_.blobs.add(blob);
+    for (Edit& edit : edits) unify(edit.list, around_.blobs);
     if (recording_) recording_->frameBegins(number, first, edits, replies);
     around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);

@@ -98,6 +98,22 @@ TEST(BlobStore, FindsWhatSomebodyHolds) {
     EXPECT_EQ(again.bytes().data(), first.bytes().data()) << "equal content is kept once";
 }
 
+TEST(BlobStore, FindsWhatIsHeldWhicheverHandleOnTheSameContentThatIs) {
+    BlobStore store;
+    std::vector<Blob> twins;
+    for (int i = 0; i < 3; ++i) twins.emplace_back(bytesOf("text"));
+    const BlobId id = twins.front().id();
+    for (const Blob& twin : twins) store.add(twin);
+    std::vector<Blob> others;
+    for (int i = 0; i < 5000; ++i) others.push_back(store.add(Blob(bytesOf(std::to_string(i)))));
+    for (const std::size_t gone : {0, 2, 1}) {
+        EXPECT_TRUE(store.find(id).resident()) << gone;
+        twins[gone] = {};
+    }
+    EXPECT_TRUE(store.find(id).empty());
+    EXPECT_TRUE(store.add(Blob(bytesOf("text"))).resident());
+}
+
 TEST(BlobStore, KeepsNothingAliveItself) {
     BlobStore store;
     BlobId id;
