@@ -144,6 +144,61 @@ TEST_F(PointShadow, IsWhereARayToTheLightMeetsSomething) {
     for (const int count : sides) EXPECT_GT(count, 100);
 }
 
+/// In an empty room nothing stands in the light's way: away from its edges it looks as without shadows, to the byte.
+TEST_F(PointShadow, OfNothingIsNone) {
+    std::mt19937 random(12);
+    const auto between = [&](double low, double high) {
+        return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    int seen = 0, darker = 0;
+    for (int round = 0; round < 6; ++round) {
+        const Vec3d half(between(1, 6), between(1, 3), between(1, 6));
+        const Vec3d light = Vec3d(between(-0.95, 0.95), between(-0.95, 0.95), between(-0.95, 0.95)).cwiseProduct(half);
+        const auto shown = [&](bool shadows, const ScreenCamera& camera) {
+            TestScene scene;
+            scene.setEnvironment(Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero());
+            Material matt;
+            matt.roughness = 1;
+            const ObjectId material = scene.add(matt);
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {-1.0, 1.0}) {
+                    Vec3d size = 2 * half + Vec3d::Constant(0.4);
+                    size[axis] = 0.2;
+                    scene.place(scene.add(makeBox(size), material), (half[axis] + 0.1) * sign * Vec3d::Unit(axis));
+                }
+            scene.addPointLight(light, Vec3f::Ones(), 12, 0, Vec3f(0, 0, 1), shadows);
+            return draw(scene.take(), camera);
+        };
+        for (int look = 0; look < 3; ++look) {
+            View view;
+            view.orientation =
+                Quatd(Eigen::AngleAxisd(between(0, 6), Vec3d(between(-1, 1), 1, between(-1, 1)).normalized()));
+            view.position = -(view.orientation * Vec3d(0, 0, 1.2));
+            const ScreenCamera camera = cameraOf(kLampPx, kLampPx, {0, 0, 1.2}, 3.2, view);
+            const Picture with = shown(true, camera), without = shown(false, camera);
+            const Affine3d world_T_eye = camera.eye_T_world.inverse();
+            for (int y = 0; y < kLampPx; ++y)
+                for (int x = 0; x < kLampPx; ++x) {
+                    const Vec3d eye = world_T_eye.translation();
+                    const Vec3d towards =
+                        world_T_eye.linear() * Vec3d((2 * (x + 0.5) / kLampPx - 1) / camera.clip_T_eye(0, 0),
+                                                     (1 - 2 * (y + 0.5) / kLampPx) / camera.clip_T_eye(1, 1), -1);
+                    double t = HUGE_VAL;
+                    for (int axis = 0; axis < 3; ++axis)
+                        t = std::min(t, (std::copysign(half[axis], towards[axis]) - eye[axis]) / towards[axis]);
+                    const Vec3d point = eye + t * towards;
+                    // As far as a surface looks around in a map: 6 pixels.
+                    const double margin = 6 * 2 / 1024.0 * 1.04 * (point - light).norm();
+                    if (((half - point.cwiseAbs()).array() < margin).count() > 1) continue;
+                    ++seen;
+                    darker += pixel(with, x, y).g != pixel(without, x, y).g;
+                }
+        }
+    }
+    EXPECT_GT(seen, 300000);
+    EXPECT_EQ(darker, 0);
+}
+
 TEST_F(PointShadow, OfTheFirstFourThatAskTheOthersAreCounted) {
     TestScene scene;
     scene.place(scene.add(makeSheet(8, 8)), {0, 0, -4});

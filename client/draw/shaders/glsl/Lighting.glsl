@@ -237,7 +237,12 @@ float arrives(int at, vec3 position, vec3 n, vec3 towards) {
     vec4 inside = texelFetch(lightTexels, at + 5);
     float pixel = size.x + size.y * max(dot(row3, vec4(position, 1.0)), 0.0);
     float slope = sqrt(max(1.0 - dot(n, towards) * dot(n, towards), 0.0));
-    vec4 p = vec4(position + pixel * ((0.5 + 1.5 * slope) * n + 1.0 * towards), 1.0);
+    float lift = 1.5;
+#ifdef CUBES
+    // Where a side of a cube ends a surface may lie along its axis: from pixel to pixel its depth changes most there.
+    lift = cube.x < 0.0 ? 2.25 : lift;
+#endif
+    vec4 p = vec4(position + pixel * ((0.5 + lift * slope) * n + 1.0 * towards), 1.0);
     float w = dot(row3, p);
     vec3 q = vec3(dot(row0, p), dot(row1, p), dot(row2, p)) / max(w, 1e-6);
     q.z = clamp(q.z, 0.0, 1.0);
