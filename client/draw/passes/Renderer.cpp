@@ -271,6 +271,7 @@ DrawCounts Renderer::lastCounts() const {
     counts.looksUploaded = impl_->looksUploaded;
     counts.memoryBytes = impl_->memoryBytes();
     counts.memoryBudget = impl_->memoryBudget;
+    counts.lightsPrepared = impl_->lights.prepared();
     counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;

@@ -60,6 +60,7 @@ struct DrawCounts {
     std::uint64_t states = 0;       ///< program, material or sides were others than those before, in each cell and pass
     std::uint64_t memoryBytes = 0;  ///< of GL, as RendererOptions::memoryBytes counts it
     std::uint64_t memoryBudget = 0;    ///< that it may take
+    std::uint64_t lightsPrepared = 0;  ///< for GL, of a list for a camera, since the renderer was made
     std::uint64_t looksUploaded = 0;   ///< given to GL anew, its shadows' included
     std::uint64_t untextured = 0;      ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;   ///< beyond DrawList::kMaxLights
