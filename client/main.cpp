@@ -228,7 +228,8 @@ int main(int argc, char** argv) {
         .range(1, 16);
     options
         .option("--gl-memory", arguments.glMemoryMib,
-                "For meshes and images in GL (3/4 of the card's\nmemory; 1/4 of the machine's, where none is known)")
+                "Of GL, for pictures, meshes and images (3/4 of what\nthe card has for it; else 1/4 of free memory, to "
+                "3072)")
         .typeName("MIB")
         .range(64, 1 << 22);
     // Two lines of the help.

@@ -22,7 +22,7 @@ struct DrawMesh {
     MeshArrays arrays;  ///< resident
     DrawKind kind = DrawKind::kTriangles;
     bool sound = false;  ///< checkMesh's verdict
-    /// None of a small mesh, and of what has come by edits of ranges: that may go on changing.
+    /// By MeshCache alone. None of a small mesh, and of what came by edits of ranges: that may go on changing.
     std::vector<MeshCluster> clusters;
 };
 

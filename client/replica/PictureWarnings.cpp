@@ -23,7 +23,8 @@ void PictureWarnings::tell(FrameNumber frame, const Aspect& aspect, const std::v
         if (tile->narrowed.items > 0) narrowed = tile->narrowed;
     }
     if (std::exchange(skipped_, skipped) != skipped && skipped > 0)
-        warn(fmt::format("{} items cannot be drawn (their meshes are damaged or absent)", skipped));
+        warn(fmt::format("{} items cannot be drawn (their meshes are damaged or absent, or GL has no memory for them)",
+                         skipped));
     tellUndrawn(aspect, undrawn);
     if (std::exchange(lights_, lights) != lights && lights > 0)
         warn(fmt::format("{} lights beyond the first {} are left out", lights, DrawList::kMaxLights));

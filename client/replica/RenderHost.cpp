@@ -352,8 +352,11 @@ bool RenderHost::on(const work::Describe& describe) {
 
 bool RenderHost::on(const work::Finish&) {
     if (renderer_)
-        log_.detail(fmt::format("pictures, meshes, images and voxels take {} MiB of GL's memory, of {} that they may",
-                                renderer_->lastCounts().memoryBytes >> 20, renderer_->lastCounts().memoryBudget >> 20));
+        log_.detail(
+            fmt::format("pictures, meshes, images and voxels take {} MiB of GL's memory, of {} that they may; "
+                        "buffers of meshes were copied {} times",
+                        renderer_->lastCounts().memoryBytes >> 20, renderer_->lastCounts().memoryBudget >> 20,
+                        renderer_->lastCounts().bufferCopies));
     for (const auto& tile : tiles_)
         log_.detail(fmt::format("tile {}: {} frames, {} of them without drawing anything anew", tile->tile().name,
                                 tile->frames(), tile->framesAgain()),

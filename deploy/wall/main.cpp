@@ -99,8 +99,9 @@ int main(int argc, char** argv) {
         .typeName("N")
         .range(1, 16);
     commandLine
-        .option("--gl-memory", options.glMemoryMib,
-                "Of each client: for meshes and images in GL (3/4 of\nthe card's memory, else 1/4 of the machine's)")
+        .option(
+            "--gl-memory", options.glMemoryMib,
+            "Of each client: for pictures, meshes and images in\nGL (3/4 of the card's; 1/4 of what is free, to 3072)")
         .typeName("MIB")
         .range(64, 1 << 22);
     commandLine.flag("--window", options.window, "Show the tiles in windows of this machine");

@@ -11,8 +11,15 @@
 
 namespace tessera {
 
-DepthQueries::DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, GLuint meshArray, int samples)
-    : surface_(surface), gl_(gl), meshes_(meshes), meshArray_(meshArray), mostSamples_(samples), samples_(samples) {
+DepthQueries::DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, SharedBudget& budget, GLuint meshArray,
+                           int samples)
+    : surface_(surface),
+      gl_(gl),
+      meshes_(meshes),
+      budget_(budget),
+      meshArray_(meshArray),
+      mostSamples_(samples),
+      samples_(samples) {
     gl_.CreateVertexArrays(1, &plateArray_);
     gl_.CreateVertexArrays(1, &emptyArray_);
     for (GLuint* buffer : {&plateBuffer_, &itemBuffer_, &frameBuffer_}) gl_.CreateBuffers(1, buffer);
@@ -41,7 +48,7 @@ std::vector<VisibilityDevice::Part> DepthQueries::partsOf(const ScreenCamera& sc
 Expected<void> DepthQueries::begin(const Part& part) {
     if (auto current = surface_.makeCurrent(); !current) return current;
     gl_.restore();
-    meshes_.beginDraw();
+    budget_.beginDepths();
     const PixelRect& pixels = part.pixels;
     if (const int samples = std::min(mostSamples_, detailStep(part.camera.detail).mostSamples);
         std::exchange(samples_, samples) != samples) {

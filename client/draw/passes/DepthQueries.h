@@ -9,6 +9,7 @@
 #include "client/draw/passes/DrawCalls.h"
 #include "client/draw/shaders/Program.h"
 #include "client/draw/store/MeshBuffers.h"
+#include "client/draw/store/SharedBudget.h"
 #include "client/render/cull/VisibilityDevice.h"
 
 namespace tessera {
@@ -18,7 +19,8 @@ namespace tessera {
 class DepthQueries : public VisibilityDevice {
 public:
     /// `meshArray`: the vertex array of `meshes`.
-    DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, GLuint meshArray, int samples);
+    DepthQueries(Surface& surface, GlState& gl, MeshBuffers& meshes, SharedBudget& budget, GLuint meshArray,
+                 int samples);
     ~DepthQueries() override;
 
     [[nodiscard]] std::vector<Part> partsOf(const ScreenCamera& screen, const PixelRect& rect) const override;
@@ -41,6 +43,7 @@ private:
     Surface& surface_;
     GlState& gl_;
     MeshBuffers& meshes_;
+    SharedBudget& budget_;
     GLuint meshArray_, plateArray_ = 0, emptyArray_ = 0;
     GLuint plateBuffer_ = 0, itemBuffer_ = 0, frameBuffer_ = 0;
     int mostSamples_, samples_;  ///< of pictures; of the part, whose camera may want fewer

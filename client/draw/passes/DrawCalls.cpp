@@ -41,9 +41,9 @@ void DrawCalls::begin(const ScreenCamera& camera, const DrawStores& stores) {
     parts_.clear();
     found_ = {};
     widestLineReachPx_ = 0;
-    stores.meshes.beginDraw();
-    stores.textures.beginDraw(detailStep(camera.detail).anisotropy);
-    stores.volumes.beginDraw();
+    stores.budget.beginDraw();
+    stores.textures.limitAnisotropy(detailStep(camera.detail).anisotropy);
+    stores.volumes.beginList();
     stores.looks.beginDraw();
 }
 

@@ -12,12 +12,14 @@
 #include "client/draw/passes/LookTable.h"
 #include "client/draw/passes/Renderer.h"
 #include "client/draw/store/MeshBuffers.h"
+#include "client/draw/store/SharedBudget.h"
 #include "client/draw/store/VolumeTextures.h"
 
 namespace tessera {
 
 /// Where what a list names lies in GL, or will.
 struct DrawStores {
+    SharedBudget& budget;
     MeshBuffers& meshes;
     TextureCache& textures;
     VolumeTextures& volumes;

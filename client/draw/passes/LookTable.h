@@ -45,7 +45,7 @@ public:
     LookTable(const LookTable&) = delete;
     LookTable& operator=(const LookTable&) = delete;
 
-    /// Call before the first `find` of a draw, and when TextureCache and PersonPrograms have begun it.
+    /// Call before the first `find` of a draw, and when SharedBudget and PersonPrograms have begun it.
     void beginDraw();
     /// What is seen where nothing is: material 0.
     void setBackground(const Vec3f& radiance);

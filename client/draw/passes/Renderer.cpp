@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "client/draw/passes/RendererImpl.h"
-#include "client/draw/surface/GlMemory.h"
 #include "common/cores/SurfaceParts.h"
 
 namespace tessera {
@@ -16,10 +15,11 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     : surface(onSurface),
       gl(state),
       options(o),
-      textures(gl, o.anisotropy > 0              ? o.anisotropy
-                   : drawsOnProcessor(onSurface) ? 1
-                                                 : 16),
-      volumes(gl, o.leaveOutEmpty),
+      textures(gl, clock,
+               o.anisotropy > 0              ? o.anisotropy
+               : drawsOnProcessor(onSurface) ? 1
+                                             : 16),
+      volumes(gl, clock, o.leaveOutEmpty),
       looks(gl),
       tile(gl, o.samples),
       ids(gl, 1),
@@ -60,7 +60,13 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
     gl.VertexArrayAttribIFormat(vertexArray, kItemNode, 2, GL_UNSIGNED_INT, offsetof(ItemRecord, node));
     enable(kItemNode, kItemBinding);
     gl.VertexArrayBindingDivisor(vertexArray, kItemBinding, 1);
-    meshes = std::make_unique<MeshBuffers>(gl, vertexArray);
+    const std::size_t mostOfSurface =
+        drawsOnProcessor(onSurface) ? MeshBuffers::kMostOnProcessor : MeshBuffers::kMostBufferBytes;
+    meshes = std::make_unique<MeshBuffers>(
+        gl, clock, vertexArray, o.mostBufferBytes > 0 ? std::min(o.mostBufferBytes, mostOfSurface) : mostOfSurface);
+    budget = std::make_unique<SharedBudget>(
+        clock, *meshes, textures, volumes,
+        SharedBudget::Own{.meshes = o.meshBudgetBytes, .textures = o.textureBudgetBytes});
     shareMemory();
 }
 
@@ -75,20 +81,12 @@ Renderer::Impl::~Impl() {
 }
 
 void Renderer::Impl::shareMemory() {
-    const std::size_t taken = memoryBytes();
-    // What others take of a card changes; asking costs a driver some microseconds.
-    constexpr int kDrawsEach = 64;
-    if (options.memoryBytes > 0)
-        memoryBudget = options.memoryBytes;
-    else if (memoryAskedAgo++ % kDrawsEach == 0)
-        memoryBudget = memoryForGl(gl, surface, taken);
-    const auto left = [&](std::size_t own) {
-        return std::max(memoryBudget / 4, memoryBudget - std::min(memoryBudget, taken - own));
-    };
-    const auto either = [](std::size_t said, std::size_t rest) { return said > 0 ? said : rest; };
-    meshes->setBudget(either(options.meshBudgetBytes, left(meshes->allocatedBytes())));
-    textures.setBudget(either(options.textureBudgetBytes, left(textures.residentBytes())));
-    volumes.setBudget(either(options.textureBudgetBytes, left(volumes.residentBytes())));
+    // What others take changes; asking costs some microseconds.
+    constexpr unsigned kCallsEach = 64;
+    if (callsSinceAsked == 0) memory = memoryForGl(gl, surface, memoryBytes());
+    if (++callsSinceAsked == kCallsEach) callsSinceAsked = 0;
+    if (options.memoryBytes > 0) memory.limit = options.memoryBytes;
+    budget->set({.bytes = memory.limit, .others = bufferBytes(), .there = memory.there, .hard = memory.hard});
 }
 
 std::size_t Renderer::Impl::memoryBytes() const {
@@ -108,7 +106,7 @@ Expected<std::unique_ptr<Renderer>> Renderer::create(Surface& surface, RendererO
     if (auto current = surface.makeCurrent(); !current) return tl::unexpected(current.error());
     const auto functions = GlFunctions::load(surface);
     if (!functions) return failWith(surface.description(), functions.error());
-    const GlState gl(*functions);
+    GlState gl(*functions);
     GLint alignment = 0;
     gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
     if (alignment <= 0 || 256 % alignment != 0)
@@ -258,7 +256,8 @@ VisibilityDevice& Renderer::visibility() {
     if (!d.depths) {
         // Where that fails, the first depth buffer says so.
         static_cast<void>(d.surface.makeCurrent());
-        d.depths = std::make_unique<DepthQueries>(d.surface, d.gl, *d.meshes, d.vertexArray, d.options.samples);
+        d.depths =
+            std::make_unique<DepthQueries>(d.surface, d.gl, *d.meshes, *d.budget, d.vertexArray, d.options.samples);
     }
     return *d.depths;
 }
@@ -270,7 +269,9 @@ DrawCounts Renderer::lastCounts() const {
     counts.glCalls = impl_->glCalls;
     counts.looksUploaded = impl_->looksUploaded;
     counts.memoryBytes = impl_->memoryBytes();
-    counts.memoryBudget = impl_->memoryBudget;
+    counts.memoryBudget = impl_->memory.limit;
+    counts.bufferCopies = impl_->meshes->copies();
+    counts.lightsPrepared = impl_->lights.prepared();
     counts.states = impl_->states;
     counts.lightsLeftOut = impl_->lightsLeftOut;
     counts.shadowsLeftOut = impl_->shadowsLeftOut;
@@ -319,9 +320,7 @@ std::uint64_t Renderer::uploadedTextureBytes() const {
 
 void Renderer::beginFrame() {
     impl_->shadows.beginFrame();
-    impl_->meshes->beginFrame();
-    impl_->textures.beginFrame();
-    impl_->volumes.beginFrame();
+    impl_->clock.beginFrame();
     impl_->looks.persons().beginFrame();
     impl_->loopsTookBefore.clear();
     impl_->shared = false;

@@ -26,11 +26,15 @@ struct MeshSize;
 
 struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
-    /// Of GL's memory, as it is allocated, for meshes, images, voxels and what pictures are drawn in. 0: memoryForGl.
-    /// Above it gives way what is not drawn, then what is needed again last (UseClock.h). What one draw needs is always
-    /// there.
+    /// Of GL's memory, as it is allocated, for meshes, images and voxels together with what pictures are drawn in:
+    /// framebuffers and maps of shadows, which never give way. 0: memoryForGl. Above it gives way what is not drawn,
+    /// then what is needed again last (SharedBudget.h). What one draw needs is there as long as GL has memory, and a
+    /// quarter of this is for meshes, images and voxels whatever pictures take.
     std::size_t memoryBytes = 0;
-    /// Of meshes, and of images or voxels alone; 0: what the others leave of `memoryBytes`, a quarter at least.
+    /// Of one buffer of meshes; 0, and at most: as much as the surface draws from. What does not fit into it beside
+    /// what else a draw needs is left out, and counted in DrawCounts::skipped.
+    std::size_t mostBufferBytes = 0;
+    /// Of meshes, and of images or voxels alone; 0: what the others leave of `memoryBytes`.
     std::size_t meshBudgetBytes = 0, textureBudgetBytes = 0;
     /// Samples of an image, at most, where it is seen at a grazing angle: 1 to 16. A step of detail may want fewer. 0:
     /// 16 on a GPU; 1 on Mesa's software, where more take ten times as long.
@@ -54,12 +58,15 @@ struct RendererOptions {
 /// What became of the last list drawn.
 struct DrawCounts {
     std::uint64_t items = 0;
-    std::uint64_t skipped = 0;      ///< geometry gone, its arrays absent, or refused by checkMesh
+    std::uint64_t skipped = 0;      ///< geometry gone, arrays absent, refused by checkMesh, no memory of GL
     std::uint64_t triangles = 0;    ///< given to GL, in each cell
     std::uint64_t glCalls = 0;      ///< that draw items, in each cell and pass; one may draw many
     std::uint64_t states = 0;       ///< program, material or sides were others than those before, in each cell and pass
     std::uint64_t memoryBytes = 0;  ///< of GL, as RendererOptions::memoryBytes counts it
-    std::uint64_t memoryBudget = 0;    ///< that it may take
+    std::uint64_t memoryBudget = 0;  ///< that it may take
+    // Since the renderer was made:
+    std::uint64_t bufferCopies = 0;    ///< whole buffers of meshes, to larger or smaller ones
+    std::uint64_t lightsPrepared = 0;  ///< for GL, of a list for a camera
     std::uint64_t looksUploaded = 0;   ///< given to GL anew, its shadows' included
     std::uint64_t untextured = 0;      ///< drawn without their image, which is absent or not of its size
     std::uint64_t lightsLeftOut = 0;   ///< beyond DrawList::kMaxLights

@@ -23,6 +23,7 @@
 #include "client/draw/passes/ShadowMaps.h"
 #include "client/draw/shaders/LoopWatch.h"
 #include "client/draw/store/TileBuffers.h"
+#include "client/draw/surface/GlMemory.h"
 
 namespace tessera {
 
@@ -65,7 +66,7 @@ struct Renderer::Impl {
                                            TileBuffers& buffers);
     /// What is to be drawn of a list, seen from here.
     void collect(const Aspect& aspect, const DrawList& list, const ScreenCamera& camera);
-    [[nodiscard]] DrawStores stores() { return {*meshes, textures, volumes, looks}; }
+    [[nodiscard]] DrawStores stores() { return {*budget, *meshes, textures, volumes, looks}; }
     void uploadCalls();
     /// What meshes, images and voxels may take now.
     void shareMemory();
@@ -153,17 +154,19 @@ struct Renderer::Impl {
     GLuint vertexArray = 0, emptyArray = 0;
     GLuint itemBuffer = 0, blockBuffer = 0, sortedBuffer = 0, frameBuffer = 0;
     GLuint white = 0;  ///< of one pixel: an image that nobody says
+    UseClock clock;    ///< of what takes memory of GL
     std::unique_ptr<MeshBuffers> meshes;
     TextureCache textures;
     VolumeTextures volumes;
+    std::unique_ptr<SharedBudget> budget;
     LookTable looks;
     TileBuffers tile, ids;
     LightBuffers lights;
     EnvironmentTexture surroundings;
     ShadowMaps shadows;
     std::unique_ptr<DepthQueries> depths;  ///< made when a culler asks
-    std::size_t memoryBudget = 0;
-    int memoryAskedAgo = 0;
+    GlMemory memory;
+    unsigned callsSinceAsked = 0;  ///< of shareMemory
 
     LoopWatch loops;
     /// Each program by itself: once one of several was too slow, and from then on.

@@ -12,8 +12,11 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kFirstCapacity = 8 * 1024;
-/// Beyond the budget: so little that `shrink` leaves it, and so much that not each mesh copies all.
-constexpr std::uint64_t kLeastGrowth = 16;
+/// Beyond the budget a buffer grows by an eighth: so little that `shrink` leaves it, and so much that not each mesh
+/// copies all.
+constexpr std::uint64_t kLeastGrowth = 8;
+/// `shrink` leaves a quarter more than lay there lately, as all is copied; and leaves a 16th free, for gaps.
+constexpr std::size_t kWorthIt = 4, kSlack = 16;
 
 }  // namespace
 
@@ -24,7 +27,8 @@ MeshArrays drawnArrays(const DrawMesh& mesh, const Image* normalMap) {
     return arrays;
 }
 
-MeshBuffers::MeshBuffers(GlState& gl, GLuint vertexArray) : gl_(gl), vertexArray_(vertexArray) {
+MeshBuffers::MeshBuffers(GlState& gl, const UseClock& clock, GLuint vertexArray, std::size_t mostBytes)
+    : gl_(gl), clock_(clock), vertexArray_(vertexArray), mostBytes_(std::min(mostBytes, kMostBufferBytes)) {
     // As many texels as a texture has, and as vertices have numbers.
     GLint most = 0;
     gl_.GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
@@ -39,14 +43,10 @@ MeshBuffers::~MeshBuffers() {
 }
 
 void MeshBuffers::beginDraw() {
-    clock_.beginDraw();
-    const auto drop = [this](const std::shared_ptr<Mesh>& mesh) {
-        release(*mesh);
-        mesh->gone = true;
-    };
-    clock_.giveWay(
-        meshes_, gone_, budgetBytes_, [this] { return residentBytes(); }, drop);
-    shrink();
+    if (std::exchange(frame_, clock_.frame()) != clock_.frame()) {
+        mostBefore_[clock_.frame() % kRecentFrames] = std::exchange(most_, used());
+        shrink();
+    }
     // One content may come by ever new handles.
     constexpr std::size_t kHandlesEach = 4, kHandlesMore = 4096;
     if (known_.size() > kHandlesEach * meshes_.size() + kHandlesMore) known_.clear();
@@ -58,10 +58,27 @@ std::size_t MeshBuffers::allocatedBytes() const {
     return allocated.bytes();
 }
 
-std::size_t MeshBuffers::residentBytes() const {
+MeshSize MeshBuffers::used() const {
     MeshSize used;
     for (std::size_t i = 0; i < kMeshStores; ++i) used.elements[i] = buffers_[i].ranges.used();
-    return used.bytes();
+    return used;
+}
+
+std::size_t MeshBuffers::residentBytes() const {
+    return used().bytes();
+}
+
+void MeshBuffers::addSpares(std::vector<UseClock::Spare>& spares) {
+    clock_.addSpares(meshes_, spares, [this](const Key& key) { letGo(key); });
+}
+
+void MeshBuffers::letGo(const Key& key) {
+    const auto it = meshes_.find(key);
+    Mesh& mesh = *it->second;
+    clock_.remember(gone_, key, mesh.uses);
+    release(mesh);
+    mesh.gone = true;
+    meshes_.erase(it);
 }
 
 /// What lies in GL is the same whatever the radius of points is.
@@ -110,10 +127,10 @@ std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& me
     std::shared_ptr<Mesh> made;
     if (fill == Material::kFilled) {
         made = takeOver(arrays);
-        if (!made) made = allocate(arrays);
+        if (!made) made = allocate(arrays, true);
     } else {
         const MeshArrays outline = outlineOf(arrays, fill);
-        made = allocate(outline);
+        made = allocate(outline, true);
         if (made) writeOn(outline, *made, ~std::size_t{0});
     }
     if (!made) return nullptr;
@@ -130,8 +147,8 @@ std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Imag
         // What goes on changing takes a place over when it is drawn.
         for (const MeshOrigin& origin : originsOf(arrays))
             if (meshes_.contains(keyOf(origin.key, Material::kFilled))) return 0;
-        if (residentBytes() + sizeOf(arrays).bytes() > budgetBytes_) return std::nullopt;
-        std::shared_ptr<Mesh> made = allocate(arrays);
+        if (residentBytes() + sizeOf(arrays).bytes() > budget_.bytes) return std::nullopt;
+        std::shared_ptr<Mesh> made = allocate(arrays, false);
         if (!made) return 0;
         it = meshes_.emplace(key, std::move(made)).first;
         it->second->uses.lastDraw = clock_.draw();
@@ -144,26 +161,32 @@ std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Imag
 void MeshBuffers::expect(const MeshSize& more) {
     for (std::size_t i = 0; i < kMeshStores; ++i) {
         const auto store = static_cast<MeshStore>(i);
-        const std::size_t others = allocatedBytes() - buffers_[i].ranges.capacity() * elementBytes(store);
-        const std::uint64_t most = std::min<std::uint64_t>(
-            (budgetBytes_ - std::min(budgetBytes_, others)) / elementBytes(store), mostOf(store));
+        const std::size_t all = allocatedBytes(), own = buffers_[i].ranges.capacity() * elementBytes(store);
+        const std::uint64_t most =
+            std::min(mostIn(store, budget_.bytes, all - own), mostIn(store, budget_.atOnce, all));
         const std::uint64_t wanted = std::min(most, buffers_[i].ranges.used() + more.elements[i]);
         if (wanted > buffers_[i].ranges.capacity()) grow(store, wanted);
     }
 }
 
 std::uint64_t MeshBuffers::mostOf(MeshStore store) const {
-    return store == MeshStore::kTexels ? mostTexels_ : std::numeric_limits<std::uint64_t>::max();
+    const std::uint64_t most = mostBytes_ / elementBytes(store);
+    return store == MeshStore::kTexels ? std::min(most, mostTexels_) : most;
 }
 
-std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
+std::uint64_t MeshBuffers::mostIn(MeshStore store, std::size_t bytes, std::size_t others) const {
+    return std::min<std::uint64_t>(mostOf(store), (bytes - std::min(bytes, others)) / elementBytes(store));
+}
+
+std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays, bool needed) {
     const auto made = std::make_shared<Mesh>();
     Mesh& mesh = *made;
     const DrawForm& form = formOf(kindOf(arrays));
     for (const MeshPart& part : form.parts(arrays)) {
         // What is fetched by its number lies at a multiple of its size.
         const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
-        if (!place(part.store, part.elements(), multipleOf, mesh.places[static_cast<std::size_t>(part.store)])) {
+        if (!place(part.store, part.elements(), multipleOf, needed,
+                   mesh.places[static_cast<std::size_t>(part.store)])) {
             release(mesh);
             return nullptr;
         }
@@ -246,27 +269,50 @@ void MeshBuffers::write(const MeshArrays& arrays, const Mesh& mesh, const MeshPa
     });
 }
 
-bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, Place& place) {
+bool MeshBuffers::place(MeshStore store, std::uint64_t count, std::uint64_t multipleOf, bool needed, Place& place) {
     if (count == 0) return true;
-    Buffer& in = buffer(store);
     const std::uint64_t wanted = count + multipleOf - 1;
-    std::optional<std::uint64_t> start = in.ranges.allocate(wanted);
-    if (!start) {
-        const std::uint64_t old = in.ranges.capacity(), most = mostOf(store);
-        // Twice as much, as far as the budget goes.
-        const std::size_t others = allocatedBytes() - old * elementBytes(store);
-        const std::uint64_t room = (budgetBytes_ - std::min(budgetBytes_, others)) / elementBytes(store);
-        const std::uint64_t larger = std::min(most, std::max({std::min(kFirstCapacity, room), std::min(2 * old, room),
-                                                              old + std::max(wanted, old / kLeastGrowth)}));
-        if (larger > old && wanted <= most) grow(store, larger);
-        start = in.ranges.allocate(wanted);
-        if (!start) return false;
-    }
+    const std::optional<std::uint64_t> start = roomFor(store, wanted, needed);
+    if (!start) return false;
+    most_.elements[static_cast<std::size_t>(store)] =
+        std::max(most_.elements[static_cast<std::size_t>(store)], buffer(store).ranges.used());
     place = {.taken = *start,
              .takenCount = wanted,
              .first = (*start + multipleOf - 1) / multipleOf * multipleOf,
              .multipleOf = multipleOf};
     return true;
+}
+
+std::optional<std::uint64_t> MeshBuffers::roomFor(MeshStore store, std::uint64_t wanted, bool needed) {
+    RangeAllocator& ranges = buffer(store).ranges;
+    if (const auto start = ranges.allocate(wanted)) return start;
+    if (wanted > mostOf(store)) return std::nullopt;
+    // Twice as much, as far as the budget goes.
+    const std::uint64_t old = ranges.capacity();
+    const std::size_t all = allocatedBytes(), others = all - old * elementBytes(store);
+    const std::uint64_t room = mostIn(store, budget_.bytes, others), easily = mostIn(store, budget_.atOnce, all);
+    const std::uint64_t beyond = old + std::max(wanted, old / kLeastGrowth);
+    const std::uint64_t larger =
+        std::min({needed ? easily : std::min(easily, room),
+                  std::max({std::min(kFirstCapacity, room), std::min(2 * old, room), beyond})});
+    if (larger >= old + wanted) grow(store, larger);
+    if (const auto start = ranges.allocate(wanted)) return start;
+    if (!needed) return std::nullopt;
+    if (const auto start = roomOfOthers(store, wanted)) return start;
+    grow(store, std::min(mostIn(store, budget_.mostAtOnce, all), old + wanted));
+    return ranges.allocate(wanted);
+}
+
+std::optional<std::uint64_t> MeshBuffers::roomOfOthers(MeshStore store, std::uint64_t wanted) {
+    const auto i = static_cast<std::size_t>(store);
+    if (byOthers_[i].draw == clock_.draw() && byOthers_[i].wanted <= wanted) return std::nullopt;
+    for (const auto& candidate : clock_.unusedSoFar(meshes_)) {
+        if (meshes_.find(*candidate.key)->second->places[i].takenCount == 0) continue;
+        letGo(*candidate.key);
+        if (const auto start = buffers_[i].ranges.allocate(wanted)) return start;
+    }
+    byOthers_[i] = {clock_.draw(), wanted};
+    return std::nullopt;
 }
 
 void MeshBuffers::release(const Mesh& mesh) {
@@ -277,14 +323,20 @@ void MeshBuffers::release(const Mesh& mesh) {
 void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
     Buffer& grown = buffer(store);
     const std::size_t bytesEach = elementBytes(store);
-    GLuint larger = 0;
-    gl_.CreateBuffers(1, &larger);
-    gl_.NamedBufferData(larger, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
+    Refused& refused = byGl_[static_cast<std::size_t>(store)];
+    if (capacity <= grown.ranges.capacity() || (refused.draw == clock_.draw() && refused.wanted <= capacity)) return;
+    const GLuint larger = makeBuffer(capacity * bytesEach);
+    if (larger == 0) {
+        refused = {clock_.draw(), capacity};
+        return;
+    }
     if (grown.name) {
+        ++copies_;
         gl_.CopyNamedBufferSubData(grown.name, larger, 0, 0,
                                    static_cast<GLsizeiptr>(grown.ranges.capacity() * bytesEach));
         // What is written next overtakes the copy on a GPU (NVIDIA's driver 580, seen on an H100): triangles are
-        // missing for as long as their mesh stays. A buffer grows by doubling, so this is waited for seldom.
+        // missing for as long as their mesh stays. A buffer grows by doubling, beyond the budget by an eighth, and
+        // stays as large for some frames (`shrink`): this is waited for seldom.
         gl_.Finish();
         gl_.DeleteBuffers(1, &grown.name);
     }
@@ -294,20 +346,29 @@ void MeshBuffers::grow(MeshStore store, std::uint64_t capacity) {
 }
 
 void MeshBuffers::shrink() {
-    // Not for little, as all of it is copied: what one draw needs may be beyond the budget all the time.
-    constexpr std::size_t kWorthIt = 8;
-    const std::size_t allocated = allocatedBytes(), resident = residentBytes(), free = allocated - resident;
-    if (allocated <= budgetBytes_ || free <= resident / kWorthIt) return;
+    MeshSize lately = most_;
+    for (const MeshSize& before : mostBefore_)
+        for (std::size_t i = 0; i < kMeshStores; ++i)
+            lately.elements[i] = std::max(lately.elements[i], before.elements[i]);
+    const std::size_t allocated = allocatedBytes(), wanted = lately.bytes(), free = allocated - wanted;
+    if (allocated <= budget_.bytes || free <= wanted / kWorthIt) return;
     // Each keeps its part of what may stay free.
-    const double kept =
-        static_cast<double>(budgetBytes_ - std::min(budgetBytes_, resident)) / static_cast<double>(free);
+    const std::size_t stays = std::max(wanted / kSlack, budget_.bytes - std::min(budget_.bytes, wanted));
+    const double kept = std::min(1.0, static_cast<double>(stays) / static_cast<double>(free));
     for (std::size_t i = 0; i < kMeshStores; ++i) {
-        const RangeAllocator& ranges = buffers_[i].ranges;
-        const std::uint64_t unused = ranges.capacity() - ranges.used();
-        if (unused > 0)
-            compact(static_cast<MeshStore>(i),
-                    ranges.used() + static_cast<std::uint64_t>(kept * static_cast<double>(unused)));
+        const std::uint64_t capacity = buffers_[i].ranges.capacity(), unused = capacity - lately.elements[i];
+        const std::uint64_t smaller =
+            lately.elements[i] + static_cast<std::uint64_t>(kept * static_cast<double>(unused));
+        if (smaller < capacity) compact(static_cast<MeshStore>(i), smaller);
     }
+}
+
+GLuint MeshBuffers::makeBuffer(std::size_t bytes) {
+    GLuint name = 0;
+    gl_.CreateBuffers(1, &name);
+    if (gl_.reserve(name, bytes)) return name;
+    gl_.DeleteBuffers(1, &name);
+    return 0;
 }
 
 void MeshBuffers::compact(MeshStore store, std::uint64_t capacity) {
@@ -321,10 +382,8 @@ void MeshBuffers::compact(MeshStore store, std::uint64_t capacity) {
     std::ranges::sort(moved, {}, [i](const Mesh* mesh) { return mesh->places[i].taken; });
     Buffer to;
     to.ranges.grow(capacity);
-    if (capacity > 0) {
-        gl_.CreateBuffers(1, &to.name);
-        gl_.NamedBufferData(to.name, static_cast<GLsizeiptr>(capacity * bytesEach), nullptr, GL_STATIC_DRAW);
-    }
+    if (capacity > 0 && (to.name = makeBuffer(capacity * bytesEach)) == 0) return;
+    ++copies_;
     for (Mesh* mesh : moved) {
         Place& place = mesh->places[i];
         const std::optional<std::uint64_t> start = to.ranges.allocate(place.takenCount);

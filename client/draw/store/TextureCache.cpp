@@ -63,7 +63,7 @@ GLenum textureTarget(const Image& image) {
                                          : GL_TEXTURE_2D;
 }
 
-TextureCache::TextureCache(const GlFunctions& gl, int anisotropy) : gl_(gl) {
+TextureCache::TextureCache(const GlFunctions& gl, const UseClock& clock, int anisotropy) : gl_(gl), clock_(clock) {
     readsS3tc_ = gl.hasExtension("GL_EXT_texture_compression_s3tc") &&
                  (gl.hasExtension("GL_EXT_texture_sRGB") || gl.hasExtension("GL_EXT_texture_compression_s3tc_srgb"));
     if (gl.hasExtension("GL_ARB_texture_filter_anisotropic") || gl.hasExtension("GL_EXT_texture_filter_anisotropic"))
@@ -117,17 +117,21 @@ TextureCache::~TextureCache() {
         if (sampler) gl_.DeleteSamplers(1, &sampler);
 }
 
-void TextureCache::beginDraw(int mostAnisotropy) {
-    clock_.beginDraw();
-    const auto samples = static_cast<unsigned>(std::max(1, std::min(anisotropyHere_, mostAnisotropy)));
+void TextureCache::limitAnisotropy(int most) {
+    const auto samples = static_cast<unsigned>(std::max(1, std::min(anisotropyHere_, most)));
     anisotropy_ = static_cast<std::size_t>(std::bit_width(samples)) - 1;
-    const auto drop = [this](const Found& texture) {
-        bytes_ -= texture->bytes;
-        gl_.DeleteTextures(1, &texture->name);
-        texture->gone = true;
-    };
-    clock_.giveWay(
-        textures_, gone_, budgetBytes_, [this] { return bytes_; }, drop);
+}
+
+void TextureCache::addSpares(std::vector<UseClock::Spare>& spares) {
+    clock_.addSpares(textures_, spares, [this](const Key& key) {
+        const auto it = textures_.find(key);
+        Texture& texture = *it->second;
+        clock_.remember(gone_, key, texture.uses);
+        bytes_ -= texture.bytes;
+        gl_.DeleteTextures(1, &texture.name);
+        texture.gone = true;
+        textures_.erase(it);
+    });
 }
 
 TextureCache::SamplerKey TextureCache::samplerOf(const Image& image) {

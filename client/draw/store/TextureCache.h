@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "client/draw/store/UseClock.h"
 #include "client/draw/surface/GlFunctions.h"
@@ -24,12 +25,12 @@ enum class ImageUse : std::uint8_t {
     kNumbers,  ///< linear
 };
 
-/// Once the budget is exceeded textures make room as UseClock says; what one draw needs is never dropped in it.
+/// Textures make room as SharedBudget says; what one draw needs is never dropped in it.
 class TextureCache {
 public:
-    /// The surface must be current. Without a budget, at first. `anisotropy`: so many samples at most, 1 to 16, where
-    /// an image is seen at a grazing angle; a draw may want fewer. As many as GL has.
-    TextureCache(const GlFunctions& gl, int anisotropy);
+    /// The surface must be current. Without a budget, at first. The clock is all stores'. `anisotropy`: so many samples
+    /// at most, 1 to 16, where an image is seen at a grazing angle; a draw may want fewer. As many as GL has.
+    TextureCache(const GlFunctions& gl, const UseClock& clock, int anisotropy);
     ~TextureCache();
     TextureCache(const TextureCache&) = delete;
     TextureCache& operator=(const TextureCache&) = delete;
@@ -42,8 +43,8 @@ public:
     };
     using Found = std::shared_ptr<Texture>;
 
-    void beginFrame() { clock_.beginFrame(); }
-    void beginDraw(int mostAnisotropy);
+    /// Of the draw that has begun: see `sampler`.
+    void limitAnisotropy(int most);
     /// A texture of textureTarget(image). Null: the image's bytes are absent or do not have its size, or they have
     /// shared exponents; what it belongs to is then drawn as if it had none. bc4 is grey, bc5 a normal map of two
     /// channels (BlockPixels.h).
@@ -59,7 +60,9 @@ public:
     /// Of such images in the draw that has begun: flat ones that want the smoothest filters are read anisotropically.
     [[nodiscard]] GLuint sampler(SamplerKey key);
 
+    void addSpares(std::vector<UseClock::Spare>& spares);
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+    /// That `prepare` keeps to.
     void setBudget(std::size_t bytes) { budgetBytes_ = bytes; }
     /// Given to GL since this began, with mipmaps.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
@@ -80,6 +83,7 @@ private:
     };
 
     const GlFunctions& gl_;
+    const UseClock& clock_;
     std::size_t budgetBytes_ = ~std::size_t{0};
     std::size_t bytes_ = 0;
     std::unordered_map<Key, Found, KeyHash> textures_;
@@ -105,7 +109,6 @@ private:
     [[nodiscard]] bool isShown(const Image& image) const;
     const Found& upload(const Image& image, const Key& key);
 
-    UseClock clock_;
     std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;
     std::uint64_t uploadedBytes_ = 0;
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 namespace tessera {
@@ -47,6 +49,7 @@ public:
     }
     [[nodiscard]] bool usedNow(const Uses& uses) const { return uses.lastDraw == draw_; }
     [[nodiscard]] std::uint64_t draw() const { return draw_; }
+    [[nodiscard]] std::uint64_t frame() const { return frame_; }
     /// Draws until it is needed: 0 in the one that has begun; kNever: it was not, since the last frame began.
     [[nodiscard]] std::uint64_t nextUse(const Uses& uses) const {
         const std::uint64_t now = uses.frame == frame_ ? uses.places : 0;
@@ -75,14 +78,12 @@ public:
     /// In the order in which things give way, without what is needed now. `map`: of things that have `uses`.
     template <typename Map>
     [[nodiscard]] auto lastNeededFirst(const Map& map) const {
-        std::vector<Candidate<typename Map::key_type>> order;
-        for (const auto& [key, thing] : map)
-            if (const std::uint64_t next = nextUse(usesOf(thing)); next > 0)
-                order.push_back({next, usesOf(thing).lastDraw, &key});
-        std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
-            return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
-        });
-        return order;
+        return ordered(map, [this](const Uses& uses) { return nextUse(uses) > 0; });
+    }
+    /// In the midst of a draw: what it has not used so far, in that order; what it may yet need comes last.
+    template <typename Map>
+    [[nodiscard]] auto unusedSoFar(const Map& map) const {
+        return ordered(map, [this](const Uses& uses) { return !usedNow(uses); });
     }
     /// What gave way and will be needed again keeps its uses: else nobody would know, once it is back, when it was
     /// drawn besides.
@@ -96,28 +97,44 @@ public:
         const auto known = gone.extract(key);
         return known.empty() ? Uses() : known.mapped();
     }
-    /// Down to how many bytes: what nobody draws leaves a quarter free, so that this does not happen in every frame;
-    /// what will be drawn again goes as far as it must.
-    template <typename Key>
-    [[nodiscard]] static std::size_t roomFor(const Candidate<Key>& candidate, std::size_t budgetBytes) {
-        return candidate.nextUse >= kNever - 1 ? budgetBytes / 4 * 3 : budgetBytes;
+    /// What is not needed now, of any store that goes by this clock.
+    struct Spare {
+        std::uint64_t nextUse, lastDraw;
+        std::function<void()> drop;
+    };
+    /// Adds those of a store. `drop(key)` frees one, and no other; the keys stay where they are.
+    template <typename Map, typename Drop>
+    void addSpares(const Map& map, std::vector<Spare>& spares, const Drop& drop) const {
+        for (const auto& [key, thing] : map)
+            if (const std::uint64_t next = nextUse(usesOf(thing)); next > 0)
+                spares.push_back({next, usesOf(thing).lastDraw, [drop, at = &key] { drop(*at); }});
     }
-
-    /// What a budget has no room for goes, the last needed first. `held` says how many bytes all take now; `drop` frees
-    /// one of them. `map`: of things that have `uses`.
-    template <typename Map, typename UsesByKey, typename Held, typename Drop>
-    void giveWay(Map& map, UsesByKey& gone, std::size_t budgetBytes, Held&& held, Drop&& drop) const {
-        if (held() <= budgetBytes) return;
-        for (const auto& candidate : lastNeededFirst(map)) {
-            if (held() <= roomFor(candidate, budgetBytes)) return;
-            const auto it = map.find(*candidate.key);
-            remember(gone, *candidate.key, usesOf(it->second));
-            drop(it->second);
-            map.erase(it);
+    /// What a budget has no room for goes, the last needed first, whose ever it is. `held` says how many bytes all take
+    /// now. What nobody draws leaves a quarter free, so that this does not happen in every frame; what will be drawn
+    /// again goes as far as it must.
+    template <typename Held>
+    static void giveWay(std::vector<Spare>& spares, std::size_t budgetBytes, const Held& held) {
+        std::sort(spares.begin(), spares.end(), [](const Spare& a, const Spare& b) {
+            return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
+        });
+        for (const Spare& spare : spares) {
+            if (held() <= (spare.nextUse >= kNever - 1 ? budgetBytes / 4 * 3 : budgetBytes)) return;
+            spare.drop();
         }
     }
 
 private:
+    template <typename Map, typename Wanted>
+    [[nodiscard]] auto ordered(const Map& map, const Wanted& wanted) const {
+        std::vector<Candidate<typename Map::key_type>> order;
+        for (const auto& [key, thing] : map)
+            if (const Uses& uses = usesOf(thing); wanted(uses)) order.push_back({nextUse(uses), uses.lastDraw, &key});
+        std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+            return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
+        });
+        return order;
+    }
+
     static constexpr std::uint64_t kLastBit = 63;
     void nextFrame() {
         ++frame_;

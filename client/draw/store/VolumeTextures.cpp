@@ -106,7 +106,8 @@ std::optional<VolumeBlock> blockOf(const Volume& v, const DrawItem& item, const 
     return block;
 }
 
-VolumeTextures::VolumeTextures(GlState& gl, bool leaveOutEmpty) : gl_(gl), leaveOutEmpty_(leaveOutEmpty) {
+VolumeTextures::VolumeTextures(GlState& gl, const UseClock& clock, bool leaveOutEmpty)
+    : gl_(gl), clock_(clock), leaveOutEmpty_(leaveOutEmpty) {
     gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &mostPx_);
 }
 
@@ -124,11 +125,13 @@ void VolumeTextures::drop(Texture& texture) {
     texture.brickTextures.clear();
 }
 
-void VolumeTextures::beginDraw() {
-    transfer_.clear();
-    clock_.beginDraw();
-    clock_.giveWay(
-        textures_, gone_, budgetBytes_, [this] { return bytes_; }, [this](Texture& texture) { drop(texture); });
+void VolumeTextures::addSpares(std::vector<UseClock::Spare>& spares) {
+    clock_.addSpares(textures_, spares, [this](const Key& key) {
+        const auto it = textures_.find(key);
+        clock_.remember(gone_, key, it->second.uses);
+        drop(it->second);
+        textures_.erase(it);
+    });
 }
 
 bool VolumeTextures::canBeShown(const Volume& v) const {

@@ -53,21 +53,21 @@ static_assert(sizeof(VolumeBlock) == 1280 && sizeof(VolumeBlock) % 256 == 0);
                                                  std::size_t firstTransferTexel);
 
 /// Of bytes and 16 bits as they are (what has signs is shifted by 32768), floats as floats. Where a range of voxels was
-/// edited the layers that it touches are uploaded alone. Above the budget goes what is needed last (UseClock.h).
+/// edited the layers that it touches are uploaded alone. They make room as SharedBudget says.
 ///
 /// Beside the voxels lies what rays need not look at (VolumeBricks.h): of clouds how far off anything is that the
 /// transfer function shows, of maxima the greatest value of each brick. Rays sample where they sample without it, only
 /// less often: pictures are the same, byte for byte.
 class VolumeTextures {
 public:
-    /// The surface must be current. `leaveOutEmpty`: false, and rays sample everywhere.
-    VolumeTextures(GlState& gl, bool leaveOutEmpty);
+    /// The surface must be current. The clock is all stores'. `leaveOutEmpty`: false, and rays sample everywhere.
+    VolumeTextures(GlState& gl, const UseClock& clock, bool leaveOutEmpty);
     ~VolumeTextures();
     VolumeTextures(const VolumeTextures&) = delete;
     VolumeTextures& operator=(const VolumeTextures&) = delete;
 
-    void beginFrame() { clock_.beginFrame(); }
-    void beginDraw();
+    /// Forgets the transfer functions of the list before.
+    void beginList() { transfer_.clear(); }
     /// Its voxels, and of what is marched its bricks. 0: bytes that are absent, or more voxels along an axis than GL
     /// takes. Of volumes whose fields have been checked.
     struct Found {
@@ -84,7 +84,9 @@ public:
     /// For one of the blocks.
     void bind(const Found& textures, std::size_t block) const;
 
+    void addSpares(std::vector<UseClock::Spare>& spares);
     [[nodiscard]] std::size_t residentBytes() const { return bytes_; }
+    /// That `prepare` keeps to.
     void setBudget(std::size_t bytes) { budgetBytes_ = bytes; }
     /// Voxels given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedBytes() const { return uploadedBytes_; }
@@ -129,12 +131,12 @@ private:
     [[nodiscard]] bool takeOver(const Key& key, const Volume& volume);
 
     GlState& gl_;
+    const UseClock& clock_;
     std::size_t budgetBytes_ = ~std::size_t{0}, bytes_ = 0;  ///< none, at first
     bool leaveOutEmpty_;
     GLint mostPx_ = 0;
     std::unordered_map<Key, Texture, KeyHash> textures_;
     std::unordered_map<Key, UseClock::Uses, KeyHash> gone_;
-    UseClock clock_;
     std::uint64_t uploadedBytes_ = 0;
     std::vector<std::uint32_t> transfer_;
     GLuint transferBuffer_ = 0, transferTexture_ = 0, blockBuffer_ = 0;

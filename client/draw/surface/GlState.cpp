@@ -1,5 +1,7 @@
 #include "client/draw/surface/GlState.h"
 
+#include <utility>
+
 namespace tessera {
 namespace {
 
@@ -99,6 +101,18 @@ void GlState::NamedBufferData(GLuint buffer, GLsizeiptr size, const void* data, 
     for (GLuint index = 0; index < kMostBindings; ++index)
         if (partsOf_[index] == buffer) BindBufferBase(GL_UNIFORM_BUFFER, index, 0);
     GlFunctions::NamedBufferData(buffer, size, data, usage);
+}
+
+bool GlState::reserve(GLuint buffer, std::size_t bytes) {
+    if (auto before = GlFunctions::check("what came before"); !before && !earlier_) earlier_ = before.error();
+    NamedBufferData(buffer, static_cast<GLsizeiptr>(bytes), nullptr, GL_STATIC_DRAW);
+    return GetError() == GL_NO_ERROR;
+}
+
+Expected<void> GlState::check(std::string_view what) {
+    auto good = GlFunctions::check(what);
+    if (const std::optional<Error> earlier = std::exchange(earlier_, std::nullopt)) return tl::unexpected(*earlier);
+    return good;
 }
 
 }  // namespace tessera

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "client/draw/surface/GlFunctions.h"
 
@@ -88,6 +90,10 @@ public:
     /// Where parts of the buffer are bound as uniforms nothing is afterwards: what it holds now may end before them,
     /// and llvmpipe (Mesa 22.3.6) copies what is bound whether a program reads it or not.
     void NamedBufferData(GLuint buffer, GLsizeiptr size, const void* data, GLenum usage);
+    /// The same without data, for good. False: GL has no memory for it. That is no error of which `check` tells.
+    [[nodiscard]] bool reserve(GLuint buffer, std::size_t bytes);
+    /// As GlFunctions::check.
+    [[nodiscard]] Expected<void> check(std::string_view what);
 
 private:
     static constexpr std::size_t kMostBindings = 64;
@@ -99,6 +105,7 @@ private:
     std::array<GLuint, kMostBindings> partsOf_{};  ///< of uniforms: the buffer of which a part is bound; 0: of none
     std::array<GLint, 4> viewport_{}, scissor_{};  ///< at first
     bool packsUpsideDown_ = false;
+    std::optional<Error> earlier_;  ///< from before the last `reserve`
     int calls_ = 0;
 };
 

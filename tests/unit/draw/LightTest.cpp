@@ -375,5 +375,26 @@ TEST_F(LightTest, FallsTheSameWayHoweverFarAwayAndLargeAllIs) {
     }
 }
 
+// Tiles of several screens, or eyes, in turn: each finds again what its last turn made.
+TEST_F(LightTest, ScreensInTurnPrepareTheirLightsOnce) {
+    Random random(7);
+    const Aspect aspect = randomHall(random, 40);
+    std::vector<ScreenCamera> cameras;
+    for (int i = 0; i < 4; ++i) cameras.push_back(cameraOf(kSidePx, kSidePx, {0.1 * i, 0, 2.4}));
+    std::vector<Picture> expected;
+    for (const ScreenCamera& camera : cameras)
+        expected.push_back(drawPart(aspect, camera, whole(camera), {.samples = 1}));
+    restart({.samples = 1});
+    for (int frame = 0; frame < 3; ++frame)
+        for (std::size_t i = 0; i < cameras.size(); ++i) {
+            EXPECT_EQ(draw(aspect, cameras[i]), expected[i]);
+        }
+    EXPECT_EQ(renderer_->lastCounts().lightsPrepared, cameras.size());
+    // More than are kept: the one that has waited for longest is made anew.
+    for (int i = 4; i < 12; ++i) (void)draw(aspect, cameraOf(kSidePx, kSidePx, {0.1 * i, 0, 2.4}));
+    EXPECT_EQ(draw(aspect, cameras[0]), expected[0]);
+    EXPECT_EQ(renderer_->lastCounts().lightsPrepared, 13u);
+}
+
 }  // namespace
 }  // namespace tessera

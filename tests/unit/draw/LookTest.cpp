@@ -1,6 +1,8 @@
 // Looks that stay in GL: what a change makes old is made anew, and nothing else is.
+#include <algorithm>
 #include <random>
 
+#include "client/render/scene/ShadowCasters.h"
 #include "common/change/ChangeList.h"
 #include "tests/unit/draw/RendererStage.h"
 
@@ -196,6 +198,47 @@ TEST_F(LookTest, AListOutlivesTheUpdateThatReplacesItsMeshes) {
     ASSERT_TRUE(old);
     EXPECT_EQ(*old, before);
     EXPECT_NE(followed(camera), before);
+}
+
+// The same of large meshes, whose clusters are looked at by themselves; and of what casts their shadows.
+TEST_F(LookTest, AListOutlivesTheUpdateThatReplacesItsClusters) {
+    TestScene built;
+    built.setEnvironment(Vec3f::Constant(0.3f), Vec3f::Constant(0.1f), Vec3f::Zero());
+    built.addDirectionalLight({0.3, -0.9, -0.2}, Vec3f::Ones(), 2, true);
+    const ObjectId ball = built.add(makeTorus(0.5, 0.2, 100, 60));
+    built.place(ball, Vec3d(0, 0.2, 0));
+    built.place(built.add(makeBox({4, 0.1, 4})), Vec3d(0, -0.8, 0));
+    follow(built.take());
+    const ScreenCamera camera = cameraOf(kSidePx, kSidePx);
+    RenderAction action(CullerKind::kFrustum);
+    const auto listed = [&] { return action.run(scene_, camera, whole(camera), nullptr); };
+    const auto drawn = [&](const DrawList& list) {
+        restart({.samples = 1});
+        auto picture = renderer_->draw(aspect_, list, camera, whole(camera));
+        EXPECT_TRUE(picture);
+        return picture ? *picture : Picture();
+    };
+    const DrawList list = listed();
+    const auto clustered = [](const DrawItem& item) { return !item.clusters.empty(); };
+    ASSERT_TRUE(std::ranges::any_of(list.opaque, clustered));
+    ASSERT_TRUE(list.casters);
+    std::size_t casters = 0;
+    for (const auto& view : list.casters->all()) {
+        for (const ShadowCaster& caster : view->moving) casters += clustered(caster.item);
+        for (const CasterPieces::Place& place : view->still->all.pieces())
+            for (const ShadowCaster& caster : *place.piece) casters += clustered(caster.item);
+    }
+    ASSERT_GT(casters, 0u);
+    const Picture before = drawn(list);
+    MeshArrays larger = makeTorus(0.7, 0.3, 90, 70).toArrays();
+    set<Geometry>(ball, fieldId<&Geometry::positions>, larger.positions);
+    set<Geometry>(ball, fieldId<&Geometry::normals>, larger.normals);
+    set<Geometry>(ball, fieldId<&Geometry::indices>, larger.indices);
+    set<Geometry>(ball, fieldId<&Geometry::texcoords>, larger.texcoords);
+    apply();
+    const DrawList next = listed();
+    EXPECT_EQ(drawn(list), before);
+    EXPECT_NE(drawn(next), before);
 }
 
 // Numbers of what went are others' now, whoever comes: ever new scenes in one renderer.

@@ -263,7 +263,9 @@ TEST_F(PointTest, BeyondWhatGlCanFetchAreLeftOut) {
                    box = built.add(makeBox({1, 1, 1}));
     const Aspect aspect = built.take();
     {
-        MeshBuffers meshes(gl, array);
+        UseClock clock;
+        MeshBuffers meshes(gl, clock, array);
+        clock.beginDraw();
         meshes.beginDraw();
         const auto found = [&](ObjectId id) { return meshes.find(*drawMeshOf(drawableOf(aspect, id))) != nullptr; };
         EXPECT_FALSE(found(most));

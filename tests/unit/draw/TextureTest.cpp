@@ -82,6 +82,7 @@ protected:
         return center(draw(scene));
     }
     GlState gl_;
+    UseClock clock_;
 };
 
 unsigned seedOf() {
@@ -92,7 +93,7 @@ unsigned seedOf() {
 TEST_F(TextureTest, BlocksAreTheirPixelsInEveryShape) {
     SCOPED_TRACE("TESSERA_SEED=" + std::to_string(seedOf()) + " unit_draw --gtest_filter=TextureTest.BlocksAre*");
     std::mt19937 random(seedOf());
-    TextureCache cache(gl_, 1);
+    TextureCache cache(gl_, clock_, 1);
     for (const std::int64_t encoding : {Image::kBc1, Image::kBc2, Image::kBc3, Image::kBc4, Image::kBc5})
         for (const std::int64_t shape : {Image::kFlat, Image::kLine, Image::kSolid, Image::kCube})
             for (const ImageUse use : {ImageUse::kColor, ImageUse::kNumbers}) {
@@ -137,7 +138,7 @@ TEST_F(TextureTest, BlocksAreTheirPixelsInEveryShape) {
 }
 
 TEST_F(TextureTest, PlainSlicesAndFacesStandInTheirOrder) {
-    TextureCache cache(gl_, 1);
+    TextureCache cache(gl_, clock_, 1);
     std::vector<std::uint8_t> bytes;
     for (std::uint8_t slice = 0; slice < 6; ++slice)
         bytes.insert(bytes.end(), 2 * 2 * 4, static_cast<std::uint8_t>(40 * slice));
@@ -160,7 +161,7 @@ TEST_F(TextureTest, PlainSlicesAndFacesStandInTheirOrder) {
 }
 
 TEST_F(TextureTest, WhatDoesNotFitIsNone) {
-    TextureCache cache(gl_, 1);
+    TextureCache cache(gl_, clock_, 1);
     const std::vector<std::uint8_t> bytes(64);
     const auto found = [&](const Image& image) { return cache.find(image, ImageUse::kColor) != nullptr; };
     Image image = imageOf(Image::kSrgb, 4, 4, bytes);
@@ -192,7 +193,7 @@ TEST_F(TextureTest, OpaqueIsWhatGlReadsSo) {
             if (random() % 2) std::fill(block.begin() + 1, block.end(), std::uint8_t{255});
         }
         const Image image = ofOne(encoding, block);
-        TextureCache cache(gl_, 1);
+        TextureCache cache(gl_, clock_, 1);
         const std::vector<std::uint8_t> seen = read(cache.find(image, ImageUse::kNumbers)->name, 0, 16);
         bool full = true;
         for (std::size_t k = 3; k < 64; k += 4) full = full && seen[k] == 255;
