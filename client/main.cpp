@@ -227,9 +227,10 @@ int main(int argc, char** argv) {
         .typeName("N")
         .range(1, 16);
     options
-        .option("--gl-memory", arguments.glMemoryMib,
-                "Of GL, for pictures, meshes and images (3/4 of what\nthe card has for it; else 1/4 of free memory, to "
-                "3072)")
+        .option(
+            "--gl-memory", arguments.glMemoryMib,
+            "Of GL, for pictures, meshes and images (3/4 of\nwhat the card has for it; else 1/4 of free memory,\nto "
+            "3072)")
         .typeName("MIB")
         .range(64, 1 << 22);
     // Two lines of the help.

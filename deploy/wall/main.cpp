@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
     commandLine
         .option(
             "--gl-memory", options.glMemoryMib,
-            "Of each client: for pictures, meshes and images in\nGL (3/4 of the card's; 1/4 of what is free, to 3072)")
+            "Of each client: for pictures, meshes and images\nin GL (3/4 of the card's; 1/4 of what is free, to\n3072)")
         .typeName("MIB")
         .range(64, 1 << 22);
     commandLine.flag("--window", options.window, "Show the tiles in windows of this machine");
