@@ -89,6 +89,7 @@ void Renderer::Impl::shareMemory() {
     meshes->setBudget(either(options.meshBudgetBytes, left(meshes->allocatedBytes())));
     textures.setBudget(either(options.textureBudgetBytes, left(textures.residentBytes())));
     volumes.setBudget(either(options.textureBudgetBytes, left(volumes.residentBytes())));
+    shadows.setSpare(memoryBudget - std::min(memoryBudget, memoryBytes() - shadows.bytes()));
 }
 
 std::size_t Renderer::Impl::memoryBytes() const {
@@ -246,11 +247,15 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
 }
 
 std::vector<HeldUpBy> Renderer::heldUpBy(const Aspect& aspect) {
-    return impl_->looks.persons().heldUpBy(aspect);
+    const std::uint64_t before = programChanges();
+    std::vector<HeldUpBy> all = impl_->looks.persons().heldUpBy(aspect);
+    // One is drawn with again: maps lack what it makes of things.
+    if (programChanges() != before) impl_->shadows.forget();
+    return all;
 }
 
 std::uint64_t Renderer::programChanges() const {
-    return impl_->looks.persons().changes();
+    return impl_->looks.persons().verdicts();
 }
 
 VisibilityDevice& Renderer::visibility() {
