@@ -62,7 +62,9 @@ bool RenderHost::workAhead(TimePoint now) {
     if (othersMayFlipHere() && now < flippedBy_.load() && !starves) return true;
     if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
     const TimePoint begin = clockNow();
+    const std::uint64_t programs = renderer_->programChanges();
     const bool more = aheadSlice();
+    restOnlyWith(programs);  // a program may have been refused
     const TimePoint end = clockNow();
     nextAhead_ = end + kPausesAhead * (end - begin);
     lastSlice_ = now;
@@ -156,11 +158,15 @@ void RenderHost::helpNeighbours() {
     const std::uint64_t programs = renderer_->programChanges();
     const auto wantedHere = [this] { return options_.workWaits && options_.workWaits(); };
     while (!wantedHere() && options_.sharing->help(*renderer_, aspect_, scene_, wantedHere)) ++helped;
-    // A program was left out for a neighbour's part: own tiles show it, or its shadow.
-    if (renderer_->programChanges() != programs) still_.reset();
+    restOnlyWith(programs);  // one may have been left out for a neighbour's part
     if (helped == 0) return;
     helped_ += helped;
     helping_ += clockNow() - before;
+}
+
+/// Where persons' programs are drawn otherwise since then, own tiles may show them as before, or their shadows.
+void RenderHost::restOnlyWith(std::uint64_t programs) {
+    if (renderer_->programChanges() != programs) still_.reset();
 }
 
 /// Of all that a picture of this frame depends on but its rectangle and its eye: what is drawn without programs that
@@ -280,6 +286,7 @@ bool RenderHost::on(const work::Draw& draw) {
     stats.applyQueuedMs = toMilliseconds(queue_.waited() - queuedBefore);
     stats.helpedParts = std::exchange(helped_, 0);
     stats.helpMs = toMilliseconds(std::exchange(helping_, Duration::zero()));
+    const std::uint64_t programs = renderer_ ? renderer_->programChanges() : 0;
     const bool scene = payload->showing == Showing::kScene;
     const bool shares = options_.sharing && surface_ && scene;
     if (shares) options_.sharing->begin(frame, digestOf(draw.begin), payload->view);
@@ -306,6 +313,7 @@ bool RenderHost::on(const work::Draw& draw) {
     if (!draw.begin.list->changed() && stats.helpedParts == 0 &&
         std::ranges::all_of(tiles_, [](const auto& tile) { return tile->still(); }))
         still_ = {.payload = draw.begin.payload, .stats = encoded};
+    if (renderer_) restOnlyWith(programs);
     tell(drawnFrame(frame, encoded));
     helpNeighbours();
     return true;

@@ -104,6 +104,7 @@ private:
     void follow(const ChangeList* list);
     [[nodiscard]] Hash128 digestOf(const message::Begin& begin) const;
     void helpNeighbours();
+    void restOnlyWith(std::uint64_t programs);
     /// While neighbours draw on the same processors, work ahead of need takes a twentieth of the time.
     static constexpr int kPausesAhead = 19;
     /// Of hosts that flip together the last one has done so by then, or is late for other reasons.

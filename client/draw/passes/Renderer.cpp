@@ -87,6 +87,7 @@ void Renderer::Impl::shareMemory() {
     if (++callsSinceAsked == kCallsEach) callsSinceAsked = 0;
     if (options.memoryBytes > 0) memory.limit = options.memoryBytes;
     budget->set({.bytes = memory.limit, .others = bufferBytes(), .there = memory.there, .hard = memory.hard});
+    shadows.setSpare(memory.limit - std::min(memory.limit, memoryBytes() - shadows.bytes()));
 }
 
 std::size_t Renderer::Impl::memoryBytes() const {
@@ -244,11 +245,15 @@ Expected<std::vector<std::uint64_t>> Renderer::drawNodeIds(const Aspect& aspect,
 }
 
 std::vector<HeldUpBy> Renderer::heldUpBy(const Aspect& aspect) {
-    return impl_->looks.persons().heldUpBy(aspect);
+    const std::uint64_t before = programChanges();
+    std::vector<HeldUpBy> all = impl_->looks.persons().heldUpBy(aspect);
+    // One is drawn with again: maps lack what it makes of things.
+    if (programChanges() != before) impl_->shadows.forget();
+    return all;
 }
 
 std::uint64_t Renderer::programChanges() const {
-    return impl_->looks.persons().changes();
+    return impl_->looks.persons().verdicts();
 }
 
 VisibilityDevice& Renderer::visibility() {

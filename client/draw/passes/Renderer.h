@@ -133,12 +133,14 @@ public:
     /// Programs that have held this renderer up and are good all the same, as far as this scene says: materials are
     /// drawn without them. One whose verdict or text becomes another is drawn with again.
     [[nodiscard]] std::vector<HeldUpBy> heldUpBy(const Aspect& aspect);
-    /// Another number when persons' programs are drawn otherwise than before, though no list is: one is left out, or
-    /// has been refused. Pictures of before may show it, or the shadow that it made.
+    /// Another number when persons' programs are drawn otherwise than before, though no list is: one has been refused,
+    /// is left out, or is drawn with again (`heldUpBy`). Pictures of before may show it, or the shadow that it made, or
+    /// lack both. Programs that are forgotten, as nobody draws with them, change nothing.
     [[nodiscard]] std::uint64_t programChanges() const;
     /// Of meshes and textures, as uploaded.
     [[nodiscard]] std::size_t residentBytes() const;
-    /// Of the framebuffers, which reach as far as a cell at most.
+    /// Of what pictures are drawn in: framebuffers, which reach as far as a cell at most, maps of shadows, and the
+    /// depths that cullers ask.
     [[nodiscard]] std::size_t bufferBytes() const;
     /// Of meshes, given to GL since this began.
     [[nodiscard]] std::uint64_t uploadedMeshBytes() const;

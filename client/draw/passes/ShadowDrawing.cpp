@@ -33,9 +33,8 @@ Expected<void> Renderer::Impl::drawShadows(const Aspect& aspect) {
         const PixelRect& place = shadows.place(i);
         if (!update.still.empty()) {
             std::vector<DrawItem> seen;
-            for (const CasterPieces::Place& at : view.still->all.pieces())
-                for (const ShadowCaster& caster : *at.piece)
-                    if (update.still.meets(inLayer(place, caster.rect))) seen.push_back(caster.item);
+            view.still->all.each([&](const PixelRect& rect) { return update.still.meets(inLayer(place, rect)); },
+                                 [&](const ShadowCaster& caster) { seen.push_back(caster.item); });
             shadows.attach(i, update.throughKept);
             if (auto drawn = drawCasters(aspect, i, seen, update.still, true); !drawn) return drawn;
         }

@@ -15,7 +15,8 @@ constexpr int kSmallPx = 64;
 
 }  // namespace
 
-ShadowMaps::ShadowMaps(GlState& gl, std::size_t budgetBytes) : gl_(gl), budgetBytes_(budgetBytes) {
+ShadowMaps::ShadowMaps(GlState& gl, std::size_t budgetBytes)
+    : gl_(gl), budgetBytes_(budgetBytes), spareBytes_(budgetBytes / 2) {
     gl_.CreateSamplers(1, &sampler_);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
         gl_.SamplerParameteri(sampler_, wrap, GL_CLAMP_TO_EDGE);
@@ -47,7 +48,8 @@ Expected<void> ShadowMaps::reachLayers() {
     if (layers_ <= textureLayers_) return {};
     std::vector<int> from(static_cast<std::size_t>(textureLayers_));
     std::iota(from.begin(), from.end(), 0);
-    return makeLayers(std::max(layers_, std::min(textureLayers_ + textureLayers_ / 2, mostSpareLayers())), from);
+    const int spare = static_cast<int>(spareBytes_ / kLayerBytes) - static_cast<int>(kept_.size());
+    return makeLayers(std::max(layers_, std::min(textureLayers_ + textureLayers_ / 2, spare)), from);
 }
 
 /// The texture anew; the first of its layers are `from` these of before.
@@ -62,11 +64,10 @@ Expected<void> ShadowMaps::makeLayers(int layers, std::span<const int> from) {
     return gl_.check("making room for shadows");
 }
 
-/// What nobody has asked for lately.
-Expected<void> ShadowMaps::letGo() {
+Expected<void> ShadowMaps::letGo(std::uint64_t keptFrames) {
     std::vector<int> numbers(static_cast<std::size_t>(layers_), -1);  // of layers, from here on
     for (Slot& slot : slots_) {
-        if (slot.usedIn + kKeptFrames > frame_) {
+        if (slot.usedIn + keptFrames > frame_) {
             numbers[static_cast<std::size_t>(slot.layer)] = 0;
         } else {
             slot.drawn.reset();
@@ -118,8 +119,8 @@ Expected<void> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
     if (!told_ || std::exchange(frameBegins_, false)) {
         ++frame_;
         // Not each time that one is too old: all layers are copied.
-        if (frame_ % kKeptFrames == 0)
-            if (auto gone = letGo(); !gone) return gone;
+        if (const std::uint64_t kept = bytes() > spareBytes_ ? kKeptAbove : kKeptFrames; frame_ % kept == 0)
+            if (auto gone = letGo(kept); !gone) return gone;
     }
     if (!casters_) return {};
     views_ = casters_->all();
@@ -153,9 +154,9 @@ Expected<void> ShadowMaps::begin(std::shared_ptr<const ShadowCasters> casters) {
         // What nothing is known of; what there is room for beside maps that somebody may come back to; one of those; of
         // maps that are asked for now only above the budget.
         std::size_t slot = longestUnused(rects[i], frame_ + 1, false, taken);
-        if (slot == kNone && layers_ < mostSpareLayers()) slot = grow(rects[i]);
+        if (slot == kNone && hasRoom(spareBytes_)) slot = grow(rects[i]);
         if (slot == kNone) slot = longestUnused(rects[i], frame_ - 1, true, taken);
-        if (slot == kNone && bytes() + kLayerBytes <= budgetBytes_) slot = grow(rects[i]);
+        if (slot == kNone && hasRoom(budgetBytes_)) slot = grow(rects[i]);
         if (slot == kNone) slot = longestUnused(rects[i], frame_ + 1, true, taken);
         if (slot == kNone) slot = grow(rects[i]);
         take(i, slot);
@@ -185,6 +186,7 @@ ShadowMaps::Update ShadowMaps::update(std::size_t index) {
     Update update;
     if (slot.drawn && slot.drawn->state == view.state) return update;
     update.any = true;
+    update.forgotten = forgotten_;
     slot.before = std::exchange(slot.drawn, std::nullopt);
     const bool kept = std::exchange(slot.keeps, false) && slot.before;
     MapBlocks everything;
@@ -196,10 +198,11 @@ ShadowMaps::Update ShadowMaps::update(std::size_t index) {
         return update;
     }
     const Drawn& before = *slot.before;
-    const bool known = before.state >= view.still->knownAfter;
-    if (!known) update.still = everything;
-    for (const StillCasters::Change& change : view.still->changes)
-        if (known && change.state > before.state) update.still.add(inLayer(slot, change.rect));
+    const StillChanges& changes = view.still->changes;
+    if (before.state < changes.knownAfter())
+        update.still = everything;
+    else
+        changes.after(before.state, [&](const PixelRect& rect) { update.still.add(inLayer(slot, rect)); });
     MapBlocks moved = update.still;
     const auto addOthers = [&](const std::vector<Drawn::Moving>& of, const std::vector<Drawn::Moving>& than) {
         std::set<std::pair<ObjectId, std::uint64_t>> same;
@@ -227,6 +230,7 @@ void ShadowMaps::setDrawn(std::size_t index, const Update& update) {
     Slot& slot = slots_[slotOf_[index]];
     const ShadowView& view = *views_[index];
     slot.before.reset();
+    if (update.forgotten != forgotten_) return;
     slot.drawn = {.kin = view.kin, .state = view.state, .moving = movingOf(view)};
     slot.keeps = (update.throughKept || update.keep) && !view.moving.empty();
     dropKept(slot.layer);
@@ -253,7 +257,11 @@ void ShadowMaps::dropKept(int layer) {
 }
 
 void ShadowMaps::forget() {
-    for (Slot& slot : slots_) slot.drawn.reset();
+    ++forgotten_;
+    for (Slot& slot : slots_) {
+        slot.drawn.reset();
+        slot.keeps = false;
+    }
 }
 
 void ShadowMaps::attach(std::size_t view, bool kept) {

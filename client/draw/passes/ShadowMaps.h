@@ -18,15 +18,17 @@ namespace tessera {
 /// Layers of 2048 pixels a side, of one map each or of four maps of 1024. Which layer a map lies in shows nowhere;
 /// where it lies there follows from the list alone, so that all that is computed from it does, too.
 ///
-/// A map stays as long as its view's kin is asked for: in this frame or in the one before; and while there is room in
-/// half of the budget, for kKeptFrames more. So whoever goes and comes back finds it, and what nobody asks for any more
-/// gives its memory back. Where something moves in a map, a layer beside it keeps the depths of what rests: then the
-/// map is that, in some blocks, and what moves drawn over it. Belongs to the surface's thread.
+/// A map stays as long as its view's kin is asked for: in this frame or in the one before; and while there is room for
+/// maps of nobody, for kKeptFrames more. So whoever goes and comes back finds it, and what nobody asks for any more
+/// gives its memory back. Frames are those that draw something: at rest nothing is asked for, and all stays. Where
+/// something moves in a map, a layer beside it keeps the depths of what rests: then the map is that, in some blocks,
+/// and what moves drawn over it. Belongs to the surface's thread.
 class ShadowMaps {
 public:
     static constexpr std::size_t kTexels = 18;
-    /// Frames after which memory of what is not asked for goes; at the latest after twice as many.
-    static constexpr std::uint64_t kKeptFrames = 300;
+    /// Frames after which memory of what is not asked for goes; at the latest after twice as many. Where all maps
+    /// together take more than maps of nobody may: the second number.
+    static constexpr std::uint64_t kKeptFrames = 300, kKeptAbove = 30;
     static constexpr std::size_t kLayerBytes = std::size_t{4} * kSunMapPx * kSunMapPx;
 
     /// Above the budget maps go that are not asked for now, and nothing is kept beside them.
@@ -36,6 +38,9 @@ public:
     ShadowMaps(const ShadowMaps&) = delete;
     ShadowMaps& operator=(const ShadowMaps&) = delete;
 
+    /// Maps of nobody stay while all maps together take no more than this, and than half of the budget. Above it a new
+    /// map takes the place of one of them.
+    void setSpare(std::size_t bytes) { spareBytes_ = std::min(bytes, budgetBytes_ / 2); }
     /// What is asked for until the next one belongs to one frame. Where nobody says so each `begin` is a frame.
     void beginFrame() { told_ = frameBegins_ = true; }
     /// Makes room for the maps of these casters.
@@ -47,12 +52,13 @@ public:
 
     /// What makes a view's map what it should be, in this order. Blocks are those of the layer.
     struct Update {
-        bool any = false;          ///< else it is
-        bool throughKept = false;  ///< what rests is drawn into the layer beside the map; else into the map
-        MapBlocks still;           ///< empty these, and draw what rests and meets them
-        bool keep = false;         ///< copy all of the map to the layer beside it
-        MapBlocks copied;          ///< copy these from that layer to the map
-        MapBlocks moving;          ///< draw into the map what moves and meets these
+        bool any = false;             ///< else it is
+        bool throughKept = false;     ///< what rests is drawn into the layer beside the map; else into the map
+        MapBlocks still;              ///< empty these, and draw what rests and meets them
+        bool keep = false;            ///< copy all of the map to the layer beside it
+        MapBlocks copied;             ///< copy these from that layer to the map
+        MapBlocks moving;             ///< draw into the map what moves and meets these
+        std::uint64_t forgotten = 0;  ///< how often all had been forgotten before
     };
     /// Until `setDrawn` nothing is known of the map any more.
     [[nodiscard]] Update update(std::size_t view);
@@ -61,8 +67,9 @@ public:
     [[nodiscard]] GLuint framebuffer() const { return framebuffer_; }
     void keep(std::size_t view);
     void copyKept(std::size_t view, const MapBlocks& blocks);
+    /// Nothing where all has been forgotten since the update began.
     void setDrawn(std::size_t view, const Update& update);
-    /// Maps may show what they should no longer: all are drawn anew.
+    /// Maps may show what they should no longer: all are drawn anew, those that are being drawn, too.
     void forget();
 
     /// What shaders read of each light besides itself (Lighting.glsl), kTexels each: of three views, the finest first,
@@ -105,8 +112,12 @@ private:
     void addLayer(bool large);
     [[nodiscard]] Expected<void> reachLayers();
     [[nodiscard]] Expected<void> makeLayers(int layers, std::span<const int> from);
-    [[nodiscard]] Expected<void> letGo();
-    [[nodiscard]] int mostSpareLayers() const { return static_cast<int>(budgetBytes_ / (2 * kLayerBytes)); }
+    /// What nobody has asked for in so many frames.
+    [[nodiscard]] Expected<void> letGo(std::uint64_t keptFrames);
+    /// For a layer more, within so many bytes.
+    [[nodiscard]] bool hasRoom(std::size_t within) const {
+        return layers_ < textureLayers_ || bytes() + kLayerBytes <= within;
+    }
     [[nodiscard]] bool makeKept(int layer);
     void dropKept(int layer);
     [[nodiscard]] static std::vector<Drawn::Moving> movingOf(const ShadowView& view);
@@ -116,7 +127,7 @@ private:
     void addTexels(std::size_t view, const ScreenCamera& camera, std::vector<std::array<float, 4>>& texels) const;
 
     GlState& gl_;
-    std::size_t budgetBytes_;
+    std::size_t budgetBytes_, spareBytes_;
     GLuint texture_ = 0, sampler_ = 0, framebuffer_ = 0;
     int layers_ = 0, textureLayers_ = 0;
     std::map<int, GLuint> kept_;  ///< by layer
@@ -125,7 +136,7 @@ private:
     std::vector<std::shared_ptr<const ShadowView>> views_;  ///< the sun's finer ones are the last
     std::vector<std::size_t> slotOf_;                       ///< by view
     std::size_t middle_ = 0, near_ = 0;                     ///< among them; the sun's own where there is none
-    std::uint64_t frame_ = 1;
+    std::uint64_t frame_ = 1, forgotten_ = 0;
     bool told_ = false, frameBegins_ = false;
 };
 

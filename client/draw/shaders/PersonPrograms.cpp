@@ -70,15 +70,20 @@ PersonValues PersonPrograms::valuesOf(const Aspect& aspect, const Material& mate
     return values;
 }
 
+void PersonPrograms::judged() {
+    ++changes_;
+    ++verdicts_;
+}
+
 void PersonPrograms::refused(std::uint32_t person, std::string problem) {
     known_.at(person).refused = true;
-    ++changes_;
+    judged();
     trouble_ = "a program of a material: " + personProblem(problem);
 }
 
 void PersonPrograms::holdsUp(std::uint32_t person, Duration took) {
     known_.at(person).heldUpFor = std::max(took, Duration(1));
-    ++changes_;
+    judged();
 }
 
 std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
@@ -90,7 +95,7 @@ std::vector<HeldUpBy> PersonPrograms::heldUpBy(const Aspect& aspect) {
         if (!program || program->verdict != SurfaceProgram::kGood || program->surface != texts.first ||
             program->vertex != texts.second) {
             known.heldUpFor = {};
-            ++changes_;
+            judged();
         } else {
             all.push_back({known.object, known.heldUpFor});
         }

@@ -59,6 +59,9 @@ public:
     [[nodiscard]] const std::string& trouble() const { return trouble_; }
     /// Grows when what `find` has said may be otherwise now, though no material is.
     [[nodiscard]] std::uint64_t changes() const { return changes_; }
+    /// Grows when pictures may be others than before, though no material is: a program is refused, holds up or does so
+    /// no longer. Not when programs are forgotten.
+    [[nodiscard]] std::uint64_t verdicts() const { return verdicts_; }
     /// What an earlier draw has found, as Found::known, is needed in this one too.
     void use(std::uint32_t known) {
         if (known > kError) clock_.use(known_.at(known).uses);
@@ -79,11 +82,13 @@ private:
         ObjectId object;       ///< the last one of this text
         Duration heldUpFor{};  ///< 0: it does not
     };
+    void judged();
+
     std::map<std::pair<std::string, std::string>, std::uint32_t> ids_;
     std::map<std::uint32_t, Known> known_;
     std::uint32_t next_ = kError + 1;
     std::string trouble_;
-    std::uint64_t changes_ = 0;
+    std::uint64_t changes_ = 0, verdicts_ = 0;
     UseClock clock_;
 };
 

@@ -293,7 +293,7 @@ DrawList RenderAction::Impl::list(const RenderScene::Impl& scene, const ScreenCa
     result.lightsLeftOut = scene.lightsLeftOut;
     result.shadowsLeftOut = scene.shadowsLeftOut;
     result.scopesLeftOut = scene.scopesLeftOut;
-    if (shadows) result.casters = scene.shadowCasters(camera);
+    result.casters = scene.shadowCasters(camera);
     result.environment = exposedBy(scene.environment, camera.exposure);
     result.studio = scene.studio;
     result.detailed = scene.detailedItems > 0;

@@ -131,7 +131,8 @@ struct RenderScene::Impl {
     std::uint64_t shadowsLeftOut = 0;
     std::uint64_t scopesLeftOut = 0;                      ///< see DrawList
     std::array<ObjectId, DrawList::kMaxScopes> scopes{};  ///< by bit; no node: the bit is free
-    /// For the tiles of a screen; null where no light has shadows. The one before, as long as nothing of it is another.
+    /// For the tiles of a screen; null where no light has shadows, or the screen shows none. The one before, as long as
+    /// nothing of it is another.
     [[nodiscard]] std::shared_ptr<const ShadowCasters> shadowCasters(const ScreenCamera& screen) const;
     mutable ShadowStore shadows;
     /// Writes a fresh DrawItem: all but its box and its clusters.

@@ -6,6 +6,7 @@
 
 #include "client/render/scene/SceneItems.h"
 #include "client/render/scene/StudioLook.h"
+#include "common/wall/Detail.h"
 
 namespace tessera {
 namespace {
@@ -152,7 +153,8 @@ Box RenderScene::Impl::boundsWithin(const Box& part) const {
 }
 
 std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const ScreenCamera& screen) const {
-    const bool any = std::any_of(lights.begin(), lights.end(), [](const LightItem& light) { return light.shadows; });
+    shadows.beginLook();
+    const bool any = detailStep(screen.detail).shadows && std::ranges::any_of(lights, &LightItem::shadows);
     if (!any) return casters_ = nullptr;
     const double unitsPerMetre = 1 / std::cbrt(std::abs(screen.eye_T_world.linear().determinant()));
     const Box shaded = boundsWithin(shadedAround(screen.headWorld, kFarMetres, unitsPerMetre));
@@ -160,7 +162,6 @@ std::shared_ptr<const ShadowCasters> RenderScene::Impl::shadowCasters(const Scre
     const Box middle = boundsWithin(shadedAround(screen.headWorld, kMiddleMetres, unitsPerMetre));
     auto now = std::make_shared<ShadowCasters>();
     const unsigned user = byUser_.empty() && billboards_.empty() ? 0 : screen.user % kLevelUsers + 1;
-    shadows.beginLook();
     for (const LightItem& light : lights) {
         if (!light.shadows) continue;
         const bool sun = light.kind == LightItem::Kind::kDirectional;

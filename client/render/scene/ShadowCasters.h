@@ -15,13 +15,7 @@ namespace tessera {
 /// Of a view, what has not moved for a while.
 struct StillCasters {
     CasterPieces all;
-    /// Where their depths are others than before: ascending.
-    struct Change {
-        std::uint64_t state = 0;
-        PixelRect rect;
-    };
-    std::vector<Change> changes;
-    std::uint64_t knownAfter = 0;  ///< all changes after this state are here
+    StillChanges changes;  ///< where their depths are others than before
 };
 
 /// A light's own look at the scene, of which its shadows are made. Its map holds the depths nearest to the light: the

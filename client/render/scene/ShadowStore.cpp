@@ -49,17 +49,6 @@ bool sameShadow(const ShadowCaster& a, const ShadowCaster& b) {
            std::memcmp(a.item.world_T_item.data(), b.item.world_T_item.data(), 16 * sizeof(double)) == 0;
 }
 
-/// Halves a history that has grown too long: returns the state of the last one that goes, or `knownAfter`.
-template <typename Change>
-std::uint64_t shorten(std::vector<Change>& changes, std::size_t most, std::uint64_t knownAfter) {
-    if (changes.size() <= most) return knownAfter;
-    const auto keptFrom = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
-    knownAfter = std::prev(keptFrom)->state;
-    changes.erase(changes.begin(), keptFrom);
-    std::erase_if(changes, [knownAfter](const Change& change) { return change.state <= knownAfter; });
-    return knownAfter;
-}
-
 }  // namespace
 
 ShadowStore::Entry::Entry(const ScreenCamera& camera, bool ofSun, unsigned ofUser)
@@ -74,7 +63,7 @@ void ShadowStore::beginFrame() {
     told_ = frameBegins_ = true;
 }
 
-// A frame in which nobody asks for views is none: who does not look knows that all is as before.
+// A frame without looks is none: who does not look knows that all is as before.
 void ShadowStore::beginLook() {
     if (told_ && !frameBegins_) return;
     frameBegins_ = false;
@@ -83,6 +72,7 @@ void ShadowStore::beginLook() {
 }
 
 void ShadowStore::forgetOld() {
+    std::erase_if(entries_, [this](const auto& entry) { return entry->usedIn + kKeptFrames < frame_; });
     const auto isOld = [this](const auto& entry) { return entry->usedIn + 1 < frame_; };
     std::size_t views = 0, casters = 0;
     for (const auto& entry : entries_) {
@@ -154,7 +144,8 @@ void ShadowStore::start(Entry& entry, const RenderScene::Impl& scene) const {
         }
     auto still = std::make_shared<StillCasters>();
     work_ += still->all.edit({}, std::move(casters));
-    still->knownAfter = entry.knownAfter = 1;
+    still->changes = StillChanges(1);
+    entry.knownAfter = 1;
     entry.joinedIn = frame_;
     entry.now = std::make_shared<ShadowView>(ShadowView{.camera = entry.now->camera,
                                                         .clamped = entry.sun,
@@ -167,7 +158,7 @@ void ShadowStore::start(Entry& entry, const RenderScene::Impl& scene) const {
 void ShadowStore::follow(Entry& entry, const RenderScene::Impl& scene) const {
     const std::uint64_t state = entry.now->state + 1;
     const StillCasters& were = *entry.now->still;
-    std::vector<StillCasters::Change> changes;  // of what is still
+    std::vector<PixelRect> changes;  // of what is still
     std::vector<CasterRank> gone;
     std::vector<ShadowCaster> come;
     bool any = false, handedOver = false;
@@ -202,7 +193,7 @@ void ShadowStore::follow(Entry& entry, const RenderScene::Impl& scene) const {
         if (then) entry.changes.push_back({state, {then->rect, then->front}});
         if (now) entry.changes.push_back({state, {now->rect, now->front}});
         if (still != entry.still.end()) {
-            changes.push_back({state, then->rect});
+            changes.push_back(then->rect);
             gone.push_back(still->second);
             entry.still.erase(still);
         }
@@ -214,16 +205,25 @@ void ShadowStore::follow(Entry& entry, const RenderScene::Impl& scene) const {
         }
     }
     if (!any && !handedOver) return;
-    entry.knownAfter = shorten(entry.changes, kMostSteps, entry.knownAfter);
+    shorten(entry);
     std::shared_ptr<const StillCasters> rests = entry.now->still;
     if (!gone.empty() || !come.empty()) {
         auto edited = std::make_shared<StillCasters>(*rests);
         work_ += edited->all.edit(std::move(gone), std::move(come));
-        edited->changes.insert(edited->changes.end(), changes.begin(), changes.end());
-        edited->knownAfter = shorten(edited->changes, kMostSteps, edited->knownAfter);
+        work_ += edited->changes.add(state, std::move(changes));
         rests = std::move(edited);
     }
     renew(entry, any ? state : entry.now->state, std::move(rests));
+}
+
+/// Halves a history that has grown too long.
+void ShadowStore::shorten(Entry& entry) {
+    std::vector<Change>& changes = entry.changes;
+    if (changes.size() <= kMostSteps) return;
+    const auto keptFrom = changes.begin() + static_cast<std::ptrdiff_t>(changes.size() / 2);
+    entry.knownAfter = std::prev(keptFrom)->state;
+    changes.erase(changes.begin(), keptFrom);
+    std::erase_if(changes, [&](const Change& change) { return change.state <= entry.knownAfter; });
 }
 
 // Of very many that move together, as what has just come, nobody waits for long.
@@ -237,19 +237,19 @@ void ShadowStore::join(Entry& entry) const {
     const std::uint64_t state = entry.now->state + 1;
     auto still = std::make_shared<StillCasters>(*entry.now->still);
     std::vector<ShadowCaster> come;
+    std::vector<PixelRect> changes;
     for (auto moving = entry.moving.begin(); moving != entry.moving.end();) {
         if (!rests(*moving)) {
             ++moving;
             continue;
         }
         ShadowCaster& caster = moving->second.caster;
-        still->changes.push_back({state, caster.rect});
+        changes.push_back(caster.rect);
         entry.still.emplace(moving->first, rankOf(caster));
         come.push_back(std::move(caster));
         moving = entry.moving.erase(moving);
     }
-    still->knownAfter = shorten(still->changes, kMostSteps, still->knownAfter);
-    work_ += still->all.edit({}, std::move(come));
+    work_ += still->changes.add(state, std::move(changes)) + still->all.edit({}, std::move(come));
     renew(entry, state, std::move(still));
 }
 

@@ -15,15 +15,16 @@ namespace tessera {
 
 /// Follows what casts shadows at the cost of what has changed. Things that change are listed as moving, and as still
 /// again once they have rested: so that a map may keep the depths of what rests. Screens, eyes and users of one host
-/// share a view or have their own; none makes another's go. Views that nobody asks for stay while there is room for
-/// them: who comes back, or looks there again, finds the maps of before.
+/// share a view or have their own; none makes another's go. Views that nobody asks for stay for a while, as far as
+/// there is room for them: who comes back, or looks there again, finds the maps of before. They hold meshes of things
+/// that may be gone meanwhile, so none stays for longer.
 class ShadowStore {
 public:
     /// Nothing is known of the scene any more.
     void clear();
     /// What is asked for until the next one belongs to one frame. Where nobody says so each look is a frame.
     void beginFrame();
-    /// One look begins: a number of views will be asked for.
+    /// One look begins: a number of views will be asked for, or none.
     void beginLook();
     /// What this item casts, as any view sees it, may be another shadow than before.
     void changed(std::uint32_t item);
@@ -68,8 +69,9 @@ private:
     /// A change of the scene's items that is remembered, and one of a view.
     static constexpr std::size_t kMostChanges = 1u << 16, kMostSteps = 1u << 12;
     static constexpr std::uint64_t kRestFrames = 30;  ///< until something rests
-    /// Views that are not asked for now, and things in them.
+    /// Views that are not asked for now, and things in them; for so many frames with looks.
     static constexpr std::size_t kMostViews = 64, kMostKept = 1u << 16;
+    static constexpr std::uint64_t kKeptFrames = 300;
 
     void start(Entry& entry, const RenderScene::Impl& scene) const;
     void follow(Entry& entry, const RenderScene::Impl& scene) const;
@@ -77,6 +79,7 @@ private:
     void join(Entry& entry) const;
     /// Its view with these, in another state or as before.
     static void renew(Entry& entry, std::uint64_t state, std::shared_ptr<const StillCasters> still);
+    static void shorten(Entry& entry);
     void forgetOld();
     void shortenChanges();
 

@@ -97,6 +97,62 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
         }
 }
 
+/// Two sheets over a floor, of two programs with one text, which lifts them, and with them their shadows. Once one of
+/// the two says something else, before anything is drawn, the text is tried again: for the other one, and for its
+/// shadow.
+TEST_F(PersonProgramTest, WhatIsDrawnWithAgainCastsItsShadowAgain) {
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(100)});
+    TestScene scene;
+    SurfaceProgram program;
+    program.verdict = SurfaceProgram::kGood;
+    program.reach = 3;
+    program.vertex = std::string(kVertexHead) + "position.y += 0.7; }";
+    program.surface =
+        "uniform float rounds;\nvoid surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 1000 && float(i) < "
+        "rounds; ++i) { n = fract(sin(n * 12.9898 + float(i)) * 43758.5453 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 "
+        "+ n * n) + atan(n, 2.0) + inversesqrt(1.0 + n)); n = fract(sin(n * 3.1 + 0.3) * 4375.5453 + pow(abs(cos(n)), "
+        "1.3) + exp(-n) + log(2.5 + n * n) + atan(n, 3.0)); } s.base.rgb = vec3(0.9, 0.1 + 1e-3 * n, 0.1); }";
+    const ObjectId rounds = scene.add(Uniform{.name = "rounds", .value = Vec4f(1000, 0, 0, 0)});
+    std::vector<ObjectId> programs;
+    for (const double x : {-0.8, 0.8}) {
+        programs.push_back(scene.add(program));
+        Material material;
+        material.program = programs.back();
+        material.uniforms.push_back(rounds);
+        scene.place(scene.add(makeSheet(1.4, 1.4), scene.add(material)), {x, -0.2, 0});
+    }
+    scene.place(scene.add(makeBox({8, 0.2, 6})), {0, -1.1, -1});
+    scene.addDirectionalLight({0.1, -1, -0.5}, Vec3f::Ones(), 1, true);
+    Aspect aspect = scene.take();
+    RenderScene all;
+    all.update(aspect, nullptr);
+    const ScreenCamera camera = cameraOf(400, 300);
+    const auto look = [&](Renderer& renderer, const RenderScene& of) {
+        RenderAction action(CullerKind::kNone);
+        return renderer.draw(aspect, action.run(of, camera, whole(camera), nullptr), camera, whole(camera)).value();
+    };
+    const Picture held = look(*renderer_, all);
+    ASSERT_EQ(renderer_->heldUpBy(aspect).size(), 1u);
+    const std::uint64_t before = renderer_->programChanges();
+    ChangeListBuilder edit;
+    setField<&Uniform::value>(edit, rounds, Vec4f(0, 0, 0, 0));
+    // The one that stands for both.
+    setField<&SurfaceProgram::surface>(edit, renderer_->heldUpBy(aspect)[0].program,
+                                       std::string("void surface(inout Surface s) { s.base.rgb = vec3(0.2); }"));
+    const ChangeList list = edit.take();
+    ASSERT_TRUE(aspect.apply(list));
+    all.update(aspect, &list);
+    EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+    EXPECT_NE(renderer_->programChanges(), before) << "pictures of before lack it";
+    const Picture again = look(*renderer_, all);
+    EXPECT_TRUE(renderer_->heldUpBy(aspect).empty());
+    restart({.samples = 1});
+    RenderScene fresh;
+    fresh.update(aspect, nullptr);
+    EXPECT_EQ(again, look(*renderer_, fresh));
+    EXPECT_NE(again, held);
+}
+
 /// A sheet whose program goes so many rounds for each pixel, and what is drawn where it is left out.
 Aspect takesLong(int rounds) {
     Programmed p;

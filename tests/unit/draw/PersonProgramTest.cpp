@@ -1,4 +1,5 @@
 // Programs of persons, in every pass that draws a surface.
+#include "client/draw/shaders/PersonPrograms.h"
 #include "tests/unit/draw/ProgramStage.h"
 
 namespace tessera {
@@ -325,6 +326,43 @@ TEST_F(PersonProgramTest, TextsAreForgottenAgain) {
     }
     // Two or more of each text, and those of light.
     EXPECT_LT(programs, 80u);
+}
+
+// Each time that a picture may be another one by what became of programs; not when their texts are forgotten, as nobody
+// draws with them then.
+TEST(PersonPrograms, CountVerdicts) {
+    TestScene scene;
+    std::vector<ObjectId> programs, materials;
+    for (std::size_t i = 0; i < 2 * PersonPrograms::kKept; ++i) {
+        programs.push_back(scene.add(SurfaceProgram{
+            .surface = "void surface(inout Surface s) {}// " + std::to_string(i), .verdict = SurfaceProgram::kGood}));
+        materials.push_back(scene.add(Material{.program = programs.back()}));
+    }
+    Aspect aspect = scene.take();
+    PersonPrograms persons;
+    const auto find = [&](std::size_t i) { return persons.find(aspect, *aspect.get<Material>(materials[i])); };
+    std::size_t gone = 0;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        persons.beginFrame();
+        persons.beginDraw();
+        EXPECT_GT(find(i).drawn, PersonPrograms::kError);
+        gone += persons.forgetUnused().size();
+    }
+    EXPECT_GT(gone, 100u);
+    EXPECT_GT(persons.changes(), 0u) << "numbers of before mean nothing any more";
+    EXPECT_EQ(persons.verdicts(), 0u);
+    const std::size_t last = materials.size() - 1;
+    persons.refused(find(last - 1).known, "surface, line 1: no");
+    EXPECT_EQ(persons.verdicts(), 1u);
+    persons.holdsUp(find(last).known, std::chrono::milliseconds(600));
+    EXPECT_EQ(persons.verdicts(), 2u);
+    EXPECT_EQ(persons.heldUpBy(aspect).size(), 1u);
+    EXPECT_EQ(persons.verdicts(), 2u);
+    ChangeListBuilder edit;
+    setField<&SurfaceProgram::verdict>(edit, programs[last], SurfaceProgram::kHeavy);
+    ASSERT_TRUE(aspect.apply(edit.take()));
+    EXPECT_TRUE(persons.heldUpBy(aspect).empty());
+    EXPECT_EQ(persons.verdicts(), 3u);
 }
 
 }  // namespace

@@ -256,16 +256,22 @@ TEST_P(ShadowHistory, IsThePictureOfOneWhoHasJustCome) {
     std::vector<std::unique_ptr<Shown>> tiles;
     for (const unsigned user : {0u, 0u, 1u}) tiles.push_back(std::make_unique<Shown>(user));
     std::array<Vec3d, 2> heads = {Vec3d(0, 0, 2.4), Vec3d(0.4, 0.2, 2)};
+    // The first user leaps between these: maps of before are found again.
+    const std::array<Vec3d, 3> places = {Vec3d(0, 1, 2), Vec3d(7, 1.5, 3), Vec3d(-3, 2, 9)};
+    std::size_t place = 0;
     int still = 0, changed = 0;
-    for (int step = 0; step < 60; ++step) {
+    for (int step = 0; step < 40; ++step) {
         if (step > 0) history.step(all);
         if (history.oneIn(4)) heads[0].x() = history.between(-0.5, 0.5);
+        if (history.oneIn(5)) place = static_cast<std::size_t>(history.between(0, 2.99));
+        RenderScene fresh;
+        fresh.update(history.aspect(), nullptr);
         renderer_->beginFrame();
         all.beginFrame();
         for (std::size_t t = 0; t < tiles.size(); ++t) {
             Shown& tile = *tiles[t];
             View view;
-            view.position = Vec3d(0, 1, 2);
+            view.position = tile.user == 0 ? places[place] : places[0];
             view.orientation = Quatd(Eigen::AngleAxisd(-0.25, Vec3d::UnitX()));
             if (seed >= 6) view.studio = Studio{.middle = Vec3d(0, -1, -4), .reach = 6};
             ScreenCamera camera = cameraOf(kShownWidthPx, kShownHeightPx, heads[tile.user], 3.2, view);
@@ -274,23 +280,23 @@ TEST_P(ShadowHistory, IsThePictureOfOneWhoHasJustCome) {
             DrawList list = tile.action.run(all, camera, rect, nullptr);
             const bool same = tile.list && tile.version.contents == all.version().contents &&
                               drawAlike(camera, tile.camera) && drawAlike(list, *tile.list);
-            // Tiles that are still are drawn by who has just come alone.
+            // Tiles that are still are drawn by who has just come alone. He draws all maps: in each other step.
             if (!same) tile.picture = renderer_->draw(history.aspect(), list, camera, rect).value();
-            RenderScene fresh;
-            fresh.update(history.aspect(), nullptr);
-            RenderAction now(CullerKind::kNone);
-            const Picture picture =
-                other.renderer->draw(history.aspect(), now.run(fresh, camera, rect, nullptr), camera, rect).value();
-            ASSERT_EQ(test::differingPixels(tile.picture, picture), 0u)
-                << "seed " << seed << ", step " << step << ", tile " << t << (same ? ", which was still" : "");
+            if (step % 2 == 0) {
+                RenderAction now(CullerKind::kNone);
+                const Picture picture =
+                    other.renderer->draw(history.aspect(), now.run(fresh, camera, rect, nullptr), camera, rect).value();
+                ASSERT_EQ(test::differingPixels(tile.picture, picture), 0u)
+                    << "seed " << seed << ", step " << step << ", tile " << t << (same ? ", which was still" : "");
+            }
             same ? ++still : ++changed;
             tile.list = std::move(list);
             tile.camera = camera;
             tile.version = all.version();
         }
     }
-    EXPECT_GT(still, 10);
-    EXPECT_GT(changed, 50);
+    EXPECT_GT(still, 5);
+    EXPECT_GT(changed, 40);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, ShadowHistory, testing::Range(0u, 8u));

@@ -146,8 +146,8 @@ struct DrawnPart {
 /// What casts a view's shadows: what rests, and what moves.
 [[nodiscard]] inline std::vector<DrawItem> itemsOf(const ShadowView& view) {
     std::vector<DrawItem> items;
-    for (const CasterPieces::Place& at : view.still->all.pieces())
-        for (const ShadowCaster& caster : *at.piece) items.push_back(caster.item);
+    view.still->all.each([](const PixelRect&) { return true; },
+                         [&](const ShadowCaster& caster) { items.push_back(caster.item); });
     for (const ShadowCaster& caster : view.moving) items.push_back(caster.item);
     return items;
 }

@@ -73,6 +73,28 @@ TEST_F(RenderHostTest, ThatDrawsWithoutAPauseUploadsAllTheSame) {
     EXPECT_LE(slicesLeftAfter(std::chrono::seconds(2)), all - 5) << "programs are left, and nothing that is uploaded";
 }
 
+/// What is made ahead is a person's program in other light, which this host refuses: from then on it is drawn as what
+/// is wrong, also where nothing else happens. `onSquare` is a function of ours, where surroundings have a picture.
+TEST_F(RenderHostTest, DrawsAnewOnceAProgramIsRefusedAhead) {
+    start();
+    test::TestScene made;
+    SurfaceProgram program;
+    program.verdict = SurfaceProgram::kGood;
+    program.surface =
+        "vec2 onSquare(vec3 d) { return d.xy; }\n"
+        "void surface(inout Surface s) { s.base.rg = onSquare(vec3(uv, 0.0)); }";
+    Material material{.baseColor = {0, 0, 1, 0.5f}, .alphaMode = Material::kBlend};
+    material.program = made.add(program);
+    made.place(made.add(test::makeSheet(1, 1), made.add(material)), {-0.6, 1.5, -1});
+    Aspect scene = made.take();
+    ASSERT_TRUE(applied(scene));
+    EXPECT_GT(frame(0_frame).drawMs, 0);
+    EXPECT_EQ(frame(1_frame).drawMs, 0);
+    ASSERT_TRUE(endsAhead(afterFlips()));
+    EXPECT_GT(frame(2_frame).drawMs, 0);
+    EXPECT_EQ(frame(3_frame).drawMs, 0);
+}
+
 TEST_F(RenderHostTest, AloneOnItsMachineWorksAheadBeforeSwapToo) {
     Board board = Board::create().value();
     PartSharing sharing({}, board, log_);
