@@ -7,6 +7,7 @@ import struct
 import tempfile
 import threading
 import time
+import traceback
 import unittest
 import weakref
 from unittest import mock
@@ -260,8 +261,12 @@ class Return(unittest.TestCase):
             for _ in frames:
                 pass
             self.assertTrue(wall.over)
-            with self.assertRaisesRegex(tessera.NetworkError, "is over"):
-                wall.status()
+            depths = []
+            for _ in range(3):
+                with self.assertRaisesRegex(tessera.NetworkError, "is over") as ended:
+                    wall.status()
+                depths.append(len(traceback.extract_tb(ended.exception.__traceback__)))
+            self.assertEqual(depths[0], depths[2])
 
 
 class Dropped(unittest.TestCase):

@@ -128,7 +128,7 @@ class Link:
                     if not self._state.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:
                         raise Timeout(f"the server at {self.address} did not come back in time: {self._away}")
                 if self._ended is not None:
-                    raise self._ended
+                    raise self._ended.with_traceback(None)  # else it would grow from call to call
                 if since is not None and since != self.generation:
                     raise Stale(self.generation)
                 self._last_request += 1
