@@ -225,8 +225,8 @@ TEST_F(LookTest, AListOutlivesTheUpdateThatReplacesItsClusters) {
     std::size_t casters = 0;
     for (const auto& view : list.casters->all()) {
         for (const ShadowCaster& caster : view->moving) casters += clustered(caster.item);
-        for (const CasterPieces::Place& place : view->still->all.pieces())
-            for (const ShadowCaster& caster : *place.piece) casters += clustered(caster.item);
+        view->still->all.each([](const PixelRect&) { return true; },
+                              [&](const ShadowCaster& caster) { casters += clustered(caster.item); });
     }
     ASSERT_GT(casters, 0u);
     const Picture before = drawn(list);
