@@ -114,7 +114,7 @@ TEST_F(MemoryLimitTest, WhatABufferHasNoRoomForIsLeftOut) {
     restart({.samples = 1});
     (void)draw(first, camera);
     const std::size_t ten = renderer_->residentBytes();
-    restart({.samples = 1, .mostBufferBytes = ten / 10 * 7});
+    restart({.samples = 1, .mostBufferBytes = ten / 4 * 3});
     for (int round = 0; round < 3; ++round) {
         SCOPED_TRACE(round);
         EXPECT_EQ(draw(first, camera), ofFirst);
