@@ -129,12 +129,14 @@ Expected<Answer> run(Application& application, const verb::Exposure& exposure) {
     std::string text = !wish.metered ? "as the scene says" : *wish.metered ? "metered" : "not metered";
     if (wish.stops) text += fmt::format(", {:+g} stops", *wish.stops);
     if (wish.toneMap) text += fmt::format(", tone map {}", kToneMapNames[static_cast<std::size_t>(*wish.toneMap)]);
-    if (status->meteredStops) text += fmt::format("; the wall has found {:+g} stops", *status->meteredStops);
+    // What it has found counts no more, where somebody has just told it not to look.
+    const bool meters = status->meteredStops && wish.metered.value_or(true);
+    if (meters) text += fmt::format("; the wall has found {:+g} stops", *status->meteredStops);
     Answer answer{fmt::format("exposure  {}\n", text), {{"exposure", nlohmann::json::object()}}, {}};
     if (wish.stops) answer.json["exposure"]["stops"] = *wish.stops;
     if (wish.metered) answer.json["exposure"]["metered"] = *wish.metered;
     if (wish.toneMap) answer.json["exposure"]["tone_map"] = kToneMapNames[static_cast<std::size_t>(*wish.toneMap)];
-    if (status->meteredStops) answer.json["metered_stops"] = *status->meteredStops;
+    if (meters) answer.json["metered_stops"] = *status->meteredStops;
     return answer;
 }
 
