@@ -45,7 +45,6 @@ public:
     };
     using Piece = Part<ShadowCaster>;
     using Bundle = Part<Piece>;
-    [[nodiscard]] const std::vector<Bundle>& bundles() const { return bundles_; }
     /// The one that stands there.
     [[nodiscard]] const ShadowCaster& at(const CasterRank& rank) const;
     /// Calls `look` with each caster whose rectangle is `wanted`, in order. Asks for bundles and pieces first: whoever

@@ -112,8 +112,9 @@ TEST(StillChanges, AreTheLastOnesAtTheCostOfThoseThatCome) {
             rects.push_back({.x = x, .y = 0, .width = 1, .height = 1});
             all.emplace_back(state, x);
         }
-        if (state == 1501)
+        if (state == 1501) {
             EXPECT_EQ(changes.knownAfter(), 1500u) << "what comes at once, and is too much, does not stay";
+        }
         if (state % 13 > 0) {
             EXPECT_LE(changes.add(state, std::move(rects)), count + 256);
             continue;

@@ -158,8 +158,12 @@ TEST(ShadowStore, ATileHearsOfWhatReachesIt) {
 /// Where the rows of pieces lie.
 std::set<const ShadowCaster*> beginsOf(const ShadowView& view) {
     std::set<const ShadowCaster*> begins;
-    for (const CasterPieces::Bundle& bundle : view.still->all.bundles())
-        for (const CasterPieces::Piece& piece : *bundle.row) begins.insert(piece.row->data());
+    const ShadowCaster* before = nullptr;
+    view.still->all.each([](const PixelRect&) { return true; },
+                         [&](const ShadowCaster& caster) {
+                             if (!before || &caster != before + 1) begins.insert(&caster);
+                             before = &caster;
+                         });
     return begins;
 }
 
