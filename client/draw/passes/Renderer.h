@@ -28,8 +28,8 @@ struct RendererOptions {
     int samples = 4;  ///< per pixel: 1 or 4
     /// Of GL's memory, as it is allocated, for meshes, images and voxels together with what pictures are drawn in:
     /// framebuffers and maps of shadows, which stay while they are used. 0: memoryForGl. Above it gives way what is not
-    /// drawn, then what is needed again last (SharedBudget.h). What one draw needs is there as long as GL has memory, and a
-    /// quarter of this is for meshes, images and voxels whatever pictures take.
+    /// drawn, then what is needed again last (SharedBudget.h). What one draw needs is there as long as GL has memory,
+    /// and a quarter of this is for meshes, images and voxels whatever pictures take.
     std::size_t memoryBytes = 0;
     /// Of one buffer of meshes; 0, and at most: as much as the surface draws from. What does not fit into it beside
     /// what else a draw needs is left out, and counted in DrawCounts::skipped.
