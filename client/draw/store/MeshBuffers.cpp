@@ -64,10 +64,11 @@ std::size_t MeshBuffers::residentBytes() const {
     return used.bytes();
 }
 
-/// What lies in GL is the same whatever the radius of points is.
+/// What lies in GL is the same whatever the radius of points is, and however particles are sorted.
 MeshBuffers::Key MeshBuffers::keyOf(const MeshKey& mesh, std::int64_t fill) {
     Key key{.mesh = mesh, .fill = fill};
     key.mesh.pointRadius = 0;
+    key.mesh.sorted = false;
     return key;
 }
 
@@ -92,7 +93,7 @@ std::shared_ptr<MeshBuffers::Mesh>& MeshBuffers::knownOf(const DrawMesh& mesh, s
 }
 
 const MeshRange* MeshBuffers::find(const DrawMesh& mesh, std::int64_t fill, const Image* normalMap) {
-    if (mesh.kind != DrawKind::kTriangles || fill != Material::kFilled) normalMap = nullptr;
+    if (mesh.arrays.kind != MeshKind::kTriangles || fill != Material::kFilled) normalMap = nullptr;
     std::shared_ptr<Mesh>& known = knownOf(mesh, fill, normalMap);
     if (!known || known->gone) known = findByContent(mesh, fill, normalMap);
     if (!known) return nullptr;
@@ -103,7 +104,7 @@ const MeshRange* MeshBuffers::find(const DrawMesh& mesh, std::int64_t fill, cons
 
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& mesh, std::int64_t fill,
                                                               const Image* normalMap) {
-    if (!mesh.sound || (fill != Material::kFilled && mesh.kind != DrawKind::kTriangles)) return nullptr;
+    if (!mesh.sound || (fill != Material::kFilled && mesh.arrays.kind != MeshKind::kTriangles)) return nullptr;
     const MeshArrays arrays = drawnArrays(mesh, normalMap);
     const Key key = keyOf(tessera::keyOf(arrays), fill);
     if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
@@ -123,7 +124,7 @@ std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& me
 
 std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Image* normalMap, std::size_t bytes) {
     if (!mesh.sound) return 0;
-    const MeshArrays arrays = drawnArrays(mesh, mesh.kind == DrawKind::kTriangles ? normalMap : nullptr);
+    const MeshArrays arrays = drawnArrays(mesh, mesh.arrays.kind == MeshKind::kTriangles ? normalMap : nullptr);
     const Key key = keyOf(tessera::keyOf(arrays), Material::kFilled);
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
@@ -159,7 +160,7 @@ std::uint64_t MeshBuffers::mostOf(MeshStore store) const {
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays) {
     const auto made = std::make_shared<Mesh>();
     Mesh& mesh = *made;
-    const DrawForm& form = formOf(kindOf(arrays));
+    const DrawForm& form = formOf(arrays.kind);
     for (const MeshPart& part : form.parts(arrays)) {
         // What is fetched by its number lies at a multiple of its size.
         const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
@@ -214,7 +215,7 @@ void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t byte
 }
 
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::takeOver(const MeshArrays& arrays) {
-    const DrawForm& form = formOf(kindOf(arrays));
+    const DrawForm& form = formOf(arrays.kind);
     if (form.follows.empty()) return nullptr;
     for (const MeshOrigin& origin : originsOf(arrays)) {
         const auto known = meshes_.find(keyOf(origin.key, Material::kFilled));
@@ -383,7 +384,7 @@ void MeshBuffers::makeSharedByPoints() {
     gl_.TextureBuffer(linearTexture_, GL_R32F, linearBuffer_);
 }
 
-void MeshBuffers::bindFor(DrawKind kind) {
+void MeshBuffers::bindFor(MeshKind kind) {
     if (!formOf(kind).fetched) return;
     gl_.BindTextureUnit(kPointUnit, pointTexture_);
     gl_.BindTextureUnit(kLinearUnit, linearTexture_);
