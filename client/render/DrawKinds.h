@@ -7,29 +7,13 @@
 #include <cstdint>
 
 #include "common/drawable/GlyphArrays.h"
-#include "common/drawable/ParticleArrays.h"
 #include "common/drawable/VolumeShapes.h"
 #include "common/geometry/Mesh.h"
 
 namespace tessera {
 
-enum class DrawKind : std::uint8_t {
-    kTriangles,
-    kPoints,  ///< balls
-    kLines,   ///< as wide on the screen wherever they are
-    // Particles (ParticleArrays.h), two triangles each:
-    kDiscs,    ///< round on the screen
-    kStreaks,  ///< lines, each as wide as it says
-    kSprites,  ///< squares that face the user's head
-    // Scalar fields (VolumeShapes.h):
-    kMarched,  ///< a box that rays go through
-    kSlices,   ///< planes through it
-    // Copies of a mesh (MeshCopies.h):
-    kGlyphs,
-};
-
 struct DrawKindRow {
-    DrawKind kind;
+    MeshKind kind;
     /// Its arrays are the triangles that are drawn: cut into clusters, made occluders of.
     bool ownTriangles;
     bool hides;  ///< nothing is seen through what it covers, as far as its material says
@@ -42,8 +26,8 @@ struct DrawKindRow {
     unsigned fineness = 0;  ///< that its arrays are of: see finenessOnScreens
 };
 
-inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
-    {.kind = DrawKind::kTriangles,
+inline constexpr std::array<DrawKindRow, kMeshKinds> kDrawKinds = {{
+    {.kind = MeshKind::kTriangles,
      .ownTriangles = true,
      .hides = true,
      .castsShadows = true,
@@ -51,7 +35,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = false,
      .volume = false,
      .particles = false},
-    {.kind = DrawKind::kPoints,
+    {.kind = MeshKind::kPoints,
      .ownTriangles = false,
      .hides = true,
      .castsShadows = true,
@@ -59,7 +43,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = false,
      .volume = false,
      .particles = false},
-    {.kind = DrawKind::kLines,
+    {.kind = MeshKind::kLines,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -67,7 +51,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = true,
      .volume = false,
      .particles = false},
-    {.kind = DrawKind::kDiscs,
+    {.kind = MeshKind::kDiscs,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -75,7 +59,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = false,
      .volume = false,
      .particles = true},
-    {.kind = DrawKind::kStreaks,
+    {.kind = MeshKind::kStreaks,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -83,7 +67,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = true,
      .volume = false,
      .particles = true},
-    {.kind = DrawKind::kSprites,
+    {.kind = MeshKind::kSprites,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -91,7 +75,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .standsOut = false,
      .volume = false,
      .particles = true},
-    {.kind = DrawKind::kMarched,
+    {.kind = MeshKind::kMarched,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -100,7 +84,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .volume = true,
      .particles = false,
      .fineness = kVolumeOnScreens},
-    {.kind = DrawKind::kSlices,
+    {.kind = MeshKind::kSlices,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = false,
@@ -110,7 +94,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .particles = false,
      .fineness = kVolumeOnScreens},
     // A tile that looks for occluders would look at all of them.
-    {.kind = DrawKind::kGlyphs,
+    {.kind = MeshKind::kGlyphs,
      .ownTriangles = false,
      .hides = false,
      .castsShadows = true,
@@ -121,7 +105,7 @@ inline constexpr std::array<DrawKindRow, 9> kDrawKinds = {{
      .fineness = kGlyphsOnScreens},
 }};
 
-[[nodiscard]] constexpr const DrawKindRow& rowOf(DrawKind kind) {
+[[nodiscard]] constexpr const DrawKindRow& rowOf(MeshKind kind) {
     return kDrawKinds[static_cast<std::size_t>(kind)];
 }
 static_assert([] {
@@ -129,27 +113,5 @@ static_assert([] {
         if (&rowOf(row.kind) != &row) return false;
     return true;
 }());
-
-/// Of what a Geometry holds.
-[[nodiscard]] constexpr DrawKind kindOf(Primitive primitive) {
-    switch (primitive) {
-        case Primitive::kPoints:
-            return DrawKind::kPoints;
-        case Primitive::kLines:
-            return DrawKind::kLines;
-        case Primitive::kTriangles:
-            break;
-    }
-    return DrawKind::kTriangles;
-}
-/// Of any drawable's arrays.
-[[nodiscard]] inline DrawKind kindOf(const MeshArrays& arrays) {
-    if (!arrays.copies.empty()) return DrawKind::kGlyphs;
-    if (const VolumeShape shape = volumeShapeOf(arrays); shape != VolumeShape::kNone)
-        return shape == VolumeShape::kBox ? DrawKind::kMarched : DrawKind::kSlices;
-    if (!areParticles(arrays)) return kindOf(arrays.primitive);
-    if (!arrays.lines.empty()) return DrawKind::kStreaks;
-    return arrays.texcoords1.empty() ? DrawKind::kDiscs : DrawKind::kSprites;
-}
 
 }  // namespace tessera

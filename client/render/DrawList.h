@@ -32,7 +32,7 @@ struct DrawItem {
     std::shared_ptr<const DrawMaterial> look;  ///< of its material; null: it has none
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
-    DrawKind kind = DrawKind::kTriangles;
+    MeshKind kind = MeshKind::kTriangles;
     float lineWidth = 0;  ///< pixels, where it is lines; else 0
     static constexpr float kAnyWidth = std::numeric_limits<float>::infinity();
     float widestLinePx = kAnyWidth;  ///< of its lines, edges, corners and streaks on this screen: see LineWidths.h

@@ -15,7 +15,6 @@ std::shared_ptr<const DrawMesh> drawMeshOf(const Drawable& drawable) {
     return std::make_shared<const DrawMesh>(DrawMesh{.serial = nextSerial(),
                                                      .key = keyOf(arrays),
                                                      .arrays = arrays,
-                                                     .kind = kindOf(arrays),
                                                      .sound = checkMesh(arrays).has_value(),
                                                      .clusters = {}});
 }

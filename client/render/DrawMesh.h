@@ -19,8 +19,7 @@ namespace tessera {
 struct DrawMesh {
     std::uint64_t serial = 0;  ///< nextSerial's
     MeshKey key;
-    MeshArrays arrays;  ///< resident
-    DrawKind kind = DrawKind::kTriangles;
+    MeshArrays arrays;   ///< resident
     bool sound = false;  ///< checkMesh's verdict
     /// By MeshCache alone. None of a small mesh, and of what came by edits of ranges: that may go on changing.
     std::vector<MeshCluster> clusters;

@@ -75,7 +75,8 @@ MeshKey keyOf(const MeshArrays& arrays) {
     return {.arrays = {arrays.positions.id(), arrays.normals.id(), arrays.colors.id(), arrays.texcoords.id(),
                        arrays.indices.id(), arrays.texcoords1.id(), arrays.lines.id(), arrays.tangents.id(),
                        arrays.copies.id()},
-            .primitive = arrays.primitive,
+            .kind = arrays.kind,
+            .sorted = arrays.sorted,
             .pointRadius = arrays.pointRadius};
 }
 

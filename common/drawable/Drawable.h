@@ -18,14 +18,15 @@ namespace tessera {
 /// Names a mesh by its content: drawables with equal keys look alike, but for their material.
 struct MeshKey {
     std::array<BlobId, kMeshArrays> arrays{};  ///< in the order of MeshArrays
-    Primitive primitive = Primitive::kTriangles;
-    double pointRadius = 0;  ///< of points
+    MeshKind kind = MeshKind::kTriangles;
+    bool sorted = false;
+    double pointRadius = 0;
     bool operator==(const MeshKey&) const = default;
 };
 [[nodiscard]] MeshKey keyOf(const MeshArrays& arrays);
 struct MeshKeyHash {
     std::size_t operator()(const MeshKey& key) const {
-        std::size_t h = std::hash<double>{}(key.pointRadius) + static_cast<std::size_t>(key.primitive);
+        std::size_t h = std::hash<double>{}(key.pointRadius) + 2 * static_cast<std::size_t>(key.kind) + key.sorted;
         for (const BlobId& id : key.arrays) h = h * 0x9E3779B97F4A7C15ull + std::hash<BlobId>{}(id);
         return h;
     }

@@ -273,6 +273,7 @@ MeshArrays glyphsOnScreens(const Glyphs& g) {
         colors.insert(colors.end(), color.begin(), color.end());
     }
     MeshArrays arrays = shapeOfGlyphs(g);
+    arrays.kind = MeshKind::kGlyphs;
     arrays.copies = Blob::of(std::span<const MeshCopy>(copies));
     if (!colors.empty()) arrays.colors = Blob::of(std::span<const std::uint8_t>(colors));
     return arrays;

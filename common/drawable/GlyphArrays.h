@@ -1,6 +1,6 @@
 /// How glyphs are drawn, and what else they are.
 ///
-/// On screens (kGlyphsOnScreens) they are one shape and its copies (MeshArrays::copies), with a colour each. Copies
+/// On screens (kGlyphsOnScreens) they are one shape and its copies (MeshKind::kGlyphs), with a colour each. Copies
 /// that follow each other lie near each other (Morton's order of their places), so that runs of them are culled by
 /// their boxes. For all others each is the box around its shape, turned with it, twelve triangles, in the arrays' own
 /// order.

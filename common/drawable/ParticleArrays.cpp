@@ -241,11 +241,11 @@ DerivedMesh deriveParticles(const void* core, const Fineness&, const EarlierMesh
     }
     DerivedMesh out;
     const std::vector<float> positions = placesOf(p, 0, count);
-    out.arrays.primitive = Primitive::kLines;
+    out.arrays.kind = haveTails(p) ? MeshKind::kStreaks : haveTurns(p) ? MeshKind::kSprites : MeshKind::kDiscs;
+    out.arrays.sorted = p.sorted;
     out.arrays.positions = Blob::of(std::span<const float>(positions));
     out.arrays.texcoords = Blob::of(std::span<const float>(sizes));
     if (!colors.empty()) out.arrays.colors = Blob::of(std::span<const std::uint8_t>(colors));
-    double reach = 0;
     if (haveTails(p)) {
         std::vector<std::uint32_t> lines(2 * count);
         for (std::size_t i = 0; i < lines.size(); ++i) lines[i] = static_cast<std::uint32_t>(i);
@@ -253,7 +253,7 @@ DerivedMesh deriveParticles(const void* core, const Fineness&, const EarlierMesh
         out.arrays.lineWidth = greatest;
     } else {
         // Half the side of a quad's square, times the root of two and the rounding of what a shader makes of it.
-        reach = static_cast<double>(greatest) * (haveTurns(p) ? 0.7072 : 0.50001);
+        out.arrays.pointRadius = static_cast<double>(greatest) * (haveTurns(p) ? 0.7072 : 0.50001);
     }
     if (haveTurns(p)) {
         const std::span<const float> turns = p.turns.as<float>();
@@ -265,8 +265,6 @@ DerivedMesh deriveParticles(const void* core, const Fineness&, const EarlierMesh
         }
         out.arrays.texcoords1 = Blob::of(std::span<const float>(sides));
     }
-    reach = std::max(reach, std::numeric_limits<double>::min());
-    out.arrays.pointRadius = p.sorted ? reach : -reach;
     return out;
 }
 

@@ -196,9 +196,9 @@ MeshArrays arraysOf(const Geometry& g) {
                       .texcoords1 = g.texcoords1,
                       .lines = {},
                       .tangents = g.tangents,
-                      .primitive = points  ? Primitive::kPoints
-                                   : lines ? Primitive::kLines
-                                           : Primitive::kTriangles,
+                      .kind = points  ? MeshKind::kPoints
+                              : lines ? MeshKind::kLines
+                                      : MeshKind::kTriangles,
                       .pointRadius = points ? g.pointRadius : 0.0,
                       .lineWidth = lines ? g.lineWidth : 0.0f};
     Blob indices = g.indices;

@@ -51,7 +51,7 @@ DerivedMesh deriveBox(const void* core, const Fineness&, const EarlierMesh*) {
     }
     out.arrays.positions = Blob::of(std::span<const float>(positions));
     out.arrays.lines = Blob::of(std::span<const std::uint32_t>(lines));
-    out.arrays.primitive = Primitive::kLines;
+    out.arrays.kind = MeshKind::kLines;
     out.arrays.lineWidth = 1;
     return out;
 }

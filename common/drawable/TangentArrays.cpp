@@ -147,8 +147,8 @@ Blob withAdded(const Blob& array, const MadeTangents& made, std::size_t bytesEac
 }  // namespace
 
 MeshArrays withTangents(MeshArrays arrays, const Image& normalMap) {
-    if (arrays.primitive != Primitive::kTriangles || arrays.normals.empty()) arrays.tangents = {};
-    if (arrays.primitive != Primitive::kTriangles || arrays.normals.empty() || !arrays.tangents.empty()) return arrays;
+    if (arrays.kind != MeshKind::kTriangles || arrays.normals.empty()) arrays.tangents = {};
+    if (arrays.kind != MeshKind::kTriangles || arrays.normals.empty() || !arrays.tangents.empty()) return arrays;
     const ImageCoordinates image = coordinatesOf(arrays, normalMap);
     if (image.texcoords->empty() || arrays.indices.empty()) return arrays;
     // All, as copies are made of all.

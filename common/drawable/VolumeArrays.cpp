@@ -143,7 +143,10 @@ DerivedMesh deriveVolume(const void* core, const Fineness& fineness, const Earli
     if (fineness.steps == kVolumeOnScreens) {
         if (!checkVolume(core)) return {};
         const MeshData shape = shapeOnScreens(v);
-        return {.arrays = shape.indices.empty() ? MeshArrays() : shape.toArrays(), .plan = nullptr};
+        if (shape.indices.empty()) return {};
+        DerivedMesh out{.arrays = shape.toArrays(), .plan = nullptr};
+        out.arrays.kind = v.mode == Volume::kSlices ? MeshKind::kSlices : MeshKind::kMarched;
+        return out;
     }
     if (!checkVoxels(v) || !checkPlanes(v.clipPlanes, "clipPlanes")) return {};
     if (!v.clipPlanes.empty()) return cutSurface(v);

@@ -181,10 +181,9 @@ MeshData shapeOnScreens(const Volume& v) {
     for (std::size_t i = 0; i < corners.places().size(); ++i) {
         const Vec3f place = (middle + half.cwiseProduct(corners.places()[i])).cast<float>();
         mesh.positions.insert(mesh.positions.end(), {place.x(), place.y(), place.z()});
-        mesh.texcoords.insert(mesh.texcoords.end(),
-                              {-1e30f, static_cast<float>(v.mode == Volume::kSlices ? corners.sliceOf(i) : 0)});
+        if (v.mode == Volume::kSlices)
+            mesh.texcoords.insert(mesh.texcoords.end(), {0, static_cast<float>(corners.sliceOf(i))});
     }
-    mesh.pointRadius = v.mode == Volume::kSlices ? 2 : 1;
     return mesh;
 }
 

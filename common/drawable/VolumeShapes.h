@@ -1,13 +1,12 @@
 /// What of a Volume a screen draws where it is not its surface: the box that rays go through, or the planes that it
 /// shows itself on.
 ///
-/// Both travel in the arrays of triangles, and are told from those of a Geometry by a radius, which triangles have not:
-///   clouds, maxima  the faces of the voxels' box, as far as clip planes leave it, seen from inside: each ray that
-///   meets it leaves it once, wherever
-///                   the eye is. `pointRadius` 1
-///   slices          of each plane what lies in that box, cut where earlier planes go through it. `pointRadius` 2
-/// `texcoords` are no place: the first number keeps their content from being that of any Geometry, the second one says
-/// which slice a corner is of. What is seen there is the voxels' (client/draw/store/VolumeTextures.h).
+///   kMarched  of clouds and maxima the faces of the voxels' box, as far as clip planes leave it, seen from inside:
+///   each
+///             ray that meets it leaves it once, wherever the eye is
+///   kSlices   of each plane what lies in that box, cut where earlier planes go through it; `texcoords` are no place:
+///             (0, the slice that a corner is of)
+/// What is seen there is the voxels' (client/draw/store/VolumeTextures.h).
 #pragma once
 
 #include "common/cores/Volume.h"
@@ -22,13 +21,6 @@ inline constexpr unsigned kVolumeOnScreens = 1;
 /// How screens draw the core: of a Volume that is not its surface kVolumeOnScreens, of Glyphs kGlyphsOnScreens
 /// (GlyphArrays.h), of all others as their fields say.
 [[nodiscard]] Fineness finenessOnScreens(const Aspect& aspect, ObjectId core);
-
-enum class VolumeShape : std::uint8_t { kNone, kBox, kSlices };
-/// Which of them some arrays are.
-[[nodiscard]] inline VolumeShape volumeShapeOf(const MeshArrays& arrays) {
-    if (arrays.primitive != Primitive::kTriangles || arrays.pointRadius == 0) return VolumeShape::kNone;
-    return arrays.pointRadius == 1 ? VolumeShape::kBox : VolumeShape::kSlices;
-}
 
 /// By its mode, in the node's coordinates; empty where nothing is left. Of volumes whose sizes and planes have been
 /// checked. Corners are found in double in the box's own coordinates, where it is a cube, and those nearer than 1e-9 of

@@ -46,27 +46,69 @@ Expected<void> checkFinite(std::span<const float> values, std::size_t perVertex,
     return {};
 }
 
-Expected<void> checkPoints(const MeshArrays& arrays, std::size_t points, const MeshLimits& limits) {
-    if (arrays.primitive != Primitive::kPoints) return {};
-    if (points > limits.maxPoints)
-        return fail(ErrorCode::kLimit, fmt::format("{} points, at most {} are allowed", points, limits.maxPoints));
-    if (arrays.indices.sizeBytes() > 0)
-        return fail(ErrorCode::kBadInput, "points have no triangle indices: leave the array out");
+/// What the arrays of a kind hold beside positions, normals, colours and tangents.
+struct KindRow {
+    enum class Has : std::uint8_t { kNot, kMay, kMust };
+    MeshKind kind;
+    std::string_view name;
+    Has triangles, lines, copies, texcoords, texcoords1;
+    bool radius, sorted;  ///< may it have one, may it be
+};
+using enum KindRow::Has;
+constexpr std::array<KindRow, kMeshKinds> kKinds = {{
+    {MeshKind::kTriangles, "triangles", kMay, kNot, kNot, kMay, kMay, false, false},
+    {MeshKind::kPoints, "points", kNot, kNot, kNot, kMay, kMay, true, false},
+    {MeshKind::kLines, "lines", kNot, kMay, kNot, kMay, kMay, false, false},
+    {MeshKind::kDiscs, "discs", kNot, kNot, kNot, kMust, kNot, true, true},
+    {MeshKind::kStreaks, "streaks", kNot, kMust, kNot, kMust, kNot, true, true},
+    {MeshKind::kSprites, "sprites", kNot, kNot, kNot, kMust, kMust, true, true},
+    {MeshKind::kMarched, "volumes' boxes", kMust, kNot, kNot, kNot, kNot, false, false},
+    {MeshKind::kSlices, "volumes' slices", kMust, kNot, kNot, kMust, kNot, false, false},
+    {MeshKind::kGlyphs, "glyphs", kMust, kNot, kMust, kMay, kMay, false, false},
+}};
+static_assert([] {
+    for (std::size_t i = 0; i < kKinds.size(); ++i)
+        if (static_cast<std::size_t>(kKinds[i].kind) != i) return false;
+    return true;
+}());
+
+/// Whether the arrays are those of their kind.
+Expected<void> checkKind(const MeshArrays& arrays, const MeshLimits& limits) {
+    const auto number = static_cast<std::size_t>(arrays.kind);
+    if (number >= kKinds.size()) return fail(ErrorCode::kBadInput, fmt::format("there is no kind {} of mesh", number));
+    const KindRow& row = kKinds[number];
+    struct Array {
+        const Blob& blob;
+        KindRow::Has has;
+        std::string_view name;
+    };
+    for (const Array& array :
+         {Array{arrays.indices, row.triangles, "triangle indices"}, Array{arrays.lines, row.lines, "line indices"},
+          Array{arrays.copies, row.copies, "copies"}, Array{arrays.texcoords, row.texcoords, "texture coordinates"},
+          Array{arrays.texcoords1, row.texcoords1, "second texture coordinates"}}) {
+        if (array.has == kNot && !array.blob.empty())
+            return fail(ErrorCode::kBadInput, fmt::format("{} have no {}: leave the array out", row.name, array.name));
+        if (array.has == kMust && array.blob.empty() && !arrays.positions.empty())
+            return fail(ErrorCode::kBadInput, fmt::format("{} need {}", row.name, array.name));
+    }
+    if (!row.radius && arrays.pointRadius != 0)
+        return fail(ErrorCode::kBadInput, fmt::format("{} have no radius: it is {}", row.name, arrays.pointRadius));
+    if (!row.sorted && arrays.sorted)
+        return fail(ErrorCode::kBadInput, fmt::format("only particles are sorted, not {}", row.name));
     if (!(arrays.pointRadius >= 0 && arrays.pointRadius <= limits.maxPointRadius))
-        return fail(ErrorCode::kBadInput, fmt::format("the points' radius is {}: it has to be from 0 to {:g}",
+        return fail(ErrorCode::kBadInput, fmt::format("the {}' radius is {}: it has to be from 0 to {:g}", row.name,
                                                       arrays.pointRadius, limits.maxPointRadius));
     return {};
 }
 
-Expected<void> checkLines(const MeshArrays& arrays, const MeshLimits& limits) {
+Expected<void> checkLines(const MeshArrays& arrays, std::size_t vertices, const MeshLimits& limits) {
     const Expected<std::size_t> lines = elementCount(arrays.lines, 2 * sizeof(std::uint32_t), "line indices");
     if (!lines) return tl::unexpected(lines.error());
     if (*lines > limits.maxLines)
         return fail(ErrorCode::kLimit, fmt::format("{} lines, at most {} are allowed", *lines, limits.maxLines));
-    const bool areLines = arrays.primitive == Primitive::kLines;
-    if (areLines && arrays.indices.sizeBytes() > 0)
-        return fail(ErrorCode::kBadInput, "lines have no triangle indices: leave the array out");
-    if (!areLines && *lines > 0) return fail(ErrorCode::kBadInput, "only lines have line indices");
+    if (arrays.kind == MeshKind::kStreaks && vertices != 2 * *lines)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} streaks of {} vertices: they have two each", *lines, vertices));
     return {};
 }
 
@@ -74,7 +116,6 @@ Expected<void> checkCopies(const MeshArrays& arrays, std::size_t triangles, cons
     const Expected<std::size_t> copies = elementCount(arrays.copies, sizeof(MeshCopy), "copies");
     if (!copies) return tl::unexpected(copies.error());
     if (*copies == 0) return {};
-    if (arrays.primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, "only triangles have copies");
     if (triangles > 0 && *copies > limits.maxTriangles / triangles)
         return fail(ErrorCode::kLimit, fmt::format("{} copies of {} triangles, at most {} triangles are allowed",
                                                    *copies, triangles, limits.maxTriangles));
@@ -110,11 +151,13 @@ Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits) {
         return fail(ErrorCode::kLimit,
                     fmt::format("{} triangles, at most {} are allowed", *triangles, limits.maxTriangles));
     }
-    if (auto ok = checkPoints(arrays, *vertices, limits); !ok) return ok;
-    if (auto ok = checkLines(arrays, limits); !ok) return ok;
+    if (arrays.kind == MeshKind::kPoints && *vertices > limits.maxPoints)
+        return fail(ErrorCode::kLimit, fmt::format("{} points, at most {} are allowed", *vertices, limits.maxPoints));
+    if (auto ok = checkKind(arrays, limits); !ok) return ok;
+    if (auto ok = checkLines(arrays, *vertices, limits); !ok) return ok;
     if (auto ok = checkCopies(arrays, *triangles, limits); !ok) return ok;
     if (auto ok = checkPerVertex(arrays.normals, 3 * sizeof(float), "normals", *vertices); !ok) return ok;
-    const std::size_t colored = arrays.copies.empty() ? *vertices : copyCount(arrays);
+    const std::size_t colored = arrays.kind == MeshKind::kGlyphs ? copyCount(arrays) : *vertices;
     if (auto ok = checkPerVertex(arrays.colors, 4, "colours", colored); !ok) return ok;
     for (const Blob* texcoords : {&arrays.texcoords, &arrays.texcoords1})
         if (auto ok = checkPerVertex(*texcoords, 2 * sizeof(float), "texture coordinates", *vertices); !ok) return ok;
@@ -180,21 +223,20 @@ Box boundsOf(std::span<const float> positions) {
 }
 
 Box shownBounds(const MeshArrays& arrays) {
-    if (!arrays.copies.empty()) return boundsOfCopies(arrays, 0, copyCount(arrays));
+    if (arrays.kind == MeshKind::kGlyphs) return boundsOfCopies(arrays, 0, copyCount(arrays));
     Box places = boundsOf(arrays.positions.as<float>());
-    // Particles (common/drawable/ParticleArrays.h).
-    if (arrays.primitive == Primitive::kLines && arrays.pointRadius != 0 && !places.empty()) {
-        places.lower.array() -= std::abs(arrays.pointRadius);
-        places.upper.array() += std::abs(arrays.pointRadius);
+    if (arrays.kind == MeshKind::kPoints) return boundsOfPoints(places, arrays.pointRadius);
+    if (!places.empty()) {
+        places.lower.array() -= arrays.pointRadius;
+        places.upper.array() += arrays.pointRadius;
     }
-    return arrays.primitive == Primitive::kPoints ? boundsOfPoints(places, arrays.pointRadius) : places;
+    return places;
 }
 
 std::uint64_t triangleCount(const MeshArrays& arrays) {
-    if (arrays.primitive == Primitive::kPoints)
-        return arrays.positions.sizeBytes() / (3 * sizeof(float)) * kFacesPerPoint;
+    if (arrays.kind == MeshKind::kPoints) return arrays.positions.sizeBytes() / (3 * sizeof(float)) * kFacesPerPoint;
     const std::uint64_t triangles = arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
-    return arrays.copies.empty() ? triangles : triangles * copyCount(arrays);
+    return arrays.kind == MeshKind::kGlyphs ? triangles * copyCount(arrays) : triangles;
 }
 
 std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uint32_t triangle, double shownRadius) {
@@ -209,7 +251,7 @@ std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uin
         return true;
     };
     bool found = false;
-    if (arrays.primitive == Primitive::kPoints) {
+    if (arrays.kind == MeshKind::kPoints) {
         const std::size_t point = triangle / kFacesPerPoint;
         if (point >= arrays.positions.as<float>().size() / 3) return std::nullopt;
         const MeshData one = trianglesOfPoints(arrays, shownRadius, {point, point + 1});
@@ -219,6 +261,18 @@ std::optional<std::array<Vec3f, 3>> cornersOf(const MeshArrays& arrays, std::uin
     }
     if (!found) return std::nullopt;
     return corners;
+}
+
+static MeshKind kindOf(Primitive primitive) {
+    switch (primitive) {
+        case Primitive::kPoints:
+            return MeshKind::kPoints;
+        case Primitive::kLines:
+            return MeshKind::kLines;
+        case Primitive::kTriangles:
+            break;
+    }
+    return MeshKind::kTriangles;
 }
 
 MeshArrays MeshData::toArrays() const {
@@ -234,8 +288,8 @@ MeshArrays MeshData::toArrays() const {
             .texcoords1 = blob(texcoords1),
             .lines = blob(lines),
             .tangents = blob(tangents),
-            .primitive = primitive,
-            .pointRadius = pointRadius,
+            .kind = kindOf(primitive),
+            .pointRadius = primitive == Primitive::kPoints ? pointRadius : 0,
             .lineWidth = primitive == Primitive::kLines ? lineWidth : 0};
 }
 

@@ -13,19 +13,38 @@
 
 namespace tessera {
 
+/// What MeshData is made up of.
 enum class Primitive : std::uint8_t { kTriangles, kPoints, kLines };
 
-/// What a Geometry core holds (see common/cores/Geometry.h for the layouts), not yet checked.
+/// What some arrays are of. Whoever makes them says so: nobody can tell by looking at them.
+enum class MeshKind : std::uint8_t {
+    kTriangles,
+    kPoints,  ///< balls
+    kLines,   ///< as wide on the screen wherever they are
+    // Particles (common/drawable/ParticleArrays.h), which nobody collides with:
+    kDiscs,    ///< round on the screen
+    kStreaks,  ///< lines, each as wide as it says
+    kSprites,  ///< squares that face the user's head
+    // Scalar fields on screens (common/drawable/VolumeShapes.h):
+    kMarched,  ///< a box that rays go through
+    kSlices,   ///< planes through it
+    // Copies of a mesh (MeshCopies.h):
+    kGlyphs,
+};
+inline constexpr std::size_t kMeshKinds = 9;
+
+/// Arrays of any kind, not yet checked; see common/cores/Geometry.h for the layouts.
 struct MeshArrays {
     Blob positions, normals, colors, texcoords, indices, texcoords1;
-    Blob lines;     ///< uint32[2] per line, of kLines alone: so that they are no surface to whoever looks at `indices`
+    Blob lines;     ///< uint32[2] per line, of kLines and kStreaks: so that they are no surface to whoever looks at
+                    ///< `indices`
     Blob tangents;  ///< float[4] per vertex
-    /// MeshCopy each (MeshCopies.h), of kTriangles: the mesh is at each of these places, and `colors` are theirs.
-    /// Empty: it is where it is.
+    /// MeshCopy each (MeshCopies.h), of kGlyphs: the mesh is at each of these places, and `colors` are theirs.
     Blob copies;
-    Primitive primitive = Primitive::kTriangles;
-    double pointRadius = 0;  ///< of points
-    float lineWidth = 0;     ///< of lines, in pixels
+    MeshKind kind = MeshKind::kTriangles;
+    bool sorted = false;     ///< of particles: drawn from the farthest to the nearest; else as the arrays have them
+    double pointRadius = 0;  ///< of points; of particles as far as anything reaches around its position
+    float lineWidth = 0;     ///< of lines; of streaks the widest; in pixels
 };
 
 /// The blobs of MeshArrays.
@@ -40,8 +59,8 @@ struct MeshLimits {
 };
 
 /// Says what is wrong: a size that is not a whole number of elements, arrays of different vertex counts, an index out
-/// of range (which), a position that is not finite, an absent blob, points or lines with indices of triangles, points
-/// with a negative radius. Costs one pass.
+/// of range (which), a position that is not finite, an absent blob, an array that the kind has not or that it cannot be
+/// without, a radius below 0 or of what has none, an order of what is no particles. Costs one pass.
 [[nodiscard]] Expected<void> checkMesh(const MeshArrays& arrays, const MeshLimits& limits = {});
 
 /// Bytes [begin, end) of an array.

@@ -19,7 +19,7 @@ std::optional<std::array<Value, count>> elementOf(const Blob& blob, std::size_t 
 }
 
 std::optional<Vec2d> texcoordOf(const MeshArrays& arrays, std::uint32_t face, const Vec3d& weights) {
-    if (arrays.primitive != Primitive::kTriangles) return std::nullopt;
+    if (arrays.kind != MeshKind::kTriangles) return std::nullopt;
     const auto corners = elementOf<std::uint32_t, 3>(arrays.indices, face);
     if (!corners) return std::nullopt;
     Vec2d sum = Vec2d::Zero();
@@ -35,7 +35,7 @@ std::optional<Vec2d> texcoordOf(const MeshArrays& arrays, std::uint32_t face, co
 
 std::optional<HitDetails> detailsOf(const MeshArrays& arrays, const Affine3d& world_T_mesh, std::uint32_t face,
                                     const Vec3d& point) {
-    const double radius = arrays.primitive == Primitive::kPoints ? shownRadius(arrays) : 0;
+    const double radius = arrays.kind == MeshKind::kPoints ? shownRadius(arrays) : 0;
     const std::optional<std::array<Vec3f, 3>> corners = cornersOf(arrays, face, radius);
     if (!corners) return std::nullopt;
     std::array<Vec3d, 3> at;

@@ -28,9 +28,9 @@ std::span<const Value> valuesOf(const Blob& blob) {
 
 /// Null where it has nothing that a ray could meet.
 std::shared_ptr<const RayTree> treeOf(const MeshArrays& arrays) {
-    if (arrays.primitive == Primitive::kLines || !checkMesh(arrays)) return nullptr;
+    if (!checkMesh(arrays)) return nullptr;
     Expected<RayTree> tree = fail(ErrorCode::kFailed, "");
-    if (arrays.primitive == Primitive::kPoints) {
+    if (arrays.kind == MeshKind::kPoints) {
         const MeshData balls = trianglesOfPoints(arrays);
         tree = RayTree::build(balls.positions, balls.indices);
     } else if (arrays.indices.sizeBytes() > 0) {
@@ -92,7 +92,7 @@ struct IntersectAction::Impl {
         const Drawable drawable = drawableOf(visit.core);
         if (!drawable || !visit.world_T_node.matrix().allFinite() || isFlattened(visit.world_T_node)) return;
         const MeshArrays arrays = drawable.arrays();
-        if (arrays.primitive == Primitive::kLines) return;
+        if (triangleCount(arrays) == 0) return;
         const Box bounds = shownBounds(arrays);
         const Box box = bounds.empty() ? Box() : bounds.transformed(visit.world_T_node);
         if (box.empty() || !box.lower.allFinite() || !box.upper.allFinite()) return;

@@ -20,7 +20,7 @@ Expected<MeshArrays> trianglesOf(LoadedFile& file, const std::string& mesh, cons
     const Expected<Geometry> geometry = file.mesh(mesh);
     if (!geometry) return tl::unexpected(geometry.error());
     std::optional<MeshArrays> arrays = drawableOf(Object::of(*geometry)).arrays();
-    if (arrays->primitive != Primitive::kTriangles) return fail(ErrorCode::kBadInput, refusal);
+    if (arrays->kind != MeshKind::kTriangles) return fail(ErrorCode::kBadInput, refusal);
     return std::move(*arrays);
 }
 

@@ -98,7 +98,7 @@ Expected<FilePoints> readPoints(const std::string& path, ImportOptions options, 
         const Drawable drawable = drawableOf(aspect, visit.node);
         if (!drawable) return Descend::kInto;
         const MeshArrays arrays = drawable.arrays();
-        if (arrays.primitive != Primitive::kPoints) return Descend::kInto;
+        if (arrays.kind != MeshKind::kPoints) return Descend::kInto;
         const std::span<const float> xyz = arrays.positions.as<float>();
         for (std::size_t i = 0; i + 2 < xyz.size(); i += 3)
             out.places.emplace_back(visit.world_T_node * Vec3d(xyz[i], xyz[i + 1], xyz[i + 2]));

@@ -34,7 +34,7 @@ Aspect ballOf(const MeshData& mesh) {
     geometry.normals = arrays.normals;
     geometry.colors = arrays.colors;
     geometry.indices = arrays.indices;
-    geometry.primitive = arrays.primitive == Primitive::kPoints ? Geometry::kPoints : Geometry::kTriangles;
+    geometry.primitive = arrays.kind == MeshKind::kPoints ? Geometry::kPoints : Geometry::kTriangles;
     geometry.pointRadius = arrays.pointRadius;
     ChangeListBuilder list;
     const ObjectId core{2}, node{3};

@@ -37,13 +37,13 @@ public:
         if (!arrays.texcoords.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords>, arrays.texcoords);
         if (!arrays.texcoords1.empty()) set<Geometry>(id, fieldId<&Geometry::texcoords1>, arrays.texcoords1);
         if (!arrays.tangents.empty()) set<Geometry>(id, fieldId<&Geometry::tangents>, arrays.tangents);
-        const bool lines = arrays.primitive == Primitive::kLines;
+        const bool lines = arrays.kind == MeshKind::kLines;
         set<Geometry>(id, fieldId<&Geometry::indices>, lines ? arrays.lines : arrays.indices);
         if (lines) {
             set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kLines);
             set<Geometry>(id, fieldId<&Geometry::lineWidth>, arrays.lineWidth);
         }
-        if (arrays.primitive == Primitive::kPoints) {
+        if (arrays.kind == MeshKind::kPoints) {
             set<Geometry>(id, fieldId<&Geometry::primitive>, Geometry::kPoints);
             set<Geometry>(id, fieldId<&Geometry::pointRadius>, arrays.pointRadius);
         }

@@ -108,7 +108,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
 
 DrawCalls::Part DrawCalls::partOf(const Shown& shown, const DrawStores& stores) {
     const DrawItem& item = shown.item;
-    const bool triangles = item.kind == DrawKind::kTriangles;
+    const bool triangles = item.kind == MeshKind::kTriangles;
     Part part{
         calls_.back(), drawnArrays(*item.mesh, triangles ? normalMapOf(shown.source()) : nullptr).indices, true, {}};
     if (!triangles) return part;
@@ -207,7 +207,7 @@ bool DrawCalls::addVolume(const Aspect& aspect, const DrawItem& item, const Scre
     if (!block) return false;
     call.volume = static_cast<std::uint32_t>(volumes_.size());
     volumes_.push_back(*block);
-    if (item.kind == DrawKind::kMarched) call.mesh.pointParts = marchOf(*volume);
+    if (item.kind == MeshKind::kMarched) call.mesh.pointParts = marchOf(*volume);
     return true;
 }
 
@@ -235,9 +235,9 @@ const DrawItem& DrawCalls::layerOf(const DrawItem& item, const DrawMaterial::Lay
     DrawItem& copy = layerItems_.emplace_back(item);
     copy.material = layer.look->material;
     copy.over = false;
-    if (item.fill == Material::kFilled && item.kind != DrawKind::kTriangles) return copy;
+    if (item.fill == Material::kFilled && item.kind != MeshKind::kTriangles) return copy;
     copy.fill = layer.fill;
-    copy.kind = layer.fill == Material::kFilled ? DrawKind::kTriangles : DrawKind::kLines;
+    copy.kind = layer.fill == Material::kFilled ? MeshKind::kTriangles : MeshKind::kLines;
     copy.lineWidth = std::min(item.widestLinePx, layer.lineWidth);
     if (layer.fill != Material::kFilled) copy.clusters = {};
     return copy;

@@ -345,7 +345,7 @@ Expected<Renderer::Prepared> Renderer::prepare(const Aspect& aspect, const Scene
     add(d.meshes->prepare(*content.mesh, normalMapOf(aspect, content.material), bytes));
     // Voxels of what has a box or planes: its fields have been checked.
     const auto* volume =
-        prepared.bytes == 0 && rowOf(content.mesh->kind).volume ? aspect.get<Volume>(content.geometry) : nullptr;
+        prepared.bytes == 0 && rowOf(content.mesh->arrays.kind).volume ? aspect.get<Volume>(content.geometry) : nullptr;
     if (volume && !content.mesh->arrays.positions.empty()) add(d.volumes.prepare(*volume, bytes));
     const auto* material = content.material ? aspect.get<Material>(content.material) : nullptr;
     if (material && prepared.bytes == 0)

@@ -128,9 +128,9 @@ std::string headOf(const ProgramKind& kind, const PersonText* person) {
     define(kind.use == Use::kNodeIds, "NODE");
     define(kind.use == Use::kBlend, "BLENDED");
     define(kind.use == Use::kShadow, "SHADOW");
-    const bool inItem = kind.items == DrawKind::kPoints && readsSurface(kind) && (kind.layers != 0 || person);
+    const bool inItem = kind.items == MeshKind::kPoints && readsSurface(kind) && (kind.layers != 0 || person);
     define(inItem, "IN_ITEM");
-    define(inItem || (kind.items == DrawKind::kPoints && (kind.pointParts & kPointStretched) != 0), "ROWS");
+    define(inItem || (kind.items == MeshKind::kPoints && (kind.pointParts & kPointStretched) != 0), "ROWS");
     define(kind.use == Use::kLightRest, "REST");
     define(kind.use == Use::kLightOne || kind.use == Use::kMeter, "ONE_SURFACE");
     if (kind.use == Use::kMeter) {
@@ -203,7 +203,7 @@ std::string itemFragmentOf(const ProgramKind& kind) {
 }
 
 std::string fragmentOf(const ProgramKind& kind) {
-    return (kind.items == DrawKind::kPoints ? shader_text::kPointFragment : "") + itemFragmentOf(kind);
+    return (kind.items == MeshKind::kPoints ? shader_text::kPointFragment : "") + itemFragmentOf(kind);
 }
 
 std::string vertexOf(const ProgramKind& kind) {
@@ -215,7 +215,7 @@ std::string vertexOf(const ProgramKind& kind) {
         case Use::kDepth:
         case Use::kShadow:
             return shader_text::kItemInputs +
-                   (kind.items == DrawKind::kPoints ? std::string(shader_text::kPackNormal) + shader_text::kPointVertex
+                   (kind.items == MeshKind::kPoints ? std::string(shader_text::kPackNormal) + shader_text::kPointVertex
                                                     : std::string()) +
                    shader_text::kMeshVertex;
         case Use::kLightOne:

@@ -183,7 +183,7 @@ struct ProgramKind {
     std::uint16_t layers = 0;  ///< of each layer its LayerLookup, the first one's lowest
     bool look = false;         ///< reads images, or what they are read with
     bool faceted = false;
-    DrawKind items = DrawKind::kTriangles;
+    MeshKind items = MeshKind::kTriangles;
     std::uint8_t pointParts =
         0;                  ///< of points, and kPointStretched (DrawForms.h); of what is marched how (VolumeTextures.h)
     bool masked = false;    ///< what alpha leaves away is not there

@@ -270,7 +270,7 @@ void writeCopies(const MeshArrays& arrays, MeshStore store, const ByteRange& uni
 // ---- particles: four vertices each, of two triangles ---------------------------------------------------------------
 
 std::uint64_t placesPerParticle(const MeshArrays& arrays) {
-    return arrays.lines.empty() ? 1 : 2;
+    return arrays.kind == MeshKind::kStreaks ? 2 : 1;
 }
 
 std::array<MeshPart, 2> partsOfParticles(const MeshArrays& arrays) {
@@ -324,7 +324,7 @@ std::array<std::uint32_t, 2> scaleOfStreaks(const DrawItem& item, const Mat3d& e
     return {scaleOfParticles(item, eye_R_item)[0], std::bit_cast<std::uint32_t>(item.widestLinePx)};
 }
 
-constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<const DrawForm::Follows> follows) {
+constexpr DrawForm formOfParticles(MeshKind kind, const char* define, std::span<const DrawForm::Follows> follows) {
     return {.kind = kind,
             .define = define,
             .parts = partsOfParticles,
@@ -332,10 +332,10 @@ constexpr DrawForm formOfParticles(DrawKind kind, const char* define, std::span<
             .follows = follows,
             .normals = true,
             .fetched = nullptr,
-            .size = kind == DrawKind::kStreaks ? scaleOfStreaks : scaleOfParticles};
+            .size = kind == MeshKind::kStreaks ? scaleOfStreaks : scaleOfParticles};
 }
 
-constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {
+constexpr DrawForm formOfVolumes(MeshKind kind, const char* define) {
     return {.kind = kind,
             .define = define,
             .parts = partsOfTriangles,
@@ -344,13 +344,13 @@ constexpr DrawForm formOfVolumes(DrawKind kind, const char* define) {
             .normals = true,
             .fetched = nullptr,
             // A ray leaves a box once.
-            .sides = kind == DrawKind::kSlices ? DrawForm::Sides::kBoth : DrawForm::Sides::kOne,
-            .castRays = kind == DrawKind::kMarched,
+            .sides = kind == MeshKind::kSlices ? DrawForm::Sides::kBoth : DrawForm::Sides::kOne,
+            .castRays = kind == MeshKind::kMarched,
             .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }};
 }
 
 constexpr DrawForm kForms[] = {
-    {.kind = DrawKind::kTriangles,
+    {.kind = MeshKind::kTriangles,
      .define = "TRIANGLES",
      .parts = partsOfTriangles,
      .write = writeTriangles,
@@ -358,7 +358,7 @@ constexpr DrawForm kForms[] = {
      .normals = false,
      .fetched = nullptr,
      .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
-    {.kind = DrawKind::kPoints,
+    {.kind = MeshKind::kPoints,
      .define = "POINTS",
      .parts = partsOfPoints,
      .write = writePoints,
@@ -374,7 +374,7 @@ constexpr DrawForm kForms[] = {
              return std::array{std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius * scale)),
                                std::bit_cast<std::uint32_t>(static_cast<float>(item.pointRadius))};
          }},
-    {.kind = DrawKind::kLines,
+    {.kind = MeshKind::kLines,
      .define = "LINES",
      .parts = partsOfLines,
      .write = writeLines,
@@ -387,12 +387,12 @@ constexpr DrawForm kForms[] = {
              return std::array{std::bit_cast<std::uint32_t>(item.lineWidth),
                                item.fill == Material::kFilled ? 0u : std::bit_cast<std::uint32_t>(kOutlineNearer)};
          }},
-    formOfParticles(DrawKind::kDiscs, "DISCS", kParticlesFollow),
-    formOfParticles(DrawKind::kStreaks, "STREAKS", kStreaksFollow),
-    formOfParticles(DrawKind::kSprites, "SPRITES", kParticlesFollow),
-    formOfVolumes(DrawKind::kMarched, "MARCHED"),
-    formOfVolumes(DrawKind::kSlices, "SLICES"),
-    {.kind = DrawKind::kGlyphs,
+    formOfParticles(MeshKind::kDiscs, "DISCS", kParticlesFollow),
+    formOfParticles(MeshKind::kStreaks, "STREAKS", kStreaksFollow),
+    formOfParticles(MeshKind::kSprites, "SPRITES", kParticlesFollow),
+    formOfVolumes(MeshKind::kMarched, "MARCHED"),
+    formOfVolumes(MeshKind::kSlices, "SLICES"),
+    {.kind = MeshKind::kGlyphs,
      .define = "GLYPHS",
      .parts = partsOfCopies,
      .write = writeCopies,
@@ -409,7 +409,7 @@ static_assert([] {
 
 }  // namespace
 
-const DrawForm& formOf(DrawKind kind) {
+const DrawForm& formOf(MeshKind kind) {
     return kForms[static_cast<std::size_t>(kind)];
 }
 
@@ -426,14 +426,14 @@ MeshSize& MeshSize::operator+=(const MeshSize& other) {
 
 MeshSize sizeOf(const MeshArrays& arrays) {
     MeshSize size;
-    for (const MeshPart& part : formOf(kindOf(arrays)).parts(arrays))
+    for (const MeshPart& part : formOf(arrays.kind).parts(arrays))
         size.elements[static_cast<std::size_t>(part.store)] += part.elements();
     return size;
 }
 
 std::uint8_t pointPartsOf(const MeshArrays& arrays) {
-    if (!arrays.copies.empty()) return static_cast<std::uint8_t>(fetchedOfCopies(arrays).numberBits);
-    if (arrays.primitive != Primitive::kPoints) return 0;
+    if (arrays.kind == MeshKind::kGlyphs) return static_cast<std::uint8_t>(fetchedOfCopies(arrays).numberBits);
+    if (arrays.kind != MeshKind::kPoints) return 0;
     std::uint8_t parts = 0;
     if (!arrays.colors.empty()) parts |= kPointColors;
     if (!arrays.normals.empty()) parts |= kPointNormals;
@@ -445,8 +445,7 @@ MeshArrays outlineOf(const MeshArrays& arrays, std::int64_t fill) {
     MeshArrays outline = arrays;
     outline.indices = Blob();
     outline.tangents = Blob();
-    outline.primitive = Primitive::kLines;
-    outline.pointRadius = 0;
+    outline.kind = MeshKind::kLines;
     outline.lineWidth = fill == Material::kCorners ? kSquares : 0;
     const std::span<const std::uint32_t> indices = arrays.indices.as<std::uint32_t>();
     const std::span<const float> positions = arrays.positions.as<float>();
@@ -492,19 +491,19 @@ std::vector<std::uint16_t> sharedPointIndices(bool insides) {
     indices.reserve(std::size_t{kPointsAtOnce} * kIndicesPerPoint * (insides ? 2 : 1));
     for (std::uint32_t point = 0; point < kPointsAtOnce; ++point)
         for (std::uint32_t side = insides ? 0 : 1; side < 2; ++side)
-            for (const std::uint32_t corner : cornersOf(DrawKind::kPoints, {}, 2 * point + side))
+            for (const std::uint32_t corner : cornersOf(MeshKind::kPoints, {}, 2 * point + side))
                 indices.push_back(static_cast<std::uint16_t>(corner));
     return indices;
 }
 
-std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle) {
+std::array<std::uint32_t, 3> cornersOf(MeshKind kind, std::span<const std::uint32_t> indices, std::uint32_t triangle) {
     if (rowOf(kind).particles) {
         static constexpr std::array<std::uint32_t, 6> kOfSquare = {0, 1, 2, 0, 2, 3};
         const std::uint32_t first = 4 * (triangle / 2);
         const std::size_t at = 3 * (triangle % 2);
         return {first + kOfSquare[at], first + kOfSquare[at + 1], first + kOfSquare[at + 2]};
     }
-    if (kind != DrawKind::kPoints) {
+    if (kind != MeshKind::kPoints) {
         const std::size_t at = 3 * std::size_t{triangle};
         return {indices[at], indices[at + 1], indices[at + 2]};
     }

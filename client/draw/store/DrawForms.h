@@ -63,7 +63,7 @@ struct MeshPart {
 
 /// The arrays that these are asked about have passed checkMesh, but where it says otherwise.
 struct DrawForm {
-    DrawKind kind;
+    MeshKind kind;
     const char* define;  ///< the vertex shader's word for it
     /// How a mesh is written, one part after the other. Of any arrays.
     std::array<MeshPart, 2> (*parts)(const MeshArrays&);
@@ -96,7 +96,7 @@ struct DrawForm {
     /// ItemRecord::size.
     std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
 };
-[[nodiscard]] const DrawForm& formOf(DrawKind kind);
+[[nodiscard]] const DrawForm& formOf(MeshKind kind);
 
 [[nodiscard]] MeshSize sizeOf(const MeshArrays& arrays);
 /// See kPointColors; of copies Fetched::numberBits; 0 of others.
@@ -116,7 +116,7 @@ inline constexpr std::uint32_t kPointsAtOnce = 65536 / kNumbersPerPoint;
 /// The indices of that many points; with their insides twice as many, first the inside of each.
 [[nodiscard]] std::vector<std::uint16_t> sharedPointIndices(bool insides);
 /// The vertices' numbers of one triangle of a mesh: by its own indices; of points two each, the inside first.
-[[nodiscard]] std::array<std::uint32_t, 3> cornersOf(DrawKind kind, std::span<const std::uint32_t> indices,
+[[nodiscard]] std::array<std::uint32_t, 3> cornersOf(MeshKind kind, std::span<const std::uint32_t> indices,
                                                      std::uint32_t triangle);
 /// sRGB bytes as linear numbers: those of MeshVertex::color, as GL makes numbers of them.
 [[nodiscard]] std::array<float, 256> linearNumbers();

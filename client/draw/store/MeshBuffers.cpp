@@ -81,10 +81,11 @@ void MeshBuffers::letGo(const Key& key) {
     meshes_.erase(it);
 }
 
-/// What lies in GL is the same whatever the radius of points is.
+/// What lies in GL is the same whatever the radius of points is, and however particles are sorted.
 MeshBuffers::Key MeshBuffers::keyOf(const MeshKey& mesh, std::int64_t fill) {
     Key key{.mesh = mesh, .fill = fill};
     key.mesh.pointRadius = 0;
+    key.mesh.sorted = false;
     return key;
 }
 
@@ -109,7 +110,7 @@ std::shared_ptr<MeshBuffers::Mesh>& MeshBuffers::knownOf(const DrawMesh& mesh, s
 }
 
 const MeshRange* MeshBuffers::find(const DrawMesh& mesh, std::int64_t fill, const Image* normalMap) {
-    if (mesh.kind != DrawKind::kTriangles || fill != Material::kFilled) normalMap = nullptr;
+    if (mesh.arrays.kind != MeshKind::kTriangles || fill != Material::kFilled) normalMap = nullptr;
     std::shared_ptr<Mesh>& known = knownOf(mesh, fill, normalMap);
     if (!known || known->gone) known = findByContent(mesh, fill, normalMap);
     if (!known) return nullptr;
@@ -120,7 +121,7 @@ const MeshRange* MeshBuffers::find(const DrawMesh& mesh, std::int64_t fill, cons
 
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& mesh, std::int64_t fill,
                                                               const Image* normalMap) {
-    if (!mesh.sound || (fill != Material::kFilled && mesh.kind != DrawKind::kTriangles)) return nullptr;
+    if (!mesh.sound || (fill != Material::kFilled && mesh.arrays.kind != MeshKind::kTriangles)) return nullptr;
     const MeshArrays arrays = drawnArrays(mesh, normalMap);
     const Key key = keyOf(tessera::keyOf(arrays), fill);
     if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
@@ -140,7 +141,7 @@ std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::findByContent(const DrawMesh& me
 
 std::optional<std::size_t> MeshBuffers::prepare(const DrawMesh& mesh, const Image* normalMap, std::size_t bytes) {
     if (!mesh.sound) return 0;
-    const MeshArrays arrays = drawnArrays(mesh, mesh.kind == DrawKind::kTriangles ? normalMap : nullptr);
+    const MeshArrays arrays = drawnArrays(mesh, mesh.arrays.kind == MeshKind::kTriangles ? normalMap : nullptr);
     const Key key = keyOf(tessera::keyOf(arrays), Material::kFilled);
     auto it = meshes_.find(key);
     if (it == meshes_.end()) {
@@ -181,7 +182,7 @@ std::uint64_t MeshBuffers::mostIn(MeshStore store, std::size_t bytes, std::size_
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::allocate(const MeshArrays& arrays, bool needed) {
     const auto made = std::make_shared<Mesh>();
     Mesh& mesh = *made;
-    const DrawForm& form = formOf(kindOf(arrays));
+    const DrawForm& form = formOf(arrays.kind);
     for (const MeshPart& part : form.parts(arrays)) {
         // What is fetched by its number lies at a multiple of its size.
         const std::uint64_t multipleOf = part.store == MeshStore::kTexels ? part.elementsPerUnit : 1;
@@ -237,7 +238,7 @@ void MeshBuffers::writeOn(const MeshArrays& arrays, Mesh& mesh, std::size_t byte
 }
 
 std::shared_ptr<MeshBuffers::Mesh> MeshBuffers::takeOver(const MeshArrays& arrays) {
-    const DrawForm& form = formOf(kindOf(arrays));
+    const DrawForm& form = formOf(arrays.kind);
     if (form.follows.empty()) return nullptr;
     for (const MeshOrigin& origin : originsOf(arrays)) {
         const auto known = meshes_.find(keyOf(origin.key, Material::kFilled));
@@ -442,7 +443,7 @@ void MeshBuffers::makeSharedByPoints() {
     gl_.TextureBuffer(linearTexture_, GL_R32F, linearBuffer_);
 }
 
-void MeshBuffers::bindFor(DrawKind kind) {
+void MeshBuffers::bindFor(MeshKind kind) {
     if (!formOf(kind).fetched) return;
     gl_.BindTextureUnit(kPointUnit, pointTexture_);
     gl_.BindTextureUnit(kLinearUnit, linearTexture_);

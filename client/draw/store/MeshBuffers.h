@@ -26,7 +26,7 @@ struct MeshRange {
     std::uint32_t firstIndex = 0, indexCount = 0;
     std::int32_t baseVertex = 0;
     bool hasNormals = false, hasColors = false, hasTangents = false;
-    DrawKind kind = DrawKind::kTriangles;
+    MeshKind kind = MeshKind::kTriangles;
     std::uint8_t pointParts = 0;  ///< see DrawForms.h
     // Of what is fetched, where `indexCount` is three of each thing: see DrawForm::Fetched.
     std::uint32_t indicesEach = 3, atOnce = 0;
@@ -73,7 +73,7 @@ public:
     /// by who draws with indices of its own.
     void bind(const MeshRange& mesh, GLuint indices);
     /// What the programs of a kind read besides vertices.
-    void bindFor(DrawKind kind);
+    void bindFor(MeshKind kind);
 
     [[nodiscard]] GLuint indexBuffer() const { return buffer(MeshStore::kIndices).name; }
     [[nodiscard]] std::size_t residentBytes() const;

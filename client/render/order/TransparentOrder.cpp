@@ -75,11 +75,11 @@ void TransparentOrder::append(const RenderScene::Impl& scene, const ScreenCamera
             piece.group = group.first;
         }
         const RenderMesh& mesh = *scene.items[item.item].mesh;
-        if (rowOf(mesh.kind).particles && mesh.arrays().pointRadius > 0)
+        if (mesh.arrays().sorted)
             addParticles(mesh, item, piece, camera);
-        else if (mesh.kind == DrawKind::kSlices)
+        else if (mesh.kind() == MeshKind::kSlices)
             addSlices(mesh, item, piece, camera);
-        else if (byTriangles && !item.drawn.over && mesh.kind == DrawKind::kPoints)
+        else if (byTriangles && !item.drawn.over && mesh.kind() == MeshKind::kPoints)
             addBalls(mesh, item, piece, camera);
         else if (byTriangles && !item.drawn.over && rowOf(scene.items[item.item].kind).ownTriangles)
             addTriangles(*scene.items[item.item].mesh, item, piece, camera, list.hiddenOf(item.drawn));
@@ -201,7 +201,7 @@ void TransparentOrder::addSlices(const RenderMesh& mesh, const Item& item, Piece
 void TransparentOrder::addParticles(const RenderMesh& mesh, const Item& item, Piece piece, const ScreenCamera& camera) {
     const Affine3d eye_T_item = camera.eye_T_world * item.drawn.world_T_item;
     const std::span<const float> numbers = mesh.arrays().positions.as<float>();
-    const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
+    const std::size_t places = mesh.kind() == MeshKind::kStreaks ? 2 : 1;
     const Vec3d axis = -eye_T_item.linear().row(2).transpose() / static_cast<double>(places);
     const double offset = -eye_T_item.translation().z();
     for (std::size_t i = 0; i < numbers.size() / (3 * places); ++i) {

@@ -89,8 +89,8 @@ std::optional<double> seenLength(const Mat4d& clip_T_item, double nearest, const
 }
 
 LineSource sourceOf(const SceneItem& item) {
-    if (item.kind == DrawKind::kStreaks) return LineSource::kStreaks;
-    if (item.mesh->kind == DrawKind::kLines) return LineSource::kLines;
+    if (item.kind == MeshKind::kStreaks) return LineSource::kStreaks;
+    if (item.mesh->kind() == MeshKind::kLines) return LineSource::kLines;
     return item.cornersAlone ? LineSource::kCorners : LineSource::kEdges;
 }
 

@@ -31,7 +31,7 @@ static std::vector<MeshCluster> clustersOfCopies(const MeshArrays& arrays) {
 const OccluderMesh* RenderMesh::occluder() const {
     if (!occluderBuilt_) {
         occluderBuilt_ = true;
-        if (rowOf(kind).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters().empty())) {
+        if (rowOf(kind()).ownTriangles && triangles <= OccluderMesh::mostTriangles(!clusters().empty())) {
             occluder_ =
                 std::make_unique<OccluderMesh>(arrays().positions.as<float>(), arrays().indices.as<std::uint32_t>());
         }
@@ -47,9 +47,8 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     ++mesh.users_;
     if (!isNew) return &mesh;
     const auto drawn = std::make_shared<DrawMesh>(
-        DrawMesh{.serial = nextSerial(), .key = it->first, .arrays = arrays, .kind = kindOf(arrays), .clusters = {}});
+        DrawMesh{.serial = nextSerial(), .key = it->first, .arrays = arrays, .clusters = {}});
     mesh.drawn = drawn;
-    mesh.kind = drawn->kind;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, *drawn);
     drawn->sound = !mesh.refused;
     if (drawable.hasOwnBounds() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
@@ -61,7 +60,7 @@ void MeshCache::prepare(RenderMesh& mesh, DrawMesh& drawn) {
     mesh.refused = !checkMesh(arrays);
     if (mesh.refused) return;
     mesh.opaque = allOpaque(arrays.colors.bytes());
-    if (mesh.kind == DrawKind::kGlyphs) {
+    if (mesh.kind() == MeshKind::kGlyphs) {
         mesh.triangles = triangleCount(arrays);
         drawn.clusters = clustersOfCopies(arrays);
         for (const MeshCluster& cluster : drawn.clusters) mesh.bounds.extend(cluster.box());
@@ -70,10 +69,10 @@ void MeshCache::prepare(RenderMesh& mesh, DrawMesh& drawn) {
     const std::size_t vertices = arrays.positions.as<float>().size() / 3;
     mesh.boxes_.resize((vertices + RenderMesh::kVerticesPerBox - 1) / RenderMesh::kVerticesPerBox);
     mesh.boundVertices({0, vertices});
-    const std::size_t places = mesh.kind == DrawKind::kStreaks ? 2 : 1;
-    mesh.triangles = rowOf(mesh.kind).particles ? 2 * (vertices / places) : triangleCount(arrays);
+    const std::size_t places = mesh.kind() == MeshKind::kStreaks ? 2 : 1;
+    mesh.triangles = rowOf(mesh.kind()).particles ? 2 * (vertices / places) : triangleCount(arrays);
     mesh.lines = arrays.lines.sizeBytes() / (2 * sizeof(std::uint32_t));
-    if (rowOf(mesh.kind).ownTriangles)
+    if (rowOf(mesh.kind()).ownTriangles)
         drawn.clusters = clustersOf(arrays.positions.as<float>(), arrays.indices.as<std::uint32_t>());
 }
 
@@ -101,11 +100,11 @@ void RenderMesh::boundVertices(const ByteRange& vertices) {
         boxes_[i] = boundsOf(numbers.subspan(i * perBox, std::min(perBox, numbers.size() - i * perBox)));
     bounds = Box();
     for (const Box& box : boxes_) bounds.extend(box);
-    if (rowOf(kind).particles && !bounds.empty()) {
-        bounds.lower.array() -= std::abs(arrays().pointRadius);
-        bounds.upper.array() += std::abs(arrays().pointRadius);
+    if (rowOf(kind()).particles && !bounds.empty()) {
+        bounds.lower.array() -= arrays().pointRadius;
+        bounds.upper.array() += arrays().pointRadius;
     }
-    if (kind != DrawKind::kPoints) return;
+    if (kind() != MeshKind::kPoints) return;
     shownRadius = tessera::shownRadius(arrays().pointRadius, bounds);
     bounds = boundsOfPoints(bounds, arrays().pointRadius);
 }

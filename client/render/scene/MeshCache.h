@@ -19,10 +19,10 @@ struct RenderMesh {
     bool refused = false;                   ///< by checkMesh
     bool opaque = true;                     ///< no vertex colour with alpha below 1
     std::shared_ptr<const DrawMesh> drawn;  ///< what lists name of it
-    DrawKind kind = DrawKind::kTriangles;
-    double shownRadius = 0;  ///< of points: as they are shown; else 0
+    double shownRadius = 0;                 ///< of points: as they are shown; else 0
 
     [[nodiscard]] const MeshArrays& arrays() const { return drawn->arrays; }
+    [[nodiscard]] MeshKind kind() const { return drawn->arrays.kind; }
     [[nodiscard]] const std::vector<MeshCluster>& clusters() const { return drawn->clusters; }
     [[nodiscard]] bool drawable() const { return triangles + lines > 0 && !bounds.empty(); }
     /// Prepared on first use. Null where the mesh is of no use as an occluder (too many triangles, points, lines).

@@ -28,7 +28,7 @@ struct alignas(64) SceneItem {
     std::shared_ptr<const DrawMaterial> look;  ///< see SceneLook::drawn
     std::uint32_t scopes = 0;                  ///< see DrawItem
     std::uint16_t state = 0;                   ///< see SceneLook
-    DrawKind kind = DrawKind::kTriangles;      ///< see SceneLook
+    MeshKind kind = MeshKind::kTriangles;      ///< see SceneLook
     bool mirrored = false;
     bool transparent = false;
     bool over = false;                         ///< see SceneLook

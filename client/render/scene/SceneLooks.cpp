@@ -55,7 +55,7 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
                    .lineLayers = 1,
                    .byScreen = use.screenError > 0,
                    .slack = use.slack};
-    if (use.mesh) look.kind = use.mesh->kind;
+    if (use.mesh) look.kind = use.mesh->kind();
     look.occludes = use.mesh && use.mesh->opaque && rowOf(look.kind).hides && use.mesh->triangles > 0;
     look.fineness = rowOf(look.kind).fineness;
     if (rowOf(look.kind).volume) {
@@ -71,14 +71,14 @@ SceneLook SceneLooks::lookOf(const DrawableUse& use, ObjectId materialId, std::u
         look.asWhole = material.moved && rowOf(look.kind).surface;
         look.lineLayers = material.layers;
         if (look.asWhole) look.slack += material.reach;
-        if (look.kind == DrawKind::kTriangles) {
+        if (look.kind == MeshKind::kTriangles) {
             look.fill = material.fill;
             look.lineWidth = material.outline;
             look.lineLayers = material.outlines;
             look.cornersAlone = !material.edges;
             if (look.fill != Material::kFilled) {
                 // Drawn as lines are: seen through, without shadow, from everywhere.
-                look.kind = DrawKind::kLines;
+                look.kind = MeshKind::kLines;
                 look.asWhole = true;
                 look.occludes = false;
             }
@@ -243,7 +243,8 @@ void SceneLooks::lookChanged(const Aspect& aspect, ObjectId id, std::vector<Obje
         const MeshArrays arrays = drawable.arrays();
         // Colours and ramps of particles are in their arrays, planes of volumes too: those that nothing is left of
         // included.
-        if (areParticles(arrays) || finenessOnScreens(aspect, id) != Fineness()) shapeChanged(aspect, id, changed);
+        if (rowOf(arrays.kind).particles || finenessOnScreens(aspect, id) != Fineness())
+            shapeChanged(aspect, id, changed);
         const float lineWidth = arrays.lineWidth;
         if (drawable.material() == drawables_[slot].materialId && lineWidth == drawables_[slot].lineWidth) return;
         drawables_[slot].lineWidth = lineWidth;

@@ -24,7 +24,7 @@ struct SceneLook {
     bool detailed = false;  ///< images say more than colour and normals
     bool coated = false;    ///< has lacquer
     bool glossy = false;    ///< see DrawList
-    DrawKind kind = DrawKind::kTriangles;
+    MeshKind kind = MeshKind::kTriangles;
     float lineWidth = 0;          ///< pixels, of lines, those that stand for a surface or lie over it counted
     std::uint8_t lineLayers = 0;  ///< of those: as often they are drawn, passes counted
     bool cornersAlone = false;    ///< those of a surface are corners, no edges

@@ -22,7 +22,7 @@ std::optional<End> endOfAll(std::span<const float> xyz, std::size_t count) {
 
 /// Nothing where the arrays do not fit the mesh. `from`: the array that the mesh has.
 std::optional<End> endOfArrays(const MeshArrays& arrays, const BlobId& from, std::size_t count) {
-    if (arrays.primitive == Primitive::kPoints) {
+    if (arrays.kind == MeshKind::kPoints) {
         const std::optional<MeshData> octahedra = octahedraOf(arrays);
         return octahedra ? endOfAll(octahedra->positions, count) : std::nullopt;
     }
@@ -74,7 +74,7 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
         asksForSmooth(key.choice) && drawable ? drawable.source() : std::nullopt;
     // What had no smooth surface may have one of another recipe.
     const bool mayBecomeSmooth = !smooth && source && !(own.source && own.source->recipe == source->recipe);
-    if (own.shape && !mayBecomeSmooth && own.indices == arrays.indices.id() && own.primitive == arrays.primitive &&
+    if (own.shape && !mayBecomeSmooth && own.indices == arrays.indices.id() && own.kind == arrays.kind &&
         own.pointRadius == arrays.pointRadius) {
         const BlobId positions = arrays.positions.id();
         const auto isOf = [&](const DerivedSource& known) {
@@ -96,7 +96,7 @@ std::shared_ptr<const CollisionShape> DeformingShapes::follow(const Key& key, co
     own = {.shape = ShapeCache::ownShape(arrays, key.choice, drawable),
            .positions = arrays.positions.id(),
            .indices = arrays.indices.id(),
-           .primitive = arrays.primitive,
+           .kind = arrays.kind,
            .pointRadius = arrays.pointRadius,
            .endPositions = {},
            .end = {},

@@ -44,7 +44,7 @@ private:
     struct Own {
         std::shared_ptr<CollisionShape> shape;
         BlobId positions, indices;  // that the shape was made of, or last settled at
-        Primitive primitive = Primitive::kTriangles;
+        MeshKind kind = MeshKind::kTriangles;
         double pointRadius = 0;
         BlobId endPositions;
         std::optional<End> end;

@@ -11,7 +11,7 @@ namespace tessera {
 namespace {
 
 bool resident(const MeshArrays& arrays) {
-    return arrays.positions.resident() && (arrays.primitive == Primitive::kPoints || arrays.indices.resident());
+    return arrays.positions.resident() && (arrays.kind == MeshKind::kPoints || arrays.indices.resident());
 }
 
 std::optional<TriangleMesh> meshOf(std::span<const float> positions, std::span<const std::uint32_t> indices) {
@@ -22,7 +22,7 @@ std::optional<TriangleMesh> meshOf(std::span<const float> positions, std::span<c
 
 std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
     if (!resident(arrays)) return std::nullopt;
-    if (arrays.primitive == Primitive::kPoints) {
+    if (arrays.kind == MeshKind::kPoints) {
         const std::optional<MeshData> octahedra = octahedraOf(arrays);
         return octahedra ? meshOf(octahedra->positions, octahedra->indices) : std::nullopt;
     }
@@ -36,7 +36,7 @@ std::optional<TriangleMesh> meshOf(const MeshArrays& arrays) {
 std::shared_ptr<const CollisionShape> pointsOf(const MeshArrays& arrays) {
     if (!checkMesh({.positions = arrays.positions,
                     .indices = arrays.indices,
-                    .primitive = Primitive::kPoints,
+                    .kind = MeshKind::kPoints,
                     .pointRadius = arrays.pointRadius}))
         return nullptr;
     const std::span<const float> xyz = arrays.positions.as<float>();
@@ -78,7 +78,7 @@ std::shared_ptr<CollisionShape> freeformOf(TriangleMesh& mesh, const ShapeChoice
 std::optional<MeshData> octahedraOf(const MeshArrays& points) {
     const MeshArrays places{.positions = points.positions,
                             .indices = points.indices,
-                            .primitive = Primitive::kPoints,
+                            .kind = MeshKind::kPoints,
                             .pointRadius = points.pointRadius};
     if (!checkMesh(places)) return std::nullopt;
     return trianglesOfPoints(places);
@@ -134,7 +134,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
                                                         const Drawable& drawable) {
     // What is not here yet may come: nothing is remembered about it.
     if (!resident(arrays)) return nullptr;
-    const bool points = arrays.primitive == Primitive::kPoints;
+    const bool points = arrays.kind == MeshKind::kPoints;
     Hash128 smooth;
     const bool freeform = choice.representation == Representation::kFreeform;
     if (freeform && drawable)
@@ -142,7 +142,7 @@ std::shared_ptr<const CollisionShape> ShapeCache::shape(const MeshArrays& arrays
             const std::array<Hash128, 2> both{source->recipe, source->points.id()};
             smooth = hash128(std::as_bytes(std::span(both)));
         }
-    const Key key{arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, choice, smooth};
+    const Key key{arrays.positions.id(), arrays.indices.id(), arrays.kind, arrays.pointRadius, choice, smooth};
     if (choice.level > 0 && (points || !coverable(choice) || uncovered_.contains(key)))
         return shape(arrays, withoutLevel(choice));
     if (const auto known = shapes_.find(key); known != shapes_.end()) return known->second;
@@ -191,8 +191,8 @@ UnmadeShape ShapeCache::unmade(const MeshArrays& arrays) const {
 
 std::size_t UnmadeShape::faceCount() const {
     constexpr std::size_t kOfAPoint = 8;
-    return arrays.primitive == Primitive::kPoints ? kOfAPoint * (arrays.positions.sizeBytes() / (3 * sizeof(float)))
-                                                  : arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+    return arrays.kind == MeshKind::kPoints ? kOfAPoint * (arrays.positions.sizeBytes() / (3 * sizeof(float)))
+                                            : arrays.indices.sizeBytes() / (3 * sizeof(std::uint32_t));
 }
 
 std::shared_ptr<const CollisionShape> ShapeCache::make(const UnmadeShape& unmade) {
@@ -233,14 +233,14 @@ std::shared_ptr<CollisionShape> ShapeCache::ownShape(const MeshArrays& arrays, c
 
 Box ShapeCache::bounds(const MeshArrays& arrays) {
     if (!arrays.positions.resident()) return {};
-    const auto [place, isNew] = bounds_.try_emplace({arrays.positions.id(), arrays.primitive, arrays.pointRadius});
+    const auto [place, isNew] = bounds_.try_emplace({arrays.positions.id(), arrays.kind, arrays.pointRadius});
     if (isNew) {
         const std::span<const float> xyz = arrays.positions.as<float>();
         for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
             const Vec3d p(xyz[i], xyz[i + 1], xyz[i + 2]);
             if (p.allFinite()) place->second.extend(p);
         }
-        if (arrays.primitive == Primitive::kPoints) place->second = boundsOfPoints(place->second, arrays.pointRadius);
+        if (arrays.kind == MeshKind::kPoints) place->second = boundsOfPoints(place->second, arrays.pointRadius);
     }
     return place->second;
 }

@@ -59,10 +59,10 @@ public:
     /// And then it is here, unless another one is by now.
     void put(const UnmadeShape& unmade, std::shared_ptr<const CollisionShape> made);
     /// Positions, indices; the radius of points; of a smooth surface what it is made of.
-    using Key = std::tuple<BlobId, BlobId, Primitive, double, ShapeChoice, Hash128>;
+    using Key = std::tuple<BlobId, BlobId, MeshKind, double, ShapeChoice, Hash128>;
     /// Of triangles or points as they are.
     [[nodiscard]] static Key keyOf(const MeshArrays& arrays) {
-        return {arrays.positions.id(), arrays.indices.id(), arrays.primitive, arrays.pointRadius, {}, {}};
+        return {arrays.positions.id(), arrays.indices.id(), arrays.kind, arrays.pointRadius, {}, {}};
     }
     /// Lets go of it. False: it does not, because somebody holds it beside the cache and the caller.
     [[nodiscard]] bool drop(const Key& key);
@@ -84,7 +84,7 @@ private:
     std::size_t maxIdleTriangles_;
     std::map<Key, std::shared_ptr<const CollisionShape>> shapes_;
     std::set<Key> uncovered_;  ///< levels that these cannot have
-    std::map<std::tuple<BlobId, Primitive, double>, Box> bounds_;
+    std::map<std::tuple<BlobId, MeshKind, double>, Box> bounds_;
 };
 
 }  // namespace tessera

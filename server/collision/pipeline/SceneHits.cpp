@@ -25,7 +25,7 @@ double farthestOf(const Box& box, const Vec3d& place) {
 
 double errorOf(const MeshArrays& arrays, const CollisionShape& shape, std::uint32_t face,
                const Affine3d& world_T_mesh) {
-    if (arrays.primitive != Primitive::kPoints) return 0;
+    if (arrays.kind != MeshKind::kPoints) return 0;
     const Triangle corners = shape.mesh().triangle(face);
     const double radius = (corners[1] - corners[0]).norm() / std::numbers::sqrt2;
     return radius * (1 - 1 / std::numbers::sqrt3) * singularStretchOf(world_T_mesh.linear()).most;

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "common/cores/Particles.h"
 #include "tests/unit/draw/VolumeStage.h"
 
 namespace tessera {

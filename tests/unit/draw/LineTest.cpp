@@ -132,7 +132,7 @@ TEST_F(LineTest, AreRefusedWhereTheyAreNone) {
     arrays.lines = {};
     arrays.indices = Blob::of(std::span<const std::uint32_t>(triangle));
     EXPECT_EQ(checkMesh(arrays).error().message, "lines have no triangle indices: leave the array out");
-    arrays.primitive = Primitive::kTriangles;
+    arrays.kind = MeshKind::kTriangles;
     EXPECT_TRUE(checkMesh(arrays));
     arrays.lines = Blob::of(std::span<const std::uint32_t>(wrong));
     EXPECT_FALSE(checkMesh(arrays));

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "client/draw/store/DrawForms.h"
+#include "common/cores/Particles.h"
 #include "common/drawable/Drawable.h"
 #include "tests/unit/draw/RendererStage.h"
 

@@ -241,8 +241,8 @@ TEST_F(PointTest, ThatAreSaidToBeSomethingElseAreLeftOutAndCounted) {
         list.opaque.at(0).kind = row.kind;
         const auto picture = renderer_->draw(aspect, list, camera, whole(camera));
         ASSERT_TRUE(picture) << picture.error().message;
-        EXPECT_EQ(renderer_->lastCounts().skipped, row.kind == DrawKind::kPoints ? 0u : 1u);
-        EXPECT_EQ(center(*picture).r > 0, row.kind == DrawKind::kPoints);
+        EXPECT_EQ(renderer_->lastCounts().skipped, row.kind == MeshKind::kPoints ? 0u : 1u);
+        EXPECT_EQ(center(*picture).r > 0, row.kind == MeshKind::kPoints);
     }
 }
 

@@ -123,13 +123,13 @@ std::vector<Choice> choicesOf(Use use) {
     const auto flag = [&](bool ProgramKind::*member) { choices.push_back(choice<bool>(member, {false, true})); };
     if (drawsItems(use)) {
         // Which kind, and what it has in particular.
-        std::vector<std::pair<DrawKind, std::uint8_t>> items;
+        std::vector<std::pair<MeshKind, std::uint8_t>> items;
         for (const DrawKindRow& row : kDrawKinds) {
             if ((use == Use::kShadow && !row.castsShadows) || (use == Use::kDepth && !row.hides)) continue;
             if (row.volume && use != Use::kBlend) continue;
-            if (row.kind == DrawKind::kPoints) {
+            if (row.kind == MeshKind::kPoints) {
                 for (std::uint8_t parts = 0; parts < 16; ++parts) items.emplace_back(row.kind, parts);
-            } else if (row.kind == DrawKind::kMarched) {
+            } else if (row.kind == MeshKind::kMarched) {
                 for (const std::uint8_t march : {kMarchCloud, kMarchShaded, kMarchMaximum})
                     for (const std::uint8_t each : {std::uint8_t{0}, kMarchEachSample})
                         items.emplace_back(row.kind, march | each);
@@ -191,7 +191,7 @@ std::optional<ProgramKind> kindOf(Use use, const std::vector<Choice>& choices, c
     if (volume && images) return std::nullopt;
     if ((kind.cubes || kind.oneSun) && kind.lists != LightLists::kShadows) return std::nullopt;
     if (kind.oneSun && (kind.cubes || kind.studio || kind.scoped)) return std::nullopt;
-    const bool mapped = kind.items == DrawKind::kTriangles && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
+    const bool mapped = kind.items == MeshKind::kTriangles && (kind.maps & bitOf(ImageMap::kNormal)) != 0;
     if (kind.tangents && !mapped) return std::nullopt;
     if (kind.plain && images) return std::nullopt;
     if ((use == Use::kNodeIds || use == Use::kShadow) && kind.maps != 0 && !kind.masked && !kind.person)
@@ -199,7 +199,7 @@ std::optional<ProgramKind> kindOf(Use use, const std::vector<Choice>& choices, c
     const bool ofSeveral = use == Use::kClassify || use == Use::kLight || use == Use::kLightRest ||
                            use == Use::kSpread || use == Use::kResolve || use == Use::kFarthest;
     if (ofSeveral && kind.samples == 1) return std::nullopt;
-    if (kind.items == DrawKind::kMarched && (kind.pointParts & kMarchEachSample) != 0 && kind.samples == 1)
+    if (kind.items == MeshKind::kMarched && (kind.pointParts & kMarchEachSample) != 0 && kind.samples == 1)
         return std::nullopt;
     kind.look = images || (use == Use::kBlend && !volume);
     return kind;

@@ -5,6 +5,10 @@
 #include <optional>
 #include <random>
 
+#include "common/cores/ParticleEmitter.h"
+#include "common/cores/Particles.h"
+#include "common/drawable/GlyphArrays.h"
+#include "common/drawable/VolumeShapes.h"
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -84,6 +88,64 @@ TEST(Drawable, KnowsTheMeshesThatRangesLedFrom) {
     EXPECT_TRUE(originsOf(first).empty());
 }
 
+template <typename T>
+Blob blobOf(std::initializer_list<T> values) {
+    return Blob::of(std::span<const T>(std::data(values), values.size()));
+}
+
+TEST(Drawable, ArraysSayTheirKindAndAreOfIt) {
+    const auto expectKind = [](const auto& core, MeshKind kind, const Fineness& fineness = {}) {
+        const Object object = Object::of(core);
+        const MeshArrays arrays = drawableOf(object).at(fineness).arrays();
+        const auto number = static_cast<int>(kind);
+        EXPECT_FALSE(arrays.positions.empty()) << number;
+        EXPECT_EQ(static_cast<int>(arrays.kind), number);
+        const Expected<void> sound = checkMesh(arrays);
+        EXPECT_TRUE(sound) << number << ": " << sound.error().message;
+        // Of another kind it is another mesh, whatever its arrays.
+        MeshArrays other = arrays;
+        other.kind = kind == MeshKind::kTriangles ? MeshKind::kLines : MeshKind::kTriangles;
+        EXPECT_NE(keyOf(other), keyOf(arrays)) << number;
+    };
+    const Blob places = blobOf<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
+    Geometry geometry{.positions = places};
+    expectKind(geometry, MeshKind::kTriangles);
+    geometry.primitive = Geometry::kPoints;
+    expectKind(geometry, MeshKind::kPoints);
+    for (const std::int64_t primitive : {Geometry::kLines, Geometry::kLineStrip}) {
+        geometry.primitive = primitive;
+        expectKind(geometry, MeshKind::kLines);
+    }
+    Particles particles;
+    particles.positions = particles.tails = places;
+    expectKind(particles, MeshKind::kDiscs);
+    particles.mode = Particles::kLines;
+    expectKind(particles, MeshKind::kStreaks);
+    particles.mode = Particles::kQuads;
+    expectKind(particles, MeshKind::kSprites);
+    for (const bool sorted : {true, false}) {
+        particles.sorted = sorted;
+        EXPECT_EQ(drawableOf(Object::of(particles)).arrays().sorted, sorted);
+    }
+    expectKind(ParticleEmitter{.time = 3}, MeshKind::kDiscs);
+    Volume volume;
+    volume.sizeX = volume.sizeY = volume.sizeZ = 2;
+    volume.voxels = blobOf<std::uint8_t>({0, 0, 0, 0, 0, 0, 0, 255});
+    volume.slices = blobOf<double>({0, 0, 1, 0.5});
+    volume.surfaceValue = 100;
+    for (const std::int64_t mode : {Volume::kCloud, Volume::kMaximum}) {
+        volume.mode = mode;
+        expectKind(volume, MeshKind::kMarched, kVolumeOnScreens);
+    }
+    volume.mode = Volume::kSlices;
+    expectKind(volume, MeshKind::kSlices, kVolumeOnScreens);
+    expectKind(volume, MeshKind::kTriangles);
+    Glyphs glyphs;
+    glyphs.positions = places;
+    expectKind(glyphs, MeshKind::kGlyphs, kGlyphsOnScreens);
+    expectKind(glyphs, MeshKind::kTriangles);
+}
+
 Aspect sceneWithPoints(const MeshArrays& points, double radius) {
     Aspect aspect = sceneWith(points);
     Edits edits;
@@ -102,7 +164,7 @@ TEST(Drawable, PointsHaveAnExtentTrianglesAndAKeyOfTheirOwn) {
     EXPECT_EQ(drawable.triangleCount(), 24u);
     EXPECT_EQ(drawable.bounds().lower, Vec3d(-0.5, -0.5, -0.5));
     EXPECT_EQ(drawable.bounds().upper, Vec3d(4.5, 2.5, 0.5));
-    EXPECT_EQ(drawable.arrays().primitive, Primitive::kPoints);
+    EXPECT_EQ(drawable.arrays().kind, MeshKind::kPoints);
     EXPECT_NE(drawable.key(), drawableOf(bare, ObjectId(6)).key());
     EXPECT_NE(drawable.key(), drawableOf(larger, ObjectId(6)).key());
     EXPECT_EQ(drawable.key(), drawableOf(sceneWithPoints(arrays, 0.5), ObjectId(6)).key());

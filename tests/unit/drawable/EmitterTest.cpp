@@ -230,7 +230,7 @@ TEST(Emitter, LooksAsItsAgeSays) {
     e.beginColor = Vec4f(1, 0, 0, 1);
     e.endColor = Vec4f(0, 0, 1, 0);
     const MeshArrays arrays = arraysNow(e);
-    ASSERT_TRUE(areParticles(arrays));
+    ASSERT_EQ(arrays.kind, MeshKind::kDiscs);
     ASSERT_EQ(arrays.positions.sizeBytes(), 24u);
     EXPECT_EQ(arrays.texcoords.as<float>()[0], 2) << "the oldest is the first, half way";
     EXPECT_EQ(arrays.texcoords.as<float>()[2], 1) << "one that is just born";

@@ -57,7 +57,7 @@ TEST(PrimitiveDrawable, LinesAreLines) {
     g.primitive = Geometry::kLineLoop;
     g.lineWidth = 3;
     const MeshArrays arrays = drawableOf(g).arrays();
-    EXPECT_EQ(arrays.primitive, Primitive::kLines);
+    EXPECT_EQ(arrays.kind, MeshKind::kLines);
     EXPECT_EQ(arrays.lineWidth, 3);
     EXPECT_TRUE(arrays.indices.empty());
     EXPECT_EQ(arrays.lines.sizeBytes(), 7u * 8) << "three of the one and four of the other";

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/geometry/Mesh.h"
+#include "common/geometry/MeshCopies.h"
 #include "common/math/Compose.h"
 
 namespace tessera {
@@ -90,6 +91,90 @@ TEST(CheckMesh, RefusesMoreThanItsLimits) {
     const Expected<void> triangles = checkMesh(triangle(), {.maxVertices = 9, .maxTriangles = 0});
     ASSERT_FALSE(triangles);
     EXPECT_EQ(triangles.error().code, ErrorCode::kLimit);
+}
+
+TEST(CheckMesh, RefusesArraysThatAreNotThoseOfTheirKind) {
+    const std::vector<float> positions(18), pairs(12);
+    const std::vector<std::uint32_t> corners{0, 1, 2}, ends{0, 1, 2, 3, 4, 5};
+    const std::vector<MeshCopy> copies(2);
+    const MeshArrays bare{.positions = Blob::of(std::span<const float>(positions))};
+    const auto of = [&](MeshKind kind) {
+        MeshArrays arrays = bare;
+        arrays.kind = kind;
+        return arrays;
+    };
+    const auto withTriangles = [&](MeshArrays arrays) {
+        arrays.indices = Blob::of(std::span<const std::uint32_t>(corners));
+        return arrays;
+    };
+    const auto withLines = [&](MeshArrays arrays) {
+        arrays.lines = Blob::of(std::span<const std::uint32_t>(ends));
+        return arrays;
+    };
+    const auto withCopies = [&](MeshArrays arrays) {
+        arrays.copies = Blob::of(std::span<const MeshCopy>(copies));
+        return arrays;
+    };
+    const auto withTexcoords = [&](MeshArrays arrays, bool both = false) {
+        arrays.texcoords = Blob::of(std::span<const float>(pairs));
+        if (both) arrays.texcoords1 = arrays.texcoords;
+        return arrays;
+    };
+    const auto withRadius = [](MeshArrays arrays, double radius) {
+        arrays.pointRadius = radius;
+        return arrays;
+    };
+    const auto sorted = [](MeshArrays arrays) {
+        arrays.sorted = true;
+        return arrays;
+    };
+    using enum MeshKind;
+    const std::vector<MeshArrays> whole = {
+        withTexcoords(withTriangles(of(kTriangles)), true),
+        withRadius(of(kPoints), 0.5),
+        withLines(of(kLines)),
+        sorted(withRadius(withTexcoords(of(kDiscs)), 0.5)),
+        sorted(withLines(withTexcoords(of(kStreaks)))),
+        withRadius(withTexcoords(of(kSprites), true), 0.5),
+        withTriangles(of(kMarched)),
+        withTexcoords(withTriangles(of(kSlices))),
+        withCopies(withTriangles(of(kGlyphs))),
+    };
+    ASSERT_EQ(whole.size(), kMeshKinds);
+    for (std::size_t i = 0; i < kMeshKinds; ++i) {
+        EXPECT_EQ(static_cast<std::size_t>(whole[i].kind), i);
+        const Expected<void> sound = checkMesh(whole[i]);
+        EXPECT_TRUE(sound) << i << ": " << sound.error().message;
+    }
+    struct Refused {
+        MeshArrays arrays;
+        const char* why;
+    };
+    for (const auto& [arrays, why] : {
+             Refused{withLines(of(kTriangles)), "triangles have no line indices: leave the array out"},
+             Refused{withCopies(withTriangles(of(kTriangles))), "triangles have no copies: leave the array out"},
+             Refused{withRadius(of(kTriangles), 1), "triangles have no radius: it is 1"},
+             Refused{withRadius(of(kLines), 0.5), "lines have no radius: it is 0.5"},
+             Refused{sorted(of(kPoints)), "only particles are sorted, not points"},
+             Refused{withTriangles(of(kPoints)), "points have no triangle indices: leave the array out"},
+             Refused{of(kDiscs), "discs need texture coordinates"},
+             Refused{withTexcoords(of(kDiscs), true), "discs have no second texture coordinates: leave the array out"},
+             Refused{withTexcoords(of(kStreaks)), "streaks need line indices"},
+             Refused{withTexcoords(of(kSprites)), "sprites need second texture coordinates"},
+             Refused{withRadius(withTexcoords(of(kDiscs)), -1),
+                     "the discs' radius is -1: it has to be from 0 to 1e+12"},
+             Refused{of(kMarched), "volumes' boxes need triangle indices"},
+             Refused{withTriangles(of(kSlices)), "volumes' slices need texture coordinates"},
+             Refused{withTriangles(of(kGlyphs)), "glyphs need copies"},
+             Refused{of(static_cast<MeshKind>(kMeshKinds)), "there is no kind 9 of mesh"},
+         }) {
+        const Expected<void> sound = checkMesh(arrays);
+        ASSERT_FALSE(sound) << why;
+        EXPECT_EQ(sound.error().message, why);
+    }
+    MeshArrays odd = withLines(withTexcoords(of(kStreaks)));
+    odd.lines = Blob::of(std::span<const std::uint32_t>(ends).first(4));
+    EXPECT_EQ(checkMesh(odd).error().message, "2 streaks of 6 vertices: they have two each");
 }
 
 TEST(BoundsOf, HoldsEveryVertex) {

@@ -178,8 +178,8 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
                                 .colors = geometry.colors,
                                 .texcoords = geometry.texcoords,
                                 .indices = geometry.indices,
-                                .primitive = points ? Primitive::kPoints : Primitive::kTriangles,
-                                .pointRadius = geometry.pointRadius};
+                                .kind = points ? MeshKind::kPoints : MeshKind::kTriangles,
+                                .pointRadius = points ? geometry.pointRadius : 0};
         const auto found = items.find(id);
         // Without indices the vertices as they stand: three make a triangle.
         const bool enough = points ? !geometry.positions.empty()
@@ -193,7 +193,7 @@ void expectAsTraversed(const RenderScene::Impl& all, const Aspect& aspect, std::
             << "node " << id;
         EXPECT_EQ(item.material, seen.material) << "node " << id;
         lentMaterials += item.lent ? 1 : 0;
-        EXPECT_EQ(item.kind, points ? DrawKind::kPoints : DrawKind::kTriangles);
+        EXPECT_EQ(item.kind, points ? MeshKind::kPoints : MeshKind::kTriangles);
         EXPECT_EQ(item.mesh->shownRadius, points ? shownRadius(arrays) : 0.0);
         const auto* material = aspect.get<Material>(seen.material);
         EXPECT_EQ(item.transparent, material && isTransparent(aspect, *material, geometry)) << "node " << id;
@@ -332,7 +332,7 @@ private:
         scene.edit.set(id, type, fieldId<&Geometry::texcoords>, toValue(arrays.texcoords));
         scene.edit.set(id, type, fieldId<&Geometry::indices>, toValue(arrays.indices));
         // Now and then it says of triangles that they are points.
-        const bool points = (arrays.primitive == Primitive::kPoints) != (pick(20) == 0);
+        const bool points = (arrays.kind == MeshKind::kPoints) != (pick(20) == 0);
         scene.edit.set(id, type, fieldId<&Geometry::primitive>,
                        toValue(points ? Geometry::kPoints : Geometry::kTriangles));
         scene.edit.set(id, type, fieldId<&Geometry::pointRadius>, toValue(arrays.pointRadius));

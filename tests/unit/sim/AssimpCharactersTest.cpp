@@ -177,7 +177,7 @@ std::vector<Vec3d> shownTriangleCorners(const Aspect& scene, std::size_t& skins)
     action.onNode([&](const Visit& visit) {
         if (const Drawable drawable = drawableOf(scene, visit.node)) {
             const MeshArrays arrays = drawable.arrays();
-            if (arrays.primitive != Primitive::kTriangles) return Descend::kInto;
+            if (arrays.kind != MeshKind::kTriangles) return Descend::kInto;
             skins += visit.core.is<Skin>();
             const auto p = arrays.positions.as<float>();
             for (std::size_t i = 0; i + 2 < p.size(); i += 3)
