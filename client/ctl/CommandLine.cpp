@@ -28,6 +28,11 @@ namespace tessera {
 
 namespace {
 
+/// Of a word that may be left out: an empty one is not left out, a variable of a script was empty.
+std::string emptyFault(const std::string& text) {
+    return text.empty() ? R"(an empty word "" is no value)" : "";
+}
+
 /// All that is said, and how it travels.
 std::string requestsLine() {
     Json json = requestsJson();
@@ -408,17 +413,19 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     when(picture, [&] { return showVerb(in); });
 
     CLI::App* budget = app.add_subcommand("budget", "Milliseconds that a frame may take before detail goes");
-    budget->add_option("MS", in.budget, "A number, or off; without it what there is is told");
+    budget->add_option("MS", in.budget, "A number, or off; without it what there is is told")->check(emptyFault);
     when(budget, [&] { return budgetVerb(in); });
 
     CLI::App* exposure = app.add_subcommand("exposure", "How bright the wall shows its scene");
-    exposure->add_option("EV", in.exposure,
-                         "Stops; metered: once for all tiles; off; scene: as that\nsays. Without it what there is is "
-                         "told");
+    exposure
+        ->add_option("EV", in.exposure,
+                     "Stops; metered: once for all tiles; off; scene: as that\nsays. Without it what there is is told")
+        ->check(emptyFault);
     exposure
         ->add_option("--tone-map", in.toneMap,
                      "The curve for what is brighter than white: neutral,\nclamp, "
                      "reinhard, aces or agx")
+        ->check(emptyFault)
         ->type_name("NAME");
     when(exposure, [&] { return exposureVerb(in); });
 

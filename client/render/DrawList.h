@@ -32,22 +32,20 @@ struct DrawItem {
     std::shared_ptr<const DrawMaterial> look;  ///< of its material; null: it has none
     Affine3d world_T_item;
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
+    bool over = false;      ///< among what is transparent: an opaque item, of which the blended passes alone are drawn
+    bool everywhere = false;  ///< it is drawn wherever its box is not, too
     MeshKind kind = MeshKind::kTriangles;
     float lineWidth = 0;  ///< pixels, where it is lines; else 0
     static constexpr float kAnyWidth = std::numeric_limits<float>::infinity();
     float widestLinePx = kAnyWidth;  ///< of its lines, edges, corners and streaks on this screen: see LineWidths.h
-    double pointRadius = 0;          ///< of points as they are shown, in the item's units (shownRadius); else 0
+    static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
+    std::uint32_t hiddenFrom = kNoneHidden;  ///< in the list's `hiddenClusters`
+    double pointRadius = 0;                  ///< of points as they are shown, in the item's units (shownRadius); else 0
     std::int64_t fill =
         Material::kFilled;  ///< of triangles; otherwise `kind` is lines, and the mesh's edges or corners are drawn
-    Vec3d center = Vec3d::Zero();  ///< world; of a sphere around it
-    double radius = 0;             ///< 0: how large it is on a screen is not asked for
-    bool over =
-        false;     ///< among what is transparent: an opaque item, of which the blended passes alone are to be drawn
-    Box box = {};  ///< in the world, around all of it; empty: not known
+    Box box = {};           ///< in the world, around all of it; empty: not known
     /// Those of `mesh`, or none: it is drawn as a whole.
     std::span<const MeshCluster> clusters = {};
-    static constexpr std::uint32_t kNoneHidden = 0xffffffffu;
-    std::uint32_t hiddenFrom = kNoneHidden;         ///< in the list's `hiddenClusters`
     std::uint32_t sortedFrom = 0, sortedCount = 0;  ///< these of the list's `sortedTriangles` alone; 0: all
     std::uint32_t scopes = 0;  ///< a bit for each scope of lights that it lies in, see LightItem::scope
 };

@@ -86,9 +86,9 @@ Expected<void> checkKind(const MeshArrays& arrays, const MeshLimits& limits) {
          {Array{arrays.indices, row.triangles, "triangle indices"}, Array{arrays.lines, row.lines, "line indices"},
           Array{arrays.copies, row.copies, "copies"}, Array{arrays.texcoords, row.texcoords, "texture coordinates"},
           Array{arrays.texcoords1, row.texcoords1, "second texture coordinates"}}) {
-        if (array.has == kNot && !array.blob.empty())
+        if (array.has == kNot && array.blob.sizeBytes() > 0)
             return fail(ErrorCode::kBadInput, fmt::format("{} have no {}: leave the array out", row.name, array.name));
-        if (array.has == kMust && array.blob.empty() && !arrays.positions.empty())
+        if (array.has == kMust && array.blob.sizeBytes() == 0 && arrays.positions.sizeBytes() > 0)
             return fail(ErrorCode::kBadInput, fmt::format("{} need {}", row.name, array.name));
     }
     if (!row.radius && arrays.pointRadius != 0)

@@ -124,7 +124,7 @@ public:
         for (Tile& tile : tiles_) {
             const ScreenCamera camera = screenCamera(*tile.screen, user, Eye::kCenter, cityView(kAt));
             const PaintedTile painted =
-                orExit(tile.painter->paint(aspect_, scene_, *renderer_, camera, queue_, [&](const DrawList& drawn) {
+                orExit(tile.painter->paint(scene_, *renderer_, camera, queue_, [&](const DrawList& drawn) {
                     return renderer_->draw(aspect_, drawn, camera, tile.rect);
                 }));
             cost.still += painted.again;

@@ -217,12 +217,12 @@ DrawCalls::Shown DrawCalls::shownOf(const DrawItem& item, const ScreenCamera& ca
     if (!item.look) return {item, nullptr};
     const std::vector<DrawMaterial::Level>& levels = item.look->levels;
     const Shown own{item, &levels.front()};
-    if (!(item.radius > 0) || levels.size() == 1) return own;
-    const double distance = (item.center - camera.headWorld).norm();
-    if (!(distance > item.radius)) return own;
+    if (levels.size() == 1 || item.box.empty()) return own;
+    const double radius = 0.5 * item.box.size().norm(), distance = (item.box.center() - camera.headWorld).norm();
+    if (!(radius > 0 && distance > radius)) return own;
     const Mat4d& clip = camera.clip_T_eye;
     const double perUnit = std::max(0.5 * clip(0, 0) * camera.pixels.width, 0.5 * clip(1, 1) * camera.pixels.height);
-    const double across = 2 * item.radius * perUnit / (distance * detailStep(camera.detail).coarser);
+    const double across = 2 * radius * perUnit / (distance * detailStep(camera.detail).coarser);
     std::size_t level = 0;
     while (level + 1 < levels.size() && across < levels[level].coarserBelow) ++level;
     if (level == 0) return own;
@@ -288,10 +288,7 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     const Mat3d world_R_eye =
         Eigen::AngleAxisd(list.environment.image ? -list.environment.turn : 0.0, Vec3d::UnitY()).toRotationMatrix() *
         eye_R_world.transpose();
-    const Mat4d clip_T_eye = reversedDepth(camera.clip_T_eye);
     FrameBlock block{};
-    block.clip_T_eye = columnsOf(clip_T_eye);
-    block.eye_T_clip = columnsOf(clip_T_eye.inverse());
     for (int i = 0; i < 3; ++i) {
         const Vec3d row = world_R_eye.row(i);
         block.world_R_eye[static_cast<std::size_t>(i)] = four(row.cast<float>(), 0);
@@ -303,8 +300,6 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
         for (int c = 0; c < 4; ++c)
             block.world_T_eye[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
                 static_cast<float>(world_T_eye(r, c));
-    block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
-                          2.0f / static_cast<float>(camera.pixels.height), 0, 0};
     if (list.studio) {
         const Vec3d up = eye_R_world.col(1), middle = camera.eye_T_world * list.studio->middle;
         block.studio[0] = four(up.cast<float>(), static_cast<float>(-up.dot(middle)));
@@ -312,8 +307,17 @@ FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {
     }
     const Vec3d head = camera.eye_T_world * camera.headWorld;
     block.head = four(head.cast<float>(), 0);
-    block.pixelRays = pixelRaysOf(camera, 0, 0);
+    project(block, camera);
     return block;
+}
+
+void project(FrameBlock& block, const ScreenCamera& camera) {
+    const Mat4d clip_T_eye = reversedDepth(camera.clip_T_eye);
+    block.clip_T_eye = columnsOf(clip_T_eye);
+    block.eye_T_clip = columnsOf(clip_T_eye.inverse());
+    block.clipPerPixel = {2.0f / static_cast<float>(camera.pixels.width),
+                          2.0f / static_cast<float>(camera.pixels.height), 0, 0};
+    block.pixelRays = pixelRaysOf(camera, 0, 0);
 }
 
 std::array<float, 4> pixelRaysOf(const ScreenCamera& camera, int left, int bottom) {

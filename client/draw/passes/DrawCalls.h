@@ -134,6 +134,8 @@ private:
 /// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
 [[nodiscard]] ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);
+/// Where a camera of the same eye sees other pixels, as a cell's does: what differs.
+void project(FrameBlock& block, const ScreenCamera& camera);
 /// FrameBlock::pixelRays of a viewport whose lower left corner lies there in its framebuffer.
 [[nodiscard]] std::array<float, 4> pixelRaysOf(const ScreenCamera& camera, int left, int bottom);
 

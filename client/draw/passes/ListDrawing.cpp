@@ -85,6 +85,14 @@ Expected<void> Renderer::Impl::begin(const Aspect& aspect, const DrawList& list,
     scene.environment = surroundings.begin(aspect, list.environment);
     const Vec3d seen = shownOf(list.environment);
     background = {static_cast<float>(seen.x()), static_cast<float>(seen.y()), static_cast<float>(seen.z()), 1};
+    ofFrame = makeFrameBlock(list, camera);
+    ofFrame.surroundings = surroundings.block();
+    if (scene.studio) ofFrame.surroundings[1][3] = 1;
+    const auto [from, count] = lights.shadowed();
+    const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
+    ofFrame.shadows = {from, count, pixelWidth, pixelHeight};
+    ofFrame.suns = lights.suns();
+    ofFrame.few = lights.few();
     return {};
 }
 
@@ -137,7 +145,7 @@ void Renderer::Impl::placeCalls(const ScreenCamera& screen) {
         const DrawItem& item = *call.item;
         CallPlace& place = callPlaces[i];
         place.clustered = !item.clusters.empty() && call.sortedCount == 0;
-        if (item.box.empty()) continue;
+        if (item.everywhere || item.box.empty()) continue;
         const double noise = projection.noise(reachOf(item.box, item.world_T_item.translation()), item.box);
         place.around = projection.footprint(projection.clip_T_world(), item.box, noise);
         place.around.grow(lineReachPx(item.lineWidth));
@@ -176,7 +184,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
         // The item itself is asked for what its place does not tell alone: each cell goes through all of them.
         const auto outsideFrustum = [&](const DrawItem& item) {
             const Frustum& sides = rowOf(item.kind).standsOut ? aroundLines : frustum;
-            return !item.box.empty() && sides.classify(item.box, Frustum::kAllPlanes).outside;
+            return !item.everywhere && !item.box.empty() && sides.classify(item.box, Frustum::kAllPlanes).outside;
         };
         const bool outside = place.known ? beside(place.around) : outsideFrustum(*call.item);
         if (!outside && place.clustered)
@@ -204,21 +212,14 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     for (const PixelRect& lit : shown)
         pixels += static_cast<std::uint64_t>(lit.width) * static_cast<std::uint64_t>(lit.height);
 
-    FrameBlock block = makeFrameBlock(list, cell.camera);
-    block.slices = lights.beginCell(cell.camera, scissor);
-    block.surroundings = surroundings.block();
-    if (scene.studio) block.surroundings[1][3] = 1;
-    const auto [from, count] = lights.shadowed();
-    const auto [pixelWidth, pixelHeight] = shadows.pixelSize();
-    block.shadows = {from, count, pixelWidth, pixelHeight};
-    block.suns = lights.suns();
-    block.few = lights.few();
+    project(ofFrame, cell.camera);
+    ofFrame.slices = lights.beginCell(cell.camera, scissor);
     const bool detailed = scene.detail && &buffers == &tile;
     const auto framebuffer = detailed ? buffers.detailedSurfaces() : buffers.surfaces();
     if (!framebuffer) return tl::unexpected(framebuffer.error());
     // The whole cell's viewport for every tile that shares in it; only the scissor is the tile's own.
     const PixelRect viewport{.x = 0, .y = 0, .width = cell.camera.pixels.width, .height = cell.camera.pixels.height};
-    upload(block);
+    upload(ofFrame);
     setUp(viewport, *framebuffer);
     if (&buffers == &tile) {
         if (auto cleared = clearSurfaces(*framebuffer); !cleared) return cleared;

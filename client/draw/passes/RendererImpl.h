@@ -180,6 +180,7 @@ struct Renderer::Impl {
 
     // Of the list being drawn.
     DrawCalls calls;
+    FrameBlock ofFrame{};  ///< projected as the cell being drawn is
     // Of the cell being drawn, by call: which runs of triangles it may show, of all that are.
     struct Span {
         std::uint32_t first = 0, end = 0;

@@ -263,8 +263,8 @@ std::uint64_t RenderAction::Impl::rank(const RenderScene::Impl& scene, const Scr
 void RenderAction::Impl::describe(const RenderScene::Impl& scene, std::uint32_t index, DrawItem& drawn) const {
     scene.describe(index, drawn);
     // `none` leaves nothing away anywhere: what others are compared with.
-    if (kind == CullerKind::kNone) return;
-    drawn.box = scene.boxes[index];
+    drawn.everywhere = kind == CullerKind::kNone;
+    if (drawn.everywhere) return;
     if (!scene.items[index].asWhole) drawn.clusters = scene.items[index].mesh->clusters();
     drawn.hiddenFrom = masked.hiddenFrom(index);
 }

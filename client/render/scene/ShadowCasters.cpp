@@ -209,9 +209,7 @@ void RenderScene::Impl::describe(std::uint32_t index, DrawItem& drawn) const {
     drawn.pointRadius = item.mesh->shownRadius;
     drawn.fill = item.fill;
     drawn.scopes = item.scopes;
-    if (!item.coarser || boxes[index].empty()) return;
-    drawn.center = boxes[index].center();
-    drawn.radius = 0.5 * boxes[index].size().norm();
+    drawn.box = boxes[index];
 }
 
 void RenderScene::Impl::askFor(std::uint32_t index) const {

@@ -29,11 +29,8 @@ std::optional<ShadowCaster> casterOf(const RenderScene::Impl& scene, const Shado
                         .cut = item.cut};
     DrawItem& drawn = caster.item;
     scene.describe(index, drawn);
-    drawn.box = box;
     if (!item.asWhole) drawn.clusters = item.mesh->clusters();
-    // A light is no eye that something could be small to; of what lies over surfaces nothing casts a shadow.
-    drawn.radius = 0;
-    drawn.center = Vec3d::Zero();
+    // Of what lies over surfaces nothing casts a shadow.
     drawn.scopes = 0;
     drawn.lineWidth = 0;
     drawn.widestLinePx = DrawItem::kAnyWidth;

@@ -175,6 +175,14 @@ TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
     ASSERT_FALSE(empty);
     EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos)
         << empty.error().message;
+    // What may be left out is not left out by an empty word.
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"exposure", ""}, {"exposure", "--tone-map", ""}, {"budget", ""}}) {
+        const auto refused = parseCommandLine(words);
+        ASSERT_FALSE(refused) << words.front();
+        EXPECT_NE(refused.error().message.find("an empty word \"\" is no value"), std::string::npos)
+            << refused.error().message;
+    }
 }
 
 TEST(CommandLine, TestPicturesAreAskedForInAllTheirForms) {

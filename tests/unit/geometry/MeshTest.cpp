@@ -146,6 +146,12 @@ TEST(CheckMesh, RefusesArraysThatAreNotThoseOfTheirKind) {
         const Expected<void> sound = checkMesh(whole[i]);
         EXPECT_TRUE(sound) << i << ": " << sound.error().message;
     }
+    // An array of no element is none.
+    MeshArrays points = of(kPoints), discs = of(kDiscs);
+    points.indices = points.lines = points.copies = Blob::of(std::span<const std::uint32_t>());
+    EXPECT_TRUE(checkMesh(points));
+    discs.texcoords = Blob::of(std::span<const float>());
+    EXPECT_FALSE(checkMesh(discs));
     struct Refused {
         MeshArrays arrays;
         const char* why;
