@@ -34,6 +34,7 @@ struct DrawItem {
     bool mirrored = false;  ///< odd number of reflections: front faces are clockwise
     bool over = false;      ///< among what is transparent: an opaque item, of which the blended passes alone are drawn
     bool everywhere = false;  ///< it is drawn wherever its box is not, too
+    bool asWhole = false;     ///< something moves its vertices: its mesh's triangles are not where they stand
     MeshKind kind = MeshKind::kTriangles;
     float lineWidth = 0;  ///< pixels, where it is lines; else 0
     static constexpr float kAnyWidth = std::numeric_limits<float>::infinity();

@@ -203,6 +203,7 @@ void RenderScene::Impl::describe(std::uint32_t index, DrawItem& drawn) const {
     drawn.look = item.look;
     drawn.world_T_item = item.world_T_item;
     drawn.mirrored = item.mirrored;
+    drawn.asWhole = item.asWhole;
     drawn.kind = item.kind;
     drawn.lineWidth = std::min(item.lineWidth, item.widestLinePx);
     drawn.widestLinePx = item.widestLinePx;

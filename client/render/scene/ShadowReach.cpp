@@ -31,16 +31,25 @@ struct CutFace {
     std::array<Vec3d, 16> corners;
     std::size_t size = 0;
 
-    /// Keeps what has sign · p[axis] <= sign · at.
-    void cut(int axis, double sign, double at) {
+    /// Keeps what is not below 0.
+    template <typename Height>
+    void cut(Height height) {
         CutFace kept;
         for (std::size_t i = 0; i < size; ++i) {
             const Vec3d &a = corners[i], &b = corners[i + 1 == size ? 0 : i + 1];
-            const double da = sign * (at - a[axis]), db = sign * (at - b[axis]);
+            const double da = height(a), db = height(b);
             if (da >= 0) kept.corners[kept.size++] = a;
             if ((da >= 0) != (db >= 0)) kept.corners[kept.size++] = a + (b - a) * (da / (da - db));
         }
         *this = kept;
+    }
+    /// Keeps what has sign · p[axis] <= sign · at.
+    void cut(int axis, double sign, double at) {
+        cut([=](const Vec3d& p) { return sign * (at - p[axis]); });
+    }
+    /// Keeps what is no farther than that behind a plane.
+    void cut(const Plane& plane, double behind) {
+        cut([&](const Vec3d& p) { return plane.normal.dot(p) + plane.offset + behind; });
     }
 };
 
@@ -49,6 +58,13 @@ bool knows(const ScreenCamera& sun, const Vec3d& place) {
     const Vec3d seen = (sun.clip_T_eye * (sun.eye_T_world * place).homogeneous()).head<3>();
     const double rim = 2 * (4 + 0.01 * sun.pixels.width + 2) / sun.pixels.width;
     return seen.head<2>().cwiseAbs().maxCoeff() < 1 - rim && std::abs(seen.z()) < 1 - 1e-5;
+}
+
+bool showsBacks(const DrawItem& item) {
+    const auto both = [](const DrawMaterial::Layer& layer) { return layer.look->doubleSided; };
+    return item.look && std::ranges::any_of(item.look->levels, [&](const DrawMaterial::Level& level) {
+               return both(level.own) || std::ranges::any_of(level.passes, both);
+           });
 }
 
 /// Corners of the faces of eight corners, around each.
@@ -213,6 +229,64 @@ bool ShadowVolume::meets(const Frustum& frustum, const Box& box, std::span<const
     return !allKnown[0] && !allKnown[1] && std::ranges::all_of(someInside, [](bool some) { return some; });
 }
 
+bool ShadowVolume::meets(const Frustum& frustum, const std::array<Vec3d, 3>& triangle,
+                         std::span<const ScreenCamera> finer, double rounding) const {
+    const auto behind = [&](const Plane& plane) {
+        return std::ranges::all_of(triangle,
+                                   [&](const Vec3d& p) { return plane.normal.dot(p) + plane.offset + rounding < 0; });
+    };
+    if (std::ranges::any_of(planes_, behind) || std::ranges::any_of(frustum.planes(), behind)) return false;
+    CutFace cut;
+    for (const Vec3d& corner : triangle) cut.corners[cut.size++] = corner;
+    for (const Plane& plane : planes_) cut.cut(plane, rounding);
+    for (const Plane& plane : frustum.planes()) cut.cut(plane, rounding);
+    const std::span<const Vec3d> shared = std::span(cut.corners).first(cut.size);
+    return !shared.empty() && std::ranges::none_of(finer, [&](const ScreenCamera& view) {
+        return std::ranges::all_of(shared, [&](const Vec3d& place) { return knows(view, place); });
+    });
+}
+
+bool ShadowVolume::meets(const Tile& tile, const DrawItem& item, std::span<const ScreenCamera> finer,
+                         std::size_t& left) const {
+    const Frustum& frustum = tile.frustum;
+    if (!meets(frustum, item.box, finer)) return false;
+    if (!known_ || item.kind != MeshKind::kTriangles || item.asWhole || item.lineWidth > 0 || item.box.empty())
+        return true;
+    const std::span<const float> positions = item.mesh->arrays.positions.as<float>();
+    const std::span<const std::uint32_t> indices = item.mesh->arrays.indices.as<std::uint32_t>();
+    // Vertices are placed in single precision, around the eye.
+    const double rounding = 1e-6 * (1 + 2 * item.box.size().norm() +
+                                    item.box.lower.cwiseAbs().cwiseMax(item.box.upper.cwiseAbs()).maxCoeff());
+    const double outwards = item.world_T_item.linear().determinant() < 0 ? -1 : 1;
+    const bool backsSeen = !tile.eye || showsBacks(item);
+    /// Its front side is what it shows, and that is turned away.
+    const auto turnedAway = [&](const std::array<Vec3d, 3>& corners) {
+        if (backsSeen) return false;
+        const Vec3d normal = outwards * (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        return normal.dot(*tile.eye - corners[0]) < -rounding * normal.norm();
+    };
+    const std::span<const MeshCluster> clusters = item.mesh->clusters;
+    const std::size_t triangles = indices.size() / 3, each = clusters.empty() ? triangles : MeshCluster::kTriangles;
+    for (std::size_t first = 0; first < triangles; first += each) {
+        if (!clusters.empty()) {
+            const Box part = clusters[first / each].box().transformed(item.world_T_item);
+            if (!meets(frustum, part, finer)) continue;
+        }
+        const std::size_t end = std::min(first + each, triangles);
+        if (left < end - first) return true;
+        left -= end - first;
+        for (std::size_t t = first; t < end; ++t) {
+            std::array<Vec3d, 3> corners;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float* at = &positions[std::size_t{3} * indices[3 * t + c]];
+                corners[c] = item.world_T_item * Vec3d(at[0], at[1], at[2]);
+            }
+            if (!turnedAway(corners) && meets(frustum, corners, finer, rounding)) return true;
+        }
+    }
+    return false;
+}
+
 namespace {
 
 /// How far the scene reaches from the light, along its view.
@@ -223,28 +297,31 @@ double farthestOf(const ScreenCamera& camera, const Box& scene) {
 }
 
 /// Whether anything that a list shows may have another shadow by these changes of a view.
-bool reaches(const RenderScene::Impl& scene, const DrawList& list, const Frustum& tile, const ShadowView& view,
-             std::span<const ShadowStore::Change> changes) {
+bool reaches(const RenderScene::Impl& scene, const DrawList& list, const ShadowVolume::Tile& tile,
+             const ShadowView& view, std::span<const ShadowStore::Change> changes) {
     // The studio's ground looks into the coarsest one, wherever it is.
     std::vector<ScreenCamera> finer;
     const ShadowCasters& casters = *list.casters;
     if (view.clamped && !list.studio)
         for (const auto& other : {casters.middle, casters.near})
             if (other && other.get() != &view && &view != casters.near.get()) finer.push_back(other->camera);
-    constexpr std::size_t kMostChanges = 4096;
+    constexpr std::size_t kMostChanges = 4096, kMostTriangles = 16'384;
     if (changes.size() > kMostChanges) return true;
+    std::size_t left = kMostTriangles;
     Box shaded = scene.tree.bounds();
     if (list.studio) shaded.extend(studioFloor(*list.studio));  // no item, and shaded all the same
     const double far = farthestOf(view.camera, shaded);
     const double soft = list.studio ? kStudioSoftPx : kSoftPx;
     for (const ShadowStore::Change& change : changes) {
         const ShadowVolume volume(view.camera, view.clamped, change.shade, far, soft);
-        if (!volume.meets(tile)) continue;
+        if (!volume.meets(tile.frustum)) continue;
         // The ground of a studio is everywhere.
         if (list.studio) return true;
         const auto meets = [&](const DrawItem& item) {
-            scene.shadows.count(1);
-            return volume.meets(tile, item.box, finer);
+            const std::size_t before = left;
+            const bool met = volume.meets(tile, item, finer, left);
+            scene.shadows.count(1 + before - left);
+            return met;
         };
         if (std::ranges::any_of(list.opaque, meets) || std::ranges::any_of(list.transparent, meets)) return true;
     }
@@ -263,7 +340,8 @@ std::uint64_t ShadowWatch::look(const RenderScene::Impl& scene, const DrawList& 
     const auto views = list.casters->all();
     bool another = views.size() != seen_.size() || number_ == 0;
     seen_.resize(views.size());
-    const Frustum tile = tileFrustum(camera, pixels, kFrustumMarginPx + scene.widestLineReachPx());
+    ShadowVolume::Tile tile{tileFrustum(camera, pixels, kFrustumMarginPx + scene.widestLineReachPx()), {}};
+    if (camera.clip_T_eye(3, 3) == 0) tile.eye = camera.eye_T_world.inverse().translation();
     // The finest, which are the last, first: what a tile shows looks into them, and one answer is enough.
     for (std::size_t i = views.size(); i-- > 0;) {
         const ShadowView& view = *views[i];

@@ -50,8 +50,20 @@ public:
     /// Whether any of it may lie in the frustum; there, in the box, and not all in a view of `finer`, which are suns'.
     [[nodiscard]] bool meets(const Frustum& frustum) const;
     [[nodiscard]] bool meets(const Frustum& frustum, const Box& box, std::span<const ScreenCamera> finer) const;
+    /// What a tile shows: pixels behind these planes, seen from there. `eye`: nothing where not all rays meet in one.
+    struct Tile {
+        Frustum frustum;
+        std::optional<Vec3d> eye;
+    };
+    /// The same of what an item shows, by triangle: the inside of a house looks into no map. `left`: so many triangles
+    /// are looked at, and fewer are left; where there are none the box decides.
+    [[nodiscard]] bool meets(const Tile& tile, const DrawItem& item, std::span<const ScreenCamera> finer,
+                             std::size_t& left) const;
 
 private:
+    [[nodiscard]] bool meets(const Frustum& frustum, const std::array<Vec3d, 3>& triangle,
+                             std::span<const ScreenCamera> finer, double rounding) const;
+
     std::array<Vec3d, 8> corners_;  ///< bit 0 of the number: upper x, bit 1: y, bit 2: far
     std::array<Plane, 6> planes_;   ///< inwards
     Box around_;
