@@ -155,6 +155,69 @@ TEST(ShadowStore, ATileHearsOfWhatReachesIt) {
     EXPECT_NE(now[1], third[1]) << "its old shadow is gone";
 }
 
+/// A caster above the picture, a sun that shines straight down, and one thing in its light.
+struct ShadedThing {
+    TestScene scene;
+    RenderScene all;
+    ObjectId material, caster, place;
+    TestCamera camera{320, 200, 1, 1};
+    RenderAction action{CullerKind::kFrustum};
+
+    ShadedThing(const MeshData& thing, const Vec3d& at) {
+        const ObjectId sun = scene.create(typeOf<DirectionalLight>());
+        setField<&DirectionalLight::shadows>(scene.edit, sun, true);
+        scene.node(sun, scene.node(scene.transform(Vec3d::Zero(),
+                                                   Quatd::FromTwoVectors(-Vec3d::UnitZ(), Vec3d(0.01, -1, 0.01)))));
+        material = scene.material(1);
+        caster = scene.transform({0, 6, -6});
+        scene.node(scene.geometry(makeBox({0.3, 0.3, 0.3}), material), scene.node(caster));
+        place = scene.transform(at);
+        scene.node(scene.geometry(thing, material), scene.node(place));
+        scene.box({9, 9, -14}, {0.1, 0.1, 0.1});  // so that bounds stay
+        scene.box({9, -9, -14}, {0.1, 0.1, 0.1});
+        scene.apply();
+        all.update(scene.aspect, nullptr);
+        static_cast<void>(state());
+    }
+    std::uint64_t state() {
+        all.beginFrame();
+        return action.run(all, camera.camera(), camera.tile(0, 0), nullptr).shadowState;
+    }
+    /// Whether the picture may be another one when the caster goes from one place to another.
+    bool hears(const Vec3d& from, const Vec3d& to) {
+        const auto go = [&](const Vec3d& place) {
+            setField<&Transform::translation>(scene.edit, caster, place);
+            const ChangeList list = scene.apply();
+            all.update(scene.aspect, &list);
+            return state();
+        };
+        const std::uint64_t before = go(from);
+        return go(to) != before;
+    }
+};
+
+TEST(ShadowStore, ATileHearsOfNoShadowBesideTheTriangles) {
+    // A ring lies before the eye. Its box holds what falls through it.
+    ShadedThing ring(makeTorus(1.5, 0.1, 24, 8), {0, -0.5, -6});
+    EXPECT_FALSE(ring.hears({0, 6, -6}, {0.2, 6, -6.1}));
+    EXPECT_TRUE(ring.hears({0, 6, -6}, {1.5, 6, -6})) << "onto it";
+    EXPECT_TRUE(ring.hears({0, 6, -7.5}, {0, 6, -6})) << "off it";
+}
+
+TEST(ShadowStore, ATileHearsOfNoShadowOnWhatTurnsItsBack) {
+    // A house whose roof is above the eye: neither that nor the floor within shows its front.
+    const Vec3d inside(1.5, 6, -6), beside(1.6, 6, -6.1);
+    ShadedThing house(makeBox({2, 3, 2}), {1.5, 0.5, -6});
+    EXPECT_FALSE(house.hears(inside, beside));
+    setField<&Material::doubleSided>(house.scene.edit, house.material, true);
+    EXPECT_TRUE(house.hears(inside, beside)) << "both sides are drawn";
+    setField<&Material::doubleSided>(house.scene.edit, house.material, false);
+    setField<&Transform::scale>(house.scene.edit, house.place, Vec3d(-1, 1, 1));
+    EXPECT_FALSE(house.hears(inside, beside)) << "a mirrored one";
+    setField<&Transform::translation>(house.scene.edit, house.place, Vec3d(1.5, -2.5, -6));
+    EXPECT_TRUE(house.hears(inside, beside)) << "the roof is below the eye";
+}
+
 /// Where the rows of pieces lie.
 std::set<const ShadowCaster*> beginsOf(const ShadowView& view) {
     std::set<const ShadowCaster*> begins;
