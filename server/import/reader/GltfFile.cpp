@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "server/import/reader/GltfCompression.h"
 #include "server/import/reader/GltfReader.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -66,14 +67,15 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
          [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, &access});
     tinygltf::Model model;
     std::string error, warning;
-    const auto size = static_cast<unsigned>(bytes->size());
-    const bool binary = asText(*bytes).substr(0, 4) == "glTF";
+    const std::optional<Bytes> withOwn = withStandIns(*bytes);
+    const ByteSpan whole = withOwn ? ByteSpan(*withOwn) : ByteSpan(*bytes);
+    const auto size = static_cast<unsigned>(whole.size());
+    const bool binary = asText(whole).substr(0, 4) == "glTF";
     const bool done =
-        binary
-            ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                          reinterpret_cast<const unsigned char*>(bytes->data()), size, files.folder())
-            : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(bytes->data()), size,
-                                         files.folder());
+        binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
+                                             reinterpret_cast<const unsigned char*>(whole.data()), size, files.folder())
+               : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(whole.data()), size,
+                                            files.folder());
     if (!done) {
         // Such an extension may be why it makes no sense.
         if (Expected<void> shown = checkRequired(model); !shown) return tl::unexpected(shown.error());
@@ -81,6 +83,12 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
         if (!access.refusal.empty()) reason = access.refusal + (reason.empty() ? "" : " (" + reason + ")");
         return fail(ErrorCode::kBadInput, "it is not valid glTF: " + (reason.empty() ? "no reason given" : reason));
     }
+    // What it insists on comes before what is wrong with that.
+    if (Expected<void> shown = checkRequired(model); !shown) return tl::unexpected(shown.error());
+    std::vector<std::string> notes;
+    if (Expected<void> plain = expandMeshopt(model, limits.maxFileBytes); !plain) return tl::unexpected(plain.error());
+    if (Expected<void> plain = expandDraco(model, limits.maxFileBytes, notes); !plain)
+        return tl::unexpected(plain.error());
     GltfReader reader(model, files, limits);
     Expected<PlainScene> scene = reader.read();
     if (scene && model.asset.version.compare(0, 2, "2.") != 0) {
@@ -89,7 +97,8 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
             return fail(ErrorCode::kUnsupported, fmt::format("it is glTF {}; 2.0 is read here", model.asset.version));
         scene->note(fmt::format("it says that it is glTF {}; it was read as 2.0", model.asset.version));
     }
-    for (const std::string& note : access.notes)
+    notes.insert(notes.end(), access.notes.begin(), access.notes.end());
+    for (const std::string& note : notes)
         if (scene) scene->note(note);
     if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
     // What it read nevertheless lacks the part that it complains of.

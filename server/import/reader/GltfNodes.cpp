@@ -25,7 +25,11 @@ float coneDegrees(double radians) {
 }
 
 /// Extensions that a file may insist on and still be shown well enough.
-constexpr std::array<std::string_view, 11> kUnderstood = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 15> kUnderstood = {"KHR_lights_punctual",
+                                                          "KHR_draco_mesh_compression",
+                                                          "EXT_meshopt_compression",
+                                                          "KHR_meshopt_compression",
+                                                          "EXT_texture_webp",
                                                           "KHR_mesh_quantization",
                                                           "KHR_texture_transform",
                                                           "MSFT_texture_dds",
@@ -38,7 +42,7 @@ constexpr std::array<std::string_view, 11> kUnderstood = {"KHR_lights_punctual",
                                                           "KHR_materials_pbrSpecularGlossiness"};
 /// Of these a file may insist on any: without it a surface looks otherwise, but is there.
 constexpr std::string_view kMaterialExtensions = "KHR_materials_";
-constexpr std::array<std::string_view, 2> kPictureExtensions = {"KHR_texture_basisu", "EXT_texture_webp"};
+constexpr std::array<std::string_view, 1> kPictureExtensions = {"KHR_texture_basisu"};
 
 bool isUnderstood(std::string_view extension) {
     return std::find(kUnderstood.begin(), kUnderstood.end(), extension) != kUnderstood.end();
@@ -287,7 +291,6 @@ void GltfReader::noteExtension(const std::string& name) {
 }
 
 Expected<PlainScene> GltfReader::read() {
-    if (Expected<void> shown = checkRequired(model_); !shown) return tl::unexpected(shown.error());
     scene_.file.set_up_axis(2);  // Y, as glTF 2.0 says (proto/scene.proto)
     for (const std::string& extension : model_.extensionsUsed) noteExtension(extension);
     if (model_.scenes.size() > 1) scene_.note("of several scenes, the file's own choice is shown");

@@ -66,7 +66,6 @@ std::size_t largestBytes(const DecodedImage& image) {
 std::string_view unreadFormat(ByteSpan bytes) {
     std::string text(16, '\0');
     std::memcpy(text.data(), bytes.data(), std::min(bytes.size(), text.size()));
-    if (text.starts_with("RIFF") && text.substr(8, 4) == "WEBP") return "a WebP picture";
     if (text.starts_with("\xABKTX 11")) return "a texture of KTX 1";
     if (text.starts_with("sB")) return "a Basis Universal texture";
     if (text.starts_with("\x76\x2f\x31\x01")) return "an OpenEXR picture";
@@ -114,7 +113,7 @@ private:
 
 Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
     constexpr const char* kNone =
-        "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, .hdr, DDS and KTX2 can)";
+        "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, WebP, .hdr, DDS and KTX2 can)";
     // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory
     // for others would be for nothing.
     constexpr std::size_t kMostPixelsPerByte = 8256, kFew = std::size_t{1} << 16;
@@ -151,6 +150,7 @@ Expected<DecodedImage> decodeAny(ByteSpan encoded) {
     if (isTiff(encoded)) return decodeTiff(encoded);
     if (isSgi(encoded)) return decodeSgi(encoded);
     if (isPnm(encoded)) return decodePnm(encoded);
+    if (isWebp(encoded)) return decodeWebp(encoded);
     if (const std::string_view name = unreadFormat(encoded); !name.empty())
         return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
     return decodeByStb(encoded);

@@ -1,4 +1,4 @@
-/// Formats of pictures that stb_image does not read, or not all of: PNM (Netpbm), SGI's, TIFF.
+/// Formats of pictures that stb_image does not read, or not all of: PNM (Netpbm), SGI's, TIFF, WebP.
 #pragma once
 
 #include "server/import/reader/ImageDecoder.h"
@@ -22,5 +22,9 @@ inline constexpr std::size_t kMaxPictureSide = 32768, kMaxPicturePixels = std::s
 /// By libtiff, the first page, as it shows pictures: 8 bits a channel, upright.
 [[nodiscard]] bool isTiff(ByteSpan bytes);
 [[nodiscard]] Expected<DecodedImage> decodeTiff(ByteSpan bytes);
+
+/// By libwebp; of an animation its first picture.
+[[nodiscard]] bool isWebp(ByteSpan bytes);
+[[nodiscard]] Expected<DecodedImage> decodeWebp(ByteSpan bytes);
 
 }  // namespace tessera

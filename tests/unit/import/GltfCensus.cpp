@@ -13,6 +13,7 @@ using Json = nlohmann::json;
 
 /// What is read is shown as it is; of what is not in this list a note must speak.
 const std::set<std::string> kShown = {
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression",         "EXT_texture_webp",
     "KHR_lights_punctual",        "KHR_mesh_quantization",           "KHR_texture_transform",
     "KHR_materials_unlit",        "KHR_materials_emissive_strength", "KHR_materials_clearcoat",
     "KHR_materials_transmission", "KHR_materials_specular",          "KHR_materials_ior"};

@@ -2,6 +2,7 @@
 // thousands of damaged ones lead to.
 #include <gtest/gtest.h>
 #include <tiffio.h>
+#include <webp/encode.h>
 #include <zstd.h>
 
 #include <array>
@@ -338,6 +339,51 @@ TEST(PictureFormats, WhatIsTooLargeLosesItsLargestMipmaps) {
     ASSERT_TRUE(halve(image));
     EXPECT_FALSE(halve(image));
     EXPECT_EQ(image.rgba.size(), 8u);
+}
+
+/// Without loss, as libwebp writes it.
+std::string webp() {
+    const std::string rgba = texels("rgba");
+    std::uint8_t* made = nullptr;
+    const std::size_t size =
+        WebPEncodeLosslessRGBA(reinterpret_cast<const std::uint8_t*>(rgba.data()), 2, 3, 4 * 2, &made);
+    std::string file(reinterpret_cast<const char*>(made), size);
+    WebPFree(made);
+    return file;
+}
+std::string riff(const std::string& chunks) {
+    return "RIFF" + little(4 + chunks.size(), 4) + "WEBP" + chunks;
+}
+/// An animation of that twice, on a canvas of 4 × 5: the first picture stands at (2, 2).
+std::string webpAnimation() {
+    const std::string one = webp().substr(12);
+    const auto frame = [&](int x, int y) {
+        const std::string body =
+            little(x / 2, 3) + little(y / 2, 3) + little(1, 3) + little(2, 3) + little(100, 3) + little(0, 1) + one;
+        return "ANMF" + little(body.size(), 4) + body + std::string(body.size() % 2, '\0');
+    };
+    const std::string extended = little(0x12, 4) + little(3, 3) + little(4, 3);
+    return riff("VP8X" + little(extended.size(), 4) + extended + "ANIM" + little(6, 4) + little(0, 6) + frame(2, 2) +
+                frame(0, 0));
+}
+
+TEST(PictureFormats, WebpIsReadOfAnAnimationItsFirstPicture) {
+    const Expected<DecodedImage> image = pictureIn(webp());
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_EQ(image->widthPx, 2);
+    EXPECT_EQ(image->heightPx, 3);
+    const std::string rgba = texels("rgba");
+    EXPECT_EQ(asText(image->rgba), rgba);
+    const Expected<DecodedImage> first = pictureIn(webpAnimation());
+    ASSERT_TRUE(first) << first.error().message;
+    EXPECT_EQ(first->widthPx, 4);
+    EXPECT_EQ(first->heightPx, 5);
+    std::string expected(4 * 4 * 5, '\0');
+    for (std::size_t y = 0; y < 3; ++y) expected.replace(4 * (4 * (y + 2) + 2), 8, rgba.substr(8 * y, 8));
+    EXPECT_EQ(asText(first->rgba), expected);
+    for (const std::string& whole : {webp(), webpAnimation()})
+        for (std::size_t size = 12; size + 40 < whole.size(); ++size)
+            EXPECT_FALSE(pictureIn(whole.substr(0, size))) << size;
 }
 
 TEST(PictureFormats, WhatIsNotReadIsNamed) {
