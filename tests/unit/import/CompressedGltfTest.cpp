@@ -152,8 +152,8 @@ std::string meshoptFile(const std::string& view) {
     return R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":)"
            R"([{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,)"
            R"("type":"VEC3"}],"buffers":[{"uri":"data:application/octet-stream;base64,oAAAAA==","byteLength":4},)"
-           R"({"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],"bufferViews":[{"buffer":1,)"
-           R"("byteLength":36,"extensions":{"EXT_meshopt_compression":)" +
+           R"({"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],"bufferViews":[)"
+           R"({"buffer":1,"byteLength":36,"extensions":{"EXT_meshopt_compression":)" +
            view + "}}]}";
 }
 
