@@ -42,12 +42,22 @@ export class CoreList {
     return !this.#isAll || this.#found.length > this.#first + this.#size;
   }
 
+  /** The page is not full, and what could fill it has not been looked for: the scene takes longer than one look. */
+  get isUnfinished() {
+    return !this.#isAll && this.#found.length < this.#first + this.#size;
+  }
+
   /** Some pages on, or back. */
   move(pages) {
     this.#first = Math.max(0, this.#first + pages * this.#size);
   }
-  /** From the start, as far as it was known: what has come and gone. @returns {Promise<Listed[]>} */
+  /**
+   * From the start, as far as it was known: what has come and gone. A look that is unfinished goes on.
+   * @returns {Promise<Listed[]>}
+   */
   async load() {
+    // To begin anew would find no more than before.
+    if (this.#types.length > 0 && this.isUnfinished) return this.more();
     const types = [...(await this.#schema.types).values()].filter((type) => type.core && this.#isListed(type));
     const found = [], cursor = { type: 0, after: [] };
     await this.#look(types, found, cursor);

@@ -20,6 +20,9 @@ export class ListView {
   #back = element('button', { type: 'button', text: '‹ Back', onclick: () => this.#turn(-1) });
   #on = element('button', { type: 'button', text: 'On ›', onclick: () => this.#turn(1) });
   #load;
+  #goOn = paced(async () => {
+    if (this.#isShown) await this.#show(() => this.#list.more());
+  }, 0, 1);
 
   /**
    * @param {import('./scene.js').Scene} scene
@@ -83,6 +86,7 @@ export class ListView {
       const known = many === 0 ? 'None so far: the scene is large.' : `${range}, and there are more`;
       setText(this.#count, !isAll ? known : many === 0 ? this.#none : `${range} of ${many.toLocaleString('en')}`);
       const focused = document.activeElement;
+      if (this.#list.isUnfinished) this.#goOn();
       this.#back.hidden = first === 0;
       this.#on.hidden = !this.#list.hasMore;
       // Not on the other one: it would turn back.

@@ -47,9 +47,10 @@ export class SceneWatch extends EventTarget {
  * One question at a time, and a rest after each. Who wants it meanwhile is heard afterwards, once.
  * @param {() => Promise<void>} ask
  * @param {number} [least] ms of rest
+ * @param {number} [rest] times as long as it took
  * @returns {() => void}
  */
-export function paced(ask, least = 0) {
+export function paced(ask, least = 0, rest = kRest) {
   let isBusy = false, isWanted = false;
   const run = async () => {
     if (isBusy) {
@@ -65,7 +66,7 @@ export function paced(ask, least = 0) {
       setTimeout(() => {
         isBusy = false;
         if (isWanted) run();
-      }, Math.max(least, kRest * (performance.now() - since)));
+      }, Math.max(least, rest * (performance.now() - since)));
     }
   };
   return () => { run().catch(() => {}); };
