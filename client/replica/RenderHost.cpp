@@ -33,7 +33,10 @@ Expected<std::uint64_t> RenderHost::probe() {
     auto renderer = createRenderer();
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
+    const TimePoint begin = clockNow();
     auto probe = renderer_->pixelProbe();
+    constexpr int kProgramsOfTheProbe = 16;  // about
+    programTakes_ = (clockNow() - begin) / kProgramsOfTheProbe;
     if (probe) probe_ = *probe;
     return probe;
 }
@@ -81,7 +84,15 @@ void RenderHost::uploadWhereNoTimeIsLeft() {
 }
 
 bool RenderHost::aheadSlice() {
-    return renderer_->prepare() || uploadSlice();
+    return programSlice() || uploadSlice() || renderer_->mayPrepare();
+}
+
+bool RenderHost::programSlice() {
+    if (!still_ && programTakes_ >= options_.shortProgram) return false;
+    const TimePoint begin = clockNow();
+    if (!renderer_->prepare()) return false;
+    programTakes_ = std::max<Duration>(clockNow() - begin, programTakes_ * 3 / 4);
+    return true;
 }
 
 bool RenderHost::uploadSlice() {

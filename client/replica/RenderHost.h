@@ -39,6 +39,8 @@ struct RenderHostOptions {
     TileWindows* windows = nullptr;
     /// Called often while work takes long, as it gets on. May be empty.
     std::function<void()> onStep = {};
+    /// What takes less to compile is made ahead of need on a wall in motion, too.
+    Duration shortProgram = std::chrono::milliseconds(20);
 };
 
 /// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session:
@@ -59,7 +61,9 @@ public:
 
     /// Never throws and never refuses: what goes wrong is reported. False after Finish and when the host is broken.
     bool perform(const Work& work);
-    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. Where
+    /// A slice of what may be done while no work is in hand: programs that other lights would need, then uploads. What
+    /// takes `shortProgram` or longer to compile (llvmpipe without a cache) would hold up a wall in motion: it waits
+    /// for a frame that is the one before. Where
     /// other hosts may be on this machine nothing is done between Ready and a moment after Swap: it would stand in the
     /// way of their flips. On a wall that never rests a slice comes all the same every `kLongestWithoutSlice`: at any
     /// time where frames show nothing new, else (uploads alone) before one is drawn. False: nothing is left. On the
@@ -98,6 +102,7 @@ private:
     [[nodiscard]] Expected<void> applyList(const CommittedList& committed);
     [[nodiscard]] Expected<TileStats> drawTile(HostTile& tile, const FramePayload& payload, FrameNumber frame);
     bool aheadSlice();
+    bool programSlice();
     bool uploadSlice();
     void uploadWhereNoTimeIsLeft();
     [[nodiscard]] outcome::Drawn drawnFrame(FrameNumber frame, const ByteSlice& stats);
@@ -143,6 +148,8 @@ private:
     int samples_ = 0;
     std::vector<std::unique_ptr<HostTile>> tiles_;
     TimePoint nextAhead_{};  ///< where neighbours draw meanwhile
+    Duration
+        programTakes_{};     ///< as long as one that is made ahead takes here, by the last ones; at first by the probe
     TimePoint lastSlice_{};  ///< when the last slice began of what is done ahead
     std::atomic<TimePoint> flippedBy_{
         TimePoint{}};  ///< when the hosts here show the frame that this one has drawn; max: Swap is to come

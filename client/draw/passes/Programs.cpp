@@ -230,6 +230,10 @@ Expected<void> Renderer::Impl::make(Pass pass, const ProgramKind& kind, std::uin
     return {};
 }
 
+bool Renderer::mayPrepare() const {
+    return !impl_->kin.empty();
+}
+
 bool Renderer::prepare() {
     Impl& d = *impl_;
     if (d.kin.empty() || !d.surface.makeCurrent()) return false;

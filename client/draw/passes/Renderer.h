@@ -121,6 +121,8 @@ public:
     /// last, a program mostly; call it when nothing else is to do. It takes some milliseconds, where Mesa has it in no
     /// cache a tenth of a second. What is needed before it was made is made by `draw`. False: nothing is left.
     [[nodiscard]] bool prepare();
+    /// Whether something is left of that.
+    [[nodiscard]] bool mayPrepare() const;
     /// Whom cullers ask what is hidden, by the depths that pictures will have. Valid until the renderer goes.
     [[nodiscard]] VisibilityDevice& visibility();
     /// Hash of a small lit test image: hosts with different ones cannot share a wall seam-exactly.
