@@ -13,10 +13,12 @@
 
 namespace tessera {
 
-/// The file, JSON or GLB, in which buffers of compressed views have a byte of their own, and accessors that Draco fills
-/// a view, called so: they need none in a file, and tinygltf takes that for a fault. Nothing: there are none, and the
-/// file is good as it is.
+/// The name of the view that stands in for what Draco fills.
 inline constexpr const char* kStandIn = "tessera: of what is compressed";
+
+/// The file, JSON or GLB, in which buffers of compressed views have a byte of their own, and accessors that Draco fills
+/// a view, `kStandIn`: they need none in a file, and tinygltf takes that for a fault. Nothing: there are none, and the
+/// file is good as it is.
 [[nodiscard]] std::optional<Bytes> withStandIns(ByteSpan file);
 
 /// Decodes into buffers that it appends, where views and accessors then lie. kBadInput names the view; kLimit: more

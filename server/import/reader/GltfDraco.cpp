@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 #include <memory>
+#include <set>
+#include <utility>
 
 #include "server/import/reader/GltfCompression.h"
 #include "server/import/reader/GltfReader.h"
@@ -54,7 +57,23 @@ public:
     DracoPrimitives(tinygltf::Model& model, std::size_t mostBytes)
         : model_(model), mostBytes_(mostBytes), left_(mostBytes) {}
 
+    /// All of it or, with an error, nothing: what it has filled by then is as the file says again.
     Expected<void> expand(tinygltf::Primitive& primitive, const tinygltf::Value& said) {
+        changed_.clear();
+        const int indices = primitive.indices, mode = primitive.mode;
+        Expected<void> done = fillAll(primitive, said);
+        if (done) return done;
+        for (const auto& [filled, before] : changed_) {
+            model_.accessors[static_cast<std::size_t>(filled.first)] = before;
+            filled_.erase(filled);
+        }
+        primitive.indices = indices;
+        primitive.mode = mode;
+        return done;
+    }
+
+private:
+    Expected<void> fillAll(tinygltf::Primitive& primitive, const tinygltf::Value& said) {
         const int view = static_cast<int>(std::clamp(gltfNumber(said, "bufferView", -1), -1.0, 1e9));
         const Expected<std::shared_ptr<const draco::Mesh>> mesh = meshIn(view);
         if (!mesh) return tl::unexpected(mesh.error());
@@ -73,7 +92,6 @@ public:
         return fillIndices(primitive, **mesh);
     }
 
-private:
     /// Decoded once, whoever names it.
     Expected<std::shared_ptr<const draco::Mesh>> meshIn(int view) {
         if (const auto known = meshes_.find(view); known != meshes_.end()) return known->second;
@@ -118,8 +136,9 @@ private:
                         const draco::PointAttribute& attribute) {
         if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size())
             return fail(ErrorCode::kBadInput, fmt::format("accessor {} does not exist", index));
-        if (!filled_.try_emplace({index, &mesh}).second) return {};  // of another primitive with the same mesh
+        if (!filled_.emplace(index, &mesh).second) return {};  // of another primitive with the same mesh
         tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
+        changed_.push_back({{index, &mesh}, accessor});
         const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)),
                   bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
         if (components <= 0 || components > 4 || bytes <= 0 || bytes > 4)
@@ -143,8 +162,9 @@ private:
             model_.accessors.emplace_back();
         }
         primitive.mode = TINYGLTF_MODE_TRIANGLES;  // also of what was a strip: faces are what is decoded
-        if (!filled_.try_emplace({primitive.indices, &mesh}).second) return {};
+        if (!filled_.emplace(primitive.indices, &mesh).second) return {};
         tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(primitive.indices)];
+        changed_.push_back({{primitive.indices, &mesh}, accessor});
         const Expected<unsigned char*> to = place(accessor, corners * sizeof(std::uint32_t));
         if (!to) return tl::unexpected(to.error());
         accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
@@ -160,8 +180,10 @@ private:
 
     tinygltf::Model& model_;
     std::size_t mostBytes_, left_;
-    std::map<int, std::shared_ptr<const draco::Mesh>> meshes_;   ///< by view
-    std::map<std::pair<int, const draco::Mesh*>, bool> filled_;  ///< accessors
+    std::map<int, std::shared_ptr<const draco::Mesh>> meshes_;  ///< by view
+    using Filled = std::pair<int, const draco::Mesh*>;
+    std::vector<std::pair<Filled, tinygltf::Accessor>> changed_;  ///< by this primitive: as it was before
+    std::set<Filled> filled_;                                     ///< accessors
 };
 
 /// The file has the primitive uncompressed, too.

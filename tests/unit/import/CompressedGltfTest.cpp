@@ -1,4 +1,7 @@
 // Compressed glTF beside its uncompressed twin, and damaged.
+#include <draco/compression/encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+
 #include <array>
 #include <cmath>
 #include <map>
@@ -245,6 +248,46 @@ TEST(CompressedGltf, WhatDracoCannotDecodeIsItsTwinInTheFile) {
                                   "its uncompressed twin is shown"),
               std::string::npos)
         << twin->notes[0];
+}
+
+/// A triangle ten times as large as its twin, and places alone.
+std::vector<std::uint8_t> packedTriangle() {
+    draco::TriangleSoupMeshBuilder builder;
+    builder.Start(1);
+    const int places = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+    const std::array<std::array<float, 3>, 3> corners = {{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}}};
+    builder.SetAttributeValuesForFace(places, draco::FaceIndex(0), corners[0].data(), corners[1].data(),
+                                      corners[2].data());
+    const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+    draco::EncoderBuffer bytes;
+    draco::Encoder encoder;
+    EXPECT_TRUE(encoder.EncodeMeshToBuffer(*mesh, &bytes).ok());
+    return {bytes.data(), bytes.data() + bytes.size()};
+}
+
+TEST(CompressedGltf, WhatDracoDecodesInPartIsItsTwinInWhole) {
+    const Scratch scratch;
+    const auto sizeOf = [&](const char* attributes) {
+        GltfText text;
+        const int packed = text.add(packedTriangle(), 5121, "SCALAR", 1);
+        const int places = text.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3);
+        const int normals = text.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3);
+        Expected<ImportedScene> scene = fromFile(scratch.write(
+            "part.gltf",
+            text.text(fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{)"
+                                  R"("attributes":{{"POSITION":{},"NORMAL":{}}},"extensions":{{)"
+                                  R"("KHR_draco_mesh_compression":{{"bufferView":{},"attributes":{}}}}}}}]}}])",
+                                  places, normals, packed, attributes))));
+        EXPECT_TRUE(scene) << messageOf(scene);
+        const ImportedAspect aspect(std::move(*scene));
+        const std::vector<ShownTriangle> shown = shownBy(*aspect);
+        EXPECT_EQ(shown.size(), 1u);
+        return shown.empty() ? 0 : shown[0].normal.norm();
+    };
+    EXPECT_NEAR(sizeOf(R"({"POSITION":0})"), 100, 1e-6);
+    // Places come before what is not there in no order of names, so both are tried.
+    EXPECT_NEAR(sizeOf(R"({"NORMAL":9,"POSITION":0})"), 1, 1e-6);
+    EXPECT_NEAR(sizeOf(R"({"POSITION":9,"NORMAL":0})"), 1, 1e-6);
 }
 
 }  // namespace
