@@ -1,5 +1,6 @@
 #include "client/render/TileProjection.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -70,6 +71,20 @@ TileProjection::TileProjection(const ScreenCamera& camera, const PixelRect& pixe
               width_ > 0 && height_ > 0 && std::isfinite(pixelsPerMetre_);
 }
 
+places::Screen TileProjection::screen() const {
+    places::Screen screen{.rounding = kRounding * metresPerUnit_,
+                          .leastDepth = leastDepth(),
+                          .pixelsPerMetre = pixelsPerMetre_,
+                          .halfWidth = halfWidth_,
+                          .halfHeight = halfHeight_,
+                          .offsetX = offsetX_,
+                          .offsetY = offsetY_,
+                          .margin = margin_};
+    std::copy_n(clip_T_world_.data(), 16, screen.clip_T_world);
+    std::copy_n(eye_.data(), 3, screen.eye);
+    return screen;
+}
+
 Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, double noise) const {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Footprint result;
@@ -88,8 +103,7 @@ Footprint TileProjection::footprint(const Mat4d& clip_T_box, const Box& box, dou
         result.upperX = upper.x(), result.upperY = upper.y();
     };
     const std::array<Vec4d, 8> corners = cornersOf(clip_T_box, box);
-    // Half of the near distance more than needed: nothing is lost, things that close are nearly always visible.
-    const double limit = 1.5 * near_ + noise;
+    const double limit = leastDepth() + noise;
     double leastW = kInfinity;
     for (const Vec4d& c : corners) {
         leastW = std::min(leastW, c.w());

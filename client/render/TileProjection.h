@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "client/render/PlaceKernels.h"
 #include "common/math/Box.h"
 #include "common/wall/View.h"
 
@@ -73,6 +74,8 @@ public:
         return std::max(kFlattestPx, 8 * noise * pixelsPerMetre_ * inverseDepth);
     }
 
+    /// For the kernels of ItemPlaces.h.
+    [[nodiscard]] places::Screen screen() const;
     [[nodiscard]] Footprint footprint(const Mat4d& clip_T_box, const Box& box, double noise) const;
     /// What the box covers of the tile, in pixels; exact but for rounding.
     [[nodiscard]] double coveredPx(const Mat4d& clip_T_box, const Box& box) const;
@@ -81,6 +84,10 @@ private:
     /// Four products and their sum, matrices rounded before: eight half units in the last place, doubled.
     static constexpr double kRounding = 1.0 / (1 << 20);
     static constexpr double kFlattestPx = 0.02;
+
+    /// Metres, the noise left out. Half of the near distance more than needed: nothing is lost, things that close are
+    /// nearly always visible.
+    [[nodiscard]] double leastDepth() const { return 1.5 * near_; }
 
     bool usable_ = false;
     int width_ = 0, height_ = 0;

@@ -63,6 +63,27 @@ Aspect crowd(int count, int materials, ObjectId& oneMaterial) {
     return aspect;
 }
 
+/// One by one.
+ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
+    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
+    const Mat3d m = eye_T_item.linear();
+    Mat3d cofactors;
+    cofactors.row(0) = m.row(1).cross(m.row(2));
+    cofactors.row(1) = m.row(2).cross(m.row(0));
+    cofactors.row(2) = m.row(0).cross(m.row(1));
+    const double largest = cofactors.cwiseAbs().maxCoeff();
+    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
+    ItemRecord record{};
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 4; ++c) {
+            const auto row = static_cast<std::size_t>(r), column = static_cast<std::size_t>(c);
+            record.eye_T_item[row][column] = static_cast<float>(eye_T_item(r, c));
+            if (c < 3) record.normalRows[row][column] = static_cast<float>(cofactors(r, c));
+        }
+    record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
+    return record;
+}
+
 /// A tile whose camera alone moves, drawn by a GL that does nothing.
 struct ItemStage {
     Aspect aspect;
@@ -87,7 +108,7 @@ struct ItemStage {
         static_cast<void>(orExit(renderer->drawInto(aspect, list, camera, kRect, rows).map([] { return 0; })));
         return threadUs() - start;
     }
-    /// What no frame of the same list can be without: where each of its items lies before the eye.
+    /// What no frame of the same list can be without: where each of its items lies before the eye, by Eigen.
     [[nodiscard]] double records(const View& view) const {
         const ScreenCamera camera = cameraOf(view);
         std::vector<ItemRecord> made;

@@ -86,8 +86,9 @@ Expected<void> DepthQueries::drawDepth(std::span<const DrawItem> items) {
     if (calls_.empty()) return {};
     // Depths are the same in any order: instances of one mesh stand together.
     std::stable_sort(calls_.begin(), calls_.end(), [](const Call& a, const Call& b) { return a.state() < b.state(); });
-    records_.clear();
-    for (const Call& call : calls_) records_.push_back(recordOf(*call.item, part_->camera));
+    drawn_.clear();
+    for (const Call& call : calls_) drawn_.push_back(call.item);
+    recordMaker_.make(drawn_, part_->camera, records_);
     gl_.NamedBufferData(itemBuffer_, static_cast<GLsizeiptr>(records_.size() * sizeof(ItemRecord)), records_.data(),
                         GL_STREAM_DRAW);
     gl_.VertexArrayVertexBuffer(meshArray_, kItemBinding, itemBuffer_, 0, sizeof(ItemRecord));

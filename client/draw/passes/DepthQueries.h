@@ -66,7 +66,9 @@ private:
         }
     };
     std::vector<Call> calls_;
+    std::vector<const DrawItem*> drawn_;
     std::vector<ItemRecord> records_;
+    RecordMaker recordMaker_;
     std::vector<std::array<float, 3>> corners_;
     std::vector<float> read_;
 };

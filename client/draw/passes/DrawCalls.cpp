@@ -34,8 +34,9 @@ Mat4d reversedDepth(const Mat4d& clip_T_eye) {
 void DrawCalls::begin(const ScreenCamera& camera, const DrawStores& stores) {
     calls_.clear();
     layerItems_.clear();
-    records_.clear();
+    recordItems_.clear();
     blocks_.clear();
+    blockRecords_.clear();
     volumes_.clear();
     sortedIndices_.clear();
     parts_.clear();
@@ -104,6 +105,7 @@ void DrawCalls::collect(const Aspect& aspect, const DrawList& list, const Screen
                                           stores.textures);
         }
     }
+    makeRecords(camera);
 }
 
 DrawCalls::Part DrawCalls::partOf(const Shown& shown, const DrawStores& stores) {
@@ -158,6 +160,12 @@ void DrawCalls::collectDepth(const Aspect& aspect, std::span<const DrawItem> ite
         if (whole) add(aspect, item, nullptr, camera, stores);
     }
     opaqueCount_ = calls_.size();
+    makeRecords(camera);
+}
+
+void DrawCalls::makeRecords(const ScreenCamera& camera) {
+    recordMaker_.make(recordItems_, camera, records_);
+    for (const std::uint32_t record : blockRecords_) blocks_.push_back({records_[record]});
 }
 
 bool DrawCalls::add(const Aspect& aspect, const DrawItem& item, const LookSource* source, const ScreenCamera& camera,
@@ -180,10 +188,10 @@ bool DrawCalls::add(const Aspect& aspect, const DrawItem& item, const LookSource
                                                                                  : LookTable::Of::kSurface,
                                                  stores.textures);
     if (stores.looks[look].incomplete) ++counts_.untextured;
-    widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
+    if (item.lineWidth > 0) widestLineReachPx_ = std::max(widestLineReachPx_, lineReachPx(item.lineWidth));
     DrawCall call{.mesh = *mesh,
-                  .record = static_cast<std::uint32_t>(records_.size()),
-                  .block = static_cast<std::uint32_t>(blocks_.size()),
+                  .record = static_cast<std::uint32_t>(recordItems_.size()),
+                  .block = static_cast<std::uint32_t>(blockRecords_.size()),
                   .look = look,
                   .mirrored = item.mirrored,
                   .item = &item};
@@ -192,9 +200,9 @@ bool DrawCalls::add(const Aspect& aspect, const DrawItem& item, const LookSource
         return false;
     }
     if (formOf(item.kind).balls && isStretched(item.world_T_item.linear())) call.mesh.pointParts |= kPointStretched;
+    if (isLarge(call)) blockRecords_.push_back(call.record);
     calls_.push_back(call);
-    records_.push_back(tessera::recordOf(item, camera));
-    if (isLarge(calls_.back())) blocks_.push_back({records_.back()});
+    recordItems_.push_back(&item);
     return true;
 }
 
@@ -241,44 +249,6 @@ const DrawItem& DrawCalls::layerOf(const DrawItem& item, const DrawMaterial::Lay
     copy.lineWidth = std::min(item.widestLinePx, layer.lineWidth);
     if (layer.fill != Material::kFilled) copy.clusters = {};
     return copy;
-}
-
-namespace {
-
-/// The inverse transpose of what makes an ellipsoid of a ball of radius 1. One that is nearly flat is made a little
-/// thicker: of what is flatter single precision knows nothing.
-Mat3d roundOf(const Mat3d& linear, double radius) {
-    constexpr double kThinnest = 1.0 / 256;
-    const SingularValues parts = singularValuesOf(radius * linear);
-    const Vec3d& lengths = parts.values;
-    const double least = std::max(kThinnest * lengths[0], std::numeric_limits<double>::min());
-    return parts.u * lengths.cwiseMax(least).cwiseInverse().asDiagonal() * parts.v.transpose();
-}
-
-}  // namespace
-
-ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera) {
-    const Affine3d eye_T_item = camera.eye_T_world * item.world_T_item;
-    const Mat3d m = eye_T_item.linear();
-    // The matrix of cofactors is the inverse transpose times the determinant, and exists where the inverse does not.
-    Mat3d cofactors;
-    cofactors.row(0) = m.row(1).cross(m.row(2));
-    cofactors.row(1) = m.row(2).cross(m.row(0));
-    cofactors.row(2) = m.row(0).cross(m.row(1));
-    const double largest = cofactors.cwiseAbs().maxCoeff();
-    if (largest > 0) cofactors /= m.determinant() < 0 ? -largest : largest;
-    if (formOf(item.kind).balls && isStretched(item.world_T_item.linear())) cofactors = roundOf(m, item.pointRadius);
-
-    ItemRecord record{};
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c) {
-            const auto row = static_cast<std::size_t>(r), column = static_cast<std::size_t>(c);
-            record.eye_T_item[row][column] = static_cast<float>(eye_T_item(r, c));
-            if (c < 3) record.normalRows[row][column] = static_cast<float>(cofactors(r, c));
-        }
-    record.size = formOf(item.kind).size(item, m);
-    record.node = {static_cast<std::uint32_t>(item.node.value), static_cast<std::uint32_t>(item.node.value >> 32)};
-    return record;
 }
 
 FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/draw/passes/ItemRecords.h"
 #include "client/draw/passes/LookTable.h"
 #include "client/draw/passes/Renderer.h"
 #include "client/draw/store/MeshBuffers.h"
@@ -90,12 +91,16 @@ private:
     Shown shownOf(const DrawItem& item, const ScreenCamera& camera);
     /// The same thing with another layer of its material: kept here, as calls point to their items.
     const DrawItem& layerOf(const DrawItem& item, const DrawMaterial::Layer& layer);
+    void makeRecords(const ScreenCamera& camera);
 
     std::function<void()> step_;
     std::vector<DrawCall> calls_;
     std::deque<DrawItem> layerItems_;
+    std::vector<const DrawItem*> recordItems_;  ///< a record each
     std::vector<ItemRecord> records_;
+    RecordMaker recordMaker_;
     std::vector<ItemBlock> blocks_;
+    std::vector<std::uint32_t> blockRecords_;  ///< whose copies blocks are
     std::vector<VolumeBlock> volumes_;
     std::vector<std::uint32_t> sortedIndices_;
     /// Of a node that comes several times.
@@ -131,8 +136,6 @@ private:
     DrawCounts counts_;
 };
 
-/// From an item to the eye, composed in double, then rounded: the same numbers wherever it is drawn.
-[[nodiscard]] ItemRecord recordOf(const DrawItem& item, const ScreenCamera& camera);
 [[nodiscard]] FrameBlock makeFrameBlock(const DrawList& list, const ScreenCamera& camera);
 /// Where a camera of the same eye sees other pixels, as a cell's does: what differs.
 void project(FrameBlock& block, const ScreenCamera& camera);

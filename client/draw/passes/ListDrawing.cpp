@@ -140,18 +140,32 @@ void Renderer::Impl::placeCalls(const ScreenCamera& screen) {
     const TileProjection projection(screen,
                                     {.x = 0, .y = 0, .width = screen.pixels.width, .height = screen.pixels.height});
     if (!projection.usable()) return;
+    looked.clear();
+    boxes.clear();
+    world_T_items.clear();
     for (std::size_t i = 0; i < callPlaces.size(); ++i) {
         const DrawCall& call = calls.calls()[i];
         const DrawItem& item = *call.item;
-        CallPlace& place = callPlaces[i];
-        place.clustered = !item.clusters.empty() && call.sortedCount == 0;
+        callPlaces[i].clustered = !item.clusters.empty() && call.sortedCount == 0;
         if (item.everywhere || item.box.empty()) continue;
-        const double noise = projection.noise(reachOf(item.box, item.world_T_item.translation()), item.box);
-        place.around = projection.footprint(projection.clip_T_world(), item.box, noise);
-        place.around.grow(lineReachPx(item.lineWidth));
-        // Not a number is anywhere, too.
-        place.known = !place.around.nearPlane && place.around.lowerX <= place.around.upperX &&
-                      place.around.lowerY <= place.around.upperY;
+        looked.push_back(static_cast<std::uint32_t>(i));
+        boxes.push_back(item.box.lower.data());
+        world_T_items.push_back(item.world_T_item.data());
+    }
+    rectangles.resize(looked.size());
+    placeOnScreen(projection, boxes, world_T_items, rectangles);
+    for (std::size_t k = 0; k < looked.size(); ++k) {
+        CallPlace& place = callPlaces[looked[k]];
+        place.around = rectangles[k];
+        // Not a number is anywhere.
+        place.known = place.around.lowerX <= place.around.upperX && place.around.lowerY <= place.around.upperY;
+        const float lineWidth = calls.calls()[looked[k]].item->lineWidth;
+        if (lineWidth == 0) continue;
+        const double reach = lineReachPx(lineWidth);
+        place.around.lowerX -= reach;
+        place.around.lowerY -= reach;
+        place.around.upperX += reach;
+        place.around.upperY += reach;
     }
 }
 
@@ -172,7 +186,7 @@ Expected<void> Renderer::Impl::beginCell(const DrawList& list, const ScreenCamer
     const bool everywhere = &buffers != &tile || !options.leaveOutEmpty || backgroundIsLit();
     if (everywhere) blocks.addAll();
     const PixelRect& part = cell.onScreen;
-    const auto beside = [&part](const Footprint& around) {
+    const auto beside = [&part](const places::Rectangle& around) {
         return around.upperX < part.x || around.lowerX > part.x + part.width || around.upperY < part.y ||
                around.lowerY > part.y + part.height;
     };

@@ -188,11 +188,16 @@ struct Renderer::Impl {
     std::vector<Span> inCell;
     /// Where on the screen it may show, in pixels; once for all cells.
     struct CallPlace {
-        Footprint around;
+        places::Rectangle around{};
         bool known = false;      ///< else only the planes around a cell tell
         bool clustered = false;  ///< runs of it are looked at by themselves
     };
     std::vector<CallPlace> callPlaces;
+    // Of those that are looked for.
+    std::vector<std::uint32_t> looked;
+    std::vector<const double*> boxes;
+    std::vector<places::Matrix> world_T_items;
+    std::vector<places::Rectangle> rectangles;
     std::vector<TriangleRun> runs;
     // Of the pass: calls that the cell may show, and their records, in order.
     std::vector<std::uint32_t> inPass;

@@ -1,7 +1,6 @@
 #include "client/draw/passes/ScreenBlocks.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "client/draw/passes/BlockRows.h"
 
@@ -13,17 +12,17 @@ ScreenBlocks::ScreenBlocks(const PixelRect& within) {
         all_[static_cast<std::size_t>(row)] = columns;
 }
 
-void ScreenBlocks::add(const Footprint& footprint, int cellX, int cellY) {
-    // Not a number is anywhere, too.
-    const bool known = footprint.lowerX <= footprint.upperX && footprint.lowerY <= footprint.upperY;
-    if (footprint.nearPlane || !known) return addAll();
+void ScreenBlocks::add(const places::Rectangle& found, int cellX, int cellY) {
+    // Not a number is anywhere.
+    if (!(found.lowerX <= found.upperX && found.lowerY <= found.upperY)) return addAll();
+    // Rounded down: what is cast is no less than 0.
     const auto block = [](double px, int count) {
-        return static_cast<int>(std::floor(std::clamp(px / kSidePx, -1.0, static_cast<double>(count))));
+        return static_cast<int>(std::clamp(px / kSidePx, -1.0, static_cast<double>(count)) + 1) - 1;
     };
-    const int left = std::max(block(footprint.lowerX - cellX, kColumns), 0),
-              right = std::min(block(footprint.upperX - cellX, kColumns), kColumns - 1);
-    const int below = std::max(block(footprint.lowerY - cellY, kRows), 0),
-              above = std::min(block(footprint.upperY - cellY, kRows), kRows - 1);
+    const int left = std::max(block(found.lowerX - cellX, kColumns), 0),
+              right = std::min(block(found.upperX - cellX, kColumns), kColumns - 1);
+    const int below = std::max(block(found.lowerY - cellY, kRows), 0),
+              above = std::min(block(found.upperY - cellY, kRows), kRows - 1);
     if (left > right) return;
     const std::uint16_t columns = blockColumns<std::uint16_t>(left, right);
     for (int row = below; row <= above; ++row) {

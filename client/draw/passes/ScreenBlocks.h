@@ -23,7 +23,7 @@ public:
 
     /// What may be drawn there, in pixels of a screen on which the cell's lower left corner lies there. Anywhere where
     /// that is not known.
-    void add(const Footprint& footprint, int cellX, int cellY);
+    void add(const places::Rectangle& found, int cellX, int cellY);
     void addAll() { rows_ = all_; }
     void add(const ScreenBlocks& other);
     [[nodiscard]] bool full() const { return rows_ == all_; }

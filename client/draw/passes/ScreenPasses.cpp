@@ -182,12 +182,12 @@ Expected<void> Renderer::Impl::lightSurfaces() {
 Expected<void> Renderer::Impl::meter(const CellPart& cell) {
     constexpr int kSide = LightHistogram::kSquarePx;
     static_assert(kCellWidthPx % kSide == 0 && kCellHeightPx % kSide == 0, "a square lies in one cell");
-    const auto squaresOf = [](const PixelRect& pixels) {
-        const int left = LightHistogram::squareFrom(pixels.x), bottom = LightHistogram::squareFrom(pixels.y);
+    const auto squaresOf = [](const PixelRect& of) {
+        const int left = LightHistogram::squareFrom(of.x), bottom = LightHistogram::squareFrom(of.y);
         return PixelRect{.x = left,
                          .y = bottom,
-                         .width = LightHistogram::squareFrom(pixels.x + pixels.width) - left,
-                         .height = LightHistogram::squareFrom(pixels.y + pixels.height) - bottom};
+                         .width = LightHistogram::squareFrom(of.x + of.width) - left,
+                         .height = LightHistogram::squareFrom(of.y + of.height) - bottom};
     };
     const PixelRect own = squaresOf(cell.inCell);
     if (own.width == 0 || own.height == 0) return {};

@@ -345,8 +345,7 @@ constexpr DrawForm formOfVolumes(MeshKind kind, const char* define) {
             .fetched = nullptr,
             // A ray leaves a box once.
             .sides = kind == MeshKind::kSlices ? DrawForm::Sides::kBoth : DrawForm::Sides::kOne,
-            .castRays = kind == MeshKind::kMarched,
-            .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }};
+            .castRays = kind == MeshKind::kMarched};
 }
 
 constexpr DrawForm kForms[] = {
@@ -356,8 +355,7 @@ constexpr DrawForm kForms[] = {
      .write = writeTriangles,
      .follows = kTrianglesFollow,
      .normals = false,
-     .fetched = nullptr,
-     .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
+     .fetched = nullptr},
     {.kind = MeshKind::kPoints,
      .define = "POINTS",
      .parts = partsOfPoints,
@@ -398,8 +396,7 @@ constexpr DrawForm kForms[] = {
      .write = writeCopies,
      .follows = {},
      .normals = false,
-     .fetched = fetchedOfCopies,
-     .size = [](const DrawItem&, const Mat3d&) { return std::array<std::uint32_t, 2>{}; }},
+     .fetched = fetchedOfCopies},
 };
 static_assert([] {
     for (const DrawKindRow& row : kDrawKinds)

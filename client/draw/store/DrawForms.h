@@ -93,8 +93,8 @@ struct DrawForm {
     enum class Sides : std::uint8_t { kMaterial, kOne, kBoth };
     Sides sides = Sides::kMaterial;  ///< that are seen: as the material says, or whatever it says
     bool castRays = false;           ///< what is solid ends its rays: depth is looked up, not tested
-    /// ItemRecord::size.
-    std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item);
+    /// ItemRecord::size; null: 0.
+    std::array<std::uint32_t, 2> (*size)(const DrawItem&, const Mat3d& eye_R_item) = nullptr;
 };
 [[nodiscard]] const DrawForm& formOf(MeshKind kind);
 

@@ -115,7 +115,7 @@ TEST_F(EmptyParts, AreNotGoneThrough) {
 }
 
 /// Beside blocks that are looked at one by one.
-TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
+TEST_F(EmptyParts, BlocksAreThoseOfTheRectanglesInRectanglesThatLieApart) {
     for (int round = 0; round < 300; ++round) {
         random_.seed(emptySeedOr(7) + static_cast<unsigned>(round));
         const PixelRect within{
@@ -127,13 +127,14 @@ TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
         ScreenBlocks blocks(tile);
         std::array<std::array<bool, 16>, 9> wanted{};
         for (int i = 0, count = below(6); i < count; ++i) {
-            Footprint f;
+            places::Rectangle f{};
             f.lowerX = between(-300, 1100), f.lowerY = between(-300, 700);
             f.upperX = f.lowerX + std::exp(between(0, 6)), f.upperY = f.lowerY + std::exp(between(0, 6));
-            f.nearPlane = below(40) == 0;
+            const bool anywhere = below(40) == 0;
             const int cellX = 1024 * below(5), cellY = 576 * below(5);
-            Footprint onScreen = f;
+            places::Rectangle onScreen = f;
             onScreen.lowerX += cellX, onScreen.upperX += cellX, onScreen.lowerY += cellY, onScreen.upperY += cellY;
+            if (anywhere) onScreen.upperX = std::numeric_limits<double>::quiet_NaN();
             blocks.add(onScreen, cellX, cellY);
             for (int row = 0; row < 9; ++row)
                 for (int column = 0; column < 16; ++column) {
@@ -141,7 +142,7 @@ TEST_F(EmptyParts, BlocksAreThoseOfTheFootprintsInRectanglesThatLieApart) {
                                        64 * row <= f.upperY && 64 * (row + 1) > f.lowerY;
                     const bool its = 64 * column >= tile.x && 64 * column < tile.x + tile.width && 64 * row >= tile.y &&
                                      64 * row < tile.y + tile.height;
-                    if (its && (meets || f.nearPlane))
+                    if (its && (meets || anywhere))
                         wanted[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] = true;
                 }
         }

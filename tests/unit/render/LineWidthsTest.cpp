@@ -225,7 +225,9 @@ TEST(LineWidths, AFewOfTheLinesTellWhatAllCover) {
         const LinesOnScreen seen =
             linesOnScreen(known, LineSource::kEdges, world_T_item, camera, 20, kMostSampledOfMesh);
         EXPECT_NEAR(seen.covered(20), truth, 0.15 * truth + 0.02 * 20 * 20 * 120000) << trial;
-        if (seen.count > 0) EXPECT_NEAR(seen.covered(seen.widthThatCovers(1e6)), 1e6, 1);
+        if (seen.count > 0) {
+            EXPECT_NEAR(seen.covered(seen.widthThatCovers(1e6)), 1e6, 1);
+        }
     }
 }
 

@@ -14,7 +14,7 @@
 namespace tessera {
 
 /// What is known of an item, in comparable form.
-inline std::string describe(const RenderScene::Impl& scene, const SceneItem& item, const Box& box) {
+inline std::string describe(const SceneItem& item, const Box& box) {
     std::string text;
     const auto number = [&](double value) {
         char buffer[32];
@@ -46,7 +46,7 @@ inline std::map<std::uint64_t, std::string> itemsOf(const RenderScene& scene) {
             EXPECT_TRUE(all.boxes[i].empty());
             continue;
         }
-        EXPECT_TRUE(found.emplace(all.items[i].node.value, describe(all, all.items[i], all.boxes[i])).second);
+        EXPECT_TRUE(found.emplace(all.items[i].node.value, describe(all.items[i], all.boxes[i])).second);
     }
     return found;
 }

@@ -138,7 +138,9 @@ TEST(ShadowCasters, WhatIsFarAwayIsNoneOfTheFinerOnes) {
             const ShadowView& finer = with->middle ? *with->middle : *with->views[0];
             EXPECT_TRUE(drawAlike(finer.camera, alone->views[0]->camera)) << distance << ", round " << round;
             // At 1e17 a double knows it to 16 units.
-            if (distance < 1e15) EXPECT_EQ(itemsOf(finer).size(), 3u) << distance << ", round " << round;
+            if (distance < 1e15) {
+                EXPECT_EQ(itemsOf(finer).size(), 3u) << distance << ", round " << round;
+            }
         }
     }
 }

@@ -185,8 +185,8 @@ struct ShadedThing {
     }
     /// Whether the picture may be another one when the caster goes from one place to another.
     bool hears(const Vec3d& from, const Vec3d& to) {
-        const auto go = [&](const Vec3d& place) {
-            setField<&Transform::translation>(scene.edit, caster, place);
+        const auto go = [&](const Vec3d& where) {
+            setField<&Transform::translation>(scene.edit, caster, where);
             const ChangeList list = scene.apply();
             all.update(scene.aspect, &list);
             return state();
