@@ -24,18 +24,19 @@ constexpr FormatRow kTable[] = {
      "and _transmission, other material extensions, EXT_mesh_gpu_instancing, KHR_materials_variants, scenes but the "
      "file's own choice. Of orthographic cameras a picture in perspective arrives. A file that insists on another "
      "extension is refused"},
-    {"Wavefront OBJ", "obj", "assimp; free-form surfaces by our own",
+    {"Wavefront OBJ", "obj", "our own; material libraries by assimp",
      "objects, groups, polygons, lines, points, texture coordinates, normals, colours of vertices, materials with "
      "their pictures of colour, normals, glow, metal and roughness, free-form surfaces with trims",
      "smoothing groups (edges above 60 degrees are sharp), free-form curves, what is of version 2.11, pictures of "
      "other kinds, their scale and offset; beside free-form surfaces polygons' looks, lines and points"},
-    {"PLY", "ply", "assimp",
+    {"PLY", "ply", "our own; files with an element 'material' by assimp",
      "text and both orders of bytes, polygons, strips, points, normals, colours of vertices, texture coordinates of "
-     "vertices, one picture (comment TextureFile), materials",
+     "vertices and of corners, one picture (comment TextureFile), materials",
      "other properties and elements, edges"},
-    {"STL", "stl", "assimp",
-     "text and bytes, each solid with its name, facets of many corners, normals of facets, colours of facets",
-     "Magics' colour of all that have none"},
+    {"STL", "stl", "our own",
+     "text and bytes, each solid with its name, facets of many corners, normals of facets, colours of facets as "
+     "VisCAM and as Magics write them",
+     "Magics' material beside its colour; above 16 million triangles facets are shown smooth"},
     {"OFF", "off", "assimp",
      "polygons, colours, normals and texture coordinates of vertices (NOFF, COFF, STOFF, 4OFF, nOFF)",
      "colours of faces; binary OFF"},
