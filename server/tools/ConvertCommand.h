@@ -15,6 +15,7 @@ struct ConvertArguments {
     std::string in, out;
     std::vector<std::string> assets;
     bool allowUnconfined = false;
+    std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
     std::optional<OptimiseOptions> optimise;
 };
 /// What --help or --version asked for.

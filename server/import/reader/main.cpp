@@ -157,7 +157,8 @@ void run(const Arguments& arguments) {
         writeScene(*scene);
     } catch (const std::bad_alloc&) {
         char message[128];
-        std::snprintf(message, sizeof(message), "it needs more than %zu MiB of memory to read",
+        std::snprintf(message, sizeof(message),
+                      "it needs more than %zu MiB of memory to read: --import-memory gives it more",
                       arguments.profile.memoryBytes >> 20);
         writeError(ErrorCode::kLimit, message);
     } catch (const std::exception& exception) {
