@@ -279,7 +279,7 @@ const aiScene* joinEqualVertices(Assimp::Importer& importer) {
 }  // namespace
 
 std::set<std::string> allEndings() {
-    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb"};
+    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz"};
     for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
     std::string all;
     Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"

@@ -30,6 +30,8 @@ Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& lim
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
+    if (extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz")
+        return readUsd(path, limits);
     // Before what reads polygons alone: a file may have both.
     if (extension == "obj") {
         Expected<PlainScene> surfaces = readObjSurfaces(path, limits);

@@ -1,0 +1,144 @@
+// PointInstancer: prototypes at many places.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/math/Compose.h"
+#include "server/import/reader/UsdReader.h"
+
+namespace tessera {
+namespace {
+
+/// Where the instances are; all arrays as long as `prototypes`.
+struct InstancePlaces {
+    std::vector<std::int32_t> prototypes;
+    std::vector<double> positions, orientations, scales;  ///< the last two may be empty
+    std::vector<bool> shown;
+
+    [[nodiscard]] std::size_t count() const { return prototypes.size(); }
+    /// Nothing: it stands nowhere.
+    [[nodiscard]] bool stands(std::size_t i) const {
+        return std::isfinite(positions[3 * i]) && std::isfinite(positions[3 * i + 1]) &&
+               std::isfinite(positions[3 * i + 2]) &&
+               std::max({std::abs(positions[3 * i]), std::abs(positions[3 * i + 1]), std::abs(positions[3 * i + 2])}) <
+                   1e15;
+    }
+    [[nodiscard]] Vec3d position(std::size_t i) const {
+        return {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
+    }
+    [[nodiscard]] Quatd orientation(std::size_t i) const {
+        if (orientations.empty()) return Quatd::Identity();
+        const Quatd q(orientations[4 * i + 3], orientations[4 * i], orientations[4 * i + 1], orientations[4 * i + 2]);
+        return q.coeffs().allFinite() && q.norm() > 1e-6 ? q.normalized() : Quatd::Identity();
+    }
+    [[nodiscard]] Vec3d scale(std::size_t i) const {
+        if (scales.empty()) return Vec3d::Ones();
+        const Vec3d s(scales[3 * i], scales[3 * i + 1], scales[3 * i + 2]);
+        return s.allFinite() && s.cwiseAbs().maxCoeff() < 1e12 ? s : Vec3d(Vec3d::Ones());
+    }
+};
+
+std::vector<double> instanceNumbers(const UsdComposedPrim& prim, std::string_view name, UsdRemarks& remarks) {
+    const std::optional<UsdAttribute> attribute = prim.attribute(name);
+    if (!attribute || !attribute->value) return {};
+    if (attribute->samples.size() > 1) remarks.add("instances that move stand where they are first", prim.path());
+    return attribute->value->numbers<double>();
+}
+
+InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks) {
+    InstancePlaces places;
+    const std::vector<double> indices = instanceNumbers(prim, "protoIndices", remarks);
+    for (const double index : indices) places.prototypes.push_back(static_cast<std::int32_t>(index));
+    places.positions = instanceNumbers(prim, "positions", remarks);
+    for (const char* name : {"orientationsf", "orientations"})
+        if (places.orientations.empty()) places.orientations = instanceNumbers(prim, name, remarks);
+    places.scales = instanceNumbers(prim, "scales", remarks);
+    const std::size_t count = std::min(places.prototypes.size(), places.positions.size() / 3);
+    if (places.prototypes.size() != count || places.positions.size() != 3 * count)
+        remarks.add("instancers whose arrays are of different lengths show as many as all have", prim.path());
+    places.prototypes.resize(count);
+    if (places.orientations.size() < 4 * count) places.orientations.clear();
+    if (places.scales.size() < 3 * count) places.scales.clear();
+    // Instances that are not to be seen are named by their ids, which are their numbers where there are none.
+    std::set<double> hidden;
+    for (const double id : instanceNumbers(prim, "invisibleIds", remarks)) hidden.insert(id);
+    if (const UsdValue* inactive = prim.metadata("inactiveIds"))
+        for (const double id : inactive->numbers<double>()) hidden.insert(id);
+    const std::vector<double> ids = hidden.empty() ? std::vector<double>() : instanceNumbers(prim, "ids", remarks);
+    places.shown.assign(count, true);
+    for (std::size_t i = 0; i < count && !hidden.empty(); ++i)
+        places.shown[i] = !hidden.contains(ids.size() == count ? ids[i] : static_cast<double>(i));
+    return places;
+}
+
+}  // namespace
+
+Expected<UsdReader::Prototype> UsdReader::prototype(const std::string& path, const Above& inside) {
+    const std::string key = path + "\n" + inside.material;
+    if (const auto known = prototypes_.find(key); known != prototypes_.end()) return known->second;
+    Prototype made;
+    const Expected<UsdStage::Prim> prim = stage_.at(path);
+    if (!prim) return tl::unexpected(prim.error());
+    if (!*prim || !openPrototypes_.insert(path).second) {
+        remarks_.add(*prim ? "prototypes that hold themselves are left out" : "prototypes that are not there", path);
+        return made;
+    }
+    proto::scene::Definition definition;
+    definition.set_name(fmt::format("prototype {}", prototypes_.size()));
+    Above above = inside;
+    above.make = [&] { return definition.add_node(); };
+    above.world_T_parent = above.parent_T_above = Affine3d::Identity();
+    const Box bounds = std::exchange(bounds_, Box());
+    const bool within = std::exchange(inPrototype_, true);
+    const std::size_t before = nodes_;
+    const Expected<void> walked = walk(**prim, above);
+    made.nodes = nodes_ - before;
+    inPrototype_ = within;
+    made.bounds = std::exchange(bounds_, bounds);
+    openPrototypes_.erase(path);
+    if (!walked) return tl::unexpected(walked.error());
+    if (definition.node_size() > 0) {
+        made.definition = definition.name();
+        *scene_.file.add_definition() = std::move(definition);
+    }
+    prototypes_.emplace(key, made);
+    return made;
+}
+
+Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside) {
+    const std::vector<std::string> targets = prim.targets("prototypes");
+    const InstancePlaces places = instancePlacesOf(prim, remarks_);
+    std::vector<Prototype> prototypes;
+    for (const std::string& target : targets) {
+        Expected<Prototype> made = prototype(target, inside);
+        if (!made) return tl::unexpected(made.error());
+        prototypes.push_back(std::move(*made));
+    }
+    std::size_t lost = 0;
+    for (std::size_t i = 0; i < places.count(); ++i) {
+        if (!places.shown[i]) continue;
+        const auto which = static_cast<std::size_t>(places.prototypes[i]);
+        if (places.prototypes[i] < 0 || which >= prototypes.size() || !places.stands(i)) {
+            ++lost;
+            continue;
+        }
+        const Prototype& prototype = prototypes[which];
+        if (prototype.definition.empty()) continue;
+        if (Expected<void> counted = countNodes(1 + prototype.nodes); !counted) return counted;
+        Node& node = *inside.make();
+        node.set_name(fmt::format("instance {}", i));
+        setTransform(*node.mutable_transform(), places.position(i), places.orientation(i), places.scale(i));
+        node.set_instance(prototype.definition);
+        bounds_.extend(prototype.bounds.transformed(
+            inside.world_T_parent * composeTransform(places.position(i), places.orientation(i), places.scale(i))));
+    }
+    if (lost > 0)
+        scene_.noteMissing(fmt::format("{}: {} of {} instances are left out, as they have no prototype or no place",
+                                       prim.path(), lost, places.count()));
+    return {};
+}
+
+}  // namespace tessera
