@@ -20,7 +20,7 @@ void run(FuzzInput in) {
     limits.maxNodes = 10'000;
     limits.maxDepth = 50;
     limits.maxImageSide = 64;
-    UsdStage stage(files, remarks, limits.maxNodes);
+    UsdStage stage(files, remarks);
     if (const Expected<void> opened = stage.open("x.usd"); !opened)
         return must(!opened.error().message.empty(), "a refusal has words");
     const Expected<PlainScene> scene = UsdReader(stage, files, remarks, limits).read();

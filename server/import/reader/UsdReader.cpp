@@ -206,7 +206,7 @@ Expected<PlainScene> readUsd(const std::string& path, const ReadLimits& limits) 
     };
     const UsdLayerLimits layerLimits{.maxDepth = limits.maxDepth, .maxSpecs = limits.maxNodes};
     UsdFiles files(readFile, layerLimits);
-    UsdStage stage(files, remarks, limits.maxNodes);
+    UsdStage stage(files, remarks);
     if (Expected<void> opened = stage.open(path.substr(path.rfind('/') + 1)); !opened)
         return tl::unexpected(opened.error());
     return UsdReader(stage, files, remarks, limits).read();

@@ -69,7 +69,9 @@ private:
         std::string definition;  ///< empty: nothing to be seen
         std::size_t nodes = 0;
         Box bounds;
+        std::optional<proto::scene::Glyphs> glyph;  ///< its shape, where it is simple enough for one
     };
+    [[nodiscard]] std::optional<proto::scene::Glyphs> glyphOf(const proto::scene::Definition& definition) const;
     Expected<Prototype> prototype(const std::string& path, const Above& inside);
 
     UsdStage& stage_;

@@ -13,7 +13,8 @@
 namespace tessera {
 namespace {
 
-constexpr int kShapeSegments = 48;
+/// Few enough that a ball can be a glyph.
+constexpr int kShapeSegments = 32;
 
 double usdSize(const UsdComposedPrim& prim, std::string_view name, double otherwise) {
     const std::optional<UsdAttribute> attribute = prim.attribute(name);

@@ -272,7 +272,8 @@ def package(files):
         entries += (b"PK\x01\x02" + struct.pack("<H", 20) + head +
                     struct.pack("<HHHHHII", len(name), 0, 0, 0, 0, 0, len(out)) + name.encode())
         out += b"PK\x03\x04" + head + struct.pack("<HH", len(name), len(extra)) + name.encode() + extra + data
-    return out + entries + b"PK\x05\x06" + struct.pack("<HHHHIIH", 0, 0, len(files), len(files), len(entries), len(out), 0)
+    end = struct.pack("<HHHHIIH", 0, 0, len(files), len(files), len(entries), len(out), 0)
+    return out + entries + b"PK\x05\x06" + end
 
 
 if __name__ == "__main__":

@@ -64,7 +64,8 @@ public:
 private:
     static ImportedScene read(const Scratch& folder, const std::string& text,
                               const std::vector<std::pair<std::string, std::string>>& beside) {
-        for (const auto& [name, content] : beside) folder.write(name, name.ends_with(".usda") ? usda(content) : content);
+        for (const auto& [name, content] : beside)
+            folder.write(name, name.ends_with(".usda") ? usda(content) : content);
         Expected<ImportedScene> scene = importUsd(folder.write("model.usda", usda(text)));
         EXPECT_TRUE(scene) << messageOf(scene);
         return scene ? std::move(*scene) : ImportedScene();

@@ -21,7 +21,7 @@ std::string readAlone(const std::string& bytes) {
             return Bytes(all.begin(), all.end());
         },
         {.maxDepth = 100, .maxSpecs = 100'000});
-    UsdStage stage(files, remarks, 100'000);
+    UsdStage stage(files, remarks);
     if (const Expected<void> opened = stage.open("model.usd"); !opened) return opened.error().message;
     ReadLimits limits;
     limits.maxNodes = 100'000;
@@ -42,7 +42,8 @@ TEST(UsdHostile, CratesAndPackagesCutAtEachByteAreRefusedInWords) {
 TEST(UsdHostile, TextsCutAnywhereAreRefusedOrShownAsFarAsTheyGo) {
     const std::string whole = contentOf(kUsdFiles + "cart.usda");
     std::size_t refused = 0;
-    for (std::size_t size = 0; size < whole.size(); size += 5) refused += readAlone(whole.substr(0, size)).empty() ? 0 : 1;
+    for (std::size_t size = 0; size < whole.size(); size += 5)
+        refused += readAlone(whole.substr(0, size)).empty() ? 0 : 1;
     EXPECT_GT(refused, whole.size() / 5 * 9 / 10);
 }
 
@@ -94,17 +95,18 @@ TEST(UsdHostile, ManyLayersAndManyPlacesAreBounded) {
     // Each of 40 prims holds the one before twice: 2^40 of them.
     std::string doubled = "#usda 1.0\ndef Sphere \"P0\" {}\n";
     for (int i = 1; i < 40; ++i)
-        doubled += fmt::format("def \"P{0}\" {{ def \"A\" (references = </P{1}>) {{}}\n def \"B\" (references = </P{1}>) "
-                               "{{}} }}\n",
-                               i, i - 1);
+        doubled += fmt::format(
+            "def \"P{0}\" {{ def \"A\" (references = </P{1}>) {{}}\n def \"B\" (references = </P{1}>) "
+            "{{}} }}\n",
+            i, i - 1);
     const Expected<ImportedScene> refused = importWithin2s(scratch.write("doubled.usda", doubled));
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kLimit) << refused.error().message;
     std::string deep = "#usda 1.0\n";
     for (int i = 0; i < 5000; ++i) deep += "def \"D\" {\n";
     EXPECT_NE(messageOf(importWithin2s(scratch.write("deep.usda", deep))).find("nested deeper"), std::string::npos);
-    EXPECT_NE(messageOf(importWithin2s(scratch.write("lists.usda", "#usda 1.0\n(\n a = " + std::string(100'000, '[') +
-                                                                       "\n)\n")))
+    EXPECT_NE(messageOf(importWithin2s(
+                            scratch.write("lists.usda", "#usda 1.0\n(\n a = " + std::string(100'000, '[') + "\n)\n")))
                   .find("lists.usda:3:"),
               std::string::npos);
 }

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "common/cores/Animation.h"
-#include "common/cores/KeyFrames.h"
 #include "common/cores/Material.h"
 #include "tests/unit/import/UsdFixture.h"
 
@@ -33,15 +32,16 @@ TEST(UsdLayers, AboveOverrideThoseBelow) {
 }
 
 TEST(UsdLayers, ReferencesBringWhatIsBelowAndMapItsPaths) {
-    const UsdScene scene(R"(
+    const UsdScene scene(
+        R"(
 def Xform "A" (prepend references = @asset.usda@) {
     double3 xformOp:translate = (10, 0, 0)
     uniform token[] xformOpOrder = ["xformOp:translate"]
 }
 def "B" (references = @sub/../asset.usda@</Thing>) {}
 )",
-                         {{"asset.usda", "def Xform \"Other\" {}\ndef Xform \"Thing\" {\n def Mesh \"M\" {" + kUsdTriangle +
-                                             R"( rel material:binding = </Thing/Red> }
+        {{"asset.usda", "def Xform \"Other\" {}\ndef Xform \"Thing\" {\n def Mesh \"M\" {" + kUsdTriangle +
+                            R"( rel material:binding = </Thing/Red> }
  def Material "Red" { token outputs:surface.connect = </Thing/Red/S.outputs:surface>
   def Shader "S" { uniform token info:id = "UsdPreviewSurface"
    color3f inputs:diffuseColor = (1, 0, 0) } } })"}});
@@ -137,14 +137,15 @@ def Xform "M" { double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 10: (1, 
 }
 
 TEST(UsdLayers, ThatGoInCirclesAreNamedAndTheRestIsShown) {
-    const UsdScene scene("#usda 1.0\n(\n metersPerUnit = 1\n subLayers = [@model.usda@, @a.usda@]\n)\n"
-                         "def Sphere \"Good\" {}\n"
-                         "def \"Self\" (references = </Self>) {}\n"
-                         "def \"Up\" { def \"Down\" (references = </Up>) {} }\n"
-                         "def \"Far\" (references = @b.usda@</B>) {}\n",
-                         {{"a.usda", "#usda 1.0\n(\n subLayers = [@a.usda@]\n)\ndef Sphere \"InA\" {}\n"},
-                          {"b.usda", "def \"B\" (references = @c.usda@</C>) {}"},
-                          {"c.usda", "def Sphere \"C\" (references = @b.usda@</B>) {}"}});
+    const UsdScene scene(
+        "#usda 1.0\n(\n metersPerUnit = 1\n subLayers = [@model.usda@, @a.usda@]\n)\n"
+        "def Sphere \"Good\" {}\n"
+        "def \"Self\" (references = </Self>) {}\n"
+        "def \"Up\" { def \"Down\" (references = </Up>) {} }\n"
+        "def \"Far\" (references = @b.usda@</B>) {}\n",
+        {{"a.usda", "#usda 1.0\n(\n subLayers = [@a.usda@]\n)\ndef Sphere \"InA\" {}\n"},
+         {"b.usda", "def \"B\" (references = @c.usda@</C>) {}"},
+         {"c.usda", "def Sphere \"C\" (references = @b.usda@</B>) {}"}});
     EXPECT_TRUE(scene.has("/Good"));
     EXPECT_TRUE(scene.has("/InA"));
     EXPECT_TRUE(scene.has("/Far"));
@@ -153,13 +154,14 @@ TEST(UsdLayers, ThatGoInCirclesAreNamedAndTheRestIsShown) {
 }
 
 TEST(UsdLayers, ThatAreNotThereOrLeadOutAreNamed) {
-    const UsdScene scene("def Sphere \"Good\" {}\n"
-                         "def \"Missing\" (references = @none.usda@) {}\n"
-                         "def \"Out\" (references = @../../etc/passwd@) {}\n"
-                         "def \"Root\" (payload = @/etc/passwd@) {}\n"
-                         "def \"Wrong\" (references = @bad.usda@) {}\n"
-                         "def \"NoPrim\" (references = </Nowhere>) {}\n",
-                         {{"bad.usda", "#usda 1.0\ndef Sphere \"X\" {\n  double radius = \n}\n"}});
+    const UsdScene scene(
+        "def Sphere \"Good\" {}\n"
+        "def \"Missing\" (references = @none.usda@) {}\n"
+        "def \"Out\" (references = @../../etc/passwd@) {}\n"
+        "def \"Root\" (payload = @/etc/passwd@) {}\n"
+        "def \"Wrong\" (references = @bad.usda@) {}\n"
+        "def \"NoPrim\" (references = </Nowhere>) {}\n",
+        {{"bad.usda", "#usda 1.0\ndef Sphere \"X\" {\n  double radius = \n}\n"}});
     EXPECT_TRUE(scene.has("/Good"));
     for (const char* part : {"none.usda", "leads out of the file's own folder", "bad.usda", "Nowhere"})
         EXPECT_TRUE(scene.notes(part)) << part;

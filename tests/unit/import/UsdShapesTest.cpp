@@ -8,7 +8,7 @@
 #include "common/cores/Camera.h"
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/Environment.h"
-#include "common/cores/KeyFrames.h"
+#include "common/cores/Glyphs.h"
 #include "common/cores/Material.h"
 #include "common/cores/SpotLight.h"
 #include "common/cores/SubdivisionSurface.h"
@@ -52,7 +52,8 @@ TEST(UsdPlace, FollowsUnitAndUpAxis) {
     const Scratch scratch;
     const std::string body = "def Cube \"C\" { double size = 200 }\n";
     const auto read = [&](const std::string& head) {
-        Expected<ImportedScene> scene = importUsd(scratch.write("model.usda", "#usda 1.0\n(\n" + head + "\n)\n" + body));
+        Expected<ImportedScene> scene =
+            importUsd(scratch.write("model.usda", "#usda 1.0\n(\n" + head + "\n)\n" + body));
         EXPECT_TRUE(scene) << messageOf(scene);
         Box box;
         const bool said = scene && hasNote(*scene, "does not say its unit");
@@ -69,10 +70,10 @@ TEST(UsdPlace, FollowsUnitAndUpAxis) {
     // A file that is placed stands +Y up.
     ImportOptions options = importOptions();
     options.placing.emplace();
-    Expected<ImportedScene> scene = importScene(
-        scratch.write("model.usda", "#usda 1.0\n(\n metersPerUnit = 1\n upAxis = \"Z\"\n)\n"
-                                    "def Cylinder \"C\" { double height = 10 }\n"),
-        kRootNode, options);
+    Expected<ImportedScene> scene = importScene(scratch.write("model.usda",
+                                                              "#usda 1.0\n(\n metersPerUnit = 1\n upAxis = \"Z\"\n)\n"
+                                                              "def Cylinder \"C\" { double height = 10 }\n"),
+                                                kRootNode, options);
     ASSERT_TRUE(scene) << messageOf(scene);
     Box box;
     const ImportedAspect aspect(std::move(*scene));
@@ -101,7 +102,8 @@ def Mesh "M" {
     // The quad's four corners, and the triangle's three in another colour.
     EXPECT_EQ(mesh.positions.sizeBytes() / 12, 7u);
     const auto colors = mesh.colors.as<std::uint8_t>();
-    EXPECT_EQ(std::vector<std::uint8_t>(colors.begin(), colors.begin() + 4), (std::vector<std::uint8_t>{255, 0, 0, 255}));
+    EXPECT_EQ(std::vector<std::uint8_t>(colors.begin(), colors.begin() + 4),
+              (std::vector<std::uint8_t>{255, 0, 0, 255}));
     EXPECT_EQ(colors[4 * 4 + 1], 255);
     EXPECT_EQ(mesh.texcoords.sizeBytes(), 0u) << "nobody has a texture";
 }
@@ -112,14 +114,16 @@ TEST(UsdMesh, TurnsFacesOfLeftHandedOnes) {
         return c.size() < 3 ? Vec3d(Vec3d::Zero()) : Vec3d((c[1] - c[0]).cross(c[2] - c[0]));
     };
     EXPECT_GT(normal(UsdScene("def Mesh \"M\" {" + kUsdTriangle + "}")).z(), 0);
-    EXPECT_LT(normal(UsdScene("def Mesh \"M\" {" + kUsdTriangle + "uniform token orientation = \"leftHanded\" }")).z(), 0);
+    EXPECT_LT(normal(UsdScene("def Mesh \"M\" {" + kUsdTriangle + "uniform token orientation = \"leftHanded\" }")).z(),
+              0);
 }
 
 TEST(UsdMesh, OfSubdivisionIsASmoothSurfaceWhereItCanBeOne) {
     const std::string cube = R"(
     int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
     int[] faceVertexIndices = [0, 1, 3, 2, 2, 3, 5, 4, 4, 5, 7, 6, 6, 7, 1, 0, 1, 7, 5, 3, 6, 0, 2, 4]
-    point3f[] points = [(-1, -1, 1), (1, -1, 1), (-1, 1, 1), (1, 1, 1), (-1, 1, -1), (1, 1, -1), (-1, -1, -1), (1, -1, -1)]
+    point3f[] points = [(-1, -1, 1), (1, -1, 1), (-1, 1, 1), (1, 1, 1), (-1, 1, -1), (1, 1, -1),
+        (-1, -1, -1), (1, -1, -1)]
     int[] creaseIndices = [0, 1, 3]
     int[] creaseLengths = [3]
     float[] creaseSharpnesses = [2.5]
@@ -202,6 +206,24 @@ class "Lib" { def Cube "Box" { double size = 2 } }
     // Turned about Z by a right angle: its doubled side lies along Y.
     expectNear(scene.bounds().upper, Vec3d(21, 2, 2), 1e-2);
     expectNear(scene.bounds().lower, Vec3d(-1, -2, -2), 1e-2);
+}
+
+TEST(UsdInstancer, OfVeryManyPlacesOfASmallMeshIsGlyphs) {
+    std::string indices, positions, scales;
+    for (int i = 0; i < 20'000; ++i) {
+        indices += "0,";
+        positions += fmt::format("({}, 0, 0),", i);
+        scales += i % 2 == 0 ? "(1, 1, 1)," : "(1, 2, 3),";
+    }
+    const UsdScene scene("def PointInstancer \"I\" {\n int[] protoIndices = [" + indices +
+                         "]\n point3f[] positions = [" + positions + "]\n float3[] scales = [" + scales +
+                         "]\n rel prototypes = [</I/P>]\n def Cube \"P\" { double size = 0.5 } }\n");
+    const auto glyphs = scene.all<Glyphs>();
+    ASSERT_EQ(glyphs.size(), 1u);
+    EXPECT_EQ(glyphs.front()->positions.sizeBytes() / 12, 10'000u);
+    EXPECT_EQ(scene.all<Geometry>().size(), 1u) << "those that no glyph can stand for share a mesh";
+    EXPECT_TRUE(scene.has("/I/instance 1"));
+    EXPECT_FALSE(scene.has("/I/instance 2"));
 }
 
 TEST(UsdMaterial, HasItsPicturesAndTheirPlaces) {

@@ -117,6 +117,9 @@ Expected<std::shared_ptr<const UsdLayer>> UsdFiles::layer(const std::string& ass
         return parse(name + "[" + inside + "]", found);
     };
     Expected<std::shared_ptr<const UsdLayer>> loaded = load();
+    // Of the file itself everybody knows the name; of others what is wrong has to say where.
+    if (!loaded && !by.empty() && loaded.error().message.find(identifier) == std::string::npos)
+        loaded = fail(loaded.error().code, identifier + ":" + loaded.error().message);
     return layers_.emplace(identifier, std::move(loaded)).first->second;
 }
 

@@ -9,6 +9,8 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kDeepestArcs = 100;
+/// What a small file may come to.
+constexpr std::size_t kMostFreeSites = 1'000'000;
 constexpr std::size_t kMostOpinionsPerPrim = 100'000;
 
 /// Whether one of the paths is the other or below it.
@@ -38,7 +40,7 @@ std::string withoutSelections(const std::string& path) {
 Expected<void> UsdStage::count(std::size_t sites) {
     sites_ += sites;
     // Files of many bytes may well come to more.
-    const std::size_t most = maxSites_ + files_.bytesRead() / 8;
+    const std::size_t most = kMostFreeSites + files_.bytesRead() / 8;
     if (sites_ > most)
         return fail(
             ErrorCode::kLimit,
@@ -54,7 +56,7 @@ void UsdStage::addSublayers(UsdLayerStack& stack, const std::shared_ptr<const Us
         const auto sublayer = files_.layer(named.asset, layer->identifier);
         if (!sublayer) {
             remarks_.add("sublayers are left out",
-                         fmt::format("'{}' of {}: {}", named.asset, layer->identifier, sublayer.error().message));
+                         fmt::format("{} (of {})", sublayer.error().message, layer->identifier));
             continue;
         }
         if (std::ranges::find(open, (*sublayer)->identifier) != open.end()) {
@@ -179,7 +181,7 @@ Expected<void> UsdStage::addReference(Index& index, std::size_t site, const UsdR
         const auto layer = files_.layer(reference.asset, by.layer->identifier);
         if (!layer) {
             remarks_.add("references to files are left out",
-                         fmt::format("'{}' of <{}>: {}", reference.asset, index[site].path, layer.error().message));
+                         fmt::format("{} (of <{}>)", layer.error().message, index[site].path));
             return {};
         }
         const Expected<const UsdLayerStack*> opened = stackOf(*layer);

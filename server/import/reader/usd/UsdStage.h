@@ -91,8 +91,7 @@ private:
 
 class UsdStage {
 public:
-    UsdStage(UsdFiles& files, UsdRemarks& remarks, std::size_t maxPrims)
-        : files_(files), remarks_(remarks), maxSites_(maxPrims) {}
+    UsdStage(UsdFiles& files, UsdRemarks& remarks) : files_(files), remarks_(remarks) {}
 
     /// The file's own layer, by its name. What it says of times, units and axes is in `rootLayer`.
     [[nodiscard]] Expected<void> open(const std::string& name);
@@ -132,7 +131,6 @@ private:
 
     UsdFiles& files_;
     UsdRemarks& remarks_;
-    std::size_t maxSites_;
     std::size_t sites_ = 0;
     const UsdLayerStack* root_ = nullptr;
     std::map<std::string, std::unique_ptr<UsdLayerStack>> stacks_;         ///< by their root's identifier
