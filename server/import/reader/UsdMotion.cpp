@@ -65,7 +65,8 @@ void UsdReader::addKeys(const UsdComposedPrim& prim, const UsdTransform& transfo
     node.set_key(++keys_);
     const auto varies = [&](const std::vector<double>& values, std::size_t each) {
         for (std::size_t i = each; i < values.size(); ++i)
-            if (values[i] != values[i - each]) return true;
+            // What rounding does to it is no motion.
+            if (std::abs(values[i] - values[i - each]) > 1e-9 * (1 + std::abs(values[i]))) return true;
         return false;
     };
     if (varies(moves, 3)) channels_.push_back({keys_, "translation", times, std::move(moves)});

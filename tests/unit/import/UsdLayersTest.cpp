@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "common/cores/Animation.h"
+#include "common/cores/Image.h"
 #include "common/cores/Material.h"
 #include "tests/unit/import/UsdFixture.h"
 
@@ -50,7 +51,7 @@ def "B" (references = @sub/../asset.usda@</Thing>) {}
     EXPECT_TRUE(scene.notes("name no default prim")) << scene.scene().notes.size();
     const auto materials = scene.all<Material>();
     ASSERT_EQ(materials.size(), 1u);
-    EXPECT_EQ(materials.front()->baseColor, Vec3f(1, 0, 0));
+    EXPECT_EQ(materials.front()->baseColor, Vec4f(1, 0, 0, 1));
 }
 
 TEST(UsdLayers, PlacedOftenShareMeshAndMaterial) {

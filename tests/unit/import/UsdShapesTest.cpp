@@ -9,6 +9,7 @@
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/Environment.h"
 #include "common/cores/Glyphs.h"
+#include "common/cores/Image.h"
 #include "common/cores/Material.h"
 #include "common/cores/SpotLight.h"
 #include "common/cores/SubdivisionSurface.h"

@@ -100,7 +100,7 @@ Expected<std::shared_ptr<const UsdLayer>> UsdFiles::layer(const std::string& ass
         return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", asset));
     if (const auto known = layers_.find(identifier); known != layers_.end()) return known->second;
     if (layers_.size() >= kMostLayers)
-        return fail(ErrorCode::kLimit, fmt::format("more than {} layers are named", kMostLayers));
+        return fail(ErrorCode::kLimit, fmt::format("'{}' is one layer more than {}", asset, kMostLayers));
     const auto load = [&]() -> Expected<std::shared_ptr<const UsdLayer>> {
         const auto [name, part] = packageAndPart(identifier);
         if (part.empty() && !name.ends_with(".usdz")) {
