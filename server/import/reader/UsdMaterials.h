@@ -62,7 +62,7 @@ private:
                               UsdLook& look, proto::scene::Material& message);
     Expected<void> setMetalRoughness(const UsdComposedPrim& shader, const BoundedNumbers& numbers, UsdLook& look,
                                      proto::scene::Material& message);
-    /// `channel`: of ours that the texture is to be in where it is another's; none: as it is.
+    /// Adds its primvar to those that the look wants.
     Expected<Texture> texture(const Input& input, UsdLook& look);
     Expected<std::optional<proto::scene::Image>> place(const UsdComposedPrim& texture, UsdLook& look);
     std::string imageOf(const std::string& picture, const proto::scene::Image& wanted,

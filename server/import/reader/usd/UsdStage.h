@@ -61,7 +61,7 @@ public:
     [[nodiscard]] const UsdValue* metadata(std::string_view key) const;
     /// What a relationship or a connection names, as paths of the stage.
     [[nodiscard]] std::vector<std::string> targets(std::string_view property) const;
-    /// Whether anything is connected to it, or says that nothing shall be.
+    /// Of all opinions.
     [[nodiscard]] std::set<std::string> propertyNames() const;
     [[nodiscard]] const std::vector<UsdOpinion>& opinions() const { return opinions_; }
 
