@@ -1,8 +1,8 @@
 /// Binary USD (.usdc, a "crate") → a layer. Written after the published structure of crate files, versions 0.4 to 0.12.
 ///
 /// A crate is a table of contents of six sections. TOKENS has all words, STRINGS says which of them are strings. FIELDS
-/// has a name and a value each, FIELDSETS which of them belong together. PATHS is a tree in depth-first order. SPECS has
-/// a path, its fields and its kind. Values stand in 8 bytes, or anywhere in the file where those point. No count is
+/// has a name and a value each, FIELDSETS which of them belong together. PATHS is a tree in depth-first order. SPECS
+/// has a path, its fields and its kind. Values stand in 8 bytes, or anywhere in the file where those point. No count is
 /// believed before there are bytes for it.
 #pragma once
 
