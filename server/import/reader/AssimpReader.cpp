@@ -295,7 +295,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
         return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'. Read are models "
-                                                         "(.glb, .gltf, .usd, .obj, .fbx, .dae, .blend), "
+                                                         "(.glb, .gltf, .usd, .obj, .fbx, .dae, .blend, .3ds), "
                                                          "meshes and scans (.ply, .stl, .off), buildings (.ifc, .dxf), "
                                                          "volumes (.mhd, .nrrd), and our own (.tsct, "
                                                          ".tsc). The program that wrote it, or Blender, can often "
