@@ -121,12 +121,12 @@ Expected<UsdStage::Prim> UsdMaterials::surfaceOf(const UsdComposedPrim& material
     return UsdStage::Prim();
 }
 
-Expected<UsdMaterials::Input> UsdMaterials::input(const UsdComposedPrim& shader, const std::string& name) {
+Expected<UsdMaterials::Input> UsdMaterials::input(const UsdComposedPrim& shader, const std::string& name, int depth) {
     Input input;
     const std::string full = "inputs:" + name;
     if (const std::optional<UsdAttribute> own = shader.attribute(full)) input.value = own->value;
     std::vector<std::string> targets = shader.targets(full);
-    for (int depth = 0; depth < kDeepestUsdConnection && !targets.empty(); ++depth) {
+    for (; depth < kDeepestUsdConnection && !targets.empty(); ++depth) {
         const auto [path, property] = primAndProperty(targets.front());
         const Expected<UsdStage::Prim> prim = stage_.at(path);
         if (!prim) return tl::unexpected(prim.error());
@@ -138,7 +138,7 @@ Expected<UsdMaterials::Input> UsdMaterials::input(const UsdComposedPrim& shader,
             return input;
         }
         if (id.starts_with("UsdPrimvarReader")) {
-            const Expected<Input> varname = this->input(**prim, "varname");
+            const Expected<Input> varname = this->input(**prim, "varname", depth + 1);
             if (!varname) return varname;
             if (varname->value && varname->value->word()) input.primvar = *varname->value->word();
             return input;

@@ -53,7 +53,8 @@ private:
         std::string file;   ///< what it is a picture of
         std::array<double, 4> scale{1, 1, 1, 1}, bias{0, 0, 0, 0};
     };
-    Expected<Input> input(const UsdComposedPrim& shader, const std::string& name);
+    /// `depth`: connections that led here; those that go in a circle end somewhere.
+    Expected<Input> input(const UsdComposedPrim& shader, const std::string& name, int depth = 0);
     /// The same of materials that say the same, as those of an asset that is placed often do.
     Expected<std::string> fingerprint(const UsdComposedPrim& prim, const std::string& material, int depth);
     Expected<UsdStage::Prim> surfaceOf(const UsdComposedPrim& material);

@@ -111,6 +111,19 @@ TEST(UsdHostile, ManyLayersAndManyPlacesAreBounded) {
               std::string::npos);
 }
 
+TEST(UsdHostile, ShadersThatAreConnectedToThemselvesEndSomewhere) {
+    const UsdScene scene("def Mesh \"M\" {" + kUsdTriangle + R"( rel material:binding = </L> }
+def Material "L" {
+    token outputs:surface.connect = </L/S.outputs:surface>
+    def Shader "S" { uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </L/R.outputs:result>
+        float inputs:roughness.connect = </L.inputs:round> }
+    float inputs:round.connect = </L.inputs:round>
+    def Shader "R" { uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname.connect = </L/R.outputs:result> } })");
+    EXPECT_EQ(scene.corners().size(), 3u);
+}
+
 TEST(UsdHostile, NumbersThatAreNoneAndCountsThatLieLeaveTheRest) {
     const UsdScene scene(R"(
 def Sphere "Good" {}
