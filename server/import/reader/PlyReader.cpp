@@ -31,7 +31,7 @@ enum class Slot : std::uint8_t { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue,
 constexpr std::size_t kSlots = 12;
 
 Slot slotOf(const PlyProperty& property) {
-    static constexpr std::pair<std::string_view, Slot> kNames[] = {
+    static constexpr std::pair<std::string_view, Slot> kSlotNames[] = {
         {"x", Slot::kX},         {"y", Slot::kY},     {"z", Slot::kZ},       {"nx", Slot::kNx},
         {"ny", Slot::kNy},       {"nz", Slot::kNz},   {"red", Slot::kRed},   {"r", Slot::kRed},
         {"green", Slot::kGreen}, {"g", Slot::kGreen}, {"blue", Slot::kBlue}, {"b", Slot::kBlue},
@@ -40,8 +40,8 @@ Slot slotOf(const PlyProperty& property) {
         {"texture_v", Slot::kV}};
     if (property.isList) return Slot::kNone;
     const auto* const known =
-        std::ranges::find(kNames, property.name, [](const auto& name) { return std::string_view(name.first); });
-    return known == std::end(kNames) ? Slot::kNone : known->second;
+        std::ranges::find(kSlotNames, property.name, [](const auto& name) { return std::string_view(name.first); });
+    return known == std::end(kSlotNames) ? Slot::kNone : known->second;
 }
 
 /// Of a channel of that type what its greatest number stands for.

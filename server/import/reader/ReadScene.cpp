@@ -38,6 +38,8 @@ Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& lim
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
+    if (extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz")
+        return readUsd(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;
