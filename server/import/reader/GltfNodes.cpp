@@ -6,13 +6,11 @@
 #include <numbers>
 
 #include "common/math/Compose.h"
+#include "server/import/reader/CameraStand.h"
 #include "server/import/reader/GltfReader.h"
 
 namespace tessera {
 namespace {
-
-/// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
-constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
 /// Times the light that makes a white surface white. Files that reckon without an exposure have less; a dim room, in
 /// lux, has more.
@@ -173,45 +171,22 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
     return {};
 }
 
-/// A file's camera says where the eye is and how wide it looks; ours says where the wall stands and how large it is. At
-/// one depth d, the wall's window shall cover exactly what the file's camera shows there: scale = 2 d tan(fov / 2) /
-/// window height, and the eye stands 2.4 m × scale before that window. For a field of 41° that is the file's own eye,
-/// whatever d is. A narrower one brings the eye nearer, so d is where the scene begins: what lies beyond the window is
-/// seen at a wider angle than in the file, and nothing is cut off. For a wider one d is the scene's middle.
 void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
     const auto leaveOut = [&] { scene_.note(fmt::format("camera {} is left out: it can show nothing", index)); };
     if (static_cast<std::size_t>(index) >= model_.cameras.size()) return leaveOut();
     const tinygltf::Camera& camera = model_.cameras[static_cast<std::size_t>(index)];
-    const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
-    if (!(nodeScale > 1e-12)) return leaveOut();
-    const Vec3d forward = -world_T_node.linear().col(2).normalized();
-    const Vec3d eye = world_T_node.translation();
-    double distance = bounds_.empty() ? 0.0 : (bounds_.center() - eye).dot(forward);
-    double height = 0.0;
-    if (camera.type == "perspective") {
-        const double fov = camera.perspective.yfov;
-        if (!(fov > 0.0 && fov < EIGEN_PI)) return leaveOut();
-        const double perDistance = 2.0 * std::tan(fov / 2.0);
-        if (distance > 0.0 && perDistance < kWindowHeight / kEyeDistance) {
-            const double reach = 0.5 * bounds_.size().dot(forward.cwiseAbs());  // of the box along the line of sight
-            distance = std::max(distance - reach, 0.2 * distance);
-        }
-        // A camera that looks away from the middle: its own window, one metre high.
-        if (!(distance > 1e-9)) distance = kWindowHeight / perDistance;
-        height = perDistance * distance;
-    } else {
-        height = 2.0 * std::abs(camera.orthographic.ymag);
-        distance = std::max(distance, 0.0);
-        scene_.note("an orthographic camera is shown in perspective");
-    }
-    const double worldScale = height / kWindowHeight;
-    if (!(worldScale > 1e-9 && worldScale < 1e12)) return leaveOut();
+    const bool perspective = camera.type == "perspective";
+    const double fov = camera.perspective.yfov;
+    if (perspective && !(fov > 0.0 && fov < EIGEN_PI)) return leaveOut();
+    const std::optional<CameraStand> stand =
+        standOf(world_T_node, bounds_, perspective ? 2.0 * std::tan(fov / 2.0) : 0.0,
+                perspective ? 0.0 : 2.0 * std::abs(camera.orthographic.ymag));
+    if (!perspective) scene_.note("an orthographic camera is shown in perspective");
+    if (!stand) return leaveOut();
     proto::scene::Node* wall = node.add_node();
     wall->set_name(camera.name.empty() ? fmt::format("camera {}", index) : camera.name);
-    const Vec3d windowCenter = Vec3d(0.0, 0.0, -distance);
-    const Vec3d offset = (windowCenter - Vec3d(0.0, kWindowCenterY * worldScale, 0.0)) / nodeScale;
-    setTransform(*wall->mutable_transform(), offset, Quatd::Identity(), Vec3d::Ones());
-    wall->mutable_camera()->set_world_units_per_metre(worldScale);
+    setTransform(*wall->mutable_transform(), stand->offset, Quatd::Identity(), Vec3d::Ones());
+    wall->mutable_camera()->set_world_units_per_metre(stand->unitsPerMetre);
 }
 
 void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene::Node& node) {

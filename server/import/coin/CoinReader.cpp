@@ -1,0 +1,29 @@
+#include "server/import/coin/CoinReader.h"
+
+#include "server/import/coin/CoinFiles.h"
+#include "server/import/coin/CoinWalk.h"
+
+namespace tessera {
+
+void prepareCoin() {
+    CoinFiles::prepare();
+}
+
+std::set<std::string> coinEndings() {
+    return {".iv", ".vrml", ".wrl", ".wrz", ".x3d", ".x3dv"};
+}
+
+Expected<PlainScene> readWithCoin(const std::string& path, const ReadLimits& limits) {
+    PlainScene scene;
+    // Never deleted, as the process ends soon: Coin's destructors recurse as deep as a file is nested.
+    CoinFiles& files = *new CoinFiles(path, limits, scene);
+    const Expected<SoSeparator*> root = files.open(path);
+    if (!root) return tl::unexpected(root.error());
+    CoinWalk& walk = *new CoinWalk(path, limits, files, scene);
+    if (const Expected<void> done = walk.walk(**root); !done) return tl::unexpected(done.error());
+    constexpr std::uint32_t kY = 2;
+    scene.file.set_up_axis(kY);
+    return scene;
+}
+
+}  // namespace tessera

@@ -1,0 +1,94 @@
+#include "server/import/coin/CoinText.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+
+namespace tessera {
+namespace {
+
+std::string_view firstLineOf(std::string_view text) {
+    return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
+}
+
+/// Refuses what Coin's recursion would not survive. Strings and remarks are passed over.
+Expected<void> checkNesting(std::string_view text) {
+    std::size_t depth = 0, line = 1;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '\n') ++line;
+        if (c == '#') {
+            i = std::min(text.find_first_of("\r\n", i), text.size()) - 1;
+        } else if (c == '"') {
+            for (++i; i < text.size() && text[i] != '"'; ++i) {
+                if (text[i] == '\n') ++line;
+                if (text[i] == '\\') ++i;
+            }
+        } else if (c == '{' || c == '[') {
+            if (++depth > kMostBrackets)
+                return fail(ErrorCode::kLimit,
+                            fmt::format("line {}: brackets are nested deeper than {} levels", line, kMostBrackets));
+        } else if ((c == '}' || c == ']') && depth > 0) {
+            --depth;
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes) {
+    // Text of coordinates shrinks to a tenth; only what repeats itself on purpose shrinks to a hundredth.
+    constexpr std::size_t kMostFactor = 100, kAlways = std::size_t{16} << 20;
+    const std::size_t most = std::min(maxBytes, std::max(kAlways, packed.size() * kMostFactor));
+    z_stream stream{};
+    if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) return fail(ErrorCode::kFailed, "zlib does not start");
+    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(packed.data()));
+    stream.avail_in = static_cast<uInt>(packed.size());
+    std::string text;
+    int state = Z_OK;
+    while (state == Z_OK && text.size() <= most) {
+        constexpr std::size_t kPiece = std::size_t{1} << 16;
+        const std::size_t before = text.size();
+        text.resize(before + kPiece);
+        stream.next_out = reinterpret_cast<Bytef*>(text.data() + before);
+        stream.avail_out = kPiece;
+        state = inflate(&stream, Z_NO_FLUSH);
+        text.resize(before + kPiece - stream.avail_out);
+        // A file may be several, one behind the other.
+        if (state == Z_STREAM_END && stream.avail_in > 0 && *stream.next_in == 0x1f) state = inflateReset(&stream);
+    }
+    inflateEnd(&stream);
+    if (text.size() > most)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("unpacked it has more than {} MiB: unpack it by gunzip", most >> 20));
+    if (state != Z_STREAM_END)
+        return fail(ErrorCode::kBadInput, fmt::format("its gzip is damaged or cut short, after {} bytes", text.size()));
+    return text;
+}
+
+Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
+    CoinText result;
+    if (packed.size() >= 2 && packed[0] == std::byte{0x1f} && packed[1] == std::byte{0x8b}) {
+        Expected<std::string> unpacked = unpackGzip(packed, maxBytes);
+        if (!unpacked) return tl::unexpected(unpacked.error());
+        result.text = std::move(*unpacked);
+    } else {
+        result.text = asText(packed);
+    }
+    if (result.text.starts_with("\xef\xbb\xbf")) result.text.erase(0, 3);
+    const std::string_view first = firstLineOf(result.text);
+    const std::size_t begin = result.text.find_first_not_of(" \t\r\n");
+    if (begin != std::string::npos && result.text[begin] == '<') return vrmlOfX3dXml(std::move(result.text));
+    if (first.starts_with("#Inventor ") && first.find("binary") != first.npos) return result;
+    const bool classic = first.starts_with("#X3D ");
+    if (!classic && !first.starts_with("#VRML ") && !first.starts_with("#Inventor "))
+        return fail(ErrorCode::kBadInput,
+                    "its first line is none of VRML, X3D or Inventor ('#VRML V2.0 utf8', '#Inventor V2.1 ascii')");
+    if (const Expected<void> nested = checkNesting(result.text); !nested) return tl::unexpected(nested.error());
+    if (classic) return vrmlOfX3dClassic(result.text);
+    return result;
+}
+
+}  // namespace tessera
