@@ -13,6 +13,7 @@
 
 #include "common/base/Hash.h"
 #include "common/math/Srgb.h"
+#include "server/import/coin/CoinIndices.h"
 #include "server/import/coin/CoinNodes.h"
 #include "server/import/coin/CoinWalk.h"
 #include "server/import/reader/SoundParts.h"
@@ -67,9 +68,19 @@ std::string linesOf(const SoMFString& lines) {
     return all;
 }
 
+std::string shapeName(const SoNode& shape) {
+    const SoNode* const geometry = is<SoVRMLShape>(shape) ? as<SoVRMLShape>(shape).geometry.getValue() : nullptr;
+    return kindOf(geometry != nullptr ? *geometry : shape);
+}
+
 constexpr float kDegrees = static_cast<float>(180.0 / std::numbers::pi);
 
 }  // namespace
+
+void CoinWalk::noteWrong(const SoNode& node, const std::string& what) {
+    const std::string name = nameOf(node);
+    scene_.noteMissing(fmt::format("{}{}: {}", kindOf(node), name.empty() ? "" : " '" + name + "'", what));
+}
 
 /// Equal arrays are one mesh, whoever uses them.
 std::string CoinWalk::meshName(MeshData mesh) {
@@ -115,10 +126,11 @@ Expected<void> CoinWalk::addVrmlShape(SoVRMLShape& shape, Place& at) {
         if (SoNode* const node = nodeIn(*geometry, part); node != nullptr && motion_.hold(*node))
             motion_.leaveOut(*node);
     if (motion_.hold(*geometry)) motion_.leaveOut(*geometry);
-    if (geometry->getTypeId().getName() == SbName("UnknownNode")) {
-        leaveOut(kindOf(*geometry), *geometry);
+    if (!is<SoVRMLGeometry>(*geometry)) {
+        leaveOut(kindOf(*geometry) + " as a geometry", *geometry);
         return {};
     }
+    if (const std::string wrong = mendVrmlIndices(*geometry); !wrong.empty()) noteWrong(*geometry, wrong);
     SoState& state = *action_.getState();
     state.push();
     if (appearance != nullptr) action_.traverse(appearance);
@@ -143,7 +155,11 @@ Expected<void> CoinWalk::addShape(SoNode& shape, Place& at) {
     const bool textured = texture_ != nullptr && materials_.hasPicture(*texture_, fileNow_.back());
     const CoinLook look = lookOf(action_);
     if (look.drawStyle == SoDrawStyle::INVISIBLE) return {};
+    SoState& state = *action_.getState();
+    state.push();
+    if (const std::string wrong = mendIndices(shape, action_); !wrong.empty()) noteWrong(shape, wrong);
     Expected<CoinShapes::Parts> parts = shapes_.gather(shape, textured, look.clockwise);
+    state.pop();
     if (!parts) return tl::unexpected(parts.error());
     CoinMaterials::Wanted wanted{
         .look = parts->look ? *parts->look : look, .texture = textured ? texture_ : nullptr, .from = fileNow_.back()};
@@ -171,12 +187,12 @@ CoinWalk::Parts CoinWalk::nameParts(const SoNode& shape, CoinShapes::Parts parts
 }
 
 Expected<void> CoinWalk::placeParts(const SoNode& shape, const Parts& parts, Place& at) {
-    if (parts.empty()) return {};
+    if (parts.empty()) {
+        leaveOut(fmt::format("{} that shows nothing", shapeName(shape)), shape);
+        return {};
+    }
     std::string name = nameOf(shape);
-    if (name.empty())
-        name = is<SoVRMLShape>(shape) && as<SoVRMLShape>(shape).geometry.getValue() != nullptr
-                   ? kindOf(*as<SoVRMLShape>(shape).geometry.getValue())
-                   : kindOf(shape);
+    if (name.empty()) name = shapeName(shape);
     Place* in = &at;
     Expected<Opened> opened;
     const Affine3d map = modelMatrix();
@@ -410,11 +426,16 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
     SbMatrix place;
     place.setTransform(where, turn, SbVec3f(1, 1, 1));
     SoModelMatrixElement::mult(&state, nullptr, place);
-    Expected<Opened> opened = open(node, name.empty() ? "viewpoint" : name.c_str(), at);
+    const Affine3d map = modelMatrix();
     SoModelMatrixElement::set(&state, nullptr, before);
+    if (!(map.matrix().cwiseAbs().maxCoeff() <= 1e15)) {
+        leaveOut("a viewpoint that is nowhere", node);
+        return {};
+    }
+    Expected<Opened> opened = openAt(name.empty() ? "viewpoint" : name, map, at);
     if (!opened || opened->node == nullptr) return opened ? Expected<void>() : tl::unexpected(opened.error());
     if (Expected<void> room = takeNode(); !room) return room;
-    if (!name.empty()) opened->node->set_name(name);
+
     view.wall = opened->node->add_node();
     view.wall->set_name("wall");
     view.world = opened->place.world;

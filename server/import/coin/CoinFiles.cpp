@@ -2,13 +2,17 @@
 
 #include <Inventor/SoDB.h>
 #include <Inventor/SoInput.h>
+#include <Inventor/SoInteraction.h>
+
 #include <Inventor/VRMLnodes/SoVRMLImageTexture.h>
 #include <Inventor/VRMLnodes/SoVRMLInline.h>
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/nodes/SoFile.h>
 #include <Inventor/nodes/SoTexture2.h>
+#include <Inventor/nodes/SoWWWInline.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,10 +23,26 @@ namespace tessera {
 namespace {
 
 /// Coin would open the file by itself, wherever it is and as often as files name each other.
-class UnopenedFile : public SoFile {
+template <typename Kind>
+class Unopened : public Kind {
 public:
-    static void* make() { return new UnopenedFile; }
-    SbBool readInstance(SoInput* in, unsigned short flags) override { return SoNode::readInstance(in, flags); }
+    static void replace() {
+        SoType::overrideType(Kind::getClassTypeId(), [] { return static_cast<void*>(new Unopened); });
+    }
+    SbBool readInstance(SoInput* in, unsigned short flags) override {
+        notify(FALSE);
+        const SbBool read = this->SoNode::readInstance(in, flags);
+        notify(TRUE);
+        return read;
+    }
+
+private:
+    /// It listens to its own fields.
+    void notify(SbBool on) {
+        SoFieldList fields;
+        const int count = this->getFields(fields);
+        for (int i = 0; i < count; ++i) fields[i]->enableNotify(on);
+    }
 };
 
 /// Coin's words about what is being read: "Coin read error: What\n\tOccurred at line   3 in <memory>".
@@ -62,9 +82,14 @@ bool isFetched(const std::string& url) {
 
 void CoinFiles::prepare() {
     SoDB::init();
+    SoInteraction::init();  // manipulators; and node kits, which these are
+
     SoInput::clearDirectories();
-    SoType::overrideType(SoFile::getClassTypeId(), UnopenedFile::make);
-    SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
+    Unopened<SoFile>::replace();
+    Unopened<SoVRMLInline>::replace();
+    Unopened<SoWWWInline>::replace();
+    Unopened<SoTexture2>::replace();
+    Unopened<SoVRMLImageTexture>::replace();
     SoVRMLImageTexture::setDelayFetchURL(TRUE);
     SoReadError::setHandlerCallback(keepComplaint, nullptr);
     SoDebugError::setHandlerCallback([](const SoError*, void*) {}, nullptr);
@@ -109,15 +134,19 @@ Expected<SoSeparator*> CoinFiles::parse(const std::string& path) {
     Expected<CoinText> text = coinTextOf(*bytes, maxBytes_);
     if (!text) return tl::unexpected(text.error());
     for (std::string& note : text->notes) scene_.note(std::move(note));
+    textBytes_ += text->text.size();
     SoInput in;
     in.setBuffer(text->text.data(), text->text.size());
     complaints().clear();
     reading_.push_back(path);
     SoSeparator* const root = SoDB::readAll(&in);
     reading_.pop_back();
-    if (root == nullptr)
-        return fail(ErrorCode::kBadInput,
-                    complaints().empty() ? "Coin finds nothing in it" : "it cannot be read: " + complaints().front());
+    if (root == nullptr) {
+        std::string why =
+            complaints().empty() ? "Coin finds nothing in it" : "it cannot be read: " + complaints().front();
+        if (!problems_.empty()) why += "; " + problems_.front();
+        return fail(ErrorCode::kBadInput, std::move(why));
+    }
     for (const std::string& complaint : complaints()) scene_.note("Coin finds fault with it: " + complaint);
     return root;
 }
@@ -134,7 +163,7 @@ SoProto* CoinFiles::protoOf(const std::string& url, SoInput&) {
     const std::size_t hash = url.find('#');
     const std::string file = url.substr(0, hash), name = hash == url.npos ? "" : url.substr(hash + 1);
     const auto leaveOut = [&](const std::string& why) -> SoProto* {
-        scene_.note(fmt::format("the EXTERNPROTO '{}' is left out: {}", url, why));
+        problems_.push_back(fmt::format("the EXTERNPROTO '{}' is not there: {}", url.substr(0, 200), why));
         return nullptr;
     };
     if (file.empty() || reading_.empty()) return leaveOut("it names no file");
@@ -151,7 +180,7 @@ SoProto* CoinFiles::protoOf(const std::string& url, SoInput&) {
     SoSeparator* const root = SoDB::readAll(&in);
     reading_.pop_back();
     if (root != nullptr) root->ref();  // its prototypes live as long as the process
-    SoProto* const proto = name.empty() ? nullptr : in.findProto(name.c_str());
+    SoProto* const proto = name.empty() ? nullptr : SoProto::findProto(SbName(name.c_str()));
     return proto != nullptr ? proto : leaveOut("that file has no PROTO of this name");
 }
 

@@ -35,6 +35,9 @@ public:
     /// The scene in a file, by its real path: read once, the same nodes each time. Lives as long as this.
     [[nodiscard]] Expected<SoSeparator*> open(const std::string& path);
 
+    /// Of all that has been opened, unpacked.
+    [[nodiscard]] std::size_t textBytes() const { return textBytes_; }
+
 private:
     static SoProto* fetchProto(SoInput* in, const SbString* urls, int count, void* self);
     SoProto* protoOf(const std::string& url, SoInput& into);
@@ -43,8 +46,10 @@ private:
     FolderFiles folder_;
     std::size_t maxBytes_;
     PlainScene& scene_;
+    std::size_t textBytes_ = 0;
     std::map<std::string, Expected<SoSeparator*>> opened_;
-    std::vector<std::string> reading_;  ///< real paths, the innermost last
+    std::vector<std::string> problems_;  ///< with prototypes of other files
+    std::vector<std::string> reading_;   ///< real paths, the innermost last
 };
 
 }  // namespace tessera

@@ -56,19 +56,25 @@ bool CoinMotion::hold(SoNode& node) {
         field.enableConnection(FALSE);
         if (driver == nullptr || !driver->isOfType(SoVRMLInterpolator::getClassTypeId())) {
             if (driver != nullptr)
-                scene_.note(fmt::format("a route to {} of '{}' is left out: it comes from no interpolator",
-                                        name.getString(), nameOf(node)));
+                notes_.add(fmt::format("left out: a route to {}, which comes from no interpolator", name.getString()),
+                           nameOf(node));
             continue;
         }
         auto* interpolator = static_cast<SoVRMLInterpolator*>(driver);
         SoNodeEngine* const clock = driverOf(interpolator->set_fraction);
         if (clock == nullptr || !clock->isOfType(SoVRMLTimeSensor::getClassTypeId())) {
-            scene_.note(fmt::format("what moves '{}' stands still: no TimeSensor drives it", nameOf(node)));
+            notes_.add("an interpolator moves nothing: no TimeSensor drives it", nameOf(*interpolator));
             continue;
         }
         routes_[&node].push_back({interpolator, static_cast<SoVRMLTimeSensor*>(clock), name.getString()});
     }
     return routes_.contains(&node);
+}
+
+bool CoinMotion::drives(const SoNode& node, std::string_view field) const {
+    const auto routes = routes_.find(&node);
+    return routes != routes_.end() &&
+           std::ranges::any_of(routes->second, [&](const Route& route) { return route.field == field; });
 }
 
 void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
@@ -84,9 +90,10 @@ void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
         const bool centred = message.has_component_transform();
         const bool known =
             ((field == "translation" || field == "scale" || (centred && field == "center")) && width == 3) ||
-            (field == "rotation" && width == 4) || (field == "intensity" && width == 1);
+            ((field == "rotation" || (centred && field == "scaleOrientation")) && width == 4) ||
+            (field == "intensity" && width == 1);
         if (!known) {
-            scene_.note(fmt::format("{} of '{}' stands still: it cannot be animated here", field, nameOf(node)));
+            notes_.add(fmt::format("{} stands still: it cannot be animated here", field), nameOf(node));
             continue;
         }
         addChannel(route, field, width, values, std::move(channel));
@@ -117,7 +124,8 @@ void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& m
             for (const double value : values) written.push_back(linearOfSrgb(value));
         }
         if (field.empty()) {
-            scene_.note(fmt::format("{} of a material stands still: it cannot be animated here", route.field));
+            notes_.add(fmt::format("{} of a material stands still: it cannot be animated here", route.field),
+                       nameOf(node));
             continue;
         }
         addChannel(route, field, field == "baseColor" ? 4 : 3, written, std::move(channel));
@@ -128,8 +136,9 @@ void CoinMotion::leaveOut(const SoNode& node) {
     const auto routes = routes_.find(&node);
     if (routes == routes_.end()) return;
     for (const Route& route : routes->second)
-        scene_.note(fmt::format("{} of a {} stands still: it cannot be animated here", route.field,
-                                node.getTypeId().getName().getString()));
+        notes_.add(fmt::format("{} of a {} stands still: it cannot be animated here", route.field,
+                               node.getTypeId().getName().getString()),
+                   nameOf(node));
 }
 
 std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width) const {
@@ -160,7 +169,7 @@ std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width)
 void CoinMotion::addChannel(const Route& route, const std::string& field, std::size_t width,
                             const std::vector<double>& values, proto::scene::Channel channel) {
     const auto what = [&](const char* why) {
-        scene_.note(fmt::format("an interpolator '{}' moves nothing: {}", nameOf(*route.interpolator), why));
+        notes_.add(fmt::format("an interpolator moves nothing: {}", why), nameOf(*route.interpolator));
     };
     const SoMFFloat& key = route.interpolator->key;
     const std::size_t keys = std::min<std::size_t>(static_cast<std::size_t>(key.getNum()), values.size() / width);
@@ -179,14 +188,11 @@ void CoinMotion::addChannel(const Route& route, const std::string& field, std::s
     const auto timeOf = [&](std::size_t k) { return std::clamp(double{key[static_cast<int>(k)]}, 0.0, 1.0) * cycle; };
     if (timeOf(0) > 0) add(0, 0);  // before the first key it is as there
     for (std::size_t k = 0; k < keys; ++k) {
-        double time = timeOf(k);
+        const double time = timeOf(k);
         if (!std::isfinite(time)) return what("a key is not finite");
+        if (k > 0 && time < timeOf(k - 1)) return what("its keys do not ascend");
         // Two keys of one time are a jump.
-        if (!times.empty() && time <= times.back()) {
-            if (time < times.back()) return what("its keys do not ascend");
-            time = std::nextafter(time + 1e-6 * cycle, 2 * cycle);
-        }
-        add(time, k);
+        add(times.empty() || time > times.back() ? time : times.back() + 1e-6 * cycle, k);
     }
     if (times.back() < cycle) add(cycle, keys - 1);
     channel.set_field(field);

@@ -4,9 +4,11 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/Error.h"
+#include "server/import/coin/CountedNotes.h"
 #include "server/import/reader/PlainScene.h"
 
 class SoField;
@@ -20,10 +22,12 @@ namespace tessera {
 
 class CoinMotion {
 public:
-    explicit CoinMotion(PlainScene& scene) : scene_(scene) {}
+    CoinMotion(PlainScene& scene, CountedNotes& notes) : scene_(scene), notes_(notes) {}
 
     /// Cuts the routes to the node's fields, so that they are read as the file has them. Whether any of them moves.
     bool hold(SoNode& node);
+    /// Whether this field of a node that is held moves.
+    [[nodiscard]] bool drives(const SoNode& node, std::string_view field) const;
     /// The message of a node that is held and moves; called for each place where it is used.
     void addTarget(const SoNode& node, proto::scene::Node& message);
     /// Of a material that is held and moves: once for each material of the scene that stands for it.
@@ -44,6 +48,7 @@ private:
     std::vector<double> valuesOf(const Route& route, std::size_t& width) const;
 
     PlainScene& scene_;
+    CountedNotes& notes_;
     std::map<const SoNode*, std::vector<Route>> routes_;
     std::set<const SoNode*> held_;
     std::vector<SoVRMLTimeSensor*> order_;

@@ -19,7 +19,7 @@ Expected<PlainScene> readWithCoin(const std::string& path, const ReadLimits& lim
     CoinFiles& files = *new CoinFiles(path, limits, scene);
     const Expected<SoSeparator*> root = files.open(path);
     if (!root) return tl::unexpected(root.error());
-    CoinWalk& walk = *new CoinWalk(path, limits, files, scene);
+    CoinWalk& walk = *new CoinWalk(path, files.textBytes(), limits, files, scene);
     if (const Expected<void> done = walk.walk(**root); !done) return tl::unexpected(done.error());
     constexpr std::uint32_t kY = 2;
     scene.file.set_up_axis(kY);

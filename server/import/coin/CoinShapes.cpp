@@ -56,8 +56,8 @@ CoinShapes::CoinShapes(SoCallbackAction& action) : action_(action) {
             CoinShapes& shapes = *static_cast<CoinShapes*>(self);
             Kind& kind = shapes.kinds_[static_cast<std::size_t>(Primitive::kTriangles)];
             shapes.begin();
-            for (const SoPrimitiveVertex* v : {a, b, c})
-                if (!shapes.tooMany_) kind.order.push_back(shapes.number(kind, *v, true));
+            if (shapes.tooMany_ || (a->getPoint() == b->getPoint() && b->getPoint() == c->getPoint())) return;
+            for (const SoPrimitiveVertex* v : {a, b, c}) kind.order.push_back(shapes.number(kind, *v, true));
         },
         this);
     action.addLineSegmentCallback(
@@ -66,8 +66,8 @@ CoinShapes::CoinShapes(SoCallbackAction& action) : action_(action) {
             CoinShapes& shapes = *static_cast<CoinShapes*>(self);
             Kind& kind = shapes.kinds_[static_cast<std::size_t>(Primitive::kLines)];
             shapes.begin();
-            for (const SoPrimitiveVertex* v : {a, b})
-                if (!shapes.tooMany_) kind.order.push_back(shapes.number(kind, *v, false));
+            if (shapes.tooMany_ || a->getPoint() == b->getPoint()) return;
+            for (const SoPrimitiveVertex* v : {a, b}) kind.order.push_back(shapes.number(kind, *v, false));
         },
         this);
     action.addPointCallback(

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "server/import/coin/VrmlScan.h"
+
 namespace tessera {
 namespace {
 
@@ -12,28 +14,12 @@ std::string_view firstLineOf(std::string_view text) {
     return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
 }
 
-/// Refuses what Coin's recursion would not survive. Strings and remarks are passed over.
-Expected<void> checkNesting(std::string_view text) {
-    std::size_t depth = 0, line = 1;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (c == '\n') ++line;
-        if (c == '#') {
-            i = std::min(text.find_first_of("\r\n", i), text.size()) - 1;
-        } else if (c == '"') {
-            for (++i; i < text.size() && text[i] != '"'; ++i) {
-                if (text[i] == '\n') ++line;
-                if (text[i] == '\\') ++i;
-            }
-        } else if (c == '{' || c == '[') {
-            if (++depth > kMostBrackets)
-                return fail(ErrorCode::kLimit,
-                            fmt::format("line {}: brackets are nested deeper than {} levels", line, kMostBrackets));
-        } else if ((c == '}' || c == ']') && depth > 0) {
-            --depth;
-        }
-    }
-    return {};
+/// What X3D became, whose prototypes are to be looked at too.
+Expected<CoinText> checked(Expected<CoinText> made) {
+    if (!made) return made;
+    if (const Expected<void> sound = scanVrml(made->text, true, made->notes); !sound)
+        return fail(sound.error().code, "as VRML, " + sound.error().message);
+    return made;
 }
 
 }  // namespace
@@ -80,15 +66,16 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
     if (result.text.starts_with("\xef\xbb\xbf")) result.text.erase(0, 3);
     const std::string_view first = firstLineOf(result.text);
     const std::size_t begin = result.text.find_first_not_of(" \t\r\n");
-    if (begin != std::string::npos && result.text[begin] == '<') return vrmlOfX3dXml(std::move(result.text));
+    if (begin != std::string::npos && result.text[begin] == '<') return checked(vrmlOfX3dXml(std::move(result.text)));
     if (first.starts_with("#Inventor ") && first.find("binary") != first.npos) return result;
     const bool classic = first.starts_with("#X3D ");
     if (!classic && !first.starts_with("#VRML ") && !first.starts_with("#Inventor "))
         return fail(ErrorCode::kBadInput,
                     "its first line is none of VRML, X3D or Inventor ('#VRML V2.0 utf8', '#Inventor V2.1 ascii')");
-    if (const Expected<void> nested = checkNesting(result.text); !nested) return tl::unexpected(nested.error());
-    if (classic) return vrmlOfX3dClassic(result.text);
-    return result;
+    const bool vrml2 = first.starts_with("#VRML V2");
+    if (const Expected<void> sound = scanVrml(result.text, vrml2, result.notes); !sound)
+        return tl::unexpected(sound.error());
+    return classic ? checked(vrmlOfX3dClassic(result.text)) : std::move(result);
 }
 
 }  // namespace tessera

@@ -33,6 +33,9 @@ bool isSound(const Affine3d& map) {
     return map.matrix().cwiseAbs().maxCoeff() <= 1e15;
 }
 
+/// What a small file may become; a large one a node for each of its bytes besides.
+constexpr std::size_t kAlwaysNodes = 100'000;
+
 /// Kinds whose work is done elsewhere, or that show nothing by themselves.
 bool isSilent(const SoNode& node) {
     return is<SoVRMLInterpolator>(node) || is<SoVRMLTimeSensor>(node) || is<SoVRMLWorldInfo>(node) ||
@@ -47,7 +50,7 @@ bool isLost(const SoNode& node) {
            is<SoVRMLDragSensor>(node) || is<SoVRMLScript>(node) || is<SoClipPlane>(node) || is<SoTexture3>(node) ||
            is<SoTextureCubeMap>(node) || is<SoBumpMap>(node) || is<SoShaderProgram>(node) || is<SoImage>(node) ||
            is<SoMarkerSet>(node) || is<SoIndexedMarkerSet>(node) || is<SoVRMLMovieTexture>(node) ||
-           is<SoSceneTexture2>(node) || is<SoPolygonOffset>(node);
+           is<SoSceneTexture2>(node) || is<SoResetTransform>(node) || is<SoPolygonOffset>(node);
 }
 
 struct FormatName : SoNode {
@@ -83,14 +86,16 @@ std::string kindOf(const SoNode& node) {
     return kind.substr(0, 80);
 }
 
-CoinWalk::CoinWalk(const std::string& path, const ReadLimits& limits, CoinFiles& files, PlainScene& scene)
+CoinWalk::CoinWalk(const std::string& path, std::size_t textBytes, const ReadLimits& limits, CoinFiles& files,
+                   PlainScene& scene)
     : limits_(limits),
       files_(files),
       scene_(scene),
       shapes_(action_),
-      motion_(scene),
+      motion_(scene, leftOut_),
       materials_(files, limits, motion_, scene),
-      fileNow_{path} {}
+      fileNow_{path},
+      mostNodes_(std::min(limits.maxNodes, kAlwaysNodes + textBytes)) {}
 
 Expected<void> CoinWalk::walk(SoNode& root) {
     root_ = &root;
@@ -158,7 +163,8 @@ Expected<void> CoinWalk::visitKnown(SoNode& node, Place& at) {
         leaveOut(kindOf(node), node);
         return {};
     }
-    if (node.getChildren() != nullptr) {
+    // Manipulators are what they move, and their handles are none of the scene.
+    if (node.getChildren() != nullptr && !is<SoTransformation>(node)) {
         const bool keeps = is<SoSeparator>(node) || is<SoVRMLParent>(node) || is<SoBaseKit>(node);
         const SoNode* const texture = texture_;
         if (keeps || is<SoTransformSeparator>(node)) {
@@ -505,8 +511,11 @@ Expected<CoinWalk::Opened> CoinWalk::openAt(const std::string& name, const Affin
 }
 
 Expected<void> CoinWalk::takeNode() {
-    if (++nodes_ <= limits_.maxNodes) return {};
-    return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
+    if (++nodes_ <= mostNodes_) return {};
+    return fail(ErrorCode::kLimit,
+                mostNodes_ == limits_.maxNodes
+                    ? fmt::format("the scene has more than {} nodes", mostNodes_)
+                    : fmt::format("nodes that are used again and again (USE) become more than {}", mostNodes_));
 }
 
 CoinWalk::Message* CoinWalk::make(const std::string& name, Place& at) {
@@ -522,8 +531,7 @@ std::string CoinWalk::freeName(const std::string& wanted, std::set<std::string>&
 }
 
 void CoinWalk::leaveOut(const std::string& what, const SoNode& node) {
-    auto& [count, first] = leftOut_[what];
-    if (count++ == 0) first = nameOf(node);
+    leftOut_.add("left out: " + what, nameOf(node));
 }
 
 void CoinWalk::finish() {
@@ -544,16 +552,7 @@ void CoinWalk::finish() {
                         views_.size()));
     materials_.finish();
     motion_.finish();
-    constexpr std::size_t kMostLines = 10;
-    std::size_t line = 0;
-    for (const auto& [what, count] : leftOut_) {
-        if (++line > kMostLines) {
-            scene_.note(fmt::format("{} more kinds of nodes are left out", leftOut_.size() - kMostLines));
-            break;
-        }
-        scene_.note(fmt::format("left out: {}{}{}", what, count.first > 1 ? fmt::format(", {} times", count.first) : "",
-                                count.second.empty() ? "" : fmt::format(" (the first: '{}')", count.second)));
-    }
+    leftOut_.writeTo(scene_);
 }
 
 }  // namespace tessera

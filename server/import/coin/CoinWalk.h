@@ -15,6 +15,7 @@
 #include "server/import/coin/CoinMaterials.h"
 #include "server/import/coin/CoinMotion.h"
 #include "server/import/coin/CoinShapes.h"
+#include "server/import/coin/CountedNotes.h"
 #include "server/import/reader/PlainScene.h"
 
 class SoGroup;
@@ -28,7 +29,9 @@ namespace tessera {
 /// with a model matrix of identity there. Children of switches and levels of detail are all walked.
 class CoinWalk {
 public:
-    CoinWalk(const std::string& path, const ReadLimits& limits, CoinFiles& files, PlainScene& scene);
+    /// `textBytes`: of the file, unpacked.
+    CoinWalk(const std::string& path, std::size_t textBytes, const ReadLimits& limits, CoinFiles& files,
+             PlainScene& scene);
 
     /// Once.
     Expected<void> walk(SoNode& root);
@@ -83,6 +86,7 @@ private:
     void resetModelMatrix();
     std::string meshName(MeshData mesh);
     void leaveOut(const std::string& what, const SoNode& node);
+    void noteWrong(const SoNode& node, const std::string& what);
     void finish();
 
     const ReadLimits& limits_;
@@ -98,7 +102,7 @@ private:
     std::vector<std::string> fileNow_;  ///< the innermost file, by its real path, last
     std::set<const SoNode*> above_;     ///< whose children are walked now
     const SoNode* texture_ = nullptr;   ///< of Inventor, in force
-    std::size_t nodes_ = 0;
+    std::size_t nodes_ = 0, mostNodes_;
 
     std::map<std::string, Box> meshes_;      ///< bounds by name, which is made of the arrays' hash
     std::map<const SoNode*, Parts> shared_;  ///< of shapes of VRML 2, which look the same wherever they are
@@ -110,8 +114,7 @@ private:
     };
     std::vector<View> views_;
     bool hasBackground_ = false;
-    /// What is left out, by its kind: how often, and the first one's name.
-    std::map<std::string, std::pair<std::size_t, std::string>> leftOut_;
+    CountedNotes leftOut_;
 };
 
 /// What Coin calls a node's kind in files: "Box", "Separator"; of one that it does not know the file's own word.

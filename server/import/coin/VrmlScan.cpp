@@ -1,0 +1,190 @@
+#include "server/import/coin/VrmlScan.h"
+
+#include <Inventor/SbName.h>
+#include <Inventor/SoType.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "server/import/coin/CoinText.h"
+
+namespace tessera {
+namespace {
+
+/// Nodes that all prototypes of a file stand for.
+constexpr double kMostInstances = 500'000;
+
+bool isKnown(std::string_view kind) {
+    static std::map<std::string, bool, std::less<>> kKinds;
+    if (const auto known = kKinds.find(kind); known != kKinds.end()) return known->second;
+    const std::string name(kind.substr(0, 200));
+    const bool is = SoType::fromName(SbName(("VRML" + name).c_str())) != SoType::badType() ||
+                    SoType::fromName(SbName(name.c_str())) != SoType::badType();
+    return kKinds.emplace(kind, is).first->second;
+}
+
+class Scan {
+public:
+    Scan(std::string_view text, bool vrml2) : text_(text), vrml2_(vrml2) {}
+
+    Expected<void> run() {
+        while (next()) {
+            if (token_ == "{" || token_ == "[") {
+                if (++depth_ > kMostBrackets)
+                    return problem(ErrorCode::kLimit,
+                                   fmt::format("brackets are nested deeper than {} levels", kMostBrackets));
+                if (token_ == "{")
+                    if (Expected<void> opened = open(); !opened) return opened;
+                word_ = {};
+            } else if (token_ == "}" || token_ == "]") {
+                if (token_ == "}" && !protos_.empty() && protos_.back().depth == depth_) close();
+                if (depth_ > 0) --depth_;
+                word_ = {};
+            } else if (token_.front() == '"') {
+                word_ = {};
+            } else {
+                if (vrml2_ && (word_ == "PROTO" || word_ == "EXTERNPROTO")) {
+                    costs_[std::string(token_)] = 1;
+                    named_ = word_ == "PROTO" ? token_ : std::string_view();
+                }
+                word_ = token_;
+            }
+        }
+        return {};
+    }
+
+    /// With an empty group for each node of an unknown kind.
+    [[nodiscard]] std::string mended() const {
+        std::string all;
+        std::size_t from = 0;
+        for (const auto& [begin, end] : cuts_) {
+            all.append(text_, from, begin - from).append("Group {}");
+            // Lines keep their numbers.
+            all.append(static_cast<std::size_t>(std::ranges::count(text_.substr(begin, end - begin), '\n')), '\n');
+            from = end;
+        }
+        return all.append(text_, from);
+    }
+    [[nodiscard]] bool isWhole() const { return cuts_.empty(); }
+    [[nodiscard]] const std::map<std::string, std::size_t>& unknown() const { return unknown_; }
+
+private:
+    struct Proto {
+        std::string name;
+        std::size_t depth = 0;  ///< of its body's bracket
+        double cost = 1;
+    };
+
+    tl::unexpected<Error> problem(ErrorCode code, const std::string& what) const {
+        return fail(code, fmt::format("line {}: {}", line_, what));
+    }
+
+    bool next() {
+        constexpr std::string_view kEnds = " \t\r\n,{}[]\"#";
+        for (; at_ < text_.size(); ++at_) {
+            const char c = text_[at_];
+            if (c == '\n') ++line_;
+            if (c == '#') at_ = std::min(text_.find_first_of("\r\n", at_), text_.size()) - 1;
+            if (c != '#' && c != ' ' && c != '\t' && c != '\r' && c != '\n' && c != ',') break;
+        }
+        if (at_ >= text_.size()) return false;
+        const std::size_t begin = at_;
+        if (text_[at_] == '"') {
+            for (++at_; at_ < text_.size() && text_[at_] != '"'; ++at_) {
+                if (text_[at_] == '\n') ++line_;
+                if (text_[at_] == '\\') ++at_;
+            }
+            at_ = std::min(at_ + 1, text_.size());
+        } else if (kEnds.find(text_[at_]) != kEnds.npos) {
+            ++at_;
+        } else {
+            at_ = std::min(text_.find_first_of(kEnds, at_), text_.size());
+        }
+        token_ = text_.substr(begin, at_ - begin);
+        return true;
+    }
+
+    /// At a bracket that begins a node, or the body of a prototype.
+    Expected<void> open() {
+        if (!vrml2_) {
+            // What it does not know may say its fields, and Coin reads over it.
+            if (!word_.empty() && !isKnown(word_) &&
+                !text_.substr(std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size())).starts_with("fields"))
+                leaveOut(std::string(word_));
+            return {};
+        }
+        if (word_.empty()) {
+            if (!named_.empty()) protos_.push_back({std::string(named_), depth_, 1});
+            named_ = {};
+            return {};
+        }
+        const std::string kind(word_);
+        for (const Proto& proto : protos_)
+            if (proto.name == kind)
+                return problem(ErrorCode::kBadInput, fmt::format("PROTO '{}' contains itself", kind.substr(0, 80)));
+        double cost = 1;
+        if (const auto known = costs_.find(kind); known != costs_.end()) {
+            cost = known->second;
+        } else if (!isKnown(kind)) {
+            leaveOut(kind);
+        }
+        double& sum = protos_.empty() ? cost_ : protos_.back().cost;
+        sum += cost;
+        if (sum > kMostInstances && cost > 1)
+            return problem(ErrorCode::kLimit,
+                           fmt::format("its prototypes stand for more than {} nodes", kMostInstances));
+        return {};
+    }
+
+    void close() {
+        costs_[protos_.back().name] = protos_.back().cost;
+        protos_.pop_back();
+    }
+
+    /// To its closing bracket.
+    void leaveOut(const std::string& kind) {
+        const auto begin = static_cast<std::size_t>(word_.data() - text_.data());
+        ++unknown_[kind.substr(0, 80)];
+        std::size_t inside = 1;
+        while (inside > 0 && next()) {
+            if (token_ == "{") ++inside;
+            if (token_ == "}") --inside;
+        }
+        --depth_;
+        cuts_.emplace_back(begin, at_);
+    }
+
+    std::string_view text_, token_, word_, named_;
+    bool vrml2_;
+    std::size_t at_ = 0, line_ = 1, depth_ = 0;
+    std::vector<Proto> protos_;  ///< whose bodies are open
+    std::map<std::string, double> costs_;
+    double cost_ = 0;
+    std::vector<std::pair<std::size_t, std::size_t>> cuts_;
+    std::map<std::string, std::size_t> unknown_;
+};
+
+}  // namespace
+
+Expected<void> scanVrml(std::string& text, bool vrml2, std::vector<std::string>& notes) {
+    Scan scan(text, vrml2);
+    if (Expected<void> done = scan.run(); !done) return done;
+    if (scan.isWhole()) return {};
+    constexpr std::size_t kMostLines = 10;
+    std::size_t line = 0;
+    for (const auto& [kind, count] : scan.unknown()) {
+        if (++line > kMostLines) {
+            notes.push_back(
+                fmt::format("{} more unknown kinds of nodes are left out", scan.unknown().size() - kMostLines));
+            break;
+        }
+        notes.push_back(fmt::format("left out: {}, an unknown kind of node{}", kind,
+                                    count > 1 ? fmt::format(", {} times", count) : ""));
+    }
+    text = scan.mended();
+    return {};
+}
+
+}  // namespace tessera

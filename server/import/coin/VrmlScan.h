@@ -1,0 +1,16 @@
+/// A look at the text of VRML or Inventor before Coin reads it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// Refuses what Coin would not survive: brackets deeper than kMostBrackets, prototypes that contain themselves or stand
+/// for more nodes than a scene has. Coin refuses a file for one kind of node that it does not know:
+/// such nodes become empty groups, and are named in `notes`. Errors name the line.
+[[nodiscard]] Expected<void> scanVrml(std::string& text, bool vrml2, std::vector<std::string>& notes);
+
+}  // namespace tessera
