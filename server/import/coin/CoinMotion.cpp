@@ -9,6 +9,7 @@
 #include <Inventor/VRMLnodes/SoVRMLTimeSensor.h>
 #include <Inventor/engines/SoEngineOutput.h>
 #include <Inventor/lists/SoFieldList.h>
+#include <Inventor/misc/SoProtoInstance.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,10 +21,25 @@
 namespace tessera {
 namespace {
 
+/// Where a field gets its value from through the interfaces of prototypes: itself, where it has one of its own.
+SoField& sourceOf(SoField& field) {
+    SoField* source = &field;
+    constexpr int kMostInterfaces = 64;
+    for (int i = 0; i < kMostInterfaces; ++i) {
+        SoField* master = nullptr;
+        if (!source->getConnectedField(master) || master == nullptr || master->getContainer() == nullptr ||
+            !master->getContainer()->isOfType(SoProtoInstance::getClassTypeId()))
+            break;
+        source = master;
+    }
+    return *source;
+}
+
 /// Who drives a field, or nobody.
-SoNodeEngine* driverOf(const SoField& field) {
+SoNodeEngine* driverOf(SoField& field) {
     SoEngineOutput* output = nullptr;
-    if (!field.getConnectedEngine(output) || output == nullptr || !output->isNodeEngineOutput()) return nullptr;
+    const SoField& source = sourceOf(field);
+    if (!source.getConnectedEngine(output) || output == nullptr || !output->isNodeEngineOutput()) return nullptr;
     return output->getNodeContainer();
 }
 
@@ -53,7 +69,7 @@ bool CoinMotion::hold(SoNode& node) {
         node.getFieldName(&field, name);
         SoNodeEngine* const driver = driverOf(field);
         // Before anybody reads it: what it is driven to now is not what the file says.
-        field.enableConnection(FALSE);
+        if (SoField& source = sourceOf(field); source.isConnected()) source.enableConnection(FALSE);
         if (driver == nullptr || !driver->isOfType(SoVRMLInterpolator::getClassTypeId())) {
             if (driver != nullptr)
                 notes_.add(fmt::format("left out: a route to {}, which comes from no interpolator", name.getString()),

@@ -17,7 +17,7 @@ std::string_view firstLineOf(std::string_view text) {
 /// What X3D became, whose prototypes are to be looked at too.
 Expected<CoinText> checked(Expected<CoinText> made) {
     if (!made) return made;
-    if (const Expected<void> sound = scanVrml(made->text, true, made->notes); !sound)
+    if (const Expected<void> sound = scanVrml(made->text, Dialect::kVrml2, made->notes); !sound)
         return fail(sound.error().code, "as VRML, " + sound.error().message);
     return made;
 }
@@ -72,8 +72,10 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
     if (!classic && !first.starts_with("#VRML ") && !first.starts_with("#Inventor "))
         return fail(ErrorCode::kBadInput,
                     "its first line is none of VRML, X3D or Inventor ('#VRML V2.0 utf8', '#Inventor V2.1 ascii')");
-    const bool vrml2 = first.starts_with("#VRML V2");
-    if (const Expected<void> sound = scanVrml(result.text, vrml2, result.notes); !sound)
+    const Dialect dialect = classic                         ? Dialect::kX3d
+                            : first.starts_with("#VRML V2") ? Dialect::kVrml2
+                                                            : Dialect::kInventor;
+    if (const Expected<void> sound = scanVrml(result.text, dialect, result.notes); !sound)
         return tl::unexpected(sound.error());
     return classic ? checked(vrmlOfX3dClassic(result.text)) : std::move(result);
 }

@@ -27,7 +27,7 @@ bool isKnown(std::string_view kind) {
 
 class Scan {
 public:
-    Scan(std::string_view text, bool vrml2) : text_(text), vrml2_(vrml2) {}
+    Scan(std::string_view text, Dialect dialect) : text_(text), dialect_(dialect) {}
 
     Expected<void> run() {
         while (next()) {
@@ -45,7 +45,7 @@ public:
             } else if (token_.front() == '"') {
                 word_ = {};
             } else {
-                if (vrml2_ && (word_ == "PROTO" || word_ == "EXTERNPROTO")) {
+                if (dialect_ == Dialect::kVrml2 && (word_ == "PROTO" || word_ == "EXTERNPROTO")) {
                     costs_[std::string(token_)] = 1;
                     named_ = word_ == "PROTO" ? token_ : std::string_view();
                 }
@@ -108,7 +108,8 @@ private:
 
     /// At a bracket that begins a node, or the body of a prototype.
     Expected<void> open() {
-        if (!vrml2_) {
+        if (dialect_ == Dialect::kX3d) return {};
+        if (dialect_ == Dialect::kInventor) {
             // What it does not know may say its fields, and Coin reads over it.
             if (!word_.empty() && !isKnown(word_) &&
                 !text_.substr(std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size())).starts_with("fields"))
@@ -157,7 +158,7 @@ private:
     }
 
     std::string_view text_, token_, word_, named_;
-    bool vrml2_;
+    Dialect dialect_;
     std::size_t at_ = 0, line_ = 1, depth_ = 0;
     std::vector<Proto> protos_;  ///< whose bodies are open
     std::map<std::string, double> costs_;
@@ -168,8 +169,8 @@ private:
 
 }  // namespace
 
-Expected<void> scanVrml(std::string& text, bool vrml2, std::vector<std::string>& notes) {
-    Scan scan(text, vrml2);
+Expected<void> scanVrml(std::string& text, Dialect dialect, std::vector<std::string>& notes) {
+    Scan scan(text, dialect);
     if (Expected<void> done = scan.run(); !done) return done;
     if (scan.isWhole()) return {};
     constexpr std::size_t kMostLines = 10;

@@ -11,6 +11,11 @@ namespace tessera {
 /// Refuses what Coin would not survive: brackets deeper than kMostBrackets, prototypes that contain themselves or stand
 /// for more nodes than a scene has. Coin refuses a file for one kind of node that it does not know:
 /// such nodes become empty groups, and are named in `notes`. Errors name the line.
-[[nodiscard]] Expected<void> scanVrml(std::string& text, bool vrml2, std::vector<std::string>& notes);
+enum class Dialect {
+    kInventor,  ///< and VRML 1
+    kVrml2,
+    kX3d  ///< the classic encoding, which is put into VRML 2: brackets alone are looked at
+};
+[[nodiscard]] Expected<void> scanVrml(std::string& text, Dialect dialect, std::vector<std::string>& notes);
 
 }  // namespace tessera
