@@ -69,7 +69,7 @@ constexpr FormatRow kTable[] = {
      "IFC 4 for the most part, properties, curved surfaces; other STEP files are refused"},
     {"DXF", "dxf", "assimp", "3DFACE, polylines and meshes, a part for each layer and block",
      "LINE, ARC, CIRCLE, TEXT, hatches, solids of ACIS, binary DXF"},
-    {"VRML, X3D, Inventor", "wrl vrml wrz x3d x3dv iv", "Coin; X3D put into VRML by our own",
+    {"VRML, X3D, Inventor", "wrl vrml wrz x3d x3dv x3db iv", "Coin; X3D put into VRML by our own",
      "VRML 1 and 2, X3D as XML and in the classic encoding, Inventor in text and binary, all in gzip too: groups, DEF "
      "and USE as shared meshes, PROTO and EXTERNPROTO, Switch and LOD with all children, Inline and File of the "
      "folder, Billboard, all shapes of these (of X3D the 3D and 2D ones) as triangles, lines and points, colours of "
@@ -78,7 +78,7 @@ constexpr FormatRow kTable[] = {
      "animation for each sensor",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
      "interpolators of coordinates; of Inventor engines, manipulators, shaders, clip planes; X3D's NURBS, humanoids, "
-     "geospatial and rigid bodies; X3D in binary",
+     "geospatial and rigid bodies; X3D in binary (.x3db) is refused",
      false, "tessera-import-coin"},
     {"Motion: BVH, CharacterStudio", "bvh csm", "assimp", "the skeleton as triangles, and its motion",
      "nothing is known to be lost"},

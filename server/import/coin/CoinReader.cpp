@@ -10,7 +10,7 @@ void prepareCoin() {
 }
 
 std::set<std::string> coinEndings() {
-    return {".iv", ".vrml", ".wrl", ".wrz", ".x3d", ".x3dv"};
+    return {".iv", ".vrml", ".wrl", ".wrz", ".x3d", ".x3db", ".x3dv"};
 }
 
 Expected<PlainScene> readWithCoin(const std::string& path, const ReadLimits& limits) {

@@ -64,6 +64,8 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
         result.text = asText(packed);
     }
     if (result.text.starts_with("\xef\xbb\xbf")) result.text.erase(0, 3);
+    if (result.text.starts_with("\xe0\0"))
+        return fail(ErrorCode::kUnsupported, "it is X3D in binary, which is not read: write it as XML (.x3d)");
     const std::string_view first = firstLineOf(result.text);
     const std::size_t begin = result.text.find_first_not_of(" \t\r\n");
     if (begin != std::string::npos && result.text[begin] == '<') return checked(vrmlOfX3dXml(std::move(result.text)));
