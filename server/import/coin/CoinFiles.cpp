@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "server/import/coin/CoinText.h"
 
@@ -71,6 +72,19 @@ void keepComplaint(const SoError* error, void*) {
 
 std::string folderOf(const std::string& path) {
     return path.substr(0, path.rfind('/'));
+}
+
+/// Where an EXTERNPROTO names a file alone, it means the first in it.
+std::string firstProtoIn(const std::string& text) {
+    for (std::size_t at = text.find("PROTO"); at != text.npos; at = text.find("PROTO", at + 1)) {
+        const bool word = (at == 0 || std::isspace(static_cast<unsigned char>(text[at - 1])) != 0) &&
+                          at + 5 < text.size() && std::isspace(static_cast<unsigned char>(text[at + 5])) != 0;
+        if (!word) continue;
+        const std::size_t begin = text.find_first_not_of(" \t\r\n", at + 5);
+        if (begin == text.npos) break;
+        return text.substr(begin, std::min(text.find_first_of(" \t\r\n[", begin), begin + 200) - begin);
+    }
+    return {};
 }
 
 bool isFetched(const std::string& url) {
@@ -131,7 +145,9 @@ Expected<SoSeparator*> CoinFiles::open(const std::string& path) {
 Expected<SoSeparator*> CoinFiles::parse(const std::string& path) {
     const Expected<Bytes> bytes = folder_.read(path);
     if (!bytes) return tl::unexpected(bytes.error());
-    Expected<CoinText> text = coinTextOf(*bytes, maxBytes_);
+    reading_.push_back(path);
+    Expected<CoinText> text = textOf(*bytes);
+    reading_.pop_back();
     if (!text) return tl::unexpected(text.error());
     for (std::string& note : text->notes) scene_.note(std::move(note));
     textBytes_ += text->text.size();
@@ -149,6 +165,24 @@ Expected<SoSeparator*> CoinFiles::parse(const std::string& path) {
     }
     for (const std::string& complaint : complaints()) scene_.note("Coin finds fault with it: " + complaint);
     return root;
+}
+
+Expected<CoinText> CoinFiles::textOf(ByteSpan bytes) const {
+    return coinTextOf(bytes, maxBytes_, [this](const std::vector<std::string>& urls) {
+        std::string first = "it names no file";
+        for (std::size_t i = 0; i < urls.size(); ++i) {
+            const std::string file = urls[i].substr(0, urls[i].find('#'));
+            std::string why = "it names no file";
+            if (const Expected<std::string> path = file.empty() ? Expected<std::string>() : find(file, reading_.back());
+                !path)
+                why = path.error().message;
+            else if (!file.empty())
+                why = std::ranges::find(reading_, *path) == reading_.end() ? "" : "files name each other in a circle";
+            if (why.empty()) return why;
+            if (i == 0) first = std::move(why);
+        }
+        return first;
+    });
 }
 
 SoProto* CoinFiles::fetchProto(SoInput* in, const SbString* urls, int count, void* self) {
@@ -172,15 +206,18 @@ SoProto* CoinFiles::protoOf(const std::string& url, SoInput&) {
     if (std::ranges::find(reading_, *path) != reading_.end()) return leaveOut("files name each other in a circle");
     const Expected<Bytes> bytes = folder_.read(*path);
     if (!bytes) return leaveOut(bytes.error().message);
-    const Expected<CoinText> text = coinTextOf(*bytes, maxBytes_);
-    if (!text) return leaveOut(text.error().message);
+    reading_.push_back(*path);
+    const Expected<CoinText> text = textOf(*bytes);
+    if (!text) {
+        reading_.pop_back();
+        return leaveOut(text.error().message);
+    }
     SoInput in;
     in.setBuffer(text->text.data(), text->text.size());
-    reading_.push_back(*path);
     SoSeparator* const root = SoDB::readAll(&in);
     reading_.pop_back();
     if (root != nullptr) root->ref();  // its prototypes live as long as the process
-    SoProto* const proto = name.empty() ? nullptr : SoProto::findProto(SbName(name.c_str()));
+    SoProto* const proto = SoProto::findProto(SbName((name.empty() ? firstProtoIn(text->text) : name).c_str()));
     return proto != nullptr ? proto : leaveOut("that file has no PROTO of this name");
 }
 

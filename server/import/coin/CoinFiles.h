@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/import/coin/CoinText.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/PlainScene.h"
 
@@ -42,6 +43,8 @@ private:
     static SoProto* fetchProto(SoInput* in, const SbString* urls, int count, void* self);
     SoProto* protoOf(const std::string& url, SoInput& into);
     Expected<SoSeparator*> parse(const std::string& path);
+    /// Of the file that is being read.
+    [[nodiscard]] Expected<CoinText> textOf(ByteSpan bytes) const;
 
     FolderFiles folder_;
     std::size_t maxBytes_;

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "server/import/coin/VrmlScan.h"
-
 namespace tessera {
 namespace {
 
@@ -15,9 +13,9 @@ std::string_view firstLineOf(std::string_view text) {
 }
 
 /// What X3D became, whose prototypes are to be looked at too.
-Expected<CoinText> checked(Expected<CoinText> made) {
+Expected<CoinText> checked(Expected<CoinText> made, const MissingProto& missing) {
     if (!made) return made;
-    if (const Expected<void> sound = scanVrml(made->text, Dialect::kVrml2, made->notes); !sound)
+    if (const Expected<void> sound = scanVrml(made->text, Dialect::kVrml2, missing, made->notes); !sound)
         return fail(sound.error().code, "as VRML, " + sound.error().message);
     return made;
 }
@@ -54,7 +52,7 @@ Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes) {
     return text;
 }
 
-Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
+Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes, const MissingProto& missing) {
     CoinText result;
     if (packed.size() >= 2 && packed[0] == std::byte{0x1f} && packed[1] == std::byte{0x8b}) {
         Expected<std::string> unpacked = unpackGzip(packed, maxBytes);
@@ -64,11 +62,12 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
         result.text = asText(packed);
     }
     if (result.text.starts_with("\xef\xbb\xbf")) result.text.erase(0, 3);
-    if (result.text.starts_with("\xe0\0"))
+    if (result.text.starts_with(std::string_view("\xe0\0", 2)))
         return fail(ErrorCode::kUnsupported, "it is X3D in binary, which is not read: write it as XML (.x3d)");
     const std::string_view first = firstLineOf(result.text);
     const std::size_t begin = result.text.find_first_not_of(" \t\r\n");
-    if (begin != std::string::npos && result.text[begin] == '<') return checked(vrmlOfX3dXml(std::move(result.text)));
+    if (begin != std::string::npos && result.text[begin] == '<')
+        return checked(vrmlOfX3dXml(std::move(result.text)), missing);
     if (first.starts_with("#Inventor ") && first.find("binary") != first.npos) return result;
     const bool classic = first.starts_with("#X3D ");
     if (!classic && !first.starts_with("#VRML ") && !first.starts_with("#Inventor "))
@@ -77,9 +76,9 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes) {
     const Dialect dialect = classic                         ? Dialect::kX3d
                             : first.starts_with("#VRML V2") ? Dialect::kVrml2
                                                             : Dialect::kInventor;
-    if (const Expected<void> sound = scanVrml(result.text, dialect, result.notes); !sound)
+    if (const Expected<void> sound = scanVrml(result.text, dialect, missing, result.notes); !sound)
         return tl::unexpected(sound.error());
-    return classic ? checked(vrmlOfX3dClassic(result.text)) : std::move(result);
+    return classic ? checked(vrmlOfX3dClassic(result.text), missing) : std::move(result);
 }
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
+#include "server/import/coin/VrmlScan.h"
 
 namespace tessera {
 
@@ -17,7 +18,8 @@ struct CoinText {
 
 /// `packed`: a file's bytes, maybe in gzip. kBadInput, kLimit: what is wrong with it, with the line where that is
 /// known. No more than `maxBytes` come of it.
-[[nodiscard]] Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes);
+/// `missing`: see VrmlScan.h.
+[[nodiscard]] Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes, const MissingProto& missing);
 
 /// Bytes in gzip, unpacked. kLimit beyond `maxBytes`, or where they are packed more than a hundredfold.
 [[nodiscard]] Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes);

@@ -209,10 +209,11 @@ Expected<void> CoinWalk::addGroup(SoNode& node, Place& at) {
         // A core of its own, below what places it.
         Message* const turned = opened->node->add_node();
         turned->set_name("billboard");
-        setVector(*turned->mutable_billboard()->mutable_axis(),
-                  static_cast<SoVRMLBillboard&>(node).axisOfRotation.getValue());
-        turned->mutable_billboard()->set_point(static_cast<SoVRMLBillboard&>(node).axisOfRotation.getValue() ==
-                                               SbVec3f(0, 0, 0));
+        const SbVec3f axis = static_cast<SoVRMLBillboard&>(node).axisOfRotation.getValue();
+        if (axis == SbVec3f(0, 0, 0))
+            turned->mutable_billboard()->set_point(true);
+        else
+            setVector(*turned->mutable_billboard()->mutable_axis(), axis);
         opened->place.make = [turned] { return turned->add_node(); };
         opened->place.path += "/billboard";
     }

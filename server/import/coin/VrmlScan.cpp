@@ -16,18 +16,21 @@ namespace {
 /// Nodes that all prototypes of a file stand for.
 constexpr double kMostInstances = 500'000;
 
-bool isKnown(std::string_view kind) {
-    static std::map<std::string, bool, std::less<>> kKinds;
-    if (const auto known = kKinds.find(kind); known != kKinds.end()) return known->second;
-    const std::string name(kind.substr(0, 200));
-    const bool is = SoType::fromName(SbName(("VRML" + name).c_str())) != SoType::badType() ||
-                    SoType::fromName(SbName(name.c_str())) != SoType::badType();
-    return kKinds.emplace(kind, is).first->second;
+/// Of VRML 2 its own kinds: Inventor has some of the same name, with other fields.
+bool isKnown(std::string_view kind, Dialect dialect) {
+    static std::map<std::pair<Dialect, std::string>, bool> kKinds;
+    const auto [known, isNew] = kKinds.try_emplace({dialect, std::string(kind.substr(0, 200))}, false);
+    if (isNew) {
+        const std::string name = (dialect == Dialect::kVrml2 ? "VRML" : "") + known->first.second;
+        known->second = SoType::fromName(SbName(name.c_str())) != SoType::badType();
+    }
+    return known->second;
 }
 
 class Scan {
 public:
-    Scan(std::string_view text, Dialect dialect) : text_(text), dialect_(dialect) {}
+    Scan(std::string_view text, Dialect dialect, const MissingProto& missing)
+        : text_(text), dialect_(dialect), missing_(missing) {}
 
     Expected<void> run() {
         while (next()) {
@@ -45,9 +48,14 @@ public:
             } else if (token_.front() == '"') {
                 word_ = {};
             } else {
-                if (dialect_ == Dialect::kVrml2 && (word_ == "PROTO" || word_ == "EXTERNPROTO")) {
-                    costs_[std::string(token_)] = 1;
-                    named_ = word_ == "PROTO" ? token_ : std::string_view();
+                const bool outside = word_ == "EXTERNPROTO";
+                if (dialect_ == Dialect::kVrml2 && (outside || word_ == "PROTO")) {
+                    const std::string name(token_);
+                    const bool there = !outside || isThere(name);
+                    if (there) costs_[name] = 1;
+                    named_ = outside ? std::string_view() : token_;
+                    word_ = {};
+                    continue;
                 }
                 word_ = token_;
             }
@@ -59,8 +67,8 @@ public:
     [[nodiscard]] std::string mended() const {
         std::string all;
         std::size_t from = 0;
-        for (const auto& [begin, end] : cuts_) {
-            all.append(text_, from, begin - from).append("Group {}");
+        for (const auto& [begin, end, instead] : cuts_) {
+            all.append(text_, from, begin - from).append(instead);
             // Lines keep their numbers.
             all.append(static_cast<std::size_t>(std::ranges::count(text_.substr(begin, end - begin), '\n')), '\n');
             from = end;
@@ -68,6 +76,7 @@ public:
         return all.append(text_, from);
     }
     [[nodiscard]] bool isWhole() const { return cuts_.empty(); }
+    [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
     [[nodiscard]] const std::map<std::string, std::size_t>& unknown() const { return unknown_; }
 
 private:
@@ -111,7 +120,7 @@ private:
         if (dialect_ == Dialect::kX3d) return {};
         if (dialect_ == Dialect::kInventor) {
             // What it does not know may say its fields, and Coin reads over it.
-            if (!word_.empty() && !isKnown(word_) &&
+            if (!word_.empty() && !isKnown(word_, dialect_) &&
                 !text_.substr(std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size())).starts_with("fields"))
                 leaveOut(std::string(word_));
             return {};
@@ -128,7 +137,7 @@ private:
         double cost = 1;
         if (const auto known = costs_.find(kind); known != costs_.end()) {
             cost = known->second;
-        } else if (!isKnown(kind)) {
+        } else if (!isKnown(kind, dialect_)) {
             leaveOut(kind);
         }
         double& sum = protos_.empty() ? cost_ : protos_.back().cost;
@@ -137,6 +146,29 @@ private:
             return problem(ErrorCode::kLimit,
                            fmt::format("its prototypes stand for more than {} nodes", kMostInstances));
         return {};
+    }
+
+    /// Behind the name of an EXTERNPROTO: its interface and its files. One that is not there is cut out.
+    bool isThere(const std::string& name) {
+        const auto begin = static_cast<std::size_t>(word_.data() - text_.data());
+        if (!next() || token_ != "[") return true;  // Coin says what is wrong
+        for (std::size_t inside = 1; inside > 0 && next();) {
+            if (token_ == "[") ++inside;
+            if (token_ == "]") --inside;
+        }
+        std::vector<std::string> urls;
+        const auto take = [&] {
+            if (token_.size() >= 2 && token_.front() == '"') urls.emplace_back(token_.substr(1, token_.size() - 2));
+        };
+        if (!next()) return true;
+        take();
+        if (token_ == "[")
+            while (next() && token_ != "]") take();
+        const std::string why = missing_(urls);
+        if (why.empty()) return true;
+        problems_.push_back(fmt::format("the EXTERNPROTO '{}' is not there: {}", name.substr(0, 80), why));
+        cuts_.push_back({begin, at_, ""});
+        return false;
     }
 
     void close() {
@@ -154,27 +186,36 @@ private:
             if (token_ == "}") --inside;
         }
         --depth_;
-        cuts_.emplace_back(begin, at_);
+        cuts_.push_back({begin, at_, "Group {}"});
     }
 
     std::string_view text_, token_, word_, named_;
     Dialect dialect_;
+    const MissingProto& missing_;
     std::size_t at_ = 0, line_ = 1, depth_ = 0;
     std::vector<Proto> protos_;  ///< whose bodies are open
     std::map<std::string, double> costs_;
     double cost_ = 0;
-    std::vector<std::pair<std::size_t, std::size_t>> cuts_;
+    struct Cut {
+        std::size_t begin, end;
+        const char* instead;
+    };
+    std::vector<Cut> cuts_;
+    std::vector<std::string> problems_;
     std::map<std::string, std::size_t> unknown_;
 };
 
 }  // namespace
 
-Expected<void> scanVrml(std::string& text, Dialect dialect, std::vector<std::string>& notes) {
-    Scan scan(text, dialect);
+Expected<void> scanVrml(std::string& text, Dialect dialect, const MissingProto& missing,
+                        std::vector<std::string>& notes) {
+    Scan scan(text, dialect, missing);
     if (Expected<void> done = scan.run(); !done) return done;
     if (scan.isWhole()) return {};
     constexpr std::size_t kMostLines = 10;
     std::size_t line = 0;
+    notes.insert(notes.end(), scan.problems().begin(),
+                 scan.problems().begin() + static_cast<std::ptrdiff_t>(std::min(scan.problems().size(), kMostLines)));
     for (const auto& [kind, count] : scan.unknown()) {
         if (++line > kMostLines) {
             notes.push_back(

@@ -100,6 +100,11 @@ TEST_F(CoinFiles, MakePrototypesOfThisFileAndOfOthers) {
                               "Ball { c 0 0 1 at 7 0 0 }");
     ASSERT_EQ(all<Material>(other).size(), 1u);
     EXPECT_EQ(all<Material>(other)[0]->baseColor, Vec4f(0, 0, 1, 1));
+    EXPECT_NE(
+        notesOf("gone.wrl", kVrml2 + "EXTERNPROTO X [ field SFColor c ] [ \"urn:x\" \"gone.wrl2\" ]\nX { c 1 0 0 } "
+                                     "Shape { geometry Box {} }")
+            .find("the EXTERNPROTO 'X' is not there"),
+        std::string::npos);
 }
 
 TEST_F(CoinFiles, KeepWhatSwitchesAndLevelsHide) {

@@ -83,7 +83,8 @@ TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
            "more than");
     expect("bomb.wrz", gzip(kVrml2 + std::string(std::size_t{200} << 20, ' ')), "unpacked it has more than");
     expect("bomb.x3d", "<!DOCTYPE X3D [ <!ENTITY a \"aa\"> <!ENTITY b \"&a;&a;\"> ]><X3D><Scene/></X3D>", "entities");
-    expect("prototypes.wrl", kVrml2 + "EXTERNPROTO A [] \"prototypes.wrl#A\" A {}", "in a circle");
+    expect("prototypes.wrl", kVrml2 + "EXTERNPROTO A [] \"prototypes.wrl#A\" A {} Shape { geometry Box {} }",
+           "in a circle");
 }
 
 TEST_F(CoinHostile, NumbersThatLeadNowhereAreMended) {
