@@ -73,6 +73,31 @@ std::string shapeName(const SoNode& shape) {
     return kindOf(geometry != nullptr ? *geometry : shape);
 }
 
+/// Coin tells no colours of them.
+CoinShapes::Parts pointsOf(const SoVRMLPointSet& set) {
+    CoinShapes::Parts parts;
+    MeshData mesh;
+    mesh.primitive = Primitive::kPoints;
+    const SoNode* const coord = set.coord.getValue();
+    const SoNode* const color = set.color.getValue();
+    if (coord == nullptr || !is<SoVRMLCoordinate>(*coord)) return parts;
+    const SoMFVec3f& points = as<SoVRMLCoordinate>(*coord).point;
+    for (int i = 0; i < points.getNum(); ++i)
+        mesh.positions.insert(mesh.positions.end(), {points[i][0], points[i][1], points[i][2]});
+    parts.colored = color != nullptr && is<SoVRMLColor>(*color) && as<SoVRMLColor>(*color).color.getNum() > 0;
+    if (parts.colored) {
+        const SoMFColor& colors = as<SoVRMLColor>(*color).color;  // as many as points: CoinIndices
+        for (int i = 0; i < points.getNum(); ++i) {
+            for (int c = 0; c < 3; ++c)
+                mesh.colors.push_back(
+                    static_cast<std::uint8_t>(std::lround(255 * std::clamp(colors[i][c], 0.0f, 1.0f))));
+            mesh.colors.push_back(255);
+        }
+    }
+    if (!mesh.empty()) parts.meshes.push_back(std::move(mesh));
+    return parts;
+}
+
 constexpr float kDegrees = static_cast<float>(180.0 / std::numbers::pi);
 
 }  // namespace
@@ -146,6 +171,9 @@ Expected<void> CoinWalk::addVrmlShape(SoVRMLShape& shape, Place& at) {
     look.lineWidth = look.pointSize = 1;
     wanted.look = look;
     if (is<SoVRMLText>(*geometry)) return addText(*geometry, wanted, at);
+    if (is<SoVRMLPointSet>(*geometry))
+        return placeParts(shape,
+                          shared_[&shape] = nameParts(*geometry, pointsOf(as<SoVRMLPointSet>(*geometry)), wanted), at);
     Expected<CoinShapes::Parts> parts = shapes_.gather(shape, wanted.texture != nullptr, !flag(*geometry, "ccw", true));
     if (!parts) return tl::unexpected(parts.error());
     return placeParts(shape, shared_[&shape] = nameParts(*geometry, std::move(*parts), wanted), at);

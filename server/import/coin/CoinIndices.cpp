@@ -10,7 +10,9 @@
 #include <Inventor/VRMLnodes/SoVRMLTextureCoordinate.h>
 #include <Inventor/elements/SoNormalBindingElement.h>
 #include <Inventor/elements/SoTextureCoordinateElement.h>
+#include <Inventor/nodes/SoFaceSet.h>
 #include <Inventor/nodes/SoIndexedShape.h>
+#include <Inventor/nodes/SoLineSet.h>
 #include <Inventor/nodes/SoNonIndexedShape.h>
 #include <Inventor/nodes/SoPointSet.h>
 #include <Inventor/nodes/SoQuadMesh.h>
@@ -135,7 +137,7 @@ struct Needed {
 };
 
 std::string mendIndexed(SoIndexedShape& set, const SoCallbackAction& action, const SoVertexProperty* own, int points,
-                        Needed& needed) {
+                        int binding, Needed& needed) {
     const int normals =
         own != nullptr && own->normal.getNum() > 0 ? own->normal.getNum() : static_cast<int>(action.getNumNormals());
     const int places =
@@ -169,7 +171,7 @@ std::string mendIndexed(SoIndexedShape& set, const SoCallbackAction& action, con
     mend(set.textureCoordIndex, places, needed.places);
     mend(set.materialIndex, std::numeric_limits<int>::max(), materials);
     // One for each face, in turn.
-    const SoNormalBinding::Binding binding = action.getNormalBinding();
+
     if (binding == SoNormalBinding::PER_FACE || binding == SoNormalBinding::PER_PART) needed.normals = corners.size();
     if (binding == SoNormalBinding::PER_FACE) needed.normals = std::min(needed.normals, piecesIn(corners));
     if (binding == SoNormalBinding::OVERALL) needed.normals = 1;
@@ -177,7 +179,7 @@ std::string mendIndexed(SoIndexedShape& set, const SoCallbackAction& action, con
 }
 
 /// Runs of vertices one behind the other.
-std::string mendRuns(SoNonIndexedShape& set, int points, Needed& needed) {
+std::string mendRuns(SoNonIndexedShape& set, int points, int binding, Needed& needed) {
     int start = set.startIndex.getValue();
     std::string wrong;
     const auto leaveOut = [&] { wrong = "what names vertices that do not exist is left out"; };
@@ -187,6 +189,7 @@ std::string mendRuns(SoNonIndexedShape& set, int points, Needed& needed) {
         set.startIndex = start;
     }
     needed.normals = needed.places = static_cast<std::size_t>(points);
+    std::size_t parts = needed.normals, faces = needed.normals;
     if (is<SoPointSet>(set)) {
         auto& count = static_cast<SoPointSet&>(set).numPoints;
         if (count.getValue() < -1 || count.getValue() > points - start) {
@@ -206,11 +209,12 @@ std::string mendRuns(SoNonIndexedShape& set, int points, Needed& needed) {
         if (field == nullptr || !field->isOfType(SoMFInt32::getClassTypeId())) return wrong;
         auto& runs = *static_cast<SoMFInt32*>(field);
         std::vector<int32_t> counts = listOf(runs);
+        const int32_t least = is<SoLineSet>(set) ? 2 : 3;  // of fewer Coin reads on without end
         std::int64_t left = points - start;
         std::size_t good = 0;
         for (; good < counts.size(); ++good) {
             const bool rest = counts[good] == -1 && good + 1 == counts.size();
-            if (!rest && (counts[good] < 0 || counts[good] > left)) break;
+            if (!rest && (counts[good] < least || counts[good] > left)) break;
             if (!rest) left -= counts[good];
         }
         if (good < counts.size()) {
@@ -218,7 +222,14 @@ std::string mendRuns(SoNonIndexedShape& set, int points, Needed& needed) {
             counts.resize(good);
             write(runs, counts);
         }
+        parts = counts.size();
+        faces = 0;
+        for (const int32_t count : counts)
+            faces += is<SoFaceSet>(set) ? 1 : static_cast<std::size_t>(count < 0 ? points : count);
     }
+    if (binding == SoNormalBinding::PER_PART) needed.normals = is<SoFaceSet>(set) ? faces : parts;
+    if (binding == SoNormalBinding::PER_FACE) needed.normals = faces;
+    if (binding == SoNormalBinding::OVERALL) needed.normals = 1;
     return wrong;
 }
 
@@ -289,16 +300,18 @@ std::string mendVrmlIndices(SoNode& geometry) {
 
 std::string mendIndices(SoNode& shape, const SoCallbackAction& action) {
     if (!is<SoVertexShape>(shape)) return {};
-    const SoNode* const property = static_cast<SoVertexShape&>(shape).vertexProperty.getValue();
-    const auto* const own = property != nullptr && is<SoVertexProperty>(*property)
-                                ? static_cast<const SoVertexProperty*>(property)
-                                : nullptr;
+    SoNode* const property = static_cast<SoVertexShape&>(shape).vertexProperty.getValue();
+    auto* const own =
+        property != nullptr && is<SoVertexProperty>(*property) ? static_cast<SoVertexProperty*>(property) : nullptr;
+    const int binding = own != nullptr && own->normal.getNum() > 0 ? own->normalBinding.getValue()
+                                                                   : static_cast<int>(action.getNormalBinding());
     const int points = own != nullptr && own->vertex.getNum() > 0 ? own->vertex.getNum() : action.getNumCoordinates();
     Needed needed;
-    std::string wrong =
-        is<SoIndexedShape>(shape)      ? mendIndexed(static_cast<SoIndexedShape&>(shape), action, own, points, needed)
-        : is<SoNonIndexedShape>(shape) ? mendRuns(static_cast<SoNonIndexedShape&>(shape), points, needed)
-                                       : std::string();
+    std::string wrong = is<SoIndexedShape>(shape)
+                            ? mendIndexed(static_cast<SoIndexedShape&>(shape), action, own, points, binding, needed)
+                        : is<SoNonIndexedShape>(shape)
+                            ? mendRuns(static_cast<SoNonIndexedShape&>(shape), points, binding, needed)
+                            : std::string();
     // What is not enough for each corner or face is one for all.
     SoState& state = *action.getState();
     const auto enough = [](int have, std::size_t wanted) {
@@ -309,11 +322,9 @@ std::string mendIndices(SoNode& shape, const SoCallbackAction& action) {
         SoNormalBindingElement::set(&state, &shape, SoNormalBindingElement::OVERALL);
     if (!enough(action.getNumTextureCoordinates(), needed.places) && (own == nullptr || own->texCoord.getNum() == 0))
         SoTextureCoordinateElement::setDefault(&state, &shape);
-    if (own != nullptr &&
-        (!enough(own->normal.getNum(), needed.normals) || !enough(own->texCoord.getNum(), needed.places))) {
-        auto& mended = const_cast<SoVertexProperty&>(*own);
-        if (!enough(own->normal.getNum(), needed.normals)) mended.normal.setNum(0);
-        if (!enough(own->texCoord.getNum(), needed.places)) mended.texCoord.setNum(0);
+    if (own != nullptr) {
+        if (!enough(own->normal.getNum(), needed.normals)) fill(own->normal, needed.normals);
+        if (!enough(own->texCoord.getNum(), needed.places)) fill(own->texCoord, needed.places);
     }
     return wrong;
 }

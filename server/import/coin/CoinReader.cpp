@@ -21,6 +21,9 @@ Expected<PlainScene> readWithCoin(const std::string& path, const ReadLimits& lim
     if (!root) return tl::unexpected(root.error());
     CoinWalk& walk = *new CoinWalk(path, files.textBytes(), limits, files, scene);
     if (const Expected<void> done = walk.walk(**root); !done) return tl::unexpected(done.error());
+    if (scene.file.node().empty() && !scene.notes.empty())
+        return fail(ErrorCode::kBadInput,
+                    "there is nothing in it to show: " + (scene.missing.empty() ? scene.notes : scene.missing).front());
     constexpr std::uint32_t kY = 2;
     scene.file.set_up_axis(kY);
     return scene;

@@ -12,16 +12,7 @@ std::string_view firstLineOf(std::string_view text) {
     return text.substr(0, std::min(text.find_first_of("\r\n"), std::size_t{200}));
 }
 
-/// What X3D became, whose prototypes are to be looked at too.
-Expected<CoinText> checked(Expected<CoinText> made, const MissingProto& missing) {
-    if (!made) return made;
-    if (const Expected<void> sound = scanVrml(made->text, Dialect::kVrml2, missing, made->notes); !sound)
-        return fail(sound.error().code, "as VRML, " + sound.error().message);
-    return made;
-}
-
-}  // namespace
-
+/// Refused beyond `maxBytes`, or where it is packed more than a hundredfold.
 Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes) {
     // Text of coordinates shrinks to a tenth; only what repeats itself on purpose shrinks to a hundredth.
     constexpr std::size_t kMostFactor = 100, kAlways = std::size_t{16} << 20;
@@ -51,6 +42,16 @@ Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes) {
         return fail(ErrorCode::kBadInput, fmt::format("its gzip is damaged or cut short, after {} bytes", text.size()));
     return text;
 }
+
+/// What X3D became, whose prototypes are to be looked at too.
+Expected<CoinText> checked(Expected<CoinText> made, const MissingProto& missing) {
+    if (!made) return made;
+    if (const Expected<void> sound = scanVrml(made->text, Dialect::kVrml2, missing, made->notes); !sound)
+        return fail(sound.error().code, "as VRML, " + sound.error().message);
+    return made;
+}
+
+}  // namespace
 
 Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes, const MissingProto& missing) {
     CoinText result;

@@ -21,10 +21,7 @@ struct CoinText {
 /// `missing`: see VrmlScan.h.
 [[nodiscard]] Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes, const MissingProto& missing);
 
-/// Bytes in gzip, unpacked. kLimit beyond `maxBytes`, or where they are packed more than a hundredfold.
-[[nodiscard]] Expected<std::string> unpackGzip(ByteSpan packed, std::size_t maxBytes);
-
-/// X3D, as XML or in the classic encoding, as VRML 2.0. XML's entities and unknown accents of it are refused.
+/// X3D, as XML or in the classic encoding, as VRML 2.0. XML's entities are refused.
 [[nodiscard]] Expected<CoinText> vrmlOfX3dXml(std::string text);
 [[nodiscard]] Expected<CoinText> vrmlOfX3dClassic(std::string_view text);
 

@@ -164,7 +164,7 @@ TEST_F(CoinFiles, LightAndLookAsTheySay) {
     const auto cameras = all<Camera>(aspect);
     ASSERT_EQ(cameras.size(), 1u);
     EXPECT_TRUE(cameras[0]->enabled);
-    EXPECT_NE(aspect.core<Camera>("/a/Front/wall"), nullptr);
+    EXPECT_NE(aspect.core<Transform>("/a/Front/wall"), nullptr);
     const auto skies = all<Environment>(aspect);
     ASSERT_EQ(skies.size(), 1u);
     EXPECT_EQ(skies[0]->background, Vec3f(0, 0, 1));
