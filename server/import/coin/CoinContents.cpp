@@ -471,8 +471,9 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
     return {};
 }
 
-/// The first is what VRML binds. A sky of several colours becomes the one overhead, and the one of the horizon behind.
-void CoinWalk::addBackground(const SoNode& node, Place& at) {
+/// The first is what VRML binds. Of a sky of several colours the one of the horizon is behind everything. None of them
+/// gives light.
+void CoinWalk::addBackground(const SoNode& node) {
     const auto& source = as<SoVRMLBackground>(node);
     if (hasBackground_) return leaveOut("Background beyond the first", node);
     hasBackground_ = true;
@@ -489,12 +490,12 @@ void CoinWalk::addBackground(const SoNode& node, Place& at) {
     };
     const int skies = source.skyColor.getNum();
     if (skies == 0) return;
-    const SbColor overhead = source.skyColor[0], horizon = source.skyColor[skies - 1];
+    const SbColor horizon = source.skyColor[skies - 1];
     const int grounds = source.groundColor.getNum();
-    Message* const environment = make("background", at);
+    // At the top, where whoever takes the file in looks for it.
+    Message* const environment = scene_.file.add_node();
+    environment->set_name("background");
     proto::scene::Environment& message = *environment->mutable_environment();
-    set(*message.mutable_sky(), overhead);
-    set(*message.mutable_ground(), grounds > 0 ? source.groundColor[0] : horizon);
     set(*message.mutable_background(), horizon);
     if (skies > 1 || grounds > 0) scene_.note("a Background of several colours is the one of its horizon");
 }

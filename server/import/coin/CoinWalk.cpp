@@ -145,7 +145,7 @@ Expected<void> CoinWalk::visitKnown(SoNode& node, Place& at) {
     if (is<SoVRMLLight>(node) || is<SoLight>(node)) return addLight(node, at);
     if (is<SoVRMLViewpoint>(node) || is<SoCamera>(node)) return addView(node, at);
     if (is<SoVRMLBackground>(node)) {
-        addBackground(node, at);
+        addBackground(node);
         return {};
     }
     if (isLost(node)) {

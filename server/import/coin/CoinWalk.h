@@ -71,7 +71,7 @@ private:
     Expected<void> addText(const SoNode& text, const CoinMaterials::Wanted& wanted, Place& at);
     Expected<void> addLight(const SoNode& light, Place& at);
     Expected<void> addView(const SoNode& view, Place& at);
-    void addBackground(const SoNode& node, Place& at);
+    void addBackground(const SoNode& node);
     /// Each of them becomes exactly one child, whatever it is.
     Expected<void> visitAsOne(SoNode& child, std::size_t index, Opened& in);
 
