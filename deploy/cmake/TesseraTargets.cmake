@@ -146,8 +146,8 @@ function(tessera_module_settings target)
   endif()
 endfunction()
 
-# tessera_library(NAME [SELDOM] [ONLY regex | BUT regex] [LINK other modules and packages...]): the module in the current
-# folder. ONLY, BUT: of its files those, or all others, where a folder has two libraries.
+# tessera_library(NAME [SELDOM] [ONLY regex | BUT regex] [LINK other modules and packages...]): the module in the
+# current folder. ONLY, BUT: of its files those, or all others, where a folder has two libraries.
 function(tessera_library name)
   cmake_parse_arguments(ARG "SELDOM" "ONLY;BUT" "LINK;PRIVATE_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)

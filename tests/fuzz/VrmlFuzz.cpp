@@ -13,7 +13,7 @@ void run(FuzzInput in) {
     static const bool kReady = (prepareCoin(), true);
     must(kReady, "Coin starts");
     constexpr const char* kHeaders[] = {"#VRML V2.0 utf8\n", "#VRML V1.0 ascii\n", "#Inventor V2.1 ascii\n",
-                                        "#X3D V3.2 utf8\n", "<X3D><Scene>",        ""};
+                                        "#X3D V3.2 utf8\n",  "<X3D><Scene>",       ""};
     const std::string header = kHeaders[in.below(6)];
     const std::string text = header + std::string(asText(in.rest()));
     constexpr std::size_t kMost = 1 << 20;

@@ -228,6 +228,7 @@ Expected<void> CoinWalk::addTransform(SoVRMLTransform& node, Place& at) {
     const bool moves = motion_.hold(node);
     state.push();
     const bool centred =
+        motion_.drives(node, "center") || motion_.drives(node, "scaleOrientation") ||
         node.center.getValue() != SbVec3f(0, 0, 0) ||
         (node.scaleOrientation.getValue() != SbRotation::identity() && node.scale.getValue() != SbVec3f(1, 1, 1));
     SbMatrix matrix;
