@@ -275,6 +275,8 @@ std::set<std::string> allEndings() {
     Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"
     for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1))
         endings.insert(all.substr(at, all.find(';', at) - at));
+    // Another program's (server/import/coin).
+    for (const char* other : {".x3d", ".x3db"}) endings.erase(other);
     return endings;
 }
 

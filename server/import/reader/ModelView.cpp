@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/import/reader/CameraStand.h"
+
 namespace tessera {
 namespace {
-
-/// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
-constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
 
 /// Times the light that makes a white surface white. Files that reckon without an exposure have less; a dim room, in
 /// lux, has more.
@@ -19,35 +18,17 @@ constexpr double kDazzling = 20;
 
 bool addModelCamera(const ModelCamera& camera, const Affine3d& world_T_node, const Box& bounds, PlainScene& scene,
                     proto::scene::Node& node) {
-    const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
-    if (!(nodeScale > 1e-12)) return false;
-    const Vec3d forward = -world_T_node.linear().col(2).normalized();
-    const Vec3d eye = world_T_node.translation();
-    double distance = bounds.empty() ? 0.0 : (bounds.center() - eye).dot(forward);
-    double height = camera.height;
-    if (camera.fieldOfView) {
-        const double fov = *camera.fieldOfView;
-        if (!(fov > 0.0 && fov < EIGEN_PI)) return false;
-        const double perDistance = 2.0 * std::tan(fov / 2.0);
-        if (distance > 0.0 && perDistance < kWindowHeight / kEyeDistance) {
-            const double reach = 0.5 * bounds.size().dot(forward.cwiseAbs());  // of the box along the line of sight
-            distance = std::max(distance - reach, 0.2 * distance);
-        }
-        // A camera that looks away from the middle: its own window, one metre high.
-        if (!(distance > 1e-9)) distance = kWindowHeight / perDistance;
-        height = perDistance * distance;
-    } else {
-        distance = std::max(distance, 0.0);
-        scene.note("an orthographic camera is shown in perspective");
-    }
-    const double worldScale = height / kWindowHeight;
-    if (!(worldScale > 1e-9 && worldScale < 1e12)) return false;
+    const bool perspective = camera.fieldOfView.has_value();
+    const double fov = camera.fieldOfView.value_or(0);
+    if (perspective && !(fov > 0.0 && fov < EIGEN_PI)) return false;
+    const std::optional<CameraStand> stand =
+        standOf(world_T_node, bounds, perspective ? 2.0 * std::tan(fov / 2.0) : 0.0, camera.height);
+    if (!perspective) scene.note("an orthographic camera is shown in perspective");
+    if (!stand) return false;
     proto::scene::Node* wall = node.add_node();
     wall->set_name(camera.name);
-    const Vec3d windowCenter = Vec3d(0.0, 0.0, -distance);
-    const Vec3d offset = (windowCenter - Vec3d(0.0, kWindowCenterY * worldScale, 0.0)) / nodeScale;
-    setTransform(*wall->mutable_transform(), offset, Quatd::Identity(), Vec3d::Ones());
-    wall->mutable_camera()->set_world_units_per_metre(worldScale);
+    setTransform(*wall->mutable_transform(), stand->offset, Quatd::Identity(), Vec3d::Ones());
+    wall->mutable_camera()->set_world_units_per_metre(stand->unitsPerMetre);
     return true;
 }
 

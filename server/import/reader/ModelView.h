@@ -15,12 +15,8 @@ struct ModelCamera {
     double height = 0;                  ///< of what such a one shows, in units of the world
 };
 
-/// Adds the camera below its node: it looks along -Z there. A file's camera says where the eye is and how wide it
-/// looks; ours says where the wall stands and how large it is. At one depth d, the wall's window shall cover exactly
-/// what the file's camera shows there: scale = 2 d tan(fov / 2) / window height, and the eye stands 2.4 m × scale
-/// before that window. For a field of 41° that is the file's own eye, whatever d is. A narrower one brings the eye
-/// nearer, so d is where the scene begins: what lies beyond the window is seen at a wider angle than in the file, and
-/// nothing is cut off. For a wider one d is the scene's middle. `bounds`: of the scene. False: it can show nothing.
+/// Adds the camera below its node: it looks along -Z there, and the wall stands as CameraStand.h says. `bounds`: of the
+/// scene. False: it can show nothing.
 bool addModelCamera(const ModelCamera& camera, const Affine3d& world_T_node, const Box& bounds, PlainScene& scene,
                     proto::scene::Node& node);
 
