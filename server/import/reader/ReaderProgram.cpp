@@ -23,7 +23,8 @@ namespace tessera {
 namespace {
 
 constexpr std::string_view kOptions =
-    "tessera-server, not by people. The result goes to stdout as binary records.\n"
+    "in confinement; started by tessera-server, not by people. The result goes to\n"
+    "stdout as binary records.\n"
     "\n"
     "  --file PATH          the file (absolute, no symbolic links)\n"
     "  --memory BYTES       bound on address space\n"
@@ -182,7 +183,7 @@ int runReaderProgram(const ReaderProgram& program, int count, char** values) {
     const std::span<char*> arguments(values + 1, values + count);
     const std::string_view first = arguments.empty() ? "" : arguments.front();
     if (first == "--help") {
-        print(fmt::format("{}: reads one {} in confinement; started by\n{}", program.name, program.what, kOptions));
+        print(fmt::format("{}: reads one {}\n{}", program.name, program.what, kOptions));
         return 0;
     }
     if (first == "--endings") {
