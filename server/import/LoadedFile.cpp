@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "common/drawable/Drawable.h"
 #include "common/scenefile/ArraysFile.h"
@@ -132,8 +133,13 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
         result.faults.push_back(failInFile(label, {ErrorCode::kBadInput, readName(fault, "?")}).value().message);
         result.notes.push_back(result.faults.back());
     }
-    if (file->content.node().empty() && file->content.saved().empty())
-        return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
+    if (file->content.node().empty() && file->content.saved().empty()) {
+        // What was left away tells why.
+        std::string why;
+        for (const std::string& note : std::span(output->notes).first(std::min<std::size_t>(output->notes.size(), 3)))
+            why += (why.empty() ? ": " : "; ") + readName(note, "?");
+        return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show" + why);
+    }
     return file;
 }
 

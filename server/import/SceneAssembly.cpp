@@ -91,8 +91,15 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     if (!count) return tl::unexpected(count.error());
     if (!nodes_.hasRoomFor(*count)) return failWith(path, draft_.tooManyNodes());
     if (const Expected<void> done = placeFile(file, spot); !done) return done;
-    if (!file.isScene && draft_.drawn() == drawnBefore)
-        return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn");
+    if (!file.isScene && draft_.drawn() == drawnBefore) {
+        // What was left away tells why.
+        std::string why;
+        int left = 3;
+        for (const std::string& note : draft_.scene().notes)
+            if (note.starts_with(file.label + ": ") && left-- > 0)
+                why += (why.empty() ? ": " : "; ") + note.substr(file.label.size() + 2);
+        return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn" + why);
+    }
     for (const PlacedNode* child : top->children) draft_.scene().tops.push_back(child->id);
     return {};
 }

@@ -32,6 +32,7 @@ void append(std::vector<std::uint32_t>& numbers, std::size_t corners, std::uint6
 
 ObjText::Outcome ObjText::read(std::string_view text) {
     *this = ObjText();
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     std::string joined;
     const char *at = text.data(), *const end = at + text.size();
     while (at < end) {

@@ -168,6 +168,29 @@ TEST(UsdLayers, ThatAreNotThereOrLeadOutAreNamed) {
         EXPECT_TRUE(scene.notes(part)) << part;
 }
 
+TEST(UsdLayers, OfWhichNothingIsLeftSayWhatIsMissing) {
+    for (const auto& [text, why] :
+         {std::pair{"def \"Missing\" (references = @none.usda@) {}\n", "none.usda"},
+          {"#usda 1.0\n(\n subLayers = [@gone.usda@]\n)\n", "gone.usda"},
+          {"def \"Out\" (payload = @/etc/passwd@) {}\n", "leads out of the file's own folder"}}) {
+        const Scratch scratch;
+        const Expected<ImportedScene> scene = importUsd(scratch.write("model.usda", usda(text)));
+        ASSERT_FALSE(scene) << text;
+        EXPECT_NE(scene.error().message.find(why), std::string::npos) << scene.error().message;
+    }
+}
+
+TEST(UsdLayers, BelowEachOtherBeyondTheBoundAreNamed) {
+    std::vector<std::pair<std::string, std::string>> below;
+    for (int i = 0; i < 110; ++i)
+        below.emplace_back(fmt::format("c{}.usda", i),
+                           fmt::format("#usda 1.0\n(\n subLayers = [@c{}.usda@]\n)\n", i + 1));
+    below.emplace_back("c110.usda", "#usda 1.0\n");
+    const UsdScene scene("#usda 1.0\n(\n subLayers = [@c0.usda@]\n)\ndef Sphere \"Good\" {}\n", below);
+    EXPECT_TRUE(scene.has("/Good"));
+    EXPECT_TRUE(scene.notes("sublayers nested deeper than 100 levels are left out"));
+}
+
 TEST(UsdLayers, AreNamedWithLineAndColumnWhereTheyAreWrong) {
     const Scratch scratch;
     const std::pair<const char*, const char*> wrong[] = {

@@ -66,7 +66,12 @@ void UsdStage::addSublayers(UsdLayerStack& stack, const std::shared_ptr<const Us
         }
         const bool known = std::ranges::any_of(
             stack.layers, [&](const auto& held) { return held.first->identifier == (*sublayer)->identifier; });
-        if (known || open.size() > kDeepestArcs) continue;  // it says nothing new
+        if (known) continue;  // it says nothing new
+        if (open.size() > kDeepestArcs) {
+            remarks_.add(fmt::format("sublayers nested deeper than {} levels are left out", kDeepestArcs),
+                         fmt::format("'{}' of {}", named.asset, layer->identifier));
+            continue;
+        }
         UsdTime inner = named.time;
         inner.scale *= layer->timeCodesPerSecond() / (*sublayer)->timeCodesPerSecond();
         addSublayers(stack, *sublayer, time.after(inner), open);
