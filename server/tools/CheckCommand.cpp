@@ -11,7 +11,7 @@
 #include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/WallNotes.h"
-#include "server/import/ModelEndings.h"
+#include "server/import/FormatTable.h"
 #include "server/panel/PanelInScene.h"
 #include "server/tools/MachineCheck.h"
 #include "server/tools/SceneImport.h"
@@ -21,9 +21,20 @@ namespace tessera {
 
 namespace {
 
-std::string formatsText() {
+/// One object per format, as other reports have one per file.
+std::string formatsJson() {
     std::string text;
-    for (const std::string_view ending : modelEndings()) text += fmt::format(".{}\n", ending);
+    for (const FormatRow& row : formatTable()) {
+        std::vector<std::string_view> endings;
+        for (std::string_view left = row.endings; !left.empty();) {
+            endings.push_back(left.substr(0, left.find(' ')));
+            left.remove_prefix(std::min(endings.back().size() + 1, left.size()));
+        }
+        const nlohmann::ordered_json json = {{"format", row.name},   {"endings", endings},
+                                             {"reader", row.reader}, {"arrives", row.arrives},
+                                             {"does_not", row.lost}, {"picture", row.isPicture}};
+        text += json.dump() + "\n";
+    }
     return text;
 }
 
@@ -44,7 +55,7 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
                  "Says what this machine lacks for a wall, with\nthe cure; exits 1 where no wall would run");
     options.flag("--json", out.json, "One JSON object per file, or thing of the machine");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
-    options.flag("--formats", formats, "Prints the endings of all models that are read");
+    options.flag("--formats", formats, "Prints the table of formats: what of each\narrives, and what does not");
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
@@ -52,7 +63,7 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     if (schema) return CheckText{sceneSchemaText()};
     if (out.machine && out.files.empty()) return out;
     if (out.machine) return fail(ErrorCode::kUsage, "--machine looks at this machine, and takes no FILE; see --help");
-    if (formats) return CheckText{formatsText()};
+    if (formats) return CheckText{out.json ? formatsJson() : formatsText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }

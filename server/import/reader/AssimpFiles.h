@@ -78,4 +78,21 @@ private:
     BeforeAssimp* before_;
 };
 
+/// The folder of a file, but for the file itself, in whose place another text is read.
+class InPlaceOf : public FolderIo {
+public:
+    InPlaceOf(const FolderFiles& files, std::string path, std::string text)
+        : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
+
+    bool Exists(const char* name) const override { return name == path_ || FolderIo::Exists(name); }
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (name != path_) return FolderIo::Open(name, mode);
+        const ByteSpan bytes = asBytes(text_);
+        return new MemoryStream(Bytes(bytes.begin(), bytes.end()));
+    }
+
+private:
+    std::string path_, text_;
+};
+
 }  // namespace tessera

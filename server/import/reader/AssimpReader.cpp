@@ -74,12 +74,12 @@ private:
             return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
         const Affine3d map = affineOf(node.mTransformation);
         if (!map.matrix().allFinite()) return fail(ErrorCode::kBadInput, "a node has a transform that is not finite");
-        proto::scene::Node* placed = motion_.place(make, nameOf(node.mName, "node"), node, map);
+        proto::scene::Node* placed = motion_.place(make, foreignName(node.mName.C_Str(), "node"), node, map);
         for (unsigned i = 0; i < node.mNumMeshes; ++i) {
             const unsigned mesh = node.mMeshes[i];
             if (usable_.count(mesh) == 0) continue;
             proto::scene::Node* child = placed->add_node();
-            child->set_name(nameOf(source_.mMeshes[mesh]->mName, "part"));
+            child->set_name(foreignName(source_.mMeshes[mesh]->mName.C_Str(), "part"));
             if (motion_.deforms(*source_.mMeshes[mesh])) {
                 motion_.addSkin(*child, *placed, node, mesh, fmt::format("mesh {}", mesh));
                 child->mutable_skin()->set_material(materials_.name(source_.mMeshes[mesh]->mMaterialIndex));
@@ -94,16 +94,6 @@ private:
                 !done)
                 return done;
         return {};
-    }
-
-    /// Names in old formats may be in any encoding; ours are UTF-8.
-    static std::string nameOf(const aiString& name, const char* otherwise) {
-        std::string text(name.C_Str());
-        const bool ascii = std::all_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x80; });
-        if (!ascii)
-            for (char& c : text)
-                if (static_cast<unsigned char>(c) >= 0x80) c = '_';
-        return text.empty() ? otherwise : text;
     }
 
     void convertMesh(unsigned index) {

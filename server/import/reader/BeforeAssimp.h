@@ -14,6 +14,8 @@
 
 namespace tessera {
 
+class PlyFile;
+
 // Files that end too early: as far as they go in whole triangles, faces or points, with a note of how many there are of
 // how many. Whether anything was changed; refused where nothing can be shown. Into `missing`: of the notes those of
 // triangles, faces or points that are not there.
@@ -23,6 +25,8 @@ namespace tessera {
 /// besides: properties, elements and what is behind them that are not shown.
 [[nodiscard]] Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes,
                                      std::vector<std::string>* missing = nullptr);
+/// What its header says that cannot be shown, in `notes`; refused where vertices have no place, or types are not known.
+[[nodiscard]] Expected<void> notePlyHeader(const PlyFile& file, std::vector<std::string>& notes);
 /// An STL ends with a whole triangle; facets of more corners are cut into some. A binary one has the size that its
 /// count says; where that is 0, the count that its size says.
 [[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes,
@@ -50,6 +54,8 @@ void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 /// that begin with a point get a zero before it: assimp knows neither. Free-form statements, of which assimp takes some
 /// for others, become blanks, as noteOfFreeform says. Whether anything was changed.
 bool mendObj(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing = nullptr);
+/// Whether statements with this keyword are of free-form curves and surfaces.
+[[nodiscard]] bool isOfFreeform(std::string_view key);
 /// The first line of an OBJ whose `v` is not followed by three numbers, and why; empty: there is none.
 [[nodiscard]] std::string doubtOfVertices(std::string_view text);
 /// Which free-form statements of an OBJ nobody reads: curves by themselves, what only joins, marks or approximates,

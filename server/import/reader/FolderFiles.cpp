@@ -28,10 +28,6 @@ std::set<std::string>& lookedFor() {
     return paths;
 }
 
-void isLookedFor(const std::string& path) {
-    if (lookedFor().size() < kMostFilesLookedFor) lookedFor().insert(path);
-}
-
 /// Its folders and its last part, in lower case, backslashes as slashes, without a drive and what leads upwards.
 std::vector<std::string> partsOf(const std::string& name) {
     std::vector<std::string> parts(1);
@@ -73,6 +69,10 @@ std::multimap<std::string, std::string> namesBelow(const std::string& folder) {
 }
 
 }  // namespace
+
+void isLookedFor(const std::string& path) {
+    if (lookedFor().size() < kMostFilesLookedFor) lookedFor().insert(path);
+}
 
 std::vector<std::string> filesLookedFor() {
     return {lookedFor().begin(), lookedFor().end()};

@@ -17,6 +17,8 @@ namespace tessera {
 /// Paths of the files that this process has read or looked for, in order of their names; no more than so many.
 inline constexpr std::size_t kMostFilesLookedFor = 4096;
 [[nodiscard]] std::vector<std::string> filesLookedFor();
+/// One more of them.
+void isLookedFor(const std::string& path);
 
 /// The folder of one imported file. Landlock guards it in the kernel; this gives the clear message, and guards an
 /// unconfined importer.

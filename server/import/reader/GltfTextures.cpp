@@ -12,18 +12,28 @@ namespace {
 
 using ImageMessage = proto::scene::Image;
 
+constexpr const char* kBasisExtension = "KHR_texture_basisu";
+
 /// The images of a texture, the one to be shown first: what an extension names in place of `source`, then that.
 std::vector<int> textureSources(const tinygltf::Model& model, int texture) {
     if (texture < 0 || static_cast<std::size_t>(texture) >= model.textures.size()) return {};
     const tinygltf::Texture& said = model.textures[static_cast<std::size_t>(texture)];
     std::vector<int> sources;
-    for (const char* name : {"MSFT_texture_dds", "KHR_texture_basisu", "EXT_texture_webp"})
+    for (const char* name : {"MSFT_texture_dds", kBasisExtension, "EXT_texture_webp"})
         if (const auto found = said.extensions.find(name); found != said.extensions.end())
             sources.push_back(static_cast<int>(std::clamp(gltfNumber(found->second, "source", -1), -1.0, 1e9)));
     sources.push_back(said.source);
     std::erase_if(sources,
                   [&](int source) { return source < 0 || static_cast<std::size_t>(source) >= model.images.size(); });
     return sources;
+}
+
+/// As people know it: its number, and its name or its file's.
+std::string pictureName(const tinygltf::Model& model, int source) {
+    const tinygltf::Image& image = model.images[static_cast<std::size_t>(source)];
+    const std::string& called = image.name.empty() ? image.uri : image.name;
+    return called.empty() || called.starts_with("data:") ? fmt::format("image {}", source)
+                                                         : fmt::format("image {} '{}'", source, called.substr(0, 80));
 }
 
 ImageMessage::Wrap wrapOf(int wrap) {
@@ -129,7 +139,15 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
                 return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
             });
         if (!image) {
-            scene_.note(fmt::format("{} is left out: {}", picture, image.error().message));
+            const bool isLast = source == sources.back();
+            const auto& extensions = model_.textures[static_cast<std::size_t>(use.texture)].extensions;
+            if (isLast && extensions.contains(kBasisExtension))
+                scene_.note(
+                    fmt::format("{} is left out: {}; its texture ({}) names no other image: export the model "
+                                "with PNG, JPEG or WebP pictures",
+                                pictureName(model_, source), image.error().message, kBasisExtension));
+            else
+                scene_.note(fmt::format("{} is left out: {}", picture, image.error().message));
             continue;
         }
         name = (*image)->name();

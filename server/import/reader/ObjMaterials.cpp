@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <assimp/Importer.hpp>
 #include <functional>
 #include <set>
 #include <string_view>
+
+#include "server/import/reader/AssimpFiles.h"
+#include "server/import/reader/AssimpMaterials.h"
 
 namespace tessera {
 namespace {
@@ -31,6 +35,35 @@ void ObjNames::add(std::string_view text) {
         if (word == "mtllib") libraries.emplace(rest);
         if (word == "usemtl") used.emplace(rest);
     });
+}
+
+std::map<std::string, std::string> readObjMaterials(const std::vector<std::string>& libraries,
+                                                    const std::vector<std::string>& used, const std::string& path,
+                                                    const FolderFiles& files, const ReadLimits& limits,
+                                                    PlainScene& scene) {
+    std::map<std::string, std::string> out;
+    if (used.empty()) return out;
+    std::string text;
+    for (const std::string& library : libraries) text += "mtllib " + library + "\n";
+    text += "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (const std::string& name : used) text += "usemtl " + name + "\nf 1 2 3\n";
+    // Never deleted, as in AssimpReader.cpp: what it holds is looked at until the process ends.
+    Assimp::Importer& importer = *new Assimp::Importer;
+    importer.SetIOHandler(new InPlaceOf(files, path, text));
+    const aiScene* read = importer.ReadFile(path, 0);
+    if (read == nullptr) {
+        scene.note("its materials cannot be read and are left out");
+        return out;
+    }
+    AssimpMaterials materials(*read, files, limits, true, scene);
+    for (unsigned i = 0; i < read->mNumMaterials; ++i) {
+        aiString name;
+        if (read->mMaterials[i]->Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS &&
+            std::ranges::find(used, name.C_Str()) != used.end())
+            out.emplace(name.C_Str(), materials.name(i));
+    }
+    materials.finish();
+    return out;
 }
 
 void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene) {

@@ -97,9 +97,13 @@ constexpr std::array<std::string_view, 12> kUnread{"curv",  "scrv", "sp",  "con"
 constexpr std::array<std::string_view, 11> kOfFreeform{"cstype", "deg",  "bmat", "step", "vp", "surf",
                                                        "curv2",  "parm", "trim", "hole", "end"};
 
+}  // namespace
+
 bool isOfFreeform(std::string_view key) {
     return std::ranges::find(kUnread, key) != kUnread.end() || std::ranges::find(kOfFreeform, key) != kOfFreeform.end();
 }
+
+namespace {
 
 class ObjMending {
 public:

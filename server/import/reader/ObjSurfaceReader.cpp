@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <map>
 #include <set>
 #include <span>
@@ -14,8 +13,6 @@
 #include <vector>
 
 #include "common/freeform/nurbs/ObjSurfaces.h"
-#include "server/import/reader/AssimpFiles.h"
-#include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/NurbsMessage.h"
@@ -54,9 +51,7 @@ ObjSurfaceNames namesIn(std::string_view text) {
         const std::string whole(rest.substr(0, rest.find_last_not_of(" \t\v\f") + 1));
         rest = rest.substr(0, std::min(rest.find_first_of(" \t\v\f\\#"), rest.size()));
         if (key == "g" || key == "o") {
-            group = rest;
-            for (char& c : group)
-                if (static_cast<unsigned char>(c) >= 0x80) c = '_';  // as of other formats: in any encoding
+            group = foreignName(rest, "");
         }
         if (key == "usemtl") material = whole;
         if (key == "mtllib" && !whole.empty()) names.libraries.push_back(whole);
@@ -70,53 +65,17 @@ ObjSurfaceNames namesIn(std::string_view text) {
     return names;
 }
 
-/// The folder of an OBJ, but for the OBJ itself, in whose place another text is read.
-class InPlaceOf : public FolderIo {
-public:
-    InPlaceOf(const FolderFiles& files, std::string path, std::string text)
-        : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
-
-    bool Exists(const char* name) const override { return name == path_ || FolderIo::Exists(name); }
-    Assimp::IOStream* Open(const char* name, const char* mode) override {
-        if (name != path_) return FolderIo::Open(name, mode);
-        const auto bytes = std::as_bytes(std::span(text_));
-        return new MemoryStream(Bytes(bytes.begin(), bytes.end()));
-    }
-
-private:
-    std::string path_, text_;
-};
-
-/// The materials that surfaces take, by their names in the file; what is left out is noted. As those of polygons:
-/// assimp is shown a file of one triangle for each. A file without a library says nothing of looks.
+/// The materials that surfaces take, by their names in the file. A file without a library says nothing of looks.
 std::map<std::string, std::string> materialsOf(const ObjSurfaceNames& names, const std::string& path,
                                                const ReadLimits& limits, PlainScene& scene) {
-    std::map<std::string, std::string> out;
     std::set<std::string> used(names.materials.begin(), names.materials.end());
     used.erase("");
-    if (names.libraries.empty() || used.empty()) return out;
+    if (names.libraries.empty() || used.empty()) return {};
     const FolderFiles files(path.substr(0, std::max<std::size_t>(path.rfind('/'), 1)), limits.maxFileBytes);
-    std::string text;
-    for (const std::string& library : names.libraries) text += "mtllib " + library + "\n";
-    text += "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    for (const std::string& name : used) text += "usemtl " + name + "\nf 1 2 3\n";
-    // Never deleted, as in AssimpReader.cpp: what it holds is looked at until the process ends.
-    Assimp::Importer& importer = *new Assimp::Importer;
-    importer.SetIOHandler(new InPlaceOf(files, path, text));
-    const aiScene* read = importer.ReadFile(path, 0);
-    if (read == nullptr) {
-        scene.note("materials of free-form surfaces cannot be read and are left out");
-        return out;
-    }
-    AssimpMaterials materials(*read, files, limits, true, scene);
-    for (unsigned i = 0; i < read->mNumMaterials; ++i) {
-        aiString name;
-        if (read->mMaterials[i]->Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && used.contains(name.C_Str()))
-            out.emplace(name.C_Str(), materials.name(i));
-    }
-    materials.finish();
+    std::map<std::string, std::string> materials =
+        readObjMaterials(names.libraries, {used.begin(), used.end()}, path, files, limits, scene);
     noteObjMaterials(path, files, scene);
-    return out;
+    return materials;
 }
 
 }  // namespace

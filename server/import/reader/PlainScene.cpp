@@ -11,10 +11,12 @@
 namespace tessera {
 namespace {
 
+/// The numbers are gone then: a large mesh is not there twice.
 template <typename T>
-Bytes bytesOf(const std::vector<T>& values) {
+Bytes bytesOf(std::vector<T>& values) {
     Bytes bytes(values.size() * sizeof(T));
     if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+    std::vector<T>().swap(values);
     return bytes;
 }
 
@@ -27,6 +29,16 @@ void PlainScene::note(std::string text) {
 void PlainScene::noteMissing(const std::string& text) {
     note(text);
     missing.push_back(text);
+}
+
+const std::string& PlainScene::plainMaterial() {
+    if (plain.empty()) {
+        plain = "plain";
+        proto::scene::Material& message = *file.add_material();
+        message.set_name(plain);
+        message.set_double_sided(true);
+    }
+    return plain;
 }
 
 std::uint32_t PlainScene::addBlob(Bytes bytes) {
@@ -71,6 +83,13 @@ void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const Read
     if (!limits.verbatim && sound && mesh.indices.size() >= 3 * kLarge)
         mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
     addMesh(name, std::move(mesh));
+}
+
+std::string foreignName(std::string_view name, const char* otherwise) {
+    std::string text(name.substr(0, name.find('\0')));
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) >= 0x80) c = '_';
+    return text.empty() ? otherwise : text;
 }
 
 void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/Bytes.h"
@@ -29,9 +30,13 @@ struct PlainScene {
     std::vector<std::string> notes;    ///< what was left away or changed; each once
     std::vector<std::string> missing;  ///< of the notes those that say that triangles, lines or points are not there
     std::vector<std::string> faults;   ///< what is wrong in a person's text, and was left away: "line:column: what"
+    std::string plain;                 ///< the name of `plainMaterial`, once there is one
 
     void note(std::string text);
     void noteMissing(const std::string& text);
+    /// A material that says nothing but that faces have two sides, for what a file says no looks of; made the first
+    /// time.
+    const std::string& plainMaterial();
     /// The blob's number for the plain form; 0 for no bytes.
     [[nodiscard]] std::uint32_t addBlob(Bytes bytes);
     /// Adds the mesh under this name. Missing normals of triangles are computed; points of no radius get half of what
@@ -41,6 +46,9 @@ struct PlainScene {
     /// verbatim.
     void addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits);
 };
+
+/// Names in old formats may be in any encoding; ours are UTF-8. `otherwise`: of what has none.
+[[nodiscard]] std::string foreignName(std::string_view name, const char* otherwise);
 
 void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,
                   const Vec3d& scale);

@@ -68,6 +68,8 @@ public:
     /// elements it counts the first.
     [[nodiscard]] bool joinsFaces() const;
     [[nodiscard]] bool isText() const { return encoding_ == Encoding::kText; }
+    [[nodiscard]] bool isBigEndian() const { return encoding_ == Encoding::kBigEndian; }
+    [[nodiscard]] std::size_t bodyBegin() const { return body_; }  ///< of the first row
     /// Strips of which no triangle is left, for a note; empty: there are none.
     [[nodiscard]] std::string emptyStrips() const;
     /// Whether there are faces, and no triangle in any.

@@ -154,6 +154,13 @@ Expected<void> noteRows(const PlyFile& file, std::vector<std::string>& notes, st
 
 }  // namespace
 
+Expected<void> notePlyHeader(const PlyFile& file, std::vector<std::string>& notes) {
+    if (Expected<void> known = checkTypes(file); !known) return known;
+    noteFurther(file, notes);
+    noteColors(file, notes);
+    return checkPlaces(file.elements());
+}
+
 Expected<bool> mendPly(Bytes& bytes, std::vector<std::string>& notes, std::vector<std::string>* missing) {
     // Of an old Macintosh: assimp's rows end with a line feed.
     const std::string_view text = asText(bytes);

@@ -24,12 +24,24 @@ bool beginsWith(const std::string& path, const char* magic) {
     return got == static_cast<ssize_t>(sizeof(head)) && std::memcmp(head, magic, sizeof(head)) == 0;
 }
 
+/// What people have most of, and in the largest files.
+Expected<PlainScene> readMesh(const std::string& path, const std::string& extension, const ReadLimits& limits) {
+    if (extension == "obj") return readObj(path, limits);
+    if (extension == "stl") return readStl(path, limits);
+    if (extension == "ply") return readPly(path, limits);
+    return fail(ErrorCode::kUnsupported, "none of these");
+}
+
 Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& limits) {
     const std::string extension = extensionOf(path);
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
+    if (!limits.verbatim) {
+        Expected<PlainScene> mesh = readMesh(path, extension, limits);
+        if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;
+    }
     // Before what reads polygons alone: a file may have both.
     if (extension == "obj") {
         Expected<PlainScene> surfaces = readObjSurfaces(path, limits);

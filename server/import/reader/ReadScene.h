@@ -16,6 +16,11 @@ namespace tessera {
 [[nodiscard]] Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits);
 /// An OBJ's free-form surfaces, a node each, beside its polygons. kUnsupported where it has none.
 [[nodiscard]] Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& limits);
+/// OBJ of polygons, lines and points. kUnsupported: of free-form surfaces, or with what only readWithAssimp may know.
+[[nodiscard]] Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits);
+/// STL and PLY. kUnsupported: what only readWithAssimp may know, or can refuse in words.
+[[nodiscard]] Expected<PlainScene> readStl(const std::string& path, const ReadLimits& limits);
+[[nodiscard]] Expected<PlainScene> readPly(const std::string& path, const ReadLimits& limits);
 /// OBJ, OFF and what is text of PLY and STL, geometry alone, for ReadLimits::verbatim; messages carry the line.
 /// kUnsupported for all other files. `extension`: in lower case, without its dot.
 [[nodiscard]] Expected<PlainScene> readTextMesh(const std::string& path, const std::string& extension,

@@ -12,7 +12,7 @@
 #include <memory>
 
 #include "common/base/Utf8.h"
-#include "server/import/ModelEndings.h"
+#include "server/import/FormatTable.h"
 
 namespace tessera {
 namespace {
