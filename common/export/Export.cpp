@@ -31,6 +31,23 @@ constexpr std::string_view kGltfLost =
 constexpr Writer kWriters[] = {
     {{.name = "glTF 2.0, one file", .endings = "glb", .keeps = kGltfKeeps, .lost = kGltfLost}, writeGlb},
     {{.name = "glTF 2.0, text and a .bin", .endings = "gltf", .keeps = kGltfKeeps, .lost = kGltfLost}, writeGltf},
+    {{.name = "USD in text, with pictures",
+      .endings = "usda",
+      .keeps = "hierarchy, names (as displayName where USD allows no such), places, shared meshes as references, "
+               "subdivision surfaces as they are, materials (UsdPreviewSurface) with their images and these images' "
+               "places, lights, cameras, animations of places as time samples, lines, points, colours of vertices, "
+               "glyphs (PointInstancer)",
+      .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), "
+              "transmission, surroundings, what glTF loses too"},
+     writeUsda},
+    {{.name = "VRML 2.0, with pictures",
+      .endings = "wrl",
+      .keeps = "hierarchy, names, places, shared meshes by DEF and USE, materials as Phong's with images of colour, "
+               "lights as strong as 1, viewpoints, animations of places as interpolators, lines, points, colours of "
+               "vertices, glyphs as triangles",
+      .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), other "
+              "images and where these lie, metal and roughness, surroundings"},
+     writeVrml},
     {{.name = "Wavefront OBJ, with .mtl and pictures",
       .endings = "obj",
       .keeps = "objects by their nodes' names, triangles, lines and points in world coordinates, normals, texture "

@@ -42,6 +42,8 @@ struct LeavingFiles {
 [[nodiscard]] Expected<LeavingFiles> writePly(const LeavingScene& leaving);
 [[nodiscard]] Expected<LeavingFiles> writeStl(const LeavingScene& leaving);
 [[nodiscard]] Expected<LeavingFiles> writeObj(const LeavingScene& leaving);
+[[nodiscard]] Expected<LeavingFiles> writeUsda(const LeavingScene& leaving);
+[[nodiscard]] Expected<LeavingFiles> writeVrml(const LeavingScene& leaving);
 [[nodiscard]] Expected<LeavingFiles> writeCsv(const LeavingScene& leaving);
 
 }  // namespace tessera

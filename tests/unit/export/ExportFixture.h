@@ -23,13 +23,14 @@
 
 namespace tessera {
 
-/// What `node validate-gltf.cjs` says; nothing: it is not installed.
+/// What a script of this folder says of files, by a package of npm's.
 struct Validated {
-    bool there = false, good = false;
+    bool there = false;  ///< the package is installed
+    bool good = false;
     std::string said;
 };
-inline Validated validated(const std::vector<std::string>& files) {
-    std::string command = std::string("node ") + TESSERA_SOURCE_DIR + "/tests/unit/export/validate-gltf.cjs";
+inline Validated validated(const std::vector<std::string>& files, const std::string& script = "validate-gltf.cjs") {
+    std::string command = std::string("node ") + TESSERA_SOURCE_DIR + "/tests/unit/export/" + script;
     for (const std::string& file : files) command += " '" + file + "'";
     Validated result;
     FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
@@ -41,6 +42,13 @@ inline Validated validated(const std::vector<std::string>& files) {
     result.there = code != 77 && code != 127;
     result.good = code == 0;
     return result;
+}
+
+/// What our importer makes of a file.
+inline ImportedAspect readBack(const std::string& path) {
+    Expected<ImportedScene> again = importScene(path, kRootNode, importOptions());
+    EXPECT_TRUE(again) << messageOf(again);
+    return ImportedAspect(again ? std::move(*again) : ImportedScene());
 }
 
 /// Whether two scenes are the same for who looks at them: names, order, places, arrays, looks, lights, animations, and

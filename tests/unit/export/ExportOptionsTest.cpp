@@ -9,12 +9,6 @@
 namespace tessera {
 namespace {
 
-ImportedAspect readBack(const std::string& path) {
-    Expected<ImportedScene> again = importScene(path, kRootNode, importOptions());
-    EXPECT_TRUE(again) << messageOf(again);
-    return ImportedAspect(again ? std::move(*again) : ImportedScene());
-}
-
 TEST(ExportOptions, UnderANodeIsWhatIsBelowItWhereItStands) {
     const Scratch scratch;
     BuiltScene built;

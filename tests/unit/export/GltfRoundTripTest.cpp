@@ -60,6 +60,27 @@ TEST(GltfRoundTrip, KeepsThemAsTextWithABufferBesideToo) {
 TEST(GltfRoundTrip, KeepsTheModelsBesideTheProject) {
     expectAll(testData().empty() ? "" : testData() + "/gltf", ".glb");
 }
+TEST(Usda, IsReadByTinyUsdz) {
+    const Scratch scratch;
+    std::vector<std::string> written;
+    const std::string source(TESSERA_SOURCE_DIR);
+    std::vector<std::string> files = gltfFilesBelow(source + "/tests/data/models");
+    for (const char* room : {"14-text", "15-subdivision", "64-glyphs"})
+        for (const auto& entry : fs::directory_iterator(source + "/deploy/scenes/gallery"))
+            if (entry.path().stem() == room) files.push_back(entry.path().string());
+    for (const std::string& file : files) {
+        Expected<ImportedScene> read = importScene(file, kRootNode, importOptions());
+        if (!read) continue;
+        const ImportedAspect scene(std::move(*read));
+        const std::string out = scratch.path(fmt::format("{}.usda", written.size()));
+        const Expected<ExportReport> report = exportScene(out, *scene);
+        ASSERT_TRUE(report) << file << ": " << (report ? "" : report.error().message);
+        written.push_back(out);
+    }
+    const Validated said = validated(written, "read-usda.mjs");
+    if (!said.there) GTEST_SKIP() << "written; npm's tinyusdz is not there to read it";
+    EXPECT_TRUE(said.good) << said.said;
+}
 TEST(GltfRoundTrip, KeepsTheModelsOfDebian) {
     expectAll(std::string(kDebianModels) + "/glTF2", ".glb");
 }
