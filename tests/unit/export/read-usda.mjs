@@ -29,7 +29,7 @@ for (const { name, bytes } of files) {
   const loader = new usd.TinyUSDZLoaderNative();
   const read = loader.loadFromBinary(bytes, name);
   if (!read) bad += 1;
-  console.log(read ? `${name}: ${loader.numMeshes()} meshes` : `${name}: ${loader.error ? loader.error() : 'unreadable'}`);
+  console.log(`${name}: ${read ? `${loader.numMeshes()} meshes` : loader.error?.() ?? 'unreadable'}`);
 }
 globalThis.process = node;
 node.exit(bad > 0 ? 1 : 0);
