@@ -1,7 +1,9 @@
 /// What a person chooses: a part of the scene, without motion, how fine.
 #include "common/cores/Camera.h"
+#include "common/cores/Glyphs.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/SubdivisionSurface.h"
+#include "common/drawable/SceneBounds.h"
 #include "common/export/ExportNotes.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
@@ -110,6 +112,36 @@ TEST(ExportOptions, CamerasAndLightsOfOurOwnComeBackWhereTheyWere) {
     const Camera* wall = again->coreOf<Camera>(*again->get<Node>(*camera));
     const Vec3d eye = worldTransform(*again, *camera) * Vec3d(Vec3d(0, 1.5, 2.4) * wall->worldUnitsPerMetre);
     EXPECT_TRUE(eye.isApprox(Vec3d(1, 3.5, 5.4), 1e-6)) << eye.transpose();
+}
+
+TEST(ExportOptions, GlyphsAreOneMeshAtManyPlaces) {
+    const Scratch scratch;
+    BuiltScene built;
+    Glyphs glyphs;
+    glyphs.positions = blobOf<float>({0, 0, 0, 5, 0, 0});
+    glyphs.vectors = blobOf<float>({0, 1, 0, 2, 0, 0});
+    glyphs.size = 1;
+    built.node("flow", built.add(glyphs));
+    const Aspect scene = built.take();
+    ASSERT_TRUE(exportScene(scratch.path("out.gltf"), scene));
+    const ImportedAspect again = readBack(scratch.path("out.gltf"));
+    const Box box = sceneBounds(*again);
+    EXPECT_NEAR(box.upper.x(), 7, 1e-5);  // the second arrow is two long, and points along X
+    EXPECT_NEAR(box.upper.y(), 1, 1e-5);
+    EXPECT_TRUE(findNode(*again, "/out/flow/instance 1/part 0"));
+
+    // As many places as turns, in numbers.
+    std::ifstream file(scratch.path("out.gltf"), std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::size_t at = text.find("\"ROTATION\":");
+    ASSERT_NE(at, std::string::npos);
+    std::string bad = text;
+    bad.replace(at, text.find(',', at) - at, "\"ROTATION\":3");
+    const Expected<ImportedScene> refused = importScene(scratch.write("bad.gltf", bad), kRootNode, importOptions());
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kBadInput);
+    EXPECT_NE(refused.error().message.find("the ROTATION of 2 instances are "), std::string::npos)
+        << refused.error().message;
 }
 
 TEST(ExportOptions, NotesNameTenLossesAndCountTheOthers) {

@@ -10,6 +10,7 @@
 #include "common/cores/PointLight.h"
 #include "common/cores/Skin.h"
 #include "common/cores/SubdivisionSurface.h"
+#include "common/cores/Volume.h"
 #include "common/drawable/SceneBounds.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
@@ -80,6 +81,17 @@ Skin barSkin(BuiltScene& built) {
     skin.inverseBinds = blobOf<float>({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
     skin.pose = skin.inverseBinds;
     return skin;
+}
+
+/// A voxel that stands out.
+Volume smallVolume() {
+    Volume volume;
+    std::vector<std::uint8_t> voxels(27);
+    voxels[13] = 255;
+    volume.voxels = Blob::of(std::span<const std::uint8_t>(voxels));
+    volume.sizeX = volume.sizeY = volume.sizeZ = 3;
+    volume.surfaceValue = 128;
+    return volume;
 }
 
 std::vector<Kind> kinds() {
@@ -245,6 +257,21 @@ std::vector<Kind> kinds() {
              return kNo;
          },
          "def BasisCurves", "IndexedLineSet", nullptr},
+        {"glyphs",
+         [](BuiltScene& built) {
+             Glyphs glyphs;
+             glyphs.positions = blobOf<float>({0, 0, 0, 1, 0, 0, 2, 0, 0});
+             glyphs.shape = Glyphs::kBox;
+             built.node("a", built.add(glyphs));
+         },
+         [](const Aspect& s) {
+             std::size_t bearers = 0;
+             for (const Node* node : allOf<Node>(s)) bearers += s.coreOf<Geometry>(*node) != nullptr;
+             return bearers == 3 && allOf<Geometry>(s).size() == 1 ? kYes : hasTriangles(s) ? kTriangles : kNo;
+         },
+         "def PointInstancer", "#IndexedFaceSet", nullptr},
+        {"volumes", [](BuiltScene& built) { built.node("a", built.add(smallVolume())); },
+         [](const Aspect& s) { return hasTriangles(s) ? kTriangles : kNo; }, "#def Mesh", "#IndexedFaceSet", nullptr},
         {"subdivision surfaces",
          [](BuiltScene& built) {
              SubdivisionSurface surface;
