@@ -65,6 +65,7 @@ struct Arguments {
     bool progress = false, quiet = false;
     bool testPicture = false, plain = false;
     bool allowUnconfined = false;
+    std::size_t importMemoryMib = 0;
     bool insecure = false;
     ServiceNotifier* service = nullptr;
 };
@@ -304,6 +305,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.import.assetFolders = arguments.assets;
     options.allowed = arguments.allowed;
     options.import.allowUnconfined = arguments.allowUnconfined;
+    if (arguments.importMemoryMib > 0) options.import.maxMemoryBytes = arguments.importMemoryMib << 20;
     options.frames = arguments.frames;
     options.rateHz = arguments.rate >= 0 ? arguments.rate : arguments.frames > 0 ? 0 : 60;
     options.camera = arguments.camera;
@@ -521,6 +523,12 @@ int main(int argc, char** argv) {
                  "what\npeople changed since is kept");
     options.flag("--quiet", arguments.quiet, "Nothing on stderr of what goes as it should");
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
+    options
+        .option("--import-memory", arguments.importMemoryMib,
+                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL and PLY may take more, up\nto "
+                "half of the machine's")
+        .typeName("MIB")
+        .range(256, 1'000'000);
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,
                  "Import even where the child cannot\nbe confined");
     if (const std::optional<int> code = options.parse(argc, argv)) return *code;

@@ -146,11 +146,17 @@ function(tessera_module_settings target)
   endif()
 endfunction()
 
-# tessera_library(NAME [SELDOM] [LINK other modules and packages...]): the module in the current folder.
+# tessera_library(NAME [SELDOM] [ONLY regex | BUT regex] [LINK other modules and packages...]): the module in the
+# current folder. ONLY, BUT: of its files those, or all others, where a folder has two libraries.
 function(tessera_library name)
-  cmake_parse_arguments(ARG "SELDOM" "" "LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "SELDOM" "ONLY;BUT" "LINK;PRIVATE_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
+  if(ARG_ONLY)
+    list(FILTER sources INCLUDE REGEX "${ARG_ONLY}")
+  elseif(ARG_BUT)
+    list(FILTER sources EXCLUDE REGEX "${ARG_BUT}")
+  endif()
   # Kernels and predicates have options of their own.
   set(special ${sources})
   list(FILTER special INCLUDE REGEX "(Sse2|Sse41|Avx2|Avx512|/Predicates|/HullSupport|/ExactDescent)\\.cpp$")

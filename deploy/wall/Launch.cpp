@@ -137,6 +137,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--uploads", options.uploads);
     add("--uploads-mib", options.uploadsMib != 0 ? std::to_string(options.uploadsMib) : "");
     add("--threads", options.threads != 0 ? std::to_string(options.threads) : "");
+    add("--import-memory", options.importMemoryMib != 0 ? std::to_string(options.importMemoryMib) : "");
     if (options.plain) s.push_back("--plain");
     if (options.noInput) s.push_back("--no-input");
     if (options.noNotices) s.push_back("--no-notices");

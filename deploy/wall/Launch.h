@@ -55,8 +55,9 @@ struct LaunchOptions {
     bool noNotices = false;         ///< and the wall says nothing of bad programs
     bool reload = false;            ///< and takes files in again that have changed
     bool allowUnconfined = false;
-    bool verbose = false;    ///< servers and clients say what goes as it should, too
-    std::string executable;  ///< our own path: the other programs lie beside it
+    std::size_t importMemoryMib = 0;  ///< of the server; 0: as it has it
+    bool verbose = false;             ///< servers and clients say what goes as it should, too
+    std::string executable;           ///< our own path: the other programs lie beside it
 };
 
 /// Runs the wall and leaves wall.png, wall-bezels.png (wall-right.png, wall-right-bezels.png for the right eye), tiles,

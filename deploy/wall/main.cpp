@@ -171,6 +171,12 @@ int main(int argc, char** argv) {
                      "Files that change on disk are taken in again in\ntheir place; what people changed since is kept");
     commandLine.flag("--verbose", options.verbose,
                      "Say what each process does; each start of one is a\nline for scripts, with its pid");
+    commandLine
+        .option("--import-memory", options.importMemoryMib,
+                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL and PLY may take more, up\nto "
+                "half of the machine's")
+        .typeName("MIB")
+        .range(256, 1'000'000);
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,
                      "Import even where the importing process\ncannot be confined");
     if (const std::optional<int> code = commandLine.parse(argc, argv)) return *code;

@@ -17,6 +17,8 @@
 
 #include "common/base/ChildProgram.h"
 #include "common/base/FileHandle.h"
+#include "server/import/AssetFolders.h"
+#include "server/import/FormatTable.h"
 #include "server/import/Record.h"
 
 namespace tessera {
@@ -135,6 +137,14 @@ constexpr std::size_t kMaxChildNotes = 64;
 constexpr std::size_t kMaxChildFiles = 4096;
 constexpr std::size_t kMaxBlobs = 8'000'000;
 
+/// Where a caller names tessera-import itself, the others lie beside it.
+std::string programFor(const std::string& file, const ImportOptions& options) {
+    const std::string_view name = readingProgram(lowerCaseExtension(file));
+    if (options.importerProgram.empty()) return pathBesideThisProgram(name);
+    if (name == FormatRow{}.program) return options.importerProgram;
+    return options.importerProgram.substr(0, options.importerProgram.rfind('/') + 1).append(name);
+}
+
 }  // namespace
 
 Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options,
@@ -202,8 +212,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
 }
 
 Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
-    const std::string program =
-        options.importerProgram.empty() ? pathBesideThisProgram("tessera-import") : options.importerProgram;
+    const std::string program = programFor(file, options);
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
     Expected<ImporterOutput> output =

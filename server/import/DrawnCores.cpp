@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -57,11 +58,12 @@ Expected<DrawnCores::Core> DrawnCores::derived(LoadedFile& file, Surface surface
     const Drawable drawable = drawableOf(Object::of(surface));
     if (Expected<void> sound = drawable.check(); !sound) return tl::unexpected(sound.error());
     const std::uint64_t triangles = drawable.triangleCount();
-    // Each surface is bounded; a file of thousands of them is too.
-    derivedTriangles_ += triangles;
+    // Each surface is bounded; a file of thousands of them is too. Glyphs are never made into triangles.
+    if (!std::is_same_v<Surface, Glyphs>) derivedTriangles_ += triangles;
     if (derivedTriangles_ > kMostDerivedTriangles)
-        return fail(ErrorCode::kLimit, fmt::format("the scene's surfaces by control points have more than {} "
-                                                   "triangles: a lower level or a larger tolerance has fewer",
+        return fail(ErrorCode::kLimit, fmt::format("what the scene makes of few numbers (surfaces by control points, "
+                                                   "text, particles, skins) has more than {} triangles: a lower level "
+                                                   "or a larger tolerance has fewer",
                                                    kMostDerivedTriangles));
     const Core core{draft_.create(surface), triangles};
     draft_.countDrawable(triangles);

@@ -25,6 +25,14 @@ constexpr FormatRow kTable[] = {
      "and _transmission, other material extensions, colours of instances, KHR_materials_variants, scenes but the "
      "file's own choice. Of orthographic cameras a picture in perspective arrives. A file that insists on another "
      "extension is refused"},
+    {"USD", "usd usda usdc usdz", "our own; liblz4",
+     "layers, references, payloads, inherits, specializes, variants, files without defaultPrim, all transforms and "
+     "their samples as an Animation, units and up axis, visibility, polygons with every interpolation, subsets, "
+     "subdivision surfaces, points, linear curves, six shapes, instances, UsdPreviewSurface with its pictures, "
+     "displayColor, lights, cameras",
+     "skeletons, blend shapes, MaterialX, NURBS, cubic curves, volumes, value clips, colour temperature, points that "
+     "move, texture coordinates of subdivision surfaces (a mesh with pictures is shown as its polygons), what lies "
+     "outside the file's folder"},
     {"Wavefront OBJ", "obj", "our own; material libraries by assimp",
      "objects, groups, polygons, lines, points, texture coordinates, normals, colours of vertices, materials with "
      "their pictures of colour, normals, glow, metal and roughness, free-form surfaces with trims",
@@ -71,8 +79,17 @@ constexpr FormatRow kTable[] = {
      "IFC 4 for the most part, properties, curved surfaces; other STEP files are refused"},
     {"DXF", "dxf", "assimp", "3DFACE, polylines and meshes, a part for each layer and block",
      "LINE, ARC, CIRCLE, TEXT, hatches, solids of ACIS, binary DXF"},
-    {"X3D", "x3d x3db", "assimp", "grouping, indexed sets, shapes, materials, pictures, DEF and USE",
-     "cameras, lights, PROTO, scripts, interpolators, text"},
+    {"VRML, X3D, Inventor", "wrl vrml wrz x3d x3dv x3db iv", "Coin; X3D put into VRML by our own",
+     "VRML 1 and 2, X3D as XML and in the classic encoding, Inventor in text and binary, all in gzip too: groups, DEF "
+     "and USE as shared meshes, PROTO and EXTERNPROTO, Switch and LOD with all children, Inline and File of the "
+     "folder, Billboard, all shapes of these (of X3D the 3D and 2D ones) as triangles, lines and points, colours of "
+     "corners, text, materials, pictures (also within the file) with TextureTransform, lights, viewpoints as cameras, "
+     "the colours of a background; interpolators of Transform, Material and lights that a TimeSensor drives, an "
+     "animation for each sensor",
+     "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
+     "interpolators of coordinates; of Inventor engines, manipulators, shaders, clip planes; X3D's NURBS, humanoids, "
+     "geospatial and rigid bodies; X3D in binary (.x3db) is refused",
+     false, "tessera-import-coin"},
     {"Motion: BVH, CharacterStudio", "bvh csm", "assimp", "the skeleton as triangles, and its motion",
      "nothing is known to be lost"},
     {"Half-Life, Quake, Doom and their kind", "smd vta md2 md3 mdc mdl md5mesh md5anim md5camera bsp pk3 iqm hmp",
@@ -145,6 +162,15 @@ std::vector<std::string_view> modelEndings() {
 bool isModelEnding(std::string_view extension) {
     static const std::vector<std::string_view> kEndings = modelEndings();
     return std::ranges::binary_search(kEndings, extension);
+}
+
+std::string_view readingProgram(std::string_view extension) {
+    for (const FormatRow& row : kTable) {
+        bool reads = false;
+        if (!row.isPicture) forEachWord(row.endings, [&](std::string_view ending) { reads |= ending == extension; });
+        if (reads) return row.program;
+    }
+    return FormatRow{}.program;
 }
 
 std::string formatsText() {

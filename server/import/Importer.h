@@ -45,7 +45,7 @@ struct ImportOptions {
     /// With `placing`: scenes of several top nodes get such a node too, so that what is loaded is one thing that can be
     /// moved and removed.
     bool gathers = false;
-    /// Empty: "tessera-import" beside the running program.
+    /// Empty: "tessera-import" beside the running program. The programs of other formats lie beside it.
     std::string importerProgram;
 
     std::size_t maxFileBytes = 0x7fffffff;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "common/drawable/Drawable.h"
 #include "common/scenefile/ArraysFile.h"
@@ -49,21 +50,31 @@ std::uintmax_t arraysBeside(const std::string& path) {
     return unknown ? 0 : size;
 }
 
-/// What a scene takes to read follows its bytes. A small object of a text takes about a kilobyte while it is parsed,
-/// sixteen times its letters.
-ImportOptions withBoundsOf(const std::string& path, bool text, ImportOptions options) {
+/// Times its bytes that a file may take beyond what each may; 0: what it takes says nothing of them. A small object of
+/// a text takes about a kilobyte while it is parsed, sixteen times its letters. A mesh is mapped, read into pools, and
+/// three times the arrays that come out, which are no more than twice as many bytes.
+std::size_t memoryPerByte(const std::string& extension) {
+    if (extension == "tsct") return 16;
+    if (extension == "tsc") return 4;
+    return extension == "obj" || extension == "stl" || extension == "ply" ? 6 : 0;
+}
+
+/// What these files take to read follows their bytes.
+ImportOptions withBoundsOf(const std::string& path, const std::string& extension, ImportOptions options) {
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-    if (unknown || size > options.maxFileBytes) return options;
+    const std::size_t each = memoryPerByte(extension);
+    if (each == 0 || unknown || size > options.maxFileBytes) return options;
+    const bool text = extension == "tsct";
     const std::uintmax_t beside = text ? std::min<std::uintmax_t>(arraysBeside(path), options.maxFileBytes) : 0;
     const auto bytes = static_cast<std::size_t>(size + beside);
-    const std::size_t memory = options.maxMemoryBytes + static_cast<std::size_t>(size) * (text ? 16 : 4) +
-                               static_cast<std::size_t>(beside) * 4;
+    const std::size_t memory =
+        options.maxMemoryBytes + static_cast<std::size_t>(size) * each + static_cast<std::size_t>(beside) * 4;
     // Never so much that the machine itself would be short of it.
     const auto machine =
         static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
-    options.maxResultBytes = std::max(options.maxResultBytes, bytes + bytes / 8);
+    options.maxResultBytes = std::max(options.maxResultBytes, each == 6 ? 2 * bytes : bytes + bytes / 8);
     options.deadline += std::chrono::seconds(bytes >> 22);
     return options;
 }
@@ -100,8 +111,7 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
                                                const ImportOptions& options, ImportedScene& result) {
     const std::string extension = lowerCaseExtension(path);
     const bool isScene = extension == "tsct" || extension == "tsc";
-    Expected<ImporterOutput> output =
-        runImporter(path, isScene ? withBoundsOf(path, extension == "tsct", options) : options);
+    Expected<ImporterOutput> output = runImporter(path, withBoundsOf(path, extension, options));
     if (!output) return failInFile(label, output.error());
     Expected<proto::scene::SceneFile> content = parseSceneFile(output->scene);
     if (!content) return failWith(label, content.error());
@@ -123,8 +133,13 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
         result.faults.push_back(failInFile(label, {ErrorCode::kBadInput, readName(fault, "?")}).value().message);
         result.notes.push_back(result.faults.back());
     }
-    if (file->content.node().empty() && file->content.saved().empty())
-        return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show");
+    if (file->content.node().empty() && file->content.saved().empty()) {
+        // What was left away tells why.
+        std::string why;
+        for (const std::string& note : std::span(output->notes).first(std::min<std::size_t>(output->notes.size(), 3)))
+            why += (why.empty() ? ": " : "; ") + readName(note, "?");
+        return fail(ErrorCode::kBadInput, label + ": there is nothing in it to show" + why);
+    }
     return file;
 }
 

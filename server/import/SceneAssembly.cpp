@@ -91,8 +91,15 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     if (!count) return tl::unexpected(count.error());
     if (!nodes_.hasRoomFor(*count)) return failWith(path, draft_.tooManyNodes());
     if (const Expected<void> done = placeFile(file, spot); !done) return done;
-    if (!file.isScene && draft_.drawn() == drawnBefore)
-        return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn");
+    if (!file.isScene && draft_.drawn() == drawnBefore) {
+        // What was left away tells why.
+        std::string why;
+        int left = 3;
+        for (const std::string& note : draft_.scene().notes)
+            if (note.starts_with(file.label + ": ") && left-- > 0)
+                why += (why.empty() ? ": " : "; ") + note.substr(file.label.size() + 2);
+        return fail(ErrorCode::kBadInput, path + ": there is nothing in it that can be drawn" + why);
+    }
     for (const PlacedNode* child : top->children) draft_.scene().tops.push_back(child->id);
     return {};
 }
@@ -101,10 +108,14 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
     const std::size_t namedBefore = names_.taken();
     AnimationParts::Outer outer = parts_.beginFile();
     for (const proto::scene::Node& node : file.content.node()) {
-        // Of a model there is none but for its lights; who takes it in says how all of it is exposed.
+        // Of a model there is one for its lights, or its background; who takes it in says how all of it is shown.
         if (!file.isScene && node.has_environment()) {
-            draft_.note(file.label + (spot.exposes ? ": the wall meters its exposure (--exposure off: it does not)"
-                                                   : ": as a part of something it sets no exposure"));
+            const bool meters = node.environment().metered();
+            if (!spot.exposes)
+                draft_.note(file.label + (meters ? ": as a part of something it sets no exposure"
+                                                 : ": as a part of something it sets no background"));
+            else if (meters)
+                draft_.note(file.label + ": the wall meters its exposure (--exposure off: it does not)");
             if (!spot.exposes) continue;
         }
         if (Expected<void> done = placeNode(file, node, spot); !done) return done;

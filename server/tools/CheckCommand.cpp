@@ -69,6 +69,11 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     options.flag(
         "--formats", formats,
         "Prints the tables of formats: what of each\narrives, and what does not; what each that is\nwritten keeps");
+    options
+        .option("--import-memory", out.importMemoryMib,
+                "What reading one file may take at least;\nlarge ones may take more by themselves")
+        .typeName("MIB")
+        .range(256, 1'000'000);
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
@@ -141,8 +146,9 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         }
         if (namesForeignWall(path)) return bad(made.error());
     }
-    const Expected<FileScene> file =
-        importAsScene(path, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+    ImportOptions import{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+    if (arguments.importMemoryMib > 0) import.maxMemoryBytes = arguments.importMemoryMib << 20;
+    const Expected<FileScene> file = importAsScene(path, import);
     if (!file) return bad(file.error());
     std::vector<std::string> faults = file->imported.faults;
     faults.insert(faults.end(), file->imported.mended.begin(), file->imported.mended.end());

@@ -16,6 +16,7 @@ struct CheckArguments {
     bool json = false;
     bool machine = false;  ///< this machine is looked at, and no file
     bool allowUnconfined = false;
+    std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
 };
 /// What --help, --version, --schema or --formats asked for.
 struct CheckText {

@@ -110,6 +110,11 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         .option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.glb, … for other programs; FILE.wall")
         .required();
     commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
+    commandLine
+        .option("--import-memory", out.importMemoryMib,
+                "What reading one file may take at least;\nlarge ones may take more by themselves")
+        .typeName("MIB")
+        .range(256, 1'000'000);
     commandLine.flag("--allow-unconfined-import", out.allowUnconfined,
                      "Import even where the child cannot\nbe confined");
     bool optimise = false;
@@ -171,8 +176,9 @@ int runConvert(const std::vector<std::string>& words) {
         }
         const auto& arguments = std::get<ConvertArguments>(*parsed);
         if (makesWall(arguments)) return convertWall(arguments);
-        Expected<FileScene> file = importAsScene(
-            arguments.in, {.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined});
+        ImportOptions import{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+        if (arguments.importMemoryMib > 0) import.maxMemoryBytes = arguments.importMemoryMib << 20;
+        Expected<FileScene> file = importAsScene(arguments.in, import);
         if (!file) return tl::unexpected(file.error());
         // What is written would have lost it for good.
         if (!file->imported.faults.empty()) return fail(ErrorCode::kBadInput, file->imported.faults.front());

@@ -16,6 +16,7 @@ struct ConvertArguments {
     std::string in, out;
     std::vector<std::string> assets;
     bool allowUnconfined = false;
+    std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
     std::optional<OptimiseOptions> optimise;
     std::optional<ExportOptions> leaves;  ///< for a file of other programs
 };

@@ -519,7 +519,8 @@ MORE_LINES = [
                 "--surface osmesa --anisotropy 2 --gl-memory 300 --share off --output $T/a "
                 "--assets /usr/share/assimp/models --record $T/yard.tsr --threads 2 --keep-frames "
                 "--listen 127.0.0.1:$PORT --no-input --no-notices --restart "
-                "--allow-unconfined-import --insecure", ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
+                "--allow-unconfined-import --import-memory 4096 --insecure",
+     ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
     ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames "
                 "2 --journal $T/journal --surface egl --device 0 --output $T/b "
                 "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --verbose --audit $T/audit.log --uploads $T/uploads "

@@ -6,7 +6,8 @@ import subprocess
 import unittest
 
 BIN = pathlib.Path(os.environ.get("TESSERA_BUILD", pathlib.Path(__file__).resolve().parents[2] / "build")) / "bin"
-NOT_FOR_PEOPLE = ("tessera-drill", "tessera-import", "tessera-decode-film", "tessera-try-program")
+NOT_FOR_PEOPLE = ("tessera-drill", "tessera-import", "tessera-import-coin", "tessera-decode-film",
+                  "tessera-try-program")
 PROGRAMS = [path.name for path in sorted(BIN.glob("tessera-*")) if path.name not in NOT_FOR_PEOPLE]
 
 

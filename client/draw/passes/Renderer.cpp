@@ -325,7 +325,13 @@ std::uint64_t Renderer::uploadedTextureBytes() const {
 
 void Renderer::beginFrame() {
     impl_->shadows.beginFrame();
-    impl_->clock.beginFrame();
+    if (impl_->clock.beginFrame())
+        impl_->rests = false;
+    else if (!std::exchange(impl_->rests, true) && impl_->surface.makeCurrent()) {
+        const GlState::Call call(impl_->gl);
+        impl_->shareMemory();
+        impl_->budget->rest();
+    }
     impl_->looks.persons().beginFrame();
     impl_->loopsTookBefore.clear();
     impl_->shared = false;

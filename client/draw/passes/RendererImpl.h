@@ -177,6 +177,7 @@ struct Renderer::Impl {
     ByProgram loopsTook, loopsTookBefore;  ///< in the picture so far; in the pictures of this frame before it
     Duration loopsMay{};                   ///< in the picture
     bool framesAreTold = false;            ///< by beginFrame; else each picture is one
+    bool rests = false;                    ///< nothing was drawn in the last frame, and what is free has gone
 
     // Of the list being drawn.
     DrawCalls calls;

@@ -52,6 +52,12 @@ void MeshBuffers::beginDraw() {
     if (known_.size() > kHandlesEach * meshes_.size() + kHandlesMore) known_.clear();
 }
 
+void MeshBuffers::rest() {
+    most_ = used();
+    mostBefore_.fill(most_);
+    shrink();
+}
+
 std::size_t MeshBuffers::allocatedBytes() const {
     MeshSize allocated;
     for (std::size_t i = 0; i < kMeshStores; ++i) allocated.elements[i] = buffers_[i].ranges.capacity();

@@ -52,6 +52,8 @@ public:
 
     /// Call before the first `find` of a draw. The first of a frame gives back what is free.
     void beginDraw();
+    /// Nothing is drawn any more: no picture before the last one has a claim to what is free.
+    void rest();
     /// Uploads on first sight; what has been found is found again by its serial alone. With tangents where triangles
     /// are drawn with a normal map; their edges or corners (`fill`) are made when they are first asked for (outlineOf).
     /// Null: it is not sound, has more points than GL can fetch (GL_MAX_TEXTURE_BUFFER_SIZE), or GL has no memory for

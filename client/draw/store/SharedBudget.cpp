@@ -13,13 +13,15 @@ std::size_t less(std::size_t bytes, std::size_t taken) {
     return bytes - std::min(bytes, taken);
 }
 
-/// What these take beyond `bytes` goes. `unused`: what else they have of GL, which follows when others go.
+/// What these take beyond `bytes` goes: what nobody draws, or, `all`, what is not needed now. `unused`: what else they
+/// have of GL, which follows when others go.
 template <typename... Stores>
-void shed(std::size_t bytes, std::size_t unused, Stores&... stores) {
+void shed(bool all, std::size_t bytes, std::size_t unused, Stores&... stores) {
     const auto held = [&] { return (stores.residentBytes() + ...); };
     if (held() + unused <= bytes) return;
     std::vector<UseClock::Spare> spares;
     (stores.addSpares(spares), ...);
+    if (!all) std::erase_if(spares, [](const UseClock::Spare& spare) { return !UseClock::isIdle(spare.nextUse); });
     UseClock::giveWay(spares, bytes, held);
 }
 
@@ -47,16 +49,25 @@ void SharedBudget::divide() {
     volumes_.setBudget(either(own_.textures, less(room, meshes + textures)));
 }
 
+void SharedBudget::shedToLimits(bool all) {
+    if (own_.meshes > 0) shed(all, own_.meshes, 0, meshes_);
+    if (own_.textures > 0) {
+        shed(all, own_.textures, 0, textures_);
+        shed(all, own_.textures, 0, volumes_);
+    }
+    shed(all, room(), meshes_.allocatedBytes() - meshes_.residentBytes(), meshes_, textures_, volumes_);
+    divide();
+}
+
 void SharedBudget::beginDraw() {
     clock_.beginDraw();
-    if (own_.meshes > 0) shed(own_.meshes, 0, meshes_);
-    if (own_.textures > 0) {
-        shed(own_.textures, 0, textures_);
-        shed(own_.textures, 0, volumes_);
-    }
-    shed(room(), meshes_.allocatedBytes() - meshes_.residentBytes(), meshes_, textures_, volumes_);
-    divide();
+    shedToLimits(true);
     meshes_.beginDraw();
+}
+
+void SharedBudget::rest() {
+    shedToLimits(false);
+    meshes_.rest();
 }
 
 void SharedBudget::beginDepths() {

@@ -35,7 +35,12 @@ public:
     /// the next picture sees to the rest.
     void beginDepths();
 
+    /// When nothing is drawn any more: what the last picture did not need goes now, where all take too much.
+    void rest();
+
 private:
+    /// What all take beyond their limits goes: what nobody draws, or, `all`, what is not needed now.
+    void shedToLimits(bool all);
     /// Of all stores.
     [[nodiscard]] std::size_t room() const;
     /// Of each store what the others have left.

@@ -28,9 +28,12 @@ public:
                           0;  ///< draws of that frame, and of the one before it: a bit each, the last for all beyond
     };
 
-    void beginFrame() {
+    /// One that nothing is drawn in tells nothing: the last one that tells stays that. False: so was the last one.
+    bool beginFrame() {
         told_ = true;
-        nextFrame();
+        const bool drew = drawsNow_ > 0;
+        if (drew) nextFrame();
+        return drew;
     }
     void beginDraw() {
         if (!told_) nextFrame();
@@ -59,6 +62,9 @@ public:
         if (now) return std::max(drawsBefore_, place_ + 1) - place_ + static_cast<std::uint64_t>(std::countr_zero(now));
         return last ? kNever - 1 : kNever;
     }
+
+    /// Of what nextUse says: nobody draws it.
+    [[nodiscard]] static bool isIdle(std::uint64_t nextUse) { return nextUse >= kNever - 1; }
 
     /// Of a thing that has `uses`, or of what points to one.
     template <typename Thing>
@@ -89,8 +95,8 @@ public:
     /// drawn besides.
     template <typename UsesByKey, typename Key>
     void remember(UsesByKey& gone, const Key& key, const Uses& uses) const {
-        std::erase_if(gone, [this](const auto& entry) { return nextUse(entry.second) >= kNever - 1; });
-        if (nextUse(uses) < kNever - 1) gone[key] = uses;
+        std::erase_if(gone, [this](const auto& entry) { return isIdle(nextUse(entry.second)); });
+        if (!isIdle(nextUse(uses))) gone[key] = uses;
     }
     template <typename UsesByKey, typename Key>
     [[nodiscard]] static Uses recall(UsesByKey& gone, const Key& key) {
@@ -118,7 +124,7 @@ public:
             return a.nextUse != b.nextUse ? a.nextUse > b.nextUse : a.lastDraw < b.lastDraw;
         });
         for (const Spare& spare : spares) {
-            if (held() <= (spare.nextUse >= kNever - 1 ? budgetBytes / 4 * 3 : budgetBytes)) return;
+            if (held() <= (isIdle(spare.nextUse) ? budgetBytes / 4 * 3 : budgetBytes)) return;
             spare.drop();
         }
     }
@@ -139,7 +145,7 @@ private:
     void nextFrame() {
         ++frame_;
         drawsBefore_ = drawsNow_;
-        drawsNow_ = 0;
+        drawsNow_ = place_ = 0;
     }
 
     bool told_ = false;

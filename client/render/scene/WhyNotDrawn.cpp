@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "client/render/scene/RenderScene.h"
+#include "common/cores/Glyphs.h"
 #include "common/drawable/Drawable.h"
 #include "common/geometry/Utmost.h"
 #include "common/scene/Action.h"
@@ -34,13 +35,15 @@ std::string whyNotDrawn(const Aspect& aspect, ObjectId node) {
         }
         if (!std::isfinite(reach)) break;
     }
+    // As many vertices each; a person knows the glyph.
+    const auto* glyphs = aspect.get<Glyphs>(found->core);
+    const std::size_t each = glyphs ? positions.size_bytes() / glyphs->positions.sizeBytes() : 1;
+    const std::string what = fmt::format("{} {}", glyphs ? "glyph" : "vertex", vertex / each);
     if (!std::isfinite(farthest))
-        return fmt::format(
-            "{} is not drawn: vertex {} comes to lie nowhere, as its place in the world is beyond all numbers", path,
-            vertex);
-    return fmt::format(
-        "{} is not drawn: vertex {} comes to lie {:g} world units from the origin; things are drawn up to {:g}", path,
-        vertex, farthest, kUtmostCoordinate);
+        return fmt::format("{} is not drawn: {} comes to lie nowhere, as its place in the world is beyond all numbers",
+                           path, what);
+    return fmt::format("{} is not drawn: {} comes to lie {:g} world units from the origin; things are drawn up to {:g}",
+                       path, what, farthest, kUtmostCoordinate);
 }
 
 }  // namespace tessera

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "server/import/reader/BoundedNumbers.h"
+#include "server/import/reader/PictureChannels.h"
 
 namespace tessera {
 namespace {
@@ -55,16 +56,6 @@ DecodedImage barePixels(const aiTexture& texture) {
     for (const aiTexel& texel : std::span(texture.pcData, std::size_t{texture.mWidth} * texture.mHeight))
         for (const unsigned char part : {texel.r, texel.g, texel.b, texel.a}) image.rgba.push_back(std::byte{part});
     return image;
-}
-
-/// The red of one picture into a channel of another one of any size.
-void setChannel(const DecodedImage& from, std::size_t channel, DecodedImage& to) {
-    const auto width = static_cast<std::size_t>(to.widthPx), height = static_cast<std::size_t>(to.heightPx);
-    const auto fromWidth = static_cast<std::size_t>(from.widthPx), fromHeight = static_cast<std::size_t>(from.heightPx);
-    for (std::size_t y = 0; y < height; ++y)
-        for (std::size_t x = 0; x < width; ++x)
-            to.rgba[4 * (y * width + x) + channel] =
-                from.rgba[4 * (y * fromHeight / height * fromWidth + x * fromWidth / width)];
 }
 
 /// What assimp gives where a file says nothing: one of a known name, and of PLY one without a name, white. Colours of
@@ -259,24 +250,14 @@ Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
 }
 
 Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, const std::string& roughness) const {
-    DecodedImage packed;
-    std::vector<std::pair<std::size_t, DecodedImage>> parts;  // by channel: glTF's green and blue
-    for (const auto& [channel, file] : {std::pair<std::size_t, const std::string&>(1, roughness), {2, metal}}) {
+    std::vector<PictureChannel> channels;  // glTF's green and blue
+    for (const auto& [channel, file] : {std::pair<int, const std::string&>(1, roughness), {2, metal}}) {
         if (file.empty()) continue;
         Expected<DecodedImage> part = decode(file);
         if (!part) return part;
-        if (part->compressed())
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("'{}' is compressed, and cannot be joined with another", file));
-        packed.widthPx = std::max(packed.widthPx, part->widthPx);
-        packed.heightPx = std::max(packed.heightPx, part->heightPx);
-        packed.halved = packed.halved || part->halved;
-        parts.emplace_back(channel, std::move(*part));
+        channels.push_back({std::move(*part), 0, channel});
     }
-    packed.rgba.assign(static_cast<std::size_t>(packed.widthPx) * static_cast<std::size_t>(packed.heightPx) * 4,
-                       std::byte{255});
-    for (const auto& [channel, part] : parts) setChannel(part, channel, packed);
-    return packed;
+    return joinedChannels(std::move(channels));
 }
 
 }  // namespace tessera

@@ -269,12 +269,14 @@ const aiScene* joinEqualVertices(Assimp::Importer& importer) {
 }  // namespace
 
 std::set<std::string> allEndings() {
-    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb"};
+    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz"};
     for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
     std::string all;
     Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"
     for (std::size_t at = all.find('.'); at != std::string::npos; at = all.find('.', at + 1))
         endings.insert(all.substr(at, all.find(';', at) - at));
+    // Another program's (server/import/coin).
+    for (const char* other : {".x3d", ".x3db"}) endings.erase(other);
     return endings;
 }
 
@@ -285,7 +287,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const std::string extension = path.substr(std::min(path.rfind('.'), path.size()));
     if (!importer.IsExtensionSupported(extension))
         return fail(ErrorCode::kUnsupported, fmt::format("nothing here reads files that end in '{}'. Read are models "
-                                                         "(.glb, .gltf, .obj, .fbx, .dae, .blend, .3ds), "
+                                                         "(.glb, .gltf, .usd, .obj, .fbx, .dae, .blend, .3ds), "
                                                          "meshes and scans (.ply, .stl, .off), buildings (.ifc, .dxf), "
                                                          "volumes (.mhd, .nrrd), and our own (.tsct, "
                                                          ".tsc). The program that wrote it, or Blender, can often "

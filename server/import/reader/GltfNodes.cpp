@@ -11,12 +11,6 @@
 namespace tessera {
 namespace {
 
-/// The front screen of the walls that Tessera ships, in metres: what a camera's field of view is fitted to.
-constexpr double kWindowHeight = 1.8, kWindowCenterY = 1.5, kEyeDistance = 2.4;
-
-/// Times the light that makes a white surface white. Files that reckon without an exposure have less; a dim room, in
-/// lux, has more.
-constexpr double kDazzling = 20;
 /// Beyond, numbers of a light mean nothing to a picture.
 constexpr double kUtmostLight = 1e15;
 
@@ -173,45 +167,17 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
     return {};
 }
 
-/// A file's camera says where the eye is and how wide it looks; ours says where the wall stands and how large it is. At
-/// one depth d, the wall's window shall cover exactly what the file's camera shows there: scale = 2 d tan(fov / 2) /
-/// window height, and the eye stands 2.4 m × scale before that window. For a field of 41° that is the file's own eye,
-/// whatever d is. A narrower one brings the eye nearer, so d is where the scene begins: what lies beyond the window is
-/// seen at a wider angle than in the file, and nothing is cut off. For a wider one d is the scene's middle.
 void GltfReader::addCamera(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
     const auto leaveOut = [&] { scene_.note(fmt::format("camera {} is left out: it can show nothing", index)); };
     if (static_cast<std::size_t>(index) >= model_.cameras.size()) return leaveOut();
     const tinygltf::Camera& camera = model_.cameras[static_cast<std::size_t>(index)];
-    const double nodeScale = std::cbrt(std::abs(world_T_node.linear().determinant()));
-    if (!(nodeScale > 1e-12)) return leaveOut();
-    const Vec3d forward = -world_T_node.linear().col(2).normalized();
-    const Vec3d eye = world_T_node.translation();
-    double distance = bounds_.empty() ? 0.0 : (bounds_.center() - eye).dot(forward);
-    double height = 0.0;
-    if (camera.type == "perspective") {
-        const double fov = camera.perspective.yfov;
-        if (!(fov > 0.0 && fov < EIGEN_PI)) return leaveOut();
-        const double perDistance = 2.0 * std::tan(fov / 2.0);
-        if (distance > 0.0 && perDistance < kWindowHeight / kEyeDistance) {
-            const double reach = 0.5 * bounds_.size().dot(forward.cwiseAbs());  // of the box along the line of sight
-            distance = std::max(distance - reach, 0.2 * distance);
-        }
-        // A camera that looks away from the middle: its own window, one metre high.
-        if (!(distance > 1e-9)) distance = kWindowHeight / perDistance;
-        height = perDistance * distance;
-    } else {
-        height = 2.0 * std::abs(camera.orthographic.ymag);
-        distance = std::max(distance, 0.0);
-        scene_.note("an orthographic camera is shown in perspective");
-    }
-    const double worldScale = height / kWindowHeight;
-    if (!(worldScale > 1e-9 && worldScale < 1e12)) return leaveOut();
-    proto::scene::Node* wall = node.add_node();
-    wall->set_name(camera.name.empty() ? fmt::format("camera {}", index) : camera.name);
-    const Vec3d windowCenter = Vec3d(0.0, 0.0, -distance);
-    const Vec3d offset = (windowCenter - Vec3d(0.0, kWindowCenterY * worldScale, 0.0)) / nodeScale;
-    setTransform(*wall->mutable_transform(), offset, Quatd::Identity(), Vec3d::Ones());
-    wall->mutable_camera()->set_world_units_per_metre(worldScale);
+    ModelCamera said;
+    said.name = camera.name.empty() ? fmt::format("camera {}", index) : camera.name;
+    if (camera.type == "perspective")
+        said.fieldOfView = camera.perspective.yfov;
+    else
+        said.height = 2.0 * std::abs(camera.orthographic.ymag);
+    if (!addModelCamera(said, world_T_node, bounds_, scene_, node)) leaveOut();
 }
 
 void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene::Node& node) {
@@ -231,13 +197,8 @@ void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene:
         (light.color.size() != 3 || !std::all_of(light.color.begin(), light.color.end(), sound)))
         return scene_.note(
             fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index, kUtmostLight));
-    // Lux, or candela at one metre; here 1 of either makes a white surface white. Within the model it is as if the
-    // light were half way out.
     const double strongest = light.color.empty() ? 1 : *std::ranges::max_element(light.color);
-    const double reach = bounds_.empty() ? 0 : 0.25 * bounds_.size().norm();
-    const Vec3d middle = bounds_.empty() ? Vec3d(Vec3d::Zero()) : bounds_.center();
-    const double distance = std::max({(world_T_node.translation() - middle).norm(), reach, 1e-9});
-    illuminance_ += light.intensity * strongest / (light.type == "directional" ? 1 : distance * distance);
+    light_.add(light.intensity * strongest, light.type == "directional", world_T_node.translation(), bounds_);
     const auto angle = [](double radians) { return radians >= 0 && radians <= 0.5 * std::numbers::pi + 1e-6; };
     if (light.type == "spot" && !(angle(light.spot.innerConeAngle) && angle(light.spot.outerConeAngle)))
         scene_.note(fmt::format("light {} has a cone beyond 0 to 90 degrees: the nearest is taken", index));
@@ -265,16 +226,6 @@ void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene:
     color->set_r(hasColor ? static_cast<float>(light.color[0]) : 1.0f);
     color->set_g(hasColor ? static_cast<float>(light.color[1]) : 1.0f);
     color->set_b(hasColor ? static_cast<float>(light.color[2]) : 1.0f);
-}
-
-/// Numbers of this size are lux and candela that somebody has measured: only an exposure makes a picture of them.
-void GltfReader::addExposure() {
-    if (illuminance_ <= kDazzling) return;
-    proto::scene::Node& node = *scene_.file.add_node();
-    node.set_name("exposure");
-    node.mutable_environment()->set_metered(true);
-    scene_.note(fmt::format("its lights are as strong as real ones, {:.0f} lx in the middle of it, where 1 makes white",
-                            illuminance_));
 }
 
 Expected<void> checkRequired(const tinygltf::Model& model) {
@@ -315,7 +266,7 @@ Expected<PlainScene> GltfReader::read() {
     for (const int root : roots)
         if (Expected<void> done = addNode(root, addRoot); !done) return tl::unexpected(done.error());
     if (Expected<void> done = addAnimations(); !done) return tl::unexpected(done.error());
-    addExposure();
+    light_.addExposure(scene_);
     noteLeftOut();
     pictures_.finish();
     return std::move(scene_);

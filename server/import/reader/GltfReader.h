@@ -14,6 +14,7 @@
 #include "server/import/reader/BoundedNumbers.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/GltfAccessors.h"
+#include "server/import/reader/ModelView.h"
 #include "server/import/reader/MovingParts.h"
 #include "server/import/reader/Pictures.h"
 #include "server/import/reader/PlainScene.h"
@@ -86,8 +87,6 @@ private:
     void addLight(int light, const Affine3d& world_T_node, proto::scene::Node& node);
     [[nodiscard]] std::string nodeName(int index) const;
     /// Of what is not shown here.
-    /// An Environment that is metered, where the file has lights as strong as real ones.
-    void addExposure();
     void noteExtension(const std::string& name);
 
     // GltfMeshes.cpp
@@ -181,7 +180,7 @@ private:
     std::map<int, std::uint32_t> keyTimes_;  ///< blobs, by accessor
     std::map<std::pair<int, std::string>, std::uint32_t> keyValues_;
     AnimationNodes animations_;
-    double illuminance_ = 0;  ///< of all lights in the middle of `bounds_`, where 1 makes white
+    ModelLight light_;
     Box bounds_;
     std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <new>
@@ -27,6 +28,11 @@ Expected<MappedFile> MappedFile::open(const std::string& path, std::size_t maxBy
     }
     grantTimeFor(size);
     return MappedFile(data, size);
+}
+
+void MappedFile::passed(std::size_t bytes) const {
+    constexpr std::size_t kPage = 4096;
+    if (data_ != nullptr) (void)::madvise(data_, std::min(bytes, size_) / kPage * kPage, MADV_DONTNEED);
 }
 
 void MappedFile::close() {

@@ -11,9 +11,9 @@
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/ObjText.h"
+#include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
-#include "server/import/reader/WordTable.h"
 
 namespace tessera {
 namespace {
@@ -112,9 +112,9 @@ private:
     [[nodiscard]] MeshData lines(const std::vector<std::uint32_t>& ends) const {
         MeshData mesh;
         mesh.primitive = Primitive::kLines;
-        WordTable vertices(1);
+        VertexChains chains;
         for (const std::uint32_t place : ends) {
-            mesh.lines.push_back(vertices.numberOf(&place));
+            mesh.lines.push_back(chains.vertexAt(place, [](std::uint32_t) { return true; }));
             if (mesh.lines.back() == mesh.positions.size() / 3) appendVertex(place, mesh);
         }
         return mesh;
@@ -131,38 +131,41 @@ private:
         return points;
     }
 
-    [[nodiscard]] Expected<MeshData> triangles(ObjPart part) const {
+    [[nodiscard]] Expected<MeshData> triangles(ObjPart part) {
         const bool hasTexcoords = !part.texcoords.empty() && !text_.texcoords.empty();
         const bool hasNormals = std::ranges::any_of(part.normals, [&](std::uint32_t normal) {
             const std::size_t at = 3 * std::size_t{normal};
             return at + 2 < text_.normals.size() && hasDirection(&text_.normals[at]);
         });
-        // Corners that name the same become one vertex.
-        WordTable vertices(std::size_t{1} + (hasTexcoords ? 1 : 0) + (hasNormals ? 1 : 0));
+        // Corners that name the same become one vertex: these are what its vertices name.
+        std::vector<std::uint32_t> places, texcoords, normals;
         for (std::size_t corner = 0; corner < part.places.size(); ++corner) {
-            std::array<std::uint32_t, 3> key{part.places[corner]};
-            std::size_t words = 1;
-            if (hasTexcoords) key[words++] = part.texcoords[corner];
-            if (hasNormals) key[words++] = part.normals[corner];
-            part.places[corner] = vertices.numberOf(key.data());
+            const std::uint32_t place = part.places[corner];
+            part.places[corner] = chains_.vertexAt(place, [&](std::uint32_t vertex) {
+                return (!hasTexcoords || texcoords[vertex] == part.texcoords[corner]) &&
+                       (!hasNormals || normals[vertex] == part.normals[corner]);
+            });
+            if (chains_.size() == places.size()) continue;
+            places.push_back(place);
+            if (hasTexcoords) texcoords.push_back(part.texcoords[corner]);
+            if (hasNormals) normals.push_back(part.normals[corner]);
         }
+        chains_.clear(places);
         std::vector<std::uint32_t>().swap(part.texcoords);
         std::vector<std::uint32_t>().swap(part.normals);
-        const std::uint32_t count = vertices.size();
-        const std::vector<std::uint32_t> keys = std::move(vertices).takeKeys();
         MeshData mesh;
-        mesh.positions.reserve(3 * std::size_t{count});
+        mesh.positions.reserve(3 * places.size());
         std::vector<std::uint32_t> without;  // vertices that have no normal
-        for (std::size_t vertex = 0, at = 0; vertex < count; ++vertex) {
-            appendVertex(keys[at++], mesh);
+        for (std::size_t vertex = 0; vertex < places.size(); ++vertex) {
+            appendVertex(places[vertex], mesh);
             if (hasTexcoords) {
-                const std::size_t uv = 2 * std::size_t{keys[at++]};
+                const std::size_t uv = 2 * std::size_t{texcoords[vertex]};
                 const bool isSaid = uv + 1 < text_.texcoords.size();
                 mesh.texcoords.insert(mesh.texcoords.end(), {isSaid ? text_.texcoords[uv] : 0.0f,
                                                              1.0f - (isSaid ? text_.texcoords[uv + 1] : 0.0f)});
             }
             if (!hasNormals) continue;
-            const std::size_t xyz = 3 * std::size_t{keys[at++]};
+            const std::size_t xyz = 3 * std::size_t{normals[vertex]};
             constexpr std::array<float, 3> kNone{};
             if (!appendUnit(xyz + 2 < text_.normals.size() ? &text_.normals[xyz] : kNone.data(), mesh.normals))
                 without.push_back(static_cast<std::uint32_t>(vertex));
@@ -194,6 +197,7 @@ private:
     PlainScene& scene_;
     const ReadLimits& limits_;
     std::map<std::string, std::string> materials_;  ///< by their names in the file
+    VertexChains chains_;                           ///< of one part after the other
     std::size_t nodes_ = 0, meshes_ = 0;
 };
 

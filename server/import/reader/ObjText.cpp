@@ -24,7 +24,7 @@ std::uint64_t numberOf(std::int64_t said, std::size_t soFar) {
 /// Appended to one that may not have begun yet, while the part has so many corners besides.
 void append(std::vector<std::uint32_t>& numbers, std::size_t corners, std::uint64_t number) {
     if (number == 0 && numbers.empty()) return;
-    numbers.resize(corners, ObjPart::kNone);
+    if (numbers.size() != corners) numbers.resize(corners, ObjPart::kNone);
     numbers.push_back(number == 0 ? ObjPart::kNone : static_cast<std::uint32_t>(number - 1));
 }
 
@@ -32,6 +32,7 @@ void append(std::vector<std::uint32_t>& numbers, std::size_t corners, std::uint6
 
 ObjText::Outcome ObjText::read(std::string_view text) {
     *this = ObjText();
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     std::string joined;
     const char *at = text.data(), *const end = at + text.size();
     while (at < end) {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -17,12 +16,12 @@
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/MappedFile.h"
+#include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/PlyFile.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
 #include "server/import/reader/TextCursor.h"
-#include "server/import/reader/WordTable.h"
 
 namespace tessera {
 namespace {
@@ -32,7 +31,7 @@ enum class Slot : std::uint8_t { kX, kY, kZ, kNx, kNy, kNz, kRed, kGreen, kBlue,
 constexpr std::size_t kSlots = 12;
 
 Slot slotOf(const PlyProperty& property) {
-    static constexpr std::pair<std::string_view, Slot> kNames[] = {
+    static constexpr std::pair<std::string_view, Slot> kSlotNames[] = {
         {"x", Slot::kX},         {"y", Slot::kY},     {"z", Slot::kZ},       {"nx", Slot::kNx},
         {"ny", Slot::kNy},       {"nz", Slot::kNz},   {"red", Slot::kRed},   {"r", Slot::kRed},
         {"green", Slot::kGreen}, {"g", Slot::kGreen}, {"blue", Slot::kBlue}, {"b", Slot::kBlue},
@@ -41,8 +40,8 @@ Slot slotOf(const PlyProperty& property) {
         {"texture_v", Slot::kV}};
     if (property.isList) return Slot::kNone;
     const auto* const known =
-        std::ranges::find(kNames, property.name, [](const auto& name) { return std::string_view(name.first); });
-    return known == std::end(kNames) ? Slot::kNone : known->second;
+        std::ranges::find(kSlotNames, property.name, [](const auto& name) { return std::string_view(name.first); });
+    return known == std::end(kSlotNames) ? Slot::kNone : known->second;
 }
 
 /// Of a channel of that type what its greatest number stands for.
@@ -61,6 +60,13 @@ public:
         if (isText_) {
             TextCursor cursor(at_, lineEnd_, false);
             float narrow = 0;
+            std::int64_t whole = 0;
+            if (!type.isFloat && cursor.toWord() && cursor.digits(whole) && cursor.isAtWordEnd()) {
+                value = static_cast<double>(whole);
+                at_ = cursor.at();
+                return true;
+            }
+            cursor = TextCursor(at_, lineEnd_, false);
             if (type.isFloat && type.bytes == sizeof(float)) {
                 if (!cursor.number(narrow)) return false;
                 value = narrow;
@@ -412,31 +418,34 @@ private:
     }
     /// Corners of one vertex with other texture coordinates are another vertex.
     void splitByTexcoords() {
-        WordTable table(3);
+        VertexChains chains;
+        std::vector<std::uint32_t> sources;
+        std::vector<float> texcoords;
         for (std::size_t corner = 0; corner < source_.corners.size(); ++corner) {
-            const std::array<std::uint32_t, 3> key = {
-                source_.corners[corner], std::bit_cast<std::uint32_t>(source_.cornerTexcoords[2 * corner]),
-                std::bit_cast<std::uint32_t>(source_.cornerTexcoords[2 * corner + 1])};
-            source_.corners[corner] = table.numberOf(key.data());
+            const std::uint32_t vertex = source_.corners[corner];
+            const float* const uv = &source_.cornerTexcoords[2 * corner];
+            source_.corners[corner] = chains.vertexAt(vertex, [&](std::uint32_t made) {
+                return texcoords[std::size_t{2} * made] == uv[0] && texcoords[std::size_t{2} * made + 1] == uv[1];
+            });
+            if (chains.size() == sources.size()) continue;
+            sources.push_back(vertex);
+            texcoords.insert(texcoords.end(), {uv[0], uv[1]});
         }
-        const std::vector<std::uint32_t> keys = std::move(table).takeKeys();
         PlyMesh split;
         const auto take = [](const auto& from, std::size_t each, std::uint32_t vertex, auto& to) {
             if (from.empty()) return;
             const auto begin = from.begin() + static_cast<std::ptrdiff_t>(each * vertex);
             to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(each));
         };
-        for (std::size_t at = 0; at < keys.size(); at += 3) {
-            take(source_.positions, 3, keys[at], split.positions);
-            take(source_.normals, 3, keys[at], split.normals);
-            take(source_.colors, 4, keys[at], split.colors);
-            split.texcoords.insert(split.texcoords.end(),
-                                   {std::bit_cast<float>(keys[at + 1]), std::bit_cast<float>(keys[at + 2])});
+        for (const std::uint32_t source : sources) {
+            take(source_.positions, 3, source, split.positions);
+            take(source_.normals, 3, source, split.normals);
+            take(source_.colors, 4, source, split.colors);
         }
         source_.positions = std::move(split.positions);
         source_.normals = std::move(split.normals);
         source_.colors = std::move(split.colors);
-        source_.texcoords = std::move(split.texcoords);
+        source_.texcoords = std::move(texcoords);
     }
 
     /// The picture that a comment names, as assimp reads it of a file of one triangle; else plain, and white where

@@ -32,12 +32,16 @@ Expected<PlainScene> readMesh(const std::string& path, const std::string& extens
     return fail(ErrorCode::kUnsupported, "none of these");
 }
 
-Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& limits) {
+}  // namespace
+
+Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
     const std::string extension = extensionOf(path);
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
+    if (extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz")
+        return readUsd(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;
@@ -52,14 +56,6 @@ Expected<PlainScene> readByEnding(const std::string& path, const ReadLimits& lim
         if (text || text.error().code != ErrorCode::kUnsupported) return text;
     }
     return readWithAssimp(path, limits);
-}
-
-}  // namespace
-
-Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
-    Expected<PlainScene> scene = readByEnding(path, limits);
-    if (scene && limits.whole && !scene->missing.empty()) return fail(ErrorCode::kBadInput, scene->missing.front());
-    return scene;
 }
 
 }  // namespace tessera

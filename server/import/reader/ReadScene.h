@@ -12,6 +12,8 @@ namespace tessera {
 
 /// glTF 2.0, text or binary, by tinygltf.
 [[nodiscard]] Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits);
+/// USD: text, crates and packages (.usd, .usda, .usdc, .usdz), by our own readers (usd/).
+[[nodiscard]] Expected<PlainScene> readUsd(const std::string& path, const ReadLimits& limits);
 /// Whatever assimp reads: OBJ, PLY, STL, ….
 [[nodiscard]] Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& limits);
 /// An OBJ's free-form surfaces, a node each, beside its polygons. kUnsupported where it has none.

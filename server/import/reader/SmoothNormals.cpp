@@ -1,15 +1,13 @@
 #include "server/import/reader/SmoothNormals.h"
+#include "server/import/reader/PlaceTable.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "server/import/reader/WordTable.h"
 
 namespace tessera {
 namespace {
@@ -34,14 +32,9 @@ float angleAt(const float* a, const float* b, const float* c) {
 
 /// For each vertex the number of its place.
 std::vector<std::uint32_t> placesOf(std::span<const float> positions, std::uint32_t& count) {
-    WordTable table(3);
+    PlaceTable table;
     std::vector<std::uint32_t> places(positions.size() / 3);
-    for (std::size_t v = 0; v < places.size(); ++v) {
-        std::array<std::uint32_t, 3> key{};
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            key[axis] = std::bit_cast<std::uint32_t>(positions[3 * v + axis] + 0.0f);  // -0 is 0
-        places[v] = table.numberOf(key.data());
-    }
+    for (std::size_t v = 0; v < places.size(); ++v) places[v] = table.numberOf(&positions[3 * v]);
     count = table.size();
     return places;
 }
@@ -52,23 +45,56 @@ void repeat(std::vector<Number>& values, std::size_t each, std::size_t vertices,
     for (std::size_t i = 0; i < each; ++i) values.push_back(Number(values[each * vertex + i]));
 }
 
+/// What its corners need of a triangle: 16 bytes, as there may be very many.
+struct Facet {
+    Vec3f normal = Vec3f::Zero();  ///< unit, or zero where it has no area
+    std::uint32_t angles = 0;      ///< ten bits for each corner, of half a turn; one at least
+
+    Facet() = default;
+    Facet(const float* a, const float* b, const float* c) : normal(normalOrZero(a, b, c)) {
+        std::size_t corner = 0;
+        for (const float angle : {angleAt(a, b, c), angleAt(b, c, a), angleAt(c, a, b)}) {
+            const auto steps = std::lround(angle / std::numbers::pi_v<float> * 1023);
+            angles |= static_cast<std::uint32_t>(std::clamp(steps, 1L, 1023L)) << 10 * corner++;
+        }
+    }
+    [[nodiscard]] Vec3f weighed(std::size_t corner) const {
+        return normal * static_cast<float>(angles >> 10 * corner & 1023);
+    }
+};
+static_assert(sizeof(Facet) == 16);
+
 /// Gives the corners of one place after the other their normals.
 class NormalSplit {
 public:
     explicit NormalSplit(MeshData& mesh) : mesh_(mesh), owned_(mesh.positions.size() / 3, false) {
         mesh_.normals.assign(mesh_.positions.size(), 0);
+        facets_.reserve(mesh.indices.size() / 3);
+        for (std::size_t i = 0; i + 3 <= mesh.indices.size(); i += 3)
+            facets_.emplace_back(at(mesh.indices[i]), at(mesh.indices[i + 1]), at(mesh.indices[i + 2]));
     }
 
     /// `corners`: of one place, numbers in the array of indices.
     void set(std::span<const std::uint32_t> corners) {
         own_.clear();
         weighed_.clear();
+        Vec3f sum = Vec3f::Zero();
         for (const std::uint32_t corner : corners) {
-            const std::size_t first = corner / 3 * std::size_t{3}, k = corner % 3;
-            const float *const a = at(mesh_.indices[corner]), *const b = at(mesh_.indices[first + (k + 1) % 3]),
-                               *const c = at(mesh_.indices[first + (k + 2) % 3]);
-            own_.push_back(normalOrZero(a, b, c));
-            weighed_.push_back(own_.back() * angleAt(a, b, c));
+            const Facet& facet = facets_[corner / 3];
+            own_.push_back(facet.normal);
+            weighed_.push_back(facet.weighed(corner % 3));
+            sum += weighed_.back();
+        }
+        // All that are less than 30 degrees away from one direction are less than 60 away from each other.
+        constexpr float kAllNear = 0.8661f;
+        const Vec3f mean = unit(sum);
+        if (std::ranges::all_of(own_, [&](const Vec3f& own) { return own.dot(mean) > kAllNear; })) {
+            for (const std::uint32_t corner : corners) {
+                const std::uint32_t vertex = mesh_.indices[corner];
+                owned_[vertex] = true;
+                std::copy_n(mean.data(), 3, &mesh_.normals[std::size_t{3} * vertex]);
+            }
+            return;
         }
         // Of many triangles each would be compared with each.
         constexpr std::size_t kMany = 48;
@@ -165,6 +191,7 @@ private:
     }
 
     MeshData& mesh_;
+    std::vector<Facet> facets_;
     std::vector<bool> owned_;     ///< of the vertices that the file has
     std::vector<Vec3f> own_;      ///< of the triangles of the place
     std::vector<Vec3f> weighed_;  ///< by the angle that each has there

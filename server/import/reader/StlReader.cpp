@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -12,11 +11,11 @@
 
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/MappedFile.h"
+#include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
 #include "server/import/reader/TextCursor.h"
-#include "server/import/reader/WordTable.h"
 
 namespace tessera {
 namespace {
@@ -32,10 +31,7 @@ class StlSolid {
 public:
     /// `facets`: as many as there may be; `isColored`: facets have colours.
     StlSolid(std::string name, bool isColored, std::size_t facets)
-        : name_(std::move(name)),
-          isSmooth_(facets > kMostFlat),
-          isColored_(isColored),
-          vertices_(std::size_t{3} + (isSmooth_ ? 0 : 3) + (isColored ? 1 : 0)) {
+        : name_(std::move(name)), isSmooth_(facets > kMostFlat), isColored_(isColored) {
         indices_.reserve(3 * facets);
     }
 
@@ -49,14 +45,15 @@ public:
             return;
         const Vec3f facing = isSmooth_ ? Vec3f(Vec3f::Zero()) : normalOf(normal, places);
         for (std::size_t corner = 0; corner < 3; ++corner) {
-            std::array<std::uint32_t, 7> key{};
-            std::size_t words = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                key[words++] = std::bit_cast<std::uint32_t>(places[3 * corner + axis] + 0.0f);  // -0 is 0
-            for (Eigen::Index axis = 0; axis < 3 && !isSmooth_; ++axis)
-                key[words++] = std::bit_cast<std::uint32_t>(facing[axis] + 0.0f);
-            if (isColored_) key[words++] = color;
-            indices_.push_back(vertices_.numberOf(key.data()));
+            const std::uint32_t place = table_.numberOf(&places[3 * corner]);
+            indices_.push_back(chains_.vertexAt(place, [&](std::uint32_t vertex) {
+                return (isSmooth_ || std::equal(facing.begin(), facing.end(), &normals_[std::size_t{3} * vertex])) &&
+                       (!isColored_ || colors_[vertex] == color);
+            }));
+            if (chains_.size() == places_.size()) continue;
+            places_.push_back(place);
+            if (!isSmooth_) normals_.insert(normals_.end(), facing.begin(), facing.end());
+            if (isColored_) colors_.push_back(color);
         }
     }
     [[nodiscard]] const std::string& name() const { return name_; }
@@ -66,19 +63,15 @@ public:
 
     [[nodiscard]] MeshData mesh() && {
         MeshData mesh;
-        const std::size_t count = vertices_.size(), words = vertices_.keys().size() / std::max<std::size_t>(count, 1);
-        const std::vector<std::uint32_t> keys = std::move(vertices_).takeKeys();
-        mesh.positions.reserve(3 * count);
-        if (!isSmooth_) mesh.normals.reserve(3 * count);
-        for (std::size_t at = 0; at < keys.size(); at += words) {
-            std::size_t word = at;
-            for (int axis = 0; axis < 3; ++axis) mesh.positions.push_back(std::bit_cast<float>(keys[word++]));
-            for (int axis = 0; axis < 3 && !isSmooth_; ++axis)
-                mesh.normals.push_back(std::bit_cast<float>(keys[word++]));
-            for (int byte = 0; byte < 4 && isColored_; ++byte)
-                mesh.colors.push_back(static_cast<std::uint8_t>(keys[word] >> 8 * byte));
-        }
+        mesh.positions.reserve(3 * places_.size());
+        for (const std::uint32_t place : places_) table_.appendPlace(place, mesh.positions);
+        mesh.normals = std::move(normals_);
+        for (const std::uint32_t color : colors_)
+            for (int byte = 0; byte < 4; ++byte) mesh.colors.push_back(static_cast<std::uint8_t>(color >> 8 * byte));
         mesh.indices = std::move(indices_);
+        table_ = {};
+        chains_ = {};
+        std::vector<std::uint32_t>().swap(places_);
         if (isSmooth_) setSmoothNormals(mesh);
         return mesh;
     }
@@ -94,7 +87,11 @@ private:
 
     std::string name_;
     bool isSmooth_, isColored_;
-    WordTable vertices_;
+    PlaceTable table_;
+    VertexChains chains_;
+    std::vector<std::uint32_t> places_;  ///< of each vertex, in the table
+    std::vector<float> normals_;         ///< xyz of each vertex, unless it is smooth
+    std::vector<std::uint32_t> colors_;  ///< of each vertex, where it is coloured
     std::vector<std::uint32_t> indices_;
     std::size_t facets_ = 0;
     std::optional<LeftOutParts> leftOut_;
@@ -136,8 +133,8 @@ class StlScene {
 public:
     StlScene(PlainScene& scene, const ReadLimits& limits) : scene_(scene), limits_(limits) {}
 
-    /// False: it is not sound.
-    bool readBytes(std::string_view bytes) {
+    /// False: it is not sound. `file`: where the bytes are, or null.
+    bool readBytes(std::string_view bytes, const MappedFile* file) {
         if (bytes.size() < kHead) return false;
         std::uint32_t count = 0;
         std::memcpy(&count, bytes.data() + kCountAt, sizeof(count));
@@ -151,8 +148,11 @@ public:
         };
         bool isColored = false;
         for (std::size_t facet = 0; facet < count && !isColored; ++facet) isColored = colors.isSaid(attributeOf(facet));
+        if (file != nullptr) file->passed(bytes.size());
         StlSolid& solid = solids_.emplace_back("", isColored, count);
         for (std::size_t facet = 0; facet < count; ++facet) {
+            constexpr std::size_t kSome = std::size_t{1} << 20;
+            if (file != nullptr && facet % kSome == 0) file->passed(kHead + facet * kFacet);
             std::array<float, 12> numbers{};
             std::memcpy(numbers.data(), facets + facet * kFacet, sizeof(numbers));
             FacetPlaces places{};
@@ -294,8 +294,8 @@ private:
     std::string material_;
 };
 
-bool readInto(StlScene& stl, std::string_view bytes) {
-    return isTextStl(bytes) ? stl.readText(bytes) : stl.readBytes(bytes);
+bool readInto(StlScene& stl, std::string_view bytes, const MappedFile* file) {
+    return isTextStl(bytes) ? stl.readText(bytes) : stl.readBytes(bytes, file);
 }
 
 }  // namespace
@@ -305,13 +305,13 @@ Expected<PlainScene> readStl(const std::string& path, const ReadLimits& limits) 
     if (!file) return tl::unexpected(file.error());
     PlainScene scene;
     std::optional<StlScene> stl(std::in_place, scene, limits);
-    bool isRead = readInto(*stl, file->text());
+    bool isRead = readInto(*stl, file->text(), &*file);
     if (!isRead) {
         Bytes mended(file->bytes().begin(), file->bytes().end());
         file->close();
         const Expected<bool> changed = mendStl(mended, scene.notes, &scene.missing);
         stl.emplace(scene, limits);
-        isRead = changed && readInto(*stl, asText(mended));
+        isRead = changed && readInto(*stl, asText(mended), nullptr);
     }
     file->close();
     if (!isRead) return fail(ErrorCode::kUnsupported, "no STL that is sound");

@@ -71,6 +71,44 @@ TEST_F(BudgetTest, WhatOneFrameNeedsStaysWhereAllOfItFits) {
     }
 }
 
+TEST_F(BudgetTest, FramesThatDrawNothingForgetNothing) {
+    const Bytes one = ofOne();
+    // Half of what a frame needs.
+    restart({.samples = 1, .meshBudgetBytes = 2 * one.meshes, .textureBudgetBytes = 2 * one.images});
+    const Aspect aspect = rowOfBalls(0, true);
+    const ScreenCamera camera = cameraOf(256, 64);
+    RenderScene scene;
+    scene.update(aspect, nullptr);
+    const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr);
+    const auto pictureAfter = [&](int stillFrames) {
+        for (int i = 0; i <= stillFrames; ++i) renderer_->beginFrame();
+        EXPECT_TRUE(renderer_->draw(aspect, list, camera, whole(camera)));
+        return renderer_->uploadedMeshBytes() + renderer_->uploadedTextureBytes();
+    };
+    const std::uint64_t first = pictureAfter(0);
+    for (const int still : {0, 1, 2, 10, 0}) EXPECT_EQ(pictureAfter(still), first) << still << " frames of rest";
+}
+
+TEST_F(BudgetTest, WhatNobodyDrawsAnyMoreGoesAtRest) {
+    const Bytes one = ofOne();
+    restart({.samples = 1, .meshBudgetBytes = 2 * one.meshes, .textureBudgetBytes = 2 * one.images});
+    const ScreenCamera camera = cameraOf(256, 64);
+    const auto show = [&](const Aspect& aspect) {
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        renderer_->beginFrame();
+        const DrawList list = RenderAction(CullerKind::kFrustum).run(scene, camera, whole(camera), nullptr);
+        EXPECT_TRUE(renderer_->draw(aspect, list, camera, whole(camera)));
+    };
+    TestScene empty;
+    empty.setDark();
+    show(rowOfBalls(0, true));
+    show(empty.take());
+    EXPECT_GT(renderer_->residentBytes(), 2 * (one.meshes + one.images)) << "they might have been needed";
+    for (int i = 0; i < 2; ++i) renderer_->beginFrame();
+    EXPECT_LE(renderer_->residentBytes(), 2 * (one.meshes + one.images));
+}
+
 TEST_F(BudgetTest, TilesInTurnUploadAsLittleAsCanBe) {
     const Bytes one = ofOne();
     for (const std::uint64_t room : {1u, 2u, 3u}) {

@@ -119,8 +119,13 @@ TEST(UseClock, GuessesThatAFrameGoesAsTheLastOneWent) {
             if (draw == 80) clock.use(second);
         }
     }
-    clock.beginFrame();
-    clock.beginFrame();
+    // Frames that draw nothing tell nothing.
+    EXPECT_TRUE(clock.beginFrame());
+    EXPECT_FALSE(clock.beginFrame());
+    EXPECT_EQ(clock.nextUse(first), 1u);
+    clock.beginDraw();
+    EXPECT_EQ(clock.nextUse(first), 1u);
+    EXPECT_TRUE(clock.beginFrame());
     clock.beginDraw();
     EXPECT_EQ(clock.nextUse(first), UseClock::kNever);
 }

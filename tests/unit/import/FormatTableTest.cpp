@@ -15,9 +15,9 @@
 namespace tessera {
 namespace {
 
-/// As the importer's readers say them, in a process of their own; without the first dot.
-std::set<std::string> endingsOfTheImporter() {
-    std::FILE* const list = ::popen(TESSERA_BIN_DIR "/tessera-import --endings", "r");
+/// As the readers of a program say them, in a process of their own; without the first dot.
+std::set<std::string> endingsOf(const std::string& program) {
+    std::FILE* const list = ::popen((TESSERA_BIN_DIR "/" + program + " --endings").c_str(), "r");
     if (list == nullptr) return {};
     std::string says;
     std::array<char, 4096> piece{};
@@ -31,9 +31,14 @@ std::set<std::string> endingsOfTheImporter() {
 }
 
 TEST(FormatTable, HasARowForEachEndingThatTheImporterReadsAndForNoOther) {
-    const std::set<std::string> read = endingsOfTheImporter();
+    std::set<std::string> read;
+    for (const char* program : {"tessera-import", "tessera-import-coin"})
+        for (const std::string& ending : endingsOf(program)) {
+            read.insert(ending);
+            EXPECT_TRUE(isModelEnding(ending)) << ending;
+            EXPECT_EQ(readingProgram(ending), program) << ending;
+        }
     EXPECT_GT(read.size(), 60u);
-    for (const std::string& ending : read) EXPECT_TRUE(isModelEnding(ending)) << ending;
     const std::vector<std::string_view> told = modelEndings();
     for (const std::string_view ending : told) EXPECT_TRUE(read.contains(std::string(ending))) << ending;
     EXPECT_EQ(std::ranges::adjacent_find(told), told.end()) << "a file has one reader";

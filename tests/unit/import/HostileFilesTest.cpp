@@ -173,7 +173,8 @@ TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
         scratch.write("bomb.gltf", before + R"("componentType":5126,"count":60000000,"type":"VEC3"}]})");
     const Expected<ImportedScene> scene = importScene(bomb, kRootNode, small);
     ASSERT_FALSE(scene);
-    EXPECT_EQ(scene.error().message, bomb + ": it needs more than 400 MiB of memory to read");
+    EXPECT_EQ(scene.error().message,
+              bomb + ": it needs more than 400 MiB of memory to read: --import-memory gives it more");
     EXPECT_EQ(scene.error().code, ErrorCode::kLimit);
 }
 

@@ -15,6 +15,7 @@
 #include <span>
 
 #include "common/base/LowerCase.h"
+#include "common/cores/Geometry.h"
 #include "common/geometry/Mesh.h"
 #include "server/import/reader/ReadScene.h"
 #include "tests/unit/import/ImportFixture.h"
@@ -254,6 +255,20 @@ INSTANTIATE_TEST_SUITE_P(Each, MeshReaders, testing::ValuesIn(folders()), [](con
     std::erase_if(name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '_'; });
     return name;
 });
+
+TEST(ObjReader, AByteOrderMarkIsNoPartOfTheFirstLine) {
+    const Scratch scratch;
+    const Expected<ImportedScene> scene =
+        importScene(scratch.write("mark.obj", "\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\n"), kRootNode,
+                    importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect{ImportedScene(*scene)};
+    float most = 0;
+    for (const ObjectId id : aspect->ids())
+        if (const auto* geometry = aspect->get<Geometry>(id))
+            for (const float x : geometry->positions.as<float>()) most = std::max(most, x);
+    EXPECT_EQ(most, 5);
+}
 
 }  // namespace
 }  // namespace tessera

@@ -197,5 +197,21 @@ TEST(SceneTextPoints, AreListedOrOnASurfaceOrAMesh) {
     EXPECT_EQ(aspect.core<Geometry>("/other")->pointRadius, 0.5) << "half of what lies between them";
 }
 
+TEST(Glyphs, AMillionOfThemAreNoSurfaceOfMillionsOfTriangles) {
+    std::string places;
+    for (int i = 0; i < 1'000'000; ++i) places += "0,1,2,";
+    places.pop_back();
+    const auto read = [&](const std::string& more) {
+        return imported("glyphs.tsct", "node { name: \"a\" glyphs { positions: [" + places + more + "] shape: BOX } }");
+    };
+    const Expected<ImportedScene> million = read("");
+    ASSERT_TRUE(million) << messageOf(million);
+    EXPECT_EQ(million->triangles, 12'000'000u);
+    const Expected<ImportedScene> more = read(",0,1,2");
+    ASSERT_FALSE(more);
+    EXPECT_NE(more.error().message.find("1000001 glyphs, at most 1000000 are allowed"), std::string::npos)
+        << more.error().message;
+}
+
 }  // namespace
 }  // namespace tessera

@@ -1,5 +1,6 @@
 #include <random>
 
+#include "common/cores/Glyphs.h"
 #include "common/cores/ParticleEmitter.h"
 #include "common/cores/PointLight.h"
 #include "common/cores/Switch.h"
@@ -222,6 +223,22 @@ TEST(RenderScene, MeshesThatCannotBeDrawnAreLeftOut) {
 }
 
 // Whatever is shown and not drawn is named, with the vertex that is at fault, as long as it is so.
+TEST(RenderScene, AGlyphBeyondAllMeasureIsNamed) {
+    TestScene scene;
+    Glyphs glyphs;
+    glyphs.positions = Blob::of(std::span<const float>(std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 3e18f, 0}));
+    glyphs.shape = Glyphs::kBox;
+    const ObjectId core = scene.create(typeOf<Glyphs>());
+    setAllFields(scene.edit, core, Object::of(glyphs));
+    const ObjectId thing = scene.put(core, {0, 0, 0});
+    scene.apply();
+    RenderScene drawn;
+    drawn.update(scene.aspect, nullptr);
+    EXPECT_TRUE(drawn.undrawn().contains(thing));
+    EXPECT_NE(whyNotDrawn(scene.aspect, thing).find("glyph 2 comes to lie "), std::string::npos)
+        << whyNotDrawn(scene.aspect, thing);
+}
+
 TEST(RenderScene, WhatIsBeyondAllMeasureIsNamed) {
     for (const double scale : {1e9, 0.9e18, 1.1e18, 1e30, 1e38, 1e200, 1e300}) {
         TestScene scene;

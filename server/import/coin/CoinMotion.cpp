@@ -1,0 +1,242 @@
+#include "server/import/coin/CoinMotion.h"
+
+#include <Inventor/VRMLnodes/SoVRMLColorInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLMaterial.h>
+#include <Inventor/VRMLnodes/SoVRMLOrientationInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLPositionInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLScalarInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLTimeSensor.h>
+#include <Inventor/engines/SoEngineOutput.h>
+#include <Inventor/lists/SoFieldList.h>
+#include <Inventor/misc/SoProtoInstance.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/math/Srgb.h"
+#include "server/import/reader/MovingParts.h"
+
+namespace tessera {
+namespace {
+
+/// Where a field gets its value from through the interfaces of prototypes: itself, where it has one of its own.
+SoField& sourceOf(SoField& field) {
+    SoField* source = &field;
+    constexpr int kMostInterfaces = 64;
+    for (int i = 0; i < kMostInterfaces; ++i) {
+        SoField* master = nullptr;
+        if (!source->getConnectedField(master) || master == nullptr || master->getContainer() == nullptr ||
+            !master->getContainer()->isOfType(SoProtoInstance::getClassTypeId()))
+            break;
+        source = master;
+    }
+    return *source;
+}
+
+/// Who drives a field, or nobody.
+SoNodeEngine* driverOf(SoField& field) {
+    SoEngineOutput* output = nullptr;
+    const SoField& source = sourceOf(field);
+    if (!source.getConnectedEngine(output) || output == nullptr || !output->isNodeEngineOutput()) return nullptr;
+    return output->getNodeContainer();
+}
+
+void appendRotation(std::vector<double>& values, const SbRotation& rotation) {
+    float x = 0, y = 0, z = 0, w = 1;
+    rotation.getValue(x, y, z, w);
+    values.insert(values.end(), {w, x, y, z});
+}
+
+}  // namespace
+
+std::string nameOf(const SoNode& node) {
+    std::string name = node.getName().getString();
+    for (char& c : name)
+        if (c == '/' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '_';
+    return name.substr(0, 200);
+}
+
+bool CoinMotion::hold(SoNode& node) {
+    if (!held_.insert(&node).second) return routes_.contains(&node);
+    SoFieldList fields;
+    const int count = node.getFields(fields);
+    for (int i = 0; i < count; ++i) {
+        SoField& field = *fields[i];
+        if (!field.isConnected()) continue;
+        SbName name;
+        node.getFieldName(&field, name);
+        SoNodeEngine* const driver = driverOf(field);
+        // Before anybody reads it: what it is driven to now is not what the file says.
+        if (SoField& source = sourceOf(field); source.isConnected()) source.enableConnection(FALSE);
+        if (driver == nullptr || !driver->isOfType(SoVRMLInterpolator::getClassTypeId())) {
+            if (driver != nullptr)
+                notes_.add(fmt::format("left out: a route to {}, which comes from no interpolator", name.getString()),
+                           nameOf(node));
+            continue;
+        }
+        auto* interpolator = static_cast<SoVRMLInterpolator*>(driver);
+        SoNodeEngine* const clock = driverOf(interpolator->set_fraction);
+        if (clock == nullptr || !clock->isOfType(SoVRMLTimeSensor::getClassTypeId())) {
+            notes_.add("an interpolator moves nothing: no TimeSensor drives it", nameOf(*interpolator));
+            continue;
+        }
+        routes_[&node].push_back({interpolator, static_cast<SoVRMLTimeSensor*>(clock), name.getString()});
+    }
+    return routes_.contains(&node);
+}
+
+bool CoinMotion::drives(const SoNode& node, std::string_view field) const {
+    const auto routes = routes_.find(&node);
+    return routes != routes_.end() &&
+           std::ranges::any_of(routes->second, [&](const Route& route) { return route.field == field; });
+}
+
+void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
+    const auto routes = routes_.find(&node);
+    if (routes == routes_.end()) return;
+    if (message.key() == 0) message.set_key(++lastKey_);
+    for (const Route& route : routes->second) {
+        std::size_t width = 0;
+        const std::vector<double> values = valuesOf(route, width);
+        proto::scene::Channel channel;
+        channel.set_target_key(message.key());
+        std::string field = route.field;
+        const bool centred = message.has_component_transform();
+        const bool known =
+            ((field == "translation" || field == "scale" || (centred && field == "center")) && width == 3) ||
+            ((field == "rotation" || (centred && field == "scaleOrientation")) && width == 4) ||
+            (field == "intensity" && width == 1);
+        if (!known) {
+            notes_.add(fmt::format("{} stands still: it cannot be animated here", field), nameOf(node));
+            continue;
+        }
+        addChannel(route, field, width, values, std::move(channel));
+    }
+}
+
+void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& material) {
+    const auto routes = routes_.find(&node);
+    if (routes == routes_.end()) return;
+    for (const Route& route : routes->second) {
+        std::size_t width = 0;
+        std::vector<double> values = valuesOf(route, width), written;
+        proto::scene::Channel channel;
+        channel.set_material(material.name());
+        std::string field;
+        const proto::scene::Color& base = material.base_color();
+        if (route.field == "diffuseColor" && width == 3) {
+            field = "baseColor";
+            for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+                written.insert(written.end(), {linearOfSrgb(values[i]), linearOfSrgb(values[i + 1]),
+                                               linearOfSrgb(values[i + 2]), double{base.a()}});
+        } else if (route.field == "transparency" && width == 1) {
+            field = "baseColor";
+            for (const double value : values)
+                written.insert(written.end(), {base.r(), base.g(), base.b(), std::clamp(1 - value, 0.0, 1.0)});
+        } else if (route.field == "emissiveColor" && width == 3) {
+            field = "emissive";
+            for (const double value : values) written.push_back(linearOfSrgb(value));
+        }
+        if (field.empty()) {
+            notes_.add(fmt::format("{} of a material stands still: it cannot be animated here", route.field),
+                       nameOf(node));
+            continue;
+        }
+        addChannel(route, field, field == "baseColor" ? 4 : 3, written, std::move(channel));
+    }
+}
+
+void CoinMotion::leaveOut(const SoNode& node) {
+    const auto routes = routes_.find(&node);
+    if (routes == routes_.end()) return;
+    for (const Route& route : routes->second)
+        notes_.add(fmt::format("{} of a {} stands still: it cannot be animated here", route.field,
+                               node.getTypeId().getName().getString()),
+                   nameOf(node));
+}
+
+std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width) const {
+    SoVRMLInterpolator& by = *route.interpolator;
+    std::vector<double> values;
+    if (by.isOfType(SoVRMLPositionInterpolator::getClassTypeId())) {
+        width = 3;
+        const SoMFVec3f& all = static_cast<SoVRMLPositionInterpolator&>(by).keyValue;
+        for (int i = 0; i < all.getNum(); ++i)
+            for (int c = 0; c < 3; ++c) values.push_back(all[i][c]);
+    } else if (by.isOfType(SoVRMLColorInterpolator::getClassTypeId())) {
+        width = 3;
+        const SoMFColor& all = static_cast<SoVRMLColorInterpolator&>(by).keyValue;
+        for (int i = 0; i < all.getNum(); ++i)
+            for (int c = 0; c < 3; ++c) values.push_back(std::clamp(double{all[i][c]}, 0.0, 1.0));
+    } else if (by.isOfType(SoVRMLOrientationInterpolator::getClassTypeId())) {
+        width = 4;
+        const SoMFRotation& all = static_cast<SoVRMLOrientationInterpolator&>(by).keyValue;
+        for (int i = 0; i < all.getNum(); ++i) appendRotation(values, all[i]);
+    } else if (by.isOfType(SoVRMLScalarInterpolator::getClassTypeId())) {
+        width = 1;
+        const SoMFFloat& all = static_cast<SoVRMLScalarInterpolator&>(by).keyValue;
+        for (int i = 0; i < all.getNum(); ++i) values.push_back(all[i]);
+    }
+    return values;
+}
+
+void CoinMotion::addChannel(const Route& route, const std::string& field, std::size_t width,
+                            const std::vector<double>& values, proto::scene::Channel channel) {
+    const auto what = [&](const char* why) {
+        notes_.add(fmt::format("an interpolator moves nothing: {}", why), nameOf(*route.interpolator));
+    };
+    const SoMFFloat& key = route.interpolator->key;
+    const std::size_t keys = std::min<std::size_t>(static_cast<std::size_t>(key.getNum()), values.size() / width);
+    const double cycle = route.sensor->cycleInterval.getValue().getValue();
+    if (keys == 0) return what("it has no keys");
+    if (keys > kMaxKeysPerChannel) return what("it has more than a million keys");
+    if (!(cycle > 0 && cycle <= 1e9)) return what("its TimeSensor has no cycle of more than 0 s");
+    if (!std::ranges::all_of(values, [](double value) { return std::abs(value) <= 1e15; }))
+        return what("a value is not finite, or beyond 1e15");
+    std::vector<double> times, kept;
+    const auto add = [&](double time, std::size_t k) {
+        times.push_back(time);
+        const auto from = values.begin() + static_cast<std::ptrdiff_t>(k * width);
+        kept.insert(kept.end(), from, from + static_cast<std::ptrdiff_t>(width));
+    };
+    const auto timeOf = [&](std::size_t k) { return std::clamp(double{key[static_cast<int>(k)]}, 0.0, 1.0) * cycle; };
+    if (timeOf(0) > 0) add(0, 0);  // before the first key it is as there
+    for (std::size_t k = 0; k < keys; ++k) {
+        const double time = timeOf(k);
+        if (!std::isfinite(time)) return what("a key is not finite");
+        if (k > 0 && time < timeOf(k - 1)) return what("its keys do not ascend");
+        // Two keys of one time are a jump.
+        add(times.empty() || time > times.back() ? time : times.back() + 1e-6 * cycle, k);
+    }
+    if (times.back() < cycle) add(cycle, keys - 1);
+    channel.set_field(field);
+    channel.set_times_blob(scene_.addBlob(bytesOfNumbers(times)));
+    channel.set_values_blob(scene_.addBlob(bytesOfNumbers(kept)));
+    const auto [animation, isNew] = animations_.try_emplace(route.sensor);
+    if (isNew) order_.push_back(route.sensor);
+    *animation->second.add_channel() = std::move(channel);
+}
+
+void CoinMotion::finish() {
+    std::size_t waiting = 0;
+    for (SoVRMLTimeSensor* const sensor : order_) {
+        proto::scene::Animation& animation = animations_.at(sensor);
+        const bool loops = sensor->loop.getValue();
+        animation.set_mode(loops ? proto::scene::Animation::LOOP : proto::scene::Animation::ONCE);
+        // What does not begin by itself waits for an event in the file.
+        const bool waits = !loops || !sensor->enabled.getValue();
+        animation.set_paused(waits);
+        if (waits) ++waiting;
+        proto::scene::Node* node = scene_.file.add_node();
+        const std::string name = nameOf(*sensor);
+        node->set_name(name.empty() ? "animation" : name);
+        *node->mutable_animation() = std::move(animation);
+    }
+    if (waiting > 0)
+        scene_.note(
+            fmt::format("{} of its animations wait for an event: they stand until somebody plays them", waiting));
+}
+
+}  // namespace tessera

@@ -1,0 +1,62 @@
+/// Interpolators that time sensors drive, as Animations: each sensor is one.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/Error.h"
+#include "server/import/coin/CountedNotes.h"
+#include "server/import/reader/PlainScene.h"
+
+class SoField;
+class SoNode;
+class SoVRMLInterpolator;
+class SoVRMLMaterial;
+class SoVRMLTimeSensor;
+class SoVRMLTransform;
+
+namespace tessera {
+
+class CoinMotion {
+public:
+    CoinMotion(PlainScene& scene, CountedNotes& notes) : scene_(scene), notes_(notes) {}
+
+    /// Cuts the routes to the node's fields, so that they are read as the file has them. Whether any of them moves.
+    bool hold(SoNode& node);
+    /// Whether this field of a node that is held moves.
+    [[nodiscard]] bool drives(const SoNode& node, std::string_view field) const;
+    /// The message of a node that is held and moves; called for each place where it is used.
+    void addTarget(const SoNode& node, proto::scene::Node& message);
+    /// Of a material that is held and moves: once for each material of the scene that stands for it.
+    void addMaterial(const SoNode& node, const proto::scene::Material& material);
+    /// Of one that is held and moves, and that nothing here can move: a note.
+    void leaveOut(const SoNode& node);
+    /// A node at the top for each sensor.
+    void finish();
+
+private:
+    struct Route {
+        SoVRMLInterpolator* interpolator = nullptr;
+        SoVRMLTimeSensor* sensor = nullptr;
+        std::string field;  ///< as the file calls it
+    };
+    void addChannel(const Route& route, const std::string& field, std::size_t width, const std::vector<double>& values,
+                    proto::scene::Channel channel);
+    std::vector<double> valuesOf(const Route& route, std::size_t& width) const;
+
+    PlainScene& scene_;
+    CountedNotes& notes_;
+    std::map<const SoNode*, std::vector<Route>> routes_;
+    std::set<const SoNode*> held_;
+    std::vector<SoVRMLTimeSensor*> order_;
+    std::map<SoVRMLTimeSensor*, proto::scene::Animation> animations_;
+    std::uint32_t lastKey_ = 0;
+};
+
+/// A node's name as scenes have them; empty: it has none.
+[[nodiscard]] std::string nameOf(const SoNode& node);
+
+}  // namespace tessera

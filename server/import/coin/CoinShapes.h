@@ -1,0 +1,65 @@
+/// What a shape of Coin is made of: its triangles, lines and points, as Coin generates them.
+#pragma once
+
+#include <Inventor/actions/SoCallbackAction.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "common/geometry/Mesh.h"
+#include "server/import/coin/CoinLook.h"
+
+class SoNode;
+class SoPrimitiveVertex;
+
+namespace tessera {
+
+class CoinShapes {
+public:
+    /// All shapes that `action` traverses come here.
+    explicit CoinShapes(SoCallbackAction& action);
+
+    struct Parts {
+        std::vector<MeshData> meshes;  ///< triangles, lines, points, as far as there are any
+        bool colored = false;          ///< corners have colours of their own: the material's is white
+        std::optional<CoinLook> look;  ///< as it is where the first of it was made; none: nothing was
+    };
+    /// Of one shape, in the action's state. Without `textured` it has no texture coordinates. `reversed`: its triangles
+    /// are seen from the other side. kLimit: it is more than a scene can hold.
+    [[nodiscard]] Expected<Parts> gather(SoNode& shape, bool textured, bool reversed);
+
+private:
+    /// What one corner is; equal ones become one vertex.
+    struct Corner {
+        std::array<float, 3> position{}, normal{};
+        std::array<float, 2> texcoord{};
+        std::uint32_t color = 0;
+        bool operator==(const Corner&) const = default;
+    };
+    struct CornerHash {
+        std::size_t operator()(const Corner& corner) const;
+    };
+    struct Kind {
+        std::unordered_map<Corner, std::uint32_t, CornerHash> numbers;
+        std::vector<Corner> corners;
+        std::vector<std::uint32_t> order;
+    };
+
+    std::uint32_t number(Kind& kind, const SoPrimitiveVertex& vertex, bool normals);
+    [[nodiscard]] std::uint32_t colorOf(int material);
+    void begin();
+    [[nodiscard]] MeshData meshOf(Kind& kind, Primitive primitive) const;
+
+    SoCallbackAction& action_;
+    std::array<Kind, 3> kinds_;  ///< by Primitive
+    std::vector<std::optional<std::uint32_t>> colors_;
+    std::optional<CoinLook> look_;
+    std::size_t taken_ = 0;
+    bool textured_ = false, reversed_ = false, colored_ = false, tooMany_ = false;
+    std::optional<std::uint32_t> firstColor_;
+};
+
+}  // namespace tessera

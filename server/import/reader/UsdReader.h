@@ -1,0 +1,115 @@
+/// USD → plain scene: walks the composed stage and makes nodes of its prims.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/import/reader/ModelView.h"
+#include "server/import/reader/PlainScene.h"
+#include "server/import/reader/UsdMaterials.h"
+#include "server/import/reader/UsdMeshes.h"
+#include "server/import/reader/UsdTransforms.h"
+#include "server/import/reader/usd/UsdStage.h"
+
+namespace tessera {
+
+class UsdReader {
+public:
+    UsdReader(UsdStage& stage, UsdFiles& files, UsdRemarks& remarks, const ReadLimits& limits)
+        : stage_(stage),
+          limits_(limits),
+          remarks_(remarks),
+          materials_(stage, files, limits, scene_, remarks),
+          meshes_(stage, scene_, limits, materials_, remarks) {}
+
+    [[nodiscard]] Expected<PlainScene> read();
+
+private:
+    using Node = proto::scene::Node;
+    /// What prims have of those above.
+    struct Above {
+        std::function<Node*()> make;
+        Affine3d world_T_parent = Affine3d::Identity();
+        Affine3d parent_T_above = Affine3d::Identity();  ///< what stands between the node above and the prim above
+        std::string material;                            ///< a path
+        bool materialHolds = false;                      ///< whatever those below say
+        std::size_t depth = 1;
+    };
+
+    Expected<void> setStage();
+    Expected<void> walk(const UsdComposedPrim& prim, const Above& above);
+    Expected<void> walkChildren(const UsdComposedPrim& prim, const Above& above);
+    /// The node for a prim, where it stands.
+    Node* place(const UsdComposedPrim& prim, const Above& above, Affine3d& world_T_prim);
+    Expected<void> addGeometry(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes);
+    /// What is not shown, by its type; false: it may have something below.
+    bool isLeftOut(const UsdComposedPrim& prim);
+    Expected<void> countNodes(std::size_t nodes);
+
+    // UsdMotion.cpp
+    void addKeys(const UsdComposedPrim& prim, const UsdTransform& transform, const Affine3d& parent_T_above,
+                 Node& node);
+    void addVisibility(const UsdComposedPrim& prim, const UsdAttribute& visibility, Node& node);
+    void addAnimation();
+
+    // UsdLights.cpp
+    /// Whether the prim is a light.
+    Expected<bool> addLight(const UsdComposedPrim& prim, const Affine3d& world_T_prim, Node& node);
+    Expected<void> addDome(const UsdComposedPrim& prim, const Affine3d& world_T_prim, double strength,
+                           const Vec3d& color);
+    void addCameras();
+
+    // UsdInstances.cpp
+    Expected<void> addInstances(const UsdComposedPrim& prim, const Above& inside);
+    struct Prototype {
+        std::string definition;  ///< empty: nothing to be seen
+        std::size_t nodes = 0;
+        Box bounds;
+        std::optional<proto::scene::Glyphs> glyph;  ///< its shape, where it is simple enough for one
+    };
+    [[nodiscard]] std::optional<proto::scene::Glyphs> glyphOf(const proto::scene::Definition& definition) const;
+    Expected<Prototype> prototype(const std::string& path, const Above& inside);
+
+    UsdStage& stage_;
+    const ReadLimits& limits_;
+    UsdRemarks& remarks_;
+    PlainScene scene_;
+    UsdMaterials materials_;
+    UsdMeshes meshes_;
+
+    double metersPerUnit_ = 1;
+    Box bounds_;
+    std::size_t nodes_ = 0;
+    ModelLight light_;
+    struct Light {
+        double intensity;
+        bool directional;
+        Vec3d at;
+    };
+    std::vector<Light> lights_;
+    bool dome_ = false;
+    struct Camera {
+        UsdStage::Prim prim;
+        Affine3d world_T_prim;
+        Node* node;
+    };
+    std::vector<Camera> cameras_;
+    /// A channel in time codes, until all are known.
+    struct Channel {
+        std::uint32_t key;
+        std::string field;
+        std::vector<double> times, values;
+        bool steps = false;
+    };
+    std::vector<Channel> channels_;
+    std::uint32_t keys_ = 0;
+    std::map<std::string, Prototype> prototypes_;  ///< by path, and the material above
+    std::set<std::string> openPrototypes_;
+    bool inPrototype_ = false;
+};
+
+}  // namespace tessera

@@ -1,0 +1,152 @@
+// Files of VRML, X3D and Inventor that lie, bomb or end too early: each has its message, or is a scene.
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+const std::string kVrmlHead = "#VRML V2.0 utf8\n";
+const std::string kInventorHead = "#Inventor V2.1 ascii\n";
+const std::string kThreeCorners = "coord Coordinate { point [ 0 0 0, 1 0 0, 1 1 0 ] } ";
+
+std::string gzip(const std::string& text) {
+    z_stream stream{};
+    EXPECT_EQ(deflateInit2(&stream, 9, Z_DEFLATED, 16 + MAX_WBITS, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    std::string packed(deflateBound(&stream, text.size()), '\0');
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+    stream.avail_in = static_cast<uInt>(text.size());
+    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+    stream.avail_out = static_cast<uInt>(packed.size());
+    EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
+    packed.resize(stream.total_out);
+    deflateEnd(&stream);
+    return packed;
+}
+
+std::string repeated(const std::string& text, std::size_t times) {
+    std::string all;
+    for (std::size_t i = 0; i < times; ++i) all += text;
+    return all;
+}
+
+std::string doubling(const char* begin, const char* each) {
+    std::string text = begin;
+    for (int i = 1; i < 40; ++i) text += fmt::format(fmt::runtime(each), i, i - 1);
+    return text;
+}
+
+class CoinHostile : public testing::Test {
+protected:
+    /// What an error, or all notes, say.
+    std::string said(const std::string& name, const std::string& text) {
+        const Expected<ImportedScene> scene = importScene(scratch_.write(name, text), kRootNode, importOptions());
+        if (!scene) return "error: " + scene.error().message;
+        triangles_ = scene->triangles;
+        return fmt::format("notes: {}", fmt::join(scene->notes, "\n"));
+    }
+    void expect(const std::string& name, const std::string& text, const std::string& words) {
+        const std::string answer = said(name, text);
+        EXPECT_NE(answer.find(words), std::string::npos) << name << " says: " << answer.substr(0, 500);
+        EXPECT_EQ(answer.find("crashed"), std::string::npos) << name << " says: " << answer.substr(0, 500);
+    }
+    const Scratch scratch_;
+    std::uint64_t triangles_ = 0;
+};
+
+TEST_F(CoinHostile, NestingIsBounded) {
+    expect("a.wrl", kVrmlHead + repeated("Group { children [", 1'000'000), "line 2: brackets are nested deeper");
+    expect("b.iv", kInventorHead + repeated("Separator {", 900) + "Cube {}" + repeated("}", 900),
+           "nodes are nested deeper");
+    expect("c.x3d", "<X3D><Scene>" + repeated("<Group>", 100'000) + repeated("</Group>", 100'000) + "</Scene></X3D>",
+           "nested deeper");
+    expect("d.x3dv", "#X3D V3.0 utf8\n" + repeated("Group { children [", 100'000),
+           "line 2: brackets are nested deeper");
+}
+
+TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
+    expect("uses.wrl",
+           kVrmlHead +
+               doubling("DEF L0 Shape { geometry Box {} }\n", "DEF L{0} Group {{ children [ USE L{1} USE L{1} ] }}\n"),
+           "used again and again");
+    expect("protos.wrl",
+           kVrmlHead +
+               doubling("PROTO P0 [] { Group {} }\n",
+                        "PROTO P{0} [] {{ Group {{ children [ P{1} {{}} P{1} {{}} ] }} }}\n") +
+               "P39 {}",
+           "its prototypes stand for more than");
+    expect("self.wrl", kVrmlHead + "PROTO A [] { Group { children A {} } } A {}", "PROTO 'A' contains itself");
+    expect("cycle.wrl", kVrmlHead + "DEF A Group { children [ Shape { geometry Box {} } USE A ] }", "inside itself");
+    expect("cycle.iv", kInventorHead + "DEF A Separator { Cube {} USE A }", "inside itself");
+    expect("array.iv", kInventorHead + "Array { numElements1 30000 numElements2 30000 numElements3 30000 Cube {} }",
+           "more than");
+    expect("bomb.wrz", gzip(kVrmlHead + std::string(std::size_t{200} << 20, ' ')), "unpacked it has more than");
+    expect("bomb.x3d", "<!DOCTYPE X3D [ <!ENTITY a \"aa\"> <!ENTITY b \"&a;&a;\"> ]><X3D><Scene/></X3D>", "entities");
+    expect("prototypes.wrl", kVrmlHead + "EXTERNPROTO A [] \"prototypes.wrl#A\" A {} Shape { geometry Box {} }",
+           "in a circle");
+}
+
+TEST_F(CoinHostile, NumbersThatLeadNowhereAreMended) {
+    const auto shape = [](const std::string& geometry) { return kVrmlHead + "Shape { geometry " + geometry + " }"; };
+    expect("a.wrl",
+           shape("IndexedFaceSet { " + kThreeCorners +
+                 "coordIndex [ 0 1 2 -1 0 1 99999999 -1 2147483647 -2147483648 -7 ] }"),
+           "2 of its faces name vertices that do not exist");
+    EXPECT_EQ(triangles_, 1u);
+    expect("b.wrl", shape("IndexedLineSet { " + kThreeCorners + "coordIndex [ 0 1 2 -1 0 77777777 ] }"),
+           "1 of its lines name vertices");
+    expect(
+        "c.wrl",
+        shape(
+            "IndexedFaceSet { " + kThreeCorners +
+            "coordIndex [ 0 1 2 -1 ] color Color { color 1 0 0 } colorIndex [ 5 70000000 9 ] "
+            "normal Normal { vector 0 0 1 } normalIndex [ 5 70000000 -9 ] texCoord TextureCoordinate { point 0 0 } }"),
+        "numbers of colours, normals or texture coordinates are wrong or missing");
+    expect("d.wrl", shape("ElevationGrid { xDimension 2000000000 zDimension 2000000000 height [ 0 1 2 ] }"),
+           "fewer heights than its dimensions say");
+    const std::string points = kInventorHead + "Coordinate3 { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }\n";
+    for (const char* runs :
+         {"FaceSet { numVertices [ 3, 4000000 ] }", "FaceSet { startIndex 2000000000 numVertices 3 }",
+          "TriangleStripSet { numVertices 2000000000 }", "QuadMesh { verticesPerRow 99999 verticesPerColumn 99999 }",
+          "LineSet { startIndex -7 numVertices 99999 }", "PointSet { startIndex -7 numPoints 1000000000 }"})
+        expect("e.iv", points + runs, "vertices that do not exist");
+    expect("f.iv",
+           points +
+               "Normal { vector 0 0 1 } TextureCoordinate2 { point 0 0 } MaterialBinding { value PER_VERTEX_INDEXED } "
+               "IndexedFaceSet { coordIndex [ 0 1 2 -1 0 2 99 ] materialIndex [ 5 600000 7 ] normalIndex [ 5 6 ] }",
+           "name vertices that do not exist");
+    expect("g.wrl", kVrmlHead + "Shape { geometry PointSet { coord Coordinate { point [ 1e39 0 0, 1 0 0 ] } } }",
+           "non-valid floating point number");
+    expect("h.wrl", kVrmlHead + "Transform { scale 1e30 1e30 1e30 children Shape { geometry Box {} } }",
+           "no finite place");
+    expect("i.wrl",
+           kVrmlHead + "Shape { appearance Appearance { material Material { transparency 7 } } geometry Box {} }",
+           "the transparency 7 is not between");
+    expect("j.wrl", kVrmlHead + "Transform { translation nan 0 0 }", "line 2");
+}
+
+TEST_F(CoinHostile, WhatIsNoSuchFileIsRefused) {
+    expect("a.wrl", "", "the file is empty");
+    expect("b.wrl", "solid cube", "its first line is none of VRML");
+    expect("c.wrl", kVrmlHead, "nothing in it to show");
+    expect("d.wrz", gzip(kVrmlHead + "Shape { geometry Box {} }").substr(0, 40), "its gzip is damaged or cut short");
+    expect("e.x3d", "<html/>", "no <Scene>");
+    expect("f.x3d", "<X3D><Scene>", "its XML is no good");
+    expect("g.x3dv", "#X3D V3.0 utf8\nShape { geometry ] }", "line 2");
+    expect("h.iv", "#Inventor V2.1 binary\n" + std::string(40, '\7'), "error");
+}
+
+TEST_F(CoinHostile, FilesThatEndTooEarlyAreSaidToOrShown) {
+    const std::string whole = kVrmlHead +
+                              "DEF A Transform { children [ Shape { appearance Appearance { material Material { } } "
+                              "geometry IndexedFaceSet { " +
+                              kThreeCorners + "coordIndex [ 0 1 2 -1 ] } } USE A ] }\nROUTE A.translation TO A.scale\n";
+    for (std::size_t length = 0; length < whole.size(); length += 9) {
+        const std::string answer = said("cut.wrl", whole.substr(0, length));
+        EXPECT_TRUE(answer.size() > 10 && answer.find("crashed") == std::string::npos) << length << ": " << answer;
+    }
+}
+
+}  // namespace
+}  // namespace tessera

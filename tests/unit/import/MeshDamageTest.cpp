@@ -1,0 +1,143 @@
+/// OBJ, STL and PLY with bytes that are others: a scene that is sound, or words. In this process, where a sanitizer
+/// sees it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/import/reader/ReadScene.h"
+#include "tests/unit/import/ImportFixture.h"
+
+namespace tessera {
+namespace {
+
+template <typename Number>
+void appendNumber(std::string& bytes, Number number) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+}
+
+std::string magicsStl() {
+    std::string bytes = "COLOR=\x10\x20\x30\xff";
+    bytes.resize(80, ' ');
+    appendNumber(bytes, std::uint32_t{4});
+    for (int facet = 0; facet < 4; ++facet) {
+        for (int i = 0; i < 12; ++i) appendNumber(bytes, static_cast<float>((facet * 7 + i * 3) % 5));
+        appendNumber(bytes, static_cast<std::uint16_t>(facet * 9000));
+    }
+    return bytes;
+}
+
+std::string mixedPly() {
+    std::string bytes =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty double y\nproperty short "
+        "z\nproperty uchar red\nproperty ushort green\nproperty float nx\nelement face 3\nproperty list uchar uint "
+        "vertex_indices\nproperty list uchar float texcoord\nelement edge 1\nproperty int one\nend_header\n";
+    for (int v = 0; v < 4; ++v) {
+        appendNumber(bytes, static_cast<float>(v % 2));
+        appendNumber(bytes, static_cast<double>(v / 2));
+        appendNumber(bytes, static_cast<std::int16_t>(v));
+        appendNumber(bytes, std::uint8_t{200});
+        appendNumber(bytes, std::uint16_t{40000});
+        appendNumber(bytes, 1.0f);
+    }
+    for (const std::vector<std::uint32_t>& face : {std::vector<std::uint32_t>{0, 1, 2}, {1, 3, 2, 0}, {2, 3}}) {
+        appendNumber(bytes, static_cast<std::uint8_t>(face.size()));
+        for (const std::uint32_t corner : face) appendNumber(bytes, corner);
+        appendNumber(bytes, static_cast<std::uint8_t>(2 * face.size()));
+        for (std::size_t i = 0; i < 2 * face.size(); ++i) appendNumber(bytes, 0.25f);
+    }
+    appendNumber(bytes, 7);
+    return bytes;
+}
+
+const std::vector<std::pair<std::string, std::string>> kWhole = {
+    {"a.obj",
+     "# all kinds\no one\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0.5 0 1\nv 0 1 0 2\nv 2 2 2\nvt 0 0\nvt 1 0.5 0\nvn 0 0 1\n"
+     "f 1/1/1 2/2/1 3//1\nf -5 -4 -3 -2\ng two words\nf 1 2 3 4 \\\n 5\nl 1 2 3\np 1 2\ns off\nusemtl gold\nf 1/1 2/2 "
+     "3/1\nf 1 2\n"},
+    {"a.stl",
+     "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e0 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+     "endsolid one\nsolid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 5\nvertex 1 0 5\nvertex 0 1 5\nendloop\n"
+     "endfacet\nendsolid\n"},
+    {"b.stl", magicsStl()},
+    {"a.ply",
+     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar "
+     "red\nproperty float u\nelement face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0.5\n1 0 0 2 "
+     "1\n0 1 0 255 0\n1 1 1 0 0\n3 0 1 2\n4 0 1 3 2\n2 0 1\n"},
+    {"b.ply", mixedPly()},
+};
+
+Expected<PlainScene> readByOurs(const std::string& path) {
+    return path.ends_with(".obj") ? readObj(path, {}) : path.ends_with(".stl") ? readStl(path, {}) : readPly(path, {});
+}
+
+void expectSoundMeshes(const PlainScene& scene) {
+    for (const proto::scene::Mesh& mesh : scene.file.mesh()) {
+        const auto bytesOf = [&](std::uint32_t blob) { return blob == 0 ? 0 : scene.blobs.at(blob - 1).size(); };
+        const std::size_t vertices = bytesOf(mesh.positions_blob()) / 12;
+        ASSERT_GT(vertices, 0u);
+        if (mesh.normals_blob() != 0) EXPECT_EQ(bytesOf(mesh.normals_blob()), 12 * vertices);
+        if (mesh.texcoords_blob() != 0) EXPECT_EQ(bytesOf(mesh.texcoords_blob()), 8 * vertices);
+        if (mesh.colors_blob() != 0) EXPECT_EQ(bytesOf(mesh.colors_blob()), 4 * vertices);
+        if (mesh.indices_blob() == 0) continue;
+        const Bytes& indices = scene.blobs.at(mesh.indices_blob() - 1);
+        for (std::size_t at = 0; at < indices.size(); at += 4) {
+            std::uint32_t index = 0;
+            std::memcpy(&index, indices.data() + at, sizeof(index));
+            ASSERT_LT(index, vertices);
+        }
+    }
+}
+
+TEST(MeshDamage, OfNoneIsWhatWasWritten) {
+    const Scratch scratch;
+    for (const auto& [name, bytes] : kWhole) {
+        const Expected<PlainScene> scene = readByOurs(scratch.write(name, bytes));
+        ASSERT_TRUE(scene) << name << ": " << scene.error().message;
+        EXPECT_FALSE(scene->file.mesh().empty()) << name;
+        expectSoundMeshes(*scene);
+    }
+}
+
+TEST(MeshDamage, OfAnyKindLeadsToASceneOrWords) {
+    const char* const only = std::getenv("TESSERA_SEED");
+    const unsigned first = only ? static_cast<unsigned>(std::stoul(only)) : 1;
+    const Scratch scratch;
+    for (unsigned seed = first; seed < first + (only ? 1u : 10'000u); ++seed) {
+        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=MeshDamage.OfAnyKind*", seed));
+        std::mt19937 random(seed);
+        auto [name, bytes] = kWhole[random() % kWhole.size()];
+        constexpr std::string_view kLetters = "0123456789-+.eE/ \n\r\t#\\vnflpgosx";
+        for (unsigned change = 0; change < 1 + seed % 4; ++change) {
+            const std::size_t at = random() % bytes.size();
+            switch (random() % 4) {
+                case 0:
+                    bytes[at] = static_cast<char>(random());
+                    break;
+                case 1:
+                    bytes[at] = kLetters[random() % kLetters.size()];
+                    break;
+                case 2:
+                    bytes.insert(at, bytes.substr(random() % bytes.size(), random() % 40));
+                    break;
+                default:
+                    bytes.erase(at, random() % 20);
+            }
+            if (bytes.empty()) bytes = " ";
+        }
+        if (random() % 10 == 0) bytes.resize(random() % bytes.size());
+        const Expected<PlainScene> scene = readByOurs(scratch.write(name, bytes));
+        if (scene)
+            expectSoundMeshes(*scene);
+        else
+            EXPECT_FALSE(scene.error().message.empty());
+        if (testing::Test::HasFailure()) return;
+    }
+}
+
+}  // namespace
+}  // namespace tessera
