@@ -124,7 +124,12 @@ std::vector<Kind> kinds() {
              return yesIf(normals.size() == 9 && std::abs(normals[1] - 0.6f) < 1e-3f);
          },
          nullptr},
-        {"texture coordinates", [](BuiltScene& built) { built.node("a", built.add(mapped())); },
+        {"texture coordinates",
+         [](BuiltScene& built) {
+             Material material;  // readers drop coordinates that no image asks for
+             material.baseColorImage = built.add(twoPixels());
+             built.node("a", worn(built, mapped(), material));
+         },
          [](const Aspect& s) {
              const auto uv = firstGeometry(s).texcoords.as<float>();
              return yesIf(uv.size() == 6 && std::find(uv.begin(), uv.end(), 0.75f) != uv.end());

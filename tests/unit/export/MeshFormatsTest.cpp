@@ -62,6 +62,24 @@ TEST(MeshFormats, KeepEveryTriangle) {
             expectSameTriangles(kModels + model, ending);
 }
 
+TEST(MeshFormats, UsdAndVrmlHaveAsManyTrianglesInTheSameBox) {
+    for (const char* ending : {".usda", ".wrl"})
+        for (const std::string& model :
+             {kModels + "sunlit.glb", kModels + "stall.gltf", kModels + "arm.glb", kModels + "wedge.stl",
+              std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/15-subdivision.tsct"}) {
+            const Scratch scratch;
+            const ImportedAspect scene = readBack(model);
+            const std::string out = scratch.path(std::string("out") + ending);
+            ASSERT_TRUE(exportScene(out, *scene)) << model;
+            const ImportedAspect again = readBack(out);
+            const Box before = sceneBounds(*scene), after = sceneBounds(*again);
+            const double margin = 1e-3 * before.size().norm();
+            EXPECT_LT((before.lower - after.lower).norm(), margin) << model << ending;
+            EXPECT_LT((before.upper - after.upper).norm(), margin) << model << ending;
+            EXPECT_EQ(trianglesOf(*again).size(), trianglesOf(*scene).size()) << model << ending;
+        }
+}
+
 TEST(MeshFormats, KeepTheColoursOfAPly) {
     const Scratch scratch;
     BuiltScene built;
