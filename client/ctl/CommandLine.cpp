@@ -21,7 +21,6 @@
 #include "common/json/ApiJson.h"
 #include "common/options/Completion.h"
 #include "common/request/Schema.h"
-#include "common/scenefile/SceneFile.h"
 #include "common/wall/Wall.h"
 
 namespace tessera {
@@ -437,12 +436,22 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     save->add_option("FILE", in.save.file,
                      "FILE.tsc (binary) or FILE.tsct (text) to write, here\nand not at the server; a text's large "
                      "arrays lie\nbeside it in FILE.….arrays: the two belong\ntogether; films, and scenes of Inline "
-                     "and\nProxyGroup, stay files of their own")
+                     "and\nProxyGroup, stay files of their own. For other\nprograms what is shown, as far as they have "
+                     "it:\n" +
+                         exportEndings())
         ->required();
+    save->add_option("--under", in.save.leaves.under,
+                     "For other programs: this node and what is below\nit alone, where it stands")
+        ->type_name("NODE");
+    save->add_flag("--still", in.save.leaves.still, "For other programs: without animations");
+    save->add_option("--tolerance", in.save.leaves.tolerance,
+                     "For other programs: how far triangles may be off\nsmooth surfaces and letters")
+        ->type_name("METRES");
     when(save, [&]() -> Expected<Verb> {
         // Before the scene is fetched, not after it.
-        const Expected<SceneEncoding> encoding = sceneEncodingOf(in.save.file);
-        if (!encoding) return tl::unexpected(encoding.error());
+        const Expected<bool> foreign = leadsOut(in.save.file, in.save.leaves);
+        if (!foreign) return tl::unexpected(foreign.error());
+        in.save.foreign = *foreign;
         return in.save;
     });
 

@@ -10,6 +10,7 @@
 
 #include "common/application/Application.h"
 #include "common/base/Error.h"
+#include "common/export/Export.h"
 
 namespace tessera {
 
@@ -169,6 +170,8 @@ struct Snapshot {
 /// The whole scene, written here: arrays are fetched for it.
 struct Save {
     std::string file;
+    ExportOptions leaves;  ///< for a file of other programs
+    bool foreign = false;
 };
 
 }  // namespace verb

@@ -367,7 +367,27 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
     return answer;
 }
 
+Expected<Answer> saveForOthers(Application& application, const verb::Save& save) {
+    const Expected<ExportReport> report = exportScene(save.file, application.scene(), save.leaves);
+    if (!report) return tl::unexpected(report.error());
+    Answer answer{fmt::format("{}: {} nodes, {} triangles, {} bytes, change {}\n", save.file, report->nodes,
+                              report->triangles, report->bytes, application.sequence().value),
+                  {{"file", save.file},
+                   {"files", report->files},
+                   {"nodes", report->nodes},
+                   {"triangles", report->triangles},
+                   {"bytes", report->bytes},
+                   {"notes", report->notes},
+                   {"sequence", application.sequence().value}},
+                  {}};
+    for (std::size_t i = 0; i + 1 < report->files.size(); ++i)
+        answer.text += fmt::format("{}: beside it\n", report->files[i]);
+    for (const std::string& note : report->notes) answer.text += fmt::format("note: {}\n", note);
+    return answer;
+}
+
 Expected<Answer> run(Application& application, const verb::Save& save) {
+    if (save.foreign) return saveForOthers(application, save);
     const Aspect& scene = application.scene();
     std::string arrays;
     if (const Expected<void> saved = saveScene(save.file, scene, {}, &arrays); !saved)

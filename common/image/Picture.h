@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ void dropAlpha(const std::uint8_t* rgba, std::size_t count, std::uint8_t* rgb);
 
 /// PNG with the frame's number in a text chunk "frame". Fast compression.
 [[nodiscard]] Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame);
+/// Of RGBA, 8 bit each, rows from the top; without alpha where all of it is opaque. Both sides at least 1.
+[[nodiscard]] Bytes encodePng(int widthPx, int heightPx, std::span<const std::uint8_t> rgba);
 /// Without the last of what the eye would see, at a tenth of a PNG's bytes. `quality` from 1 to 100; sides up to
 /// PictureSheet::kMaxSidePx.
 [[nodiscard]] Bytes encodeJpeg(const Picture& picture, int quality);

@@ -38,10 +38,10 @@ void take(png_structp png, png_bytep data, std::size_t bytes) {
     *rest = rest->subspan(bytes);
 }
 
-bool writeHead(png_structp png, png_infop info, int widthPx, int heightPx, char* frameText) {
+bool writeHead(png_structp png, png_infop info, int widthPx, int heightPx, int colorType, char* frameText) {
     if (setjmp(png_jmpbuf(png))) return false;
-    png_set_IHDR(png, info, static_cast<png_uint_32>(widthPx), static_cast<png_uint_32>(heightPx), 8,
-                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png, info, static_cast<png_uint_32>(widthPx), static_cast<png_uint_32>(heightPx), 8, colorType,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, 1);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
@@ -69,6 +69,29 @@ bool writeEnd(png_structp png, png_infop info) {
     png_write_end(png, info);
     return true;
 }
+
+/// A file under way.
+struct PngOut {
+    PngOut(int widthPx, int heightPx, int colorType, std::optional<std::uint64_t> frame,
+           const std::function<void(ByteSpan)>& where)
+        : sink(where) {
+        png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
+        info = png ? png_create_info_struct(png) : nullptr;
+        TESSERA_CHECK(info, "libpng starts");
+        png_set_write_fn(png, &sink, give, nothingToFlush);
+        TESSERA_CHECK(widthPx > 0 && heightPx > 0, "a PNG has at least one pixel");
+        std::string text = frame ? std::to_string(*frame) : std::string();
+        TESSERA_CHECK(writeHead(png, info, widthPx, heightPx, colorType, frame ? text.data() : nullptr), failure.text);
+    }
+    ~PngOut() { png_destroy_write_struct(&png, &info); }
+    PngOut(const PngOut&) = delete;
+    PngOut& operator=(const PngOut&) = delete;
+
+    Failure failure;
+    std::function<void(ByteSpan)> sink;
+    png_structp png = nullptr;
+    png_infop info = nullptr;
+};
 
 bool readHeader(png_structp png, png_infop info, png_uint_32* widthPx, png_uint_32* heightPx) {
     if (setjmp(png_jmpbuf(png))) return false;
@@ -161,31 +184,13 @@ std::optional<std::uint64_t> PngRowReader::frame() const {
     return frameOf(impl_->png, impl_->info);
 }
 
-struct PngRowWriter::Impl {
-    Impl(const std::function<void(ByteSpan)>& where) : sink(where) {
-        png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, onError, onWarning);
-        info = png ? png_create_info_struct(png) : nullptr;
-        TESSERA_CHECK(info, "libpng starts");
-        png_set_write_fn(png, &sink, give, nothingToFlush);
-    }
-    ~Impl() { png_destroy_write_struct(&png, &info); }
-    Impl(const Impl&) = delete;
-    Impl& operator=(const Impl&) = delete;
-
-    Failure failure;
-    std::function<void(ByteSpan)> sink;
-    png_structp png = nullptr;
-    png_infop info = nullptr;
+struct PngRowWriter::Impl : PngOut {
+    using PngOut::PngOut;
 };
 
 PngRowWriter::PngRowWriter(int widthPx, int heightPx, std::optional<std::uint64_t> frame,
                            const std::function<void(ByteSpan)>& sink)
-    : impl_(std::make_unique<Impl>(sink)) {
-    TESSERA_CHECK(widthPx > 0 && heightPx > 0, "a PNG has at least one pixel");
-    std::string text = frame ? std::to_string(*frame) : std::string();
-    TESSERA_CHECK(writeHead(impl_->png, impl_->info, widthPx, heightPx, frame ? text.data() : nullptr),
-                  impl_->failure.text);
-}
+    : impl_(std::make_unique<Impl>(widthPx, heightPx, PNG_COLOR_TYPE_RGB, frame, sink)) {}
 PngRowWriter::~PngRowWriter() = default;
 
 void PngRowWriter::row(const std::uint8_t* rgb) {
@@ -204,6 +209,26 @@ Bytes encodePng(const Picture& picture, std::optional<std::uint64_t> frame) {
     const std::size_t stride = static_cast<std::size_t>(picture.widthPx) * 3;
     for (int y = 0; y < picture.heightPx; ++y) png.row(picture.rgb.data() + static_cast<std::size_t>(y) * stride);
     png.end();
+    return out;
+}
+
+Bytes encodePng(int widthPx, int heightPx, std::span<const std::uint8_t> rgba) {
+    const std::size_t pixels = static_cast<std::size_t>(widthPx) * static_cast<std::size_t>(heightPx);
+    TESSERA_CHECK(rgba.size() == 4 * pixels, "there are as many pixels as the sides say");
+    bool opaque = true;
+    for (std::size_t i = 0; opaque && i < pixels; ++i) opaque = rgba[4 * i + 3] == 255;
+    Picture picture;
+    if (opaque) {
+        picture = {.widthPx = widthPx, .heightPx = heightPx, .rgb = std::vector<std::uint8_t>(3 * pixels)};
+        dropAlpha(rgba.data(), pixels, picture.rgb.data());
+        return encodePng(picture, std::nullopt);
+    }
+    Bytes out;
+    PngOut png(widthPx, heightPx, PNG_COLOR_TYPE_RGB_ALPHA, std::nullopt,
+               [&out](ByteSpan bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); });
+    for (std::size_t y = 0; y < static_cast<std::size_t>(heightPx); ++y)
+        TESSERA_CHECK(writeRow(png.png, rgba.data() + y * 4 * static_cast<std::size_t>(widthPx)), png.failure.text);
+    TESSERA_CHECK(writeEnd(png.png, png.info), png.failure.text);
     return out;
 }
 

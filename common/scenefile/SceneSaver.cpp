@@ -9,13 +9,13 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <thread>
 
 #include "common/base/FileHandle.h"
+#include "common/base/NewFile.h"
 #include "common/scenefile/ArraysFile.h"
 #include "common/scenefile/SavedText.h"
 #include "common/scenefile/SceneFile.h"
@@ -26,58 +26,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kNoFile = "cannot write there: this is a folder, device, pipe or socket";
-
-tl::unexpected<Error> failedSystemCall(const std::string& path, std::string_view what) {
-    return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
-}
-
-struct FilePlace {
-    std::string path;            ///< as it was said, or where that leads if it is a link
-    std::optional<mode_t> mode;  ///< of the file that is there already
-};
-Expected<FilePlace> placeOfFile(const std::string& path) {
-    FilePlace place{.path = path, .mode = {}};
-    struct stat there {};
-    if (::stat(path.c_str(), &there) != 0) return place;
-    if (!S_ISREG(there.st_mode)) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFile));
-    place.mode = there.st_mode & 07777;
-    std::error_code unknown;
-    if (fs::is_symlink(path, unknown))
-        if (const fs::path real = fs::canonical(path, unknown); !unknown) place.path = real.string();
-    return place;
-}
-
 /// Takes the place of a file at once, on the disk or as soon as the system likes. `path` is named in messages.
 Expected<void> replaceFile(const std::string& path, const FilePlace& place, const std::vector<std::string_view>& parts,
                            bool onDisk) {
-    // Not mkstemp: a new file gets the rights that the user's mask leaves.
-    std::string temporary;
-    int fd = -1;
-    for (int i = 0; fd < 0 && i < 100; ++i) {
-        temporary = fmt::format("{}.{}.{}", place.path, ::getpid(), i);
-        fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (fd < 0 && errno != EEXIST) break;
-    }
-    if (fd < 0) return failedSystemCall(path, "cannot write there");
-    if (place.mode) ::fchmod(fd, *place.mode);
-    bool written = true;
+    Expected<NewFile> file = NewFile::beside(place, path);
+    if (!file) return tl::unexpected(file.error());
     for (const std::string_view part : parts)
-        for (std::string_view left = part; written && !left.empty();) {
-            const ssize_t done = ::write(fd, left.data(), left.size());
-            if (done > 0)
-                left.remove_prefix(static_cast<std::size_t>(done));
-            else if (done < 0 && errno != EINTR)
-                written = false;
-        }
-    if (written && onDisk && ::fdatasync(fd) != 0) written = false;
-    const int why = errno;
-    const bool closed = ::close(fd) == 0;
-    if (written && closed && ::rename(temporary.c_str(), place.path.c_str()) == 0) return {};
-    if (!written) errno = why;
-    auto error = failedSystemCall(path, "cannot write");
-    ::unlink(temporary.c_str());
-    return error;
+        if (Expected<void> written = file->write(part); !written) return written;
+    if (onDisk)
+        if (Expected<void> synced = file->sync(); !synced) return synced;
+    return file->takePlace();
 }
 
 // ---- the file beside
@@ -179,7 +137,7 @@ Expected<bool> writeArrays(const std::string& path, const FilePlace& text, const
     struct stat there {};
     const bool isNew = ::lstat(path.c_str(), &there) != 0;
     if (!isNew && !S_ISREG(there.st_mode) && !S_ISLNK(there.st_mode))
-        return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFile));
+        return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFilePlace));
     std::vector<std::string_view> parts = {files.head.bytes};
     for (const Blob& array : files.blobs) parts.push_back(asText(array.bytes()));
     if (Expected<void> written = replaceFile(path, {.path = path, .mode = text.mode}, parts, true); !written)

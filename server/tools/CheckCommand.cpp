@@ -8,6 +8,7 @@
 
 #include "common/base/Version.h"
 #include "common/codec/WallCodec.h"
+#include "common/export/Export.h"
 #include "common/options/Options.h"
 #include "common/scenefile/SceneFile.h"
 #include "common/wall/WallNotes.h"
@@ -24,15 +25,25 @@ namespace {
 /// One object per format, as other reports have one per file.
 std::string formatsJson() {
     std::string text;
-    for (const FormatRow& row : formatTable()) {
+    const auto listOf = [](std::string_view left) {
         std::vector<std::string_view> endings;
-        for (std::string_view left = row.endings; !left.empty();) {
+        while (!left.empty()) {
             endings.push_back(left.substr(0, left.find(' ')));
             left.remove_prefix(std::min(endings.back().size() + 1, left.size()));
         }
-        const nlohmann::ordered_json json = {{"format", row.name},   {"endings", endings},
+        return endings;
+    };
+    for (const FormatRow& row : formatTable()) {
+        const nlohmann::ordered_json json = {{"format", row.name},   {"endings", listOf(row.endings)},
                                              {"reader", row.reader}, {"arrives", row.arrives},
                                              {"does_not", row.lost}, {"picture", row.isPicture}};
+        text += json.dump() + "\n";
+    }
+    for (const ExportFormat& format : exportFormats()) {
+        const nlohmann::ordered_json json = {{"written", format.name},
+                                             {"endings", listOf(format.endings)},
+                                             {"keeps", format.keeps},
+                                             {"loses", format.lost}};
         text += json.dump() + "\n";
     }
     return text;
@@ -55,7 +66,9 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
                  "Says what this machine lacks for a wall, with\nthe cure; exits 1 where no wall would run");
     options.flag("--json", out.json, "One JSON object per file, or thing of the machine");
     options.flag("--schema", schema, "Prints scene.proto: scene files for\nprotobuf in other languages");
-    options.flag("--formats", formats, "Prints the table of formats: what of each\narrives, and what does not");
+    options.flag(
+        "--formats", formats,
+        "Prints the tables of formats: what of each\narrives, and what does not; what each that is\nwritten keeps");
     options
         .option("--import-memory", out.importMemoryMib,
                 "What reading one file may take at least;\nlarge ones may take more by themselves")
@@ -68,7 +81,11 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
     if (schema) return CheckText{sceneSchemaText()};
     if (out.machine && out.files.empty()) return out;
     if (out.machine) return fail(ErrorCode::kUsage, "--machine looks at this machine, and takes no FILE; see --help");
-    if (formats) return CheckText{out.json ? formatsJson() : formatsText()};
+    if (formats)
+        return CheckText{out.json ? formatsJson()
+                                  : formatsText() +
+                                        "\nFor other programs (tessera-convert IN OUT, tessera-ctl save FILE)\n\n" +
+                                        exportFormatsText()};
     if (out.files.empty()) return fail(ErrorCode::kUsage, "name a FILE; see --help");
     return out;
 }

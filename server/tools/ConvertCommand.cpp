@@ -62,6 +62,32 @@ void sayCounts(const OptimiseCounts& c) {
     if (c.levelled > 0) fmt::print("{} meshes have {} coarser ones\n", c.levelled, c.levels);
 }
 
+/// What it goes on needing is read where the scene is shown.
+void noteNamedFiles(const Aspect& scene) {
+    for (const ObjectId id : scene.ids()) {
+        const Object object = scene.find(id);
+        const auto* content = object.as<Inline>();
+        const auto* proxy = object.as<ProxyGroup>();
+        const auto* movie = object.as<Movie>();
+        if (const std::string* named = content ? &content->file
+                                       : proxy ? &proxy->file
+                                       : movie ? &movie->file
+                                               : nullptr;
+            named && !named->empty())
+            fmt::print(stderr, "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n",
+                       *named);
+    }
+}
+
+Expected<void> writeForOthers(const std::string& path, const FileScene& file, const ExportOptions& options) {
+    const Expected<ExportReport> report = exportScene(path, file.scene, options);
+    if (!report) return tl::unexpected(report.error());
+    for (const std::string& note : report->notes) fmt::print(stderr, "tessera-convert: note: {}: {}\n", path, note);
+    fmt::print("{}: {} nodes, {} triangles, {} bytes\n", path, report->nodes, report->triangles, report->bytes);
+    for (std::size_t i = 0; i + 1 < report->files.size(); ++i) fmt::print("{}: beside it\n", report->files[i]);
+    return {};
+}
+
 }  // namespace
 
 Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(const std::vector<std::string>& words) {
@@ -72,11 +98,17 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
                         "lie beside it in OUT.….arrays: the two belong together. Else OUT needs\n"
                         "no file but those that it names itself: films, and scenes of Inline and\n"
                         "ProxyGroup.\n"
-                        "Of a wall of another program it makes a .wall, with what is beside it:\n" +
+                        "Files for other programs have what they can hold of what is shown; notes\n"
+                        "say what is lost: " +
+                            exportEndings() +
+                            ".\n"
+                            "Of a wall of another program it makes a .wall, with what is beside it:\n" +
                             wallFormatList() + ".",
                         versionText("tessera-convert"));
     commandLine.option("IN", out.in, "A .tsct, .tsc, .gltf, .glb, .obj, …;\nor a wall").required();
-    commandLine.option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.wall").required();
+    commandLine
+        .option("OUT", out.out, "FILE.tsc (binary) or FILE.tsct (text);\nFILE.glb, … for other programs; FILE.wall")
+        .required();
     commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
     commandLine
         .option("--import-memory", out.importMemoryMib,
@@ -99,6 +131,17 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
     commandLine.option("--keep", keep, "Nodes that stay as they are, with what is\nbelow them; may be repeated")
         .typeName("PATH")
         .oneEach();
+    ExportOptions leaves;
+    commandLine
+        .option("--under", leaves.under,
+                "For other programs: this node and what is\nbelow it alone, where it stands; of those\nabove it the "
+                "places")
+        .typeName("PATH");
+    commandLine.flag("--still", leaves.still, "For other programs: without animations");
+    commandLine
+        .option("--tolerance", leaves.tolerance,
+                "For other programs: how far triangles may\nbe off smooth surfaces and letters; 0: as\nthe scene says")
+        .typeName("METRES");
     const Expected<std::optional<std::string>> instead = commandLine.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return ConvertHelp{**instead};
@@ -117,8 +160,9 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         return out;
     }
     // Before a long import, not after it.
-    if (const Expected<SceneEncoding> encoding = sceneEncodingOf(out.out); !encoding)
-        return tl::unexpected(encoding.error());
+    const Expected<bool> foreign = leadsOut(out.out, leaves);
+    if (!foreign) return tl::unexpected(foreign.error());
+    if (*foreign) out.leaves = std::move(leaves);
     return out;
 }
 
@@ -139,20 +183,7 @@ int runConvert(const std::vector<std::string>& words) {
         // What is written would have lost it for good.
         if (!file->imported.faults.empty()) return fail(ErrorCode::kBadInput, file->imported.faults.front());
         for (const std::string& note : file->imported.notes) fmt::print(stderr, "tessera-convert: note: {}\n", note);
-        for (const ObjectId id : file->scene.ids()) {
-            const Object object = file->scene.find(id);
-            const auto* content = object.as<Inline>();
-            const auto* proxy = object.as<ProxyGroup>();
-            const auto* movie = object.as<Movie>();
-            if (const std::string* named = content ? &content->file
-                                           : proxy ? &proxy->file
-                                           : movie ? &movie->file
-                                                   : nullptr;
-                named && !named->empty())
-                fmt::print(stderr,
-                           "tessera-convert: note: it goes on naming {}, which is read where the scene is shown\n",
-                           *named);
-        }
+        if (!arguments.leaves) noteNamedFiles(file->scene);
         OptimiseCounts counts{.nodesAfter = file->imported.nodes,
                               .objectsAfter = file->imported.nodes + file->imported.cores};
         if (arguments.optimise) {
@@ -165,6 +196,7 @@ int runConvert(const std::vector<std::string>& words) {
             sayCounts(*optimised);
             counts = *optimised;
         }
+        if (arguments.leaves) return writeForOthers(arguments.out, *file, *arguments.leaves);
         std::string arrays;
         if (Expected<void> saved = saveScene(arguments.out, file->scene, file->imported.later, &arrays); !saved)
             return saved;

@@ -1,4 +1,4 @@
-/// tessera-convert: any readable scene to Tessera's own files.
+/// tessera-convert: any readable scene to Tessera's own files, and to those of other programs.
 #pragma once
 
 #include <optional>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/export/Export.h"
 #include "server/optimise/SceneOptimiser.h"
 
 namespace tessera {
@@ -17,6 +18,7 @@ struct ConvertArguments {
     bool allowUnconfined = false;
     std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
     std::optional<OptimiseOptions> optimise;
+    std::optional<ExportOptions> leaves;  ///< for a file of other programs
 };
 /// What --help or --version asked for.
 struct ConvertHelp {

@@ -192,6 +192,10 @@ ROWS = {
         "ctl load $PWD/tests/data/outside/crane.tsct && ctl load --reload $PWD/tests/data/outside/crane.tsct",
         options="--allow $PWD/tests/data", says="took"),
     "tessera-ctl save": asked("ctl save $T/now.tsc && tessera-check $T/now.tsc", leaves=("$T/now.tsc",)),
+    "tessera-ctl save FILE.glb --under NODE": asked(
+        "ctl save $T/now.glb --still && tessera-check $T/now.glb", leaves=("$T/now.glb",)),
+    "tessera-ctl --server ADDR:PORT save FILE.glb": asked(
+        "ctl save $T/all.glb && tessera-check $T/all.glb", leaves=("$T/all.glb",)),
     "tessera-ctl save FILE.tsct": asked(
         "ctl save $T/now.tsct && ls $T/now.*.arrays && tessera-check $T/now.tsct", leaves=("$T/now.tsct",)),
     "tessera-ctl --server ADDR:PORT save FILE.tsc": asked(
@@ -414,6 +418,12 @@ ROWS = {
     # ------------------------------------------------------------------ files
     "tessera-check --schema": file("tessera-check --schema", says="Saved.Object"),
     "tessera-convert IN OUT": file("tessera-convert tests/data/scenes/yard.tsct $T/yard.tsc", leaves=("$T/yard.tsc",)),
+    "tessera-convert IN OUT.glb": file("tessera-convert tests/data/scenes/yard.tsct $T/yard.glb && "
+                                       "tessera-check $T/yard.glb", leaves=("$T/yard.glb",)),
+    "tessera-convert IN OUT.glb --under NODE": file(
+        "tessera-convert tests/data/models/stall.gltf $T/roof.glb --under /stall/stall/roof && "
+        "tessera-check $T/roof.glb",
+        leaves=("$T/roof.glb",)),
     "tessera-convert IN OUT.tsct": file("tessera-convert "
                                         "/usr/share/assimp/models/glTF2/BoxTextured-glTF-Binary/BoxTextured.glb "
                                         "$T/box.tsct && tessera-check $T/box.tsct", leaves=("$T/box.tsct",)),

@@ -19,12 +19,13 @@ float coneDegrees(double radians) {
 }
 
 /// Extensions that a file may insist on and still be shown well enough.
-constexpr std::array<std::string_view, 15> kUnderstood = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 16> kUnderstood = {"KHR_lights_punctual",
                                                           "KHR_draco_mesh_compression",
                                                           "EXT_meshopt_compression",
                                                           "KHR_meshopt_compression",
                                                           "EXT_texture_webp",
                                                           "KHR_mesh_quantization",
+                                                          "EXT_mesh_gpu_instancing",
                                                           "KHR_texture_transform",
                                                           "MSFT_texture_dds",
                                                           "KHR_materials_unlit",
@@ -117,7 +118,13 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
     } else if (node.mesh >= 0) {
         const Expected<std::vector<Part>> parts = meshParts(node);
         if (!parts) return tl::unexpected(parts.error());
-        for (const Part& part : *parts) bounds_.extend(part.bounds.transformed(world_T_node));
+        const Expected<std::vector<Instance>> places = instances(node);
+        if (!places) return tl::unexpected(places.error());
+        for (const Part& part : *parts) {
+            if (places->empty()) bounds_.extend(part.bounds.transformed(world_T_node));
+            for (const Instance& place : *places)
+                bounds_.extend(part.bounds.transformed(world_T_node * place.matrix()));
+        }
     }
     for (const int child : node.children)
         if (Expected<void> done = walk(child, world_T_node, depth + 1); !done) return done;
@@ -144,14 +151,7 @@ Expected<void> GltfReader::addNode(int index, const std::function<proto::scene::
     if (deforms(node)) {
         if (Expected<void> done = addDeforming(index, *placed); !done) return done;
     } else if (node.mesh >= 0) {
-        const Expected<std::vector<Part>> parts = meshParts(node);
-        if (!parts) return tl::unexpected(parts.error());
-        for (std::size_t i = 0; i < parts->size(); ++i) {
-            proto::scene::Node* child = placed->add_node();
-            child->set_name(fmt::format("part {}", i));
-            child->mutable_geometry()->set_mesh((*parts)[i].mesh);
-            child->mutable_geometry()->set_material((*parts)[i].material);
-        }
+        if (Expected<void> done = addMesh(node, *placed); !done) return done;
     }
     if (node.camera >= 0) addCamera(node.camera, world_.at(index), *placed);
     if (const auto light = node.extensions.find("KHR_lights_punctual");

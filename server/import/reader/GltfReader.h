@@ -65,6 +65,21 @@ private:
         Box bounds;
     };
 
+    /// A place of a mesh, in its node's coordinates.
+    struct Instance {
+        Vec3d translation = Vec3d::Zero();
+        Quatd rotation = Quatd::Identity();
+        Vec3d scale = Vec3d::Ones();
+        [[nodiscard]] Affine3d matrix() const;
+    };
+
+    // GltfInstances.cpp
+    /// Empty: the node has none, and its mesh is at the node itself.
+    Expected<std::vector<Instance>> instances(const tinygltf::Node& node);
+    static void addParts(const std::vector<Part>& parts, proto::scene::Node& node);
+    /// The node's mesh, at each of its places.
+    Expected<void> addMesh(const tinygltf::Node& node, proto::scene::Node& placed);
+
     // GltfNodes.cpp
     Expected<void> walk(int index, const Affine3d& world_T_parent, std::size_t depth);
     Expected<void> addNode(int index, const std::function<proto::scene::Node*()>& make);

@@ -133,7 +133,15 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     (void)parsed<verb::Contacts>("contacts");
     EXPECT_EQ(parsed<verb::Snapshot>("snapshot wall.png").file, "wall.png");
     EXPECT_EQ(parsed<verb::Save>("save hall.tsct").file, "hall.tsct");
-    EXPECT_NE(refusal("--server a:1 save hall.glb").find(".tsct (text) or .tsc (binary)"), std::string::npos);
+    EXPECT_FALSE(parsed<verb::Save>("save hall.tsct").foreign);
+    const auto saved = parsed<verb::Save>("save hall.glb --under /crane --still --tolerance 0.01");
+    EXPECT_TRUE(saved.foreign);
+    EXPECT_EQ(saved.leaves.under, "/crane");
+    EXPECT_TRUE(saved.leaves.still);
+    EXPECT_EQ(saved.leaves.tolerance, 0.01);
+    EXPECT_NE(refusal("--server a:1 save hall.step").find(".tsct (text) or .tsc (binary)"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 save hall.step").find(".glb, .gltf"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 save hall.tsc --under /crane").find("a scene is saved whole"), std::string::npos);
 }
 
 TEST(CommandLine, MovesAreReadInAllTheirForms) {

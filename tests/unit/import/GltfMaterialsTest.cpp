@@ -222,11 +222,11 @@ TEST_F(GltfMaterials, NameWhatTheyLeaveOut) {
     const Material* material = import(R"({"extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":1}},
         "pbrMetallicRoughness":{"baseColorTexture":{"index":3}},"normalTexture":{"index":0,"texCoord":2},
         "emissiveTexture":{"index":7}})",
-                                      "", R"(,"extensionsUsed":["EXT_mesh_gpu_instancing"])");
+                                      "", R"(,"extensionsUsed":["EXT_mesh_manifold"])");
     EXPECT_FALSE(material->baseColorImage);
     EXPECT_FALSE(material->normalImage);
     EXPECT_TRUE(hasNote(scene_, "KHR_materials_sheen"));
-    EXPECT_TRUE(hasNote(scene_, "EXT_mesh_gpu_instancing"));
+    EXPECT_TRUE(hasNote(scene_, "EXT_mesh_manifold"));
     EXPECT_TRUE(hasNote(scene_, "image 2 is left out: an image that cannot be decoded"));
     EXPECT_TRUE(hasNote(scene_, "textures at TEXCOORD_2 are left out"));
     EXPECT_TRUE(hasNote(scene_, "a texture without a readable image is left out"));

@@ -53,9 +53,12 @@ TEST(Convert, WritesWhatItReads) {
 
 TEST(Convert, SaysWhatIsWrongInOneLine) {
     const Scratch scratch;
-    const Ran usage = run(program("tessera-convert") + " a.tsct b.glb");
+    const Ran usage = run(program("tessera-convert") + " a.tsct b.step");
     EXPECT_EQ(usage.code, 2);
-    EXPECT_EQ(usage.said, "tessera-convert: b.glb: a scene is written as .tsct (text) or .tsc (binary)\n");
+    EXPECT_EQ(usage.said.find("tessera-convert: b.step: a scene is written as .tsct (text) or .tsc (binary), for other "
+                              "programs as .glb, .gltf, "),
+              0u)
+        << usage.said;
     const Ran missing =
         run(program("tessera-convert") + " " + scratch.path("none.glb") + " " + scratch.path("out.tsc"));
     EXPECT_EQ(missing.code, 3);
@@ -66,6 +69,30 @@ TEST(Convert, SaysWhatIsWrongInOneLine) {
     EXPECT_EQ(later.code, 3);
     EXPECT_EQ(later.said, "tessera-convert: " + scratch.path("later.tsct") +
                               ": it is a scene of version 7; this program reads version 1\n");
+    EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
+}
+
+TEST(Convert, WritesForOtherProgramsAndNamesWhatIsLost) {
+    const Scratch scratch;
+    const std::string in =
+        scratch.write("in.tsct", std::string(kSmall) + " node { name: \"sky\" environment {} } node { name: \"hall\" " +
+                                     kSmall + " }");
+    const std::string out = scratch.path("out.glb");
+    const Ran whole = run(program("tessera-convert") + " " + in + " " + out);
+    EXPECT_EQ(whole.code, 0) << whole.said;
+    EXPECT_EQ(whole.said.find("tessera-convert: note: " + out + ": surroundings are left out: /sky\n" + out + ": "), 0u)
+        << whole.said;
+    EXPECT_NE(whole.said.find(" 24 triangles, "), std::string::npos) << whole.said;
+    const Ran part = run(program("tessera-convert") + " " + in + " " + out + " --under /hall");
+    EXPECT_NE(part.said.find(" 12 triangles, "), std::string::npos) << part.said;
+    EXPECT_EQ(part.said.find("note"), std::string::npos) << part.said;
+    const Ran missing = run(program("tessera-convert") + " " + in + " " + out + " --under /halls");
+    EXPECT_EQ(missing.code, 3);
+    EXPECT_NE(missing.said.find("halls"), std::string::npos) << missing.said;
+    EXPECT_EQ(std::ranges::count(missing.said, '\n'), 1) << missing.said;
+    const Ran ours = run(program("tessera-convert") + " " + in + " " + scratch.path("out.tsc") + " --still");
+    EXPECT_EQ(ours.code, 2);
+    EXPECT_NE(ours.said.find("a scene is saved whole"), std::string::npos) << ours.said;
     EXPECT_FALSE(std::filesystem::exists(scratch.path("out.tsc")));
 }
 

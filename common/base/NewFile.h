@@ -1,0 +1,54 @@
+/// A file that takes another one's place at once, or leaves that as it was.
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "common/base/Error.h"
+
+namespace tessera {
+
+/// Why nothing is written to what is neither a file nor free.
+inline constexpr std::string_view kNoFilePlace = "cannot write there: this is a folder, device, pipe or socket";
+
+/// Where a file is to be.
+struct FilePlace {
+    std::string path;            ///< as it was said, or where that leads if it is a link
+    std::optional<mode_t> mode;  ///< of the file that is there already: the new one gets the same rights
+};
+/// kFailed: a folder, device, pipe or socket is there.
+[[nodiscard]] Expected<FilePlace> placeOfFile(const std::string& path);
+
+/// What is written lies beside the place under a name of its own, and goes with this object until it has taken the
+/// place. Errors (kFailed) name the file as `said`. One thread.
+class NewFile {
+public:
+    [[nodiscard]] static Expected<NewFile> beside(const FilePlace& place, std::string said);
+    ~NewFile() { discard(); }
+    NewFile(NewFile&& other) noexcept
+        : said_(std::move(other.said_)),
+          path_(std::move(other.path_)),
+          temporary_(std::exchange(other.temporary_, std::string())),
+          descriptor_(std::exchange(other.descriptor_, -1)) {}
+    NewFile& operator=(NewFile&&) = delete;
+
+    [[nodiscard]] Expected<void> write(std::string_view bytes);
+    /// Its bytes are on the disk.
+    [[nodiscard]] Expected<void> sync();
+    /// Nothing is to be written after it.
+    [[nodiscard]] Expected<void> takePlace();
+
+private:
+    NewFile() = default;
+    void discard();
+
+    std::string said_, path_;
+    std::string temporary_;  ///< empty: there is none any more
+    int descriptor_ = -1;    ///< below 0: closed
+};
+
+}  // namespace tessera

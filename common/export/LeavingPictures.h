@@ -1,0 +1,20 @@
+/// Images as files that others read.
+#pragma once
+
+#include <optional>
+
+#include "common/base/Bytes.h"
+#include "common/cores/Image.h"
+#include "common/export/ExportNotes.h"
+
+namespace tessera {
+
+/// As PNG. Nothing, and a note about `node`: it has another shape than a flat one, blocks, a wide range of light, or
+/// more pixels than PNG's readers take.
+[[nodiscard]] std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node);
+
+/// A pair of texture coordinates where the image is placed by itself (Image.h: scaled, turned, moved).
+[[nodiscard]] Vec2f placedTexcoord(const Image& image, const Vec2f& uv);
+[[nodiscard]] bool isPlaced(const Image& image);
+
+}  // namespace tessera

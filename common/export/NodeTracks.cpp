@@ -1,0 +1,140 @@
+#include "common/export/NodeTracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+#include "common/animation/KeyTrack.h"
+#include "common/animation/MotionKeys.h"
+#include "common/cores/Animation.h"
+#include "common/cores/ComponentTransform.h"
+#include "common/cores/Motion.h"
+#include "common/cores/Transform.h"
+
+namespace tessera {
+namespace {
+
+class TrackGatherer {
+public:
+    TrackGatherer(const Aspect& scene, const Selection& selection, const PlannedTree& tree, ExportNotes& notes)
+        : scene_(scene), notes_(notes) {
+        for (std::size_t i = 0; i < selection.nodes.size(); ++i)
+            if (selection.nodes[i].core && tree.moved[i] >= 0)
+                bearers_[selection.nodes[i].node->core].push_back(tree.moved[i]);
+    }
+
+    void add(const SelectedNode& node, const Animation& animation) {
+        for (const ObjectId id : animation.channels) {
+            const auto* keys = scene_.get<KeyFrames>(id);
+            const Object target = keys && keys->target ? scene_.find(keys->target) : Object();
+            if (!keys) continue;
+            const Expected<KeyTrack> track = KeyTrack::of(*keys, target ? &target.info() : nullptr);
+            const bool places = target.is<Transform>() || target.is<ComponentTransform>();
+            if (!track || !places ||
+                (keys->field != "translation" && keys->field != "rotation" && keys->field != "scale")) {
+                notes_.add("animations of other fields than places are left out", node.id);
+                continue;
+            }
+            const auto bearers = bearers_.find(keys->target);
+            if (bearers == bearers_.end()) {
+                notes_.add("animations of what is not in the file are left out", node.id);
+                continue;
+            }
+            NodeTrack made{.node = -1, .field = keys->field, .times = {}, .values = {}};
+            const auto* component = target.as<ComponentTransform>();
+            for (const double time : timesOf(*keys)) {
+                const std::vector<double> numbers = track->at(time);
+                std::array<double, 4> value{};
+                std::copy_n(numbers.begin(), std::min<std::size_t>(4, numbers.size()), value.begin());
+                if (component) place(*component, keys->field, value);
+                made.times.push_back(time);
+                made.values.push_back(value);
+            }
+            addTo(bearers->second, made, node);
+        }
+    }
+
+    void add(const SelectedNode& node, const Motion& motion) {
+        const std::span<const double> keys = motion.keys.as<double>();
+        const auto bearers = bearers_.find(motion.target);
+        if (!checkKeys(keys) || bearers == bearers_.end()) return;
+        NodeTrack places{.node = -1, .field = "translation", .times = {}, .values = {}};
+        NodeTrack turns{.node = -1, .field = "rotation", .times = {}, .values = {}};
+        NodeTrack scales{.node = -1, .field = "scale", .times = {}, .values = {}};
+        for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
+            if (keys[i] < 0) continue;
+            for (NodeTrack* track : {&places, &turns, &scales}) track->times.push_back(keys[i]);
+            places.values.push_back({keys[i + 1], keys[i + 2], keys[i + 3], 0});
+            const Quatd turn = Quatd(keys[i + 4], keys[i + 5], keys[i + 6], keys[i + 7]).normalized();
+            turns.values.push_back({turn.w(), turn.x(), turn.y(), turn.z()});
+            scales.values.push_back({keys[i + 8], keys[i + 9], keys[i + 10], 0});
+        }
+        for (const NodeTrack* track : {&places, &turns, &scales}) addTo(bearers->second, *track, node);
+    }
+
+    std::vector<NodeTrack> take() { return std::move(tracks_); }
+
+private:
+    /// As PlannedTree has its fields.
+    static void place(const ComponentTransform& component, const std::string& field, std::array<double, 4>& value) {
+        if (field == "translation")
+            for (int axis = 0; axis < 3; ++axis) value[static_cast<std::size_t>(axis)] += component.center[axis];
+        if (field != "rotation") return;
+        const Quatd turn =
+            Quatd(value[0], value[1], value[2], value[3]).normalized() * component.scaleOrientation.normalized();
+        value = {turn.w(), turn.x(), turn.y(), turn.z()};
+    }
+
+    static std::vector<double> timesOf(const KeyFrames& keys) {
+        constexpr double kBeforeStep = 0.01 * kSecondsPerFrame;
+        constexpr std::size_t kMostSamples = 100'000;
+        std::vector<double> times;
+        const std::span<const double> said = keys.times.as<double>();
+        if (said.front() < 0) times.push_back(0);
+        for (std::size_t i = 0; i < said.size(); ++i) {
+            if (said[i] < 0) continue;
+            if (i > 0 && keys.interpolation == KeyFrames::kStep && said[i] - kBeforeStep > std::max(said[i - 1], 0.0))
+                times.push_back(said[i] - kBeforeStep);
+            const double from = i > 0 ? std::max(said[i - 1], 0.0) : said[i];
+            if (keys.interpolation == KeyFrames::kSpline)
+                for (double t = from + kSecondsPerFrame; t < said[i] && times.size() < kMostSamples;
+                     t += kSecondsPerFrame)
+                    times.push_back(t);
+            times.push_back(said[i]);
+        }
+        return times;
+    }
+
+    void addTo(const std::vector<int>& nodes, NodeTrack track, const SelectedNode& node) {
+        if (track.times.empty()) return;
+        for (const int at : nodes) {
+            if (!driven_.emplace(at, track.field).second) {
+                notes_.add("of several animations of one place the first is written", node.id);
+                continue;
+            }
+            track.node = at;
+            tracks_.push_back(track);
+        }
+    }
+
+    const Aspect& scene_;
+    ExportNotes& notes_;
+    std::unordered_map<ObjectId, std::vector<int>> bearers_;
+    std::set<std::pair<int, std::string>> driven_;
+    std::vector<NodeTrack> tracks_;
+};
+
+}  // namespace
+
+std::vector<NodeTrack> nodeTracks(const Aspect& scene, const Selection& selection, const PlannedTree& tree,
+                                  ExportNotes& notes) {
+    TrackGatherer gatherer(scene, selection, tree, notes);
+    for (const SelectedNode& node : selection.nodes) {
+        if (const auto* animation = node.core.as<Animation>()) gatherer.add(node, *animation);
+        if (const auto* motion = node.core.as<Motion>()) gatherer.add(node, *motion);
+    }
+    return gatherer.take();
+}
+
+}  // namespace tessera

@@ -1,0 +1,307 @@
+// A scene as VRML 2.0 (ISO/IEC 14772-1): Transforms, Shapes by DEF and USE, lights, viewpoints, interpolators.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "common/cores/Material.h"
+#include "common/cores/Skin.h"
+#include "common/export/Formats.h"
+#include "common/export/LeavingBytes.h"
+#include "common/export/LeavingMeshes.h"
+#include "common/export/LeavingPictures.h"
+#include "common/export/NodeTracks.h"
+#include "common/export/PlannedTree.h"
+#include "common/export/WorldMeshes.h"
+#include "common/field/LightSource.h"
+#include "common/math/Srgb.h"
+
+namespace tessera {
+namespace {
+
+std::string vrmlQuoted(std::string_view text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') quoted += '\\';
+        quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+    return quoted += '"';
+}
+
+std::string vrmlNumbers(std::span<const float> values, std::size_t each) {
+    std::string text = "[";
+    auto to = std::back_inserter(text);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        fmt::format_to(to, "{}{}",
+                       i == 0          ? ""
+                       : i % each == 0 ? ", "
+                                       : " ",
+                       std::isfinite(values[i]) ? values[i] : 0.0f);
+    return text += ']';
+}
+
+/// "x y z angle"
+std::string axisAndAngle(const Quatd& turn) {
+    const Eigen::AngleAxisd a(turn.normalized());
+    return fmt::format("{} {} {} {}", a.axis()[0], a.axis()[1], a.axis()[2], a.angle());
+}
+
+std::string vrmlColor(const Vec3f& linear) {
+    std::string text;
+    for (int i = 0; i < 3; ++i)
+        text += fmt::format("{}{}", i == 0 ? "" : " ", srgbOfLinear(std::clamp(linear[i], 0.0f, 1.0f)));
+    return text;
+}
+
+class VrmlWriter {
+public:
+    explicit VrmlWriter(const LeavingScene& leaving)
+        : leaving_(leaving),
+          path_(leaving.path),
+          tree_(planTree(leaving.scene, leaving.selection, leaving.notes)),
+          meshes_(leaving.scene, leaving.options.tolerance, leaving.notes) {}
+
+    Expected<LeavingFiles> run() {
+        if (!leaving_.options.still) tracks_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
+        for (const PlannedNode& node : tree_.nodes)
+            for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
+        text_ = "#VRML V2.0 utf8\n";
+        for (const int top : tree_.tops)
+            if (Expected<void> done = addNode(top, 0); !done) return tl::unexpected(done.error());
+        addMotion();
+        if (Expected<void> fits = checkFileBytes(text_.size(), leaving_.options); !fits)
+            return tl::unexpected(fits.error());
+        files_.files.push_back({.path = leaving_.path, .parts = {sliceOfText(std::move(text_))}});
+        files_.nodes = tree_.nodes.size();
+        return std::move(files_);
+    }
+
+private:
+    [[nodiscard]] const SelectedNode& selected(std::size_t index) const { return leaving_.selection.nodes[index]; }
+    static std::string indent(std::size_t depth) { return std::string(2 * depth, ' '); }
+
+    /// VRML's identifiers, each once in a file, and none of the language's words.
+    std::string uniqueName(std::string_view name) {
+        std::string plain = "n_";  // of what begins as no identifier may, or is a word of VRML's
+        for (const char c : name) {
+            const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+                              static_cast<unsigned char>(c) >= 0x80;
+            plain += good ? c : '_';
+        }
+        static const std::set<std::string, std::less<>> kWords = {
+            "DEF",  "USE",   "PROTO", "EXTERNPROTO", "ROUTE",   "TO",       "IS",
+            "TRUE", "FALSE", "NULL",  "field",       "eventIn", "eventOut", "exposedField"};
+        const bool begins = !name.empty() && !(name.front() >= '0' && name.front() <= '9');
+        if (begins && !kWords.contains(name)) plain.erase(0, 2);
+        std::string unique = plain;
+        for (int i = 2; !taken_.insert(unique).second; ++i) unique = fmt::format("{}_{}", plain, i);
+        return unique;
+    }
+
+    Expected<void> addNode(int index, std::size_t depth) {
+        const PlannedNode& node = tree_.nodes[static_cast<std::size_t>(index)];
+        const std::string in = indent(depth), more = indent(depth + 1);
+        const std::string& name = names_.emplace(index, uniqueName(node.name)).first->second;
+        text_ += fmt::format("{}DEF {} Transform {{\n", in, name);
+        const auto three = [](const Vec3d& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
+        if (node.translation != Vec3d::Zero()) text_ += more + "translation " + three(node.translation) + '\n';
+        if (std::abs(node.rotation.w()) < 1) text_ += more + "rotation " + axisAndAngle(node.rotation) + '\n';
+        if (node.scale != Vec3d::Ones()) text_ += more + "scale " + three(node.scale) + '\n';
+        text_ += more + "children [\n";
+        for (const std::size_t shape : node.shapes)
+            if (Expected<void> done = addShape(selected(shape), depth + 2); !done) return done;
+        if (node.glyphs)
+            if (Expected<void> done = addShape(selected(*node.glyphs), depth + 2); !done) return done;
+        if (node.light) addLight(selected(*node.light), indent(depth + 2));
+        if (node.camera)
+            text_ += fmt::format("{}Viewpoint {{ position 0 0 0 fieldOfView {} description {} }}\n", indent(depth + 2),
+                                 node.yfov, vrmlQuoted(node.cameraName));
+        for (const int child : node.children)
+            if (Expected<void> done = addNode(child, depth + 2); !done) return done;
+        text_ += fmt::format("{}]\n{}}}\n", more, in);
+        return {};
+    }
+
+    Expected<void> addShape(const SelectedNode& node, std::size_t depth) {
+        Expected<MeshArrays> arrays = meshes_.of(node);
+        if (arrays && arrays->kind == MeshKind::kGlyphs) arrays = expandedCopies(*arrays);
+        if (!arrays) return tl::unexpected(arrays.error());
+        if (arrays->positions.empty()) return {};
+        const bool triangles = arrays->kind == MeshKind::kTriangles;
+        if (!triangles && arrays->kind != MeshKind::kLines && arrays->kind != MeshKind::kPoints) {
+            leaving_.notes.add("particles are left out", node.id);
+            return {};
+        }
+        if (node.core.is<Skin>()) leaving_.notes.add("skins stand still", node.id);
+        files_.triangles += arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+        const std::string in = indent(depth), more = indent(depth + 1);
+        const ObjectId material = node.materialFor(drawableOf(node.core).material());
+        text_ += in + "Shape {\n";
+        if (material || triangles) text_ += more + "appearance " + appearance(material, *arrays, node.id, more) + '\n';
+        const auto known = shapes_.find(node.node->core);
+        if (known != shapes_.end()) {
+            text_ += fmt::format("{}geometry USE {}\n{}}}\n", more, known->second, in);
+            return {};
+        }
+        std::string called;
+        if (uses_[node.node->core] > 1) {
+            const std::string shape = uniqueName("shape");
+            shapes_.emplace(node.node->core, shape);
+            called = fmt::format("DEF {} ", shape);
+        }
+        text_ += fmt::format("{}geometry {}{}\n{}}}\n", more, called,
+                             geometry(*arrays, materialOf(leaving_.scene, material), more), in);
+        return {};
+    }
+
+    static std::string geometry(const MeshArrays& arrays, const Material& material, const std::string& in) {
+        const std::string more = in + "  ";
+        const bool points = arrays.kind == MeshKind::kPoints, lines = arrays.kind == MeshKind::kLines;
+        std::string text = points ? "PointSet {\n" : lines ? "IndexedLineSet {\n" : "IndexedFaceSet {\n";
+        text += fmt::format("{}coord Coordinate {{ point {} }}\n", more, vrmlNumbers(arrays.positions.as<float>(), 3));
+        if (!arrays.colors.empty()) {
+            std::vector<float> colors;
+            const std::span<const std::uint8_t> bytes = arrays.colors.as<std::uint8_t>();
+            for (std::size_t i = 0; i < bytes.size(); ++i)
+                if (i % 4 != 3) colors.push_back(static_cast<float>(bytes[i]) / 255);
+            text += fmt::format("{}color Color {{ color {} }}\n", more, vrmlNumbers(colors, 3));
+        }
+        if (points) return text + in + '}';
+        if (!lines) {
+            text += more + (material.doubleSided ? "solid FALSE\n" : "solid TRUE\n");
+            if (!arrays.normals.empty())
+                text +=
+                    fmt::format("{}normal Normal {{ vector {} }}\n", more, vrmlNumbers(arrays.normals.as<float>(), 3));
+            if (!arrays.texcoords.empty()) {
+                std::vector<float> uv(arrays.texcoords.as<float>().begin(), arrays.texcoords.as<float>().end());
+                for (std::size_t i = 1; i < uv.size(); i += 2) uv[i] = 1 - uv[i];  // from the lower left
+                text += fmt::format("{}texCoord TextureCoordinate {{ point {} }}\n", more, vrmlNumbers(uv, 2));
+            }
+        }
+        const std::span<const std::uint32_t> corners = (lines ? arrays.lines : arrays.indices).as<std::uint32_t>();
+        const std::size_t each = lines ? 2 : 3;
+        text += more + "coordIndex [";
+        auto to = std::back_inserter(text);
+        for (std::size_t i = 0; i + each <= corners.size(); i += each)
+            fmt::format_to(to, "{}{},-1", i == 0 ? "" : ",",
+                           fmt::join(corners.begin() + static_cast<std::ptrdiff_t>(i),
+                                     corners.begin() + static_cast<std::ptrdiff_t>(i + each), ","));
+        return text + "]\n" + in + '}';
+    }
+
+    std::string appearance(ObjectId id, const MeshArrays& arrays, ObjectId node, const std::string& in) {
+        const bool mapped = !arrays.texcoords.empty(), unlit = arrays.kind != MeshKind::kTriangles;
+        const auto [known, isNew] = looks_.try_emplace({id, mapped, unlit}, std::string());
+        if (!isNew) return "USE " + known->second;
+        known->second = uniqueName("look");
+        const Material m = materialOf(leaving_.scene, id);
+        const bool blends = m.alphaMode == Material::kBlend || m.alphaMode == Material::kAutoAlpha;
+        const Vec3f base = m.baseColor.head<3>();
+        const bool glows = unlit || m.unlit;
+        std::string text = fmt::format("DEF {} Appearance {{\n{}  material Material {{ ", known->second, in);
+        text += fmt::format("diffuseColor {} emissiveColor {} ", glows ? "0 0 0" : vrmlColor(base),
+                            vrmlColor(glows ? base : m.emissive));
+        const float mirrors = glows ? 0.0f : 0.04f + (1 - 0.04f) * m.metallic;
+        text += fmt::format("specularColor {} shininess {} transparency {} }}\n",
+                            vrmlColor(Vec3f(mirrors * (m.metallic > 0.5f ? base : Vec3f(Vec3f::Ones())))),
+                            std::clamp(1 - m.roughness, 0.01f, 1.0f), blends ? 1 - m.baseColor[3] : 0.0f);
+        const auto* image = m.baseColorImage ? leaving_.scene.get<Image>(m.baseColorImage) : nullptr;
+        if (const std::string file = image && mapped ? picture(*image, node) : std::string(); !file.empty()) {
+            const auto repeats = [](std::int64_t wrap) { return wrap == Image::kClamp ? "FALSE" : "TRUE"; };
+            text += fmt::format("{}  texture ImageTexture {{ url {} repeatS {} repeatT {} }}\n", in, vrmlQuoted(file),
+                                repeats(image->wrapU), repeats(image->wrapV));
+            if (isPlaced(*image)) leaving_.notes.add("places of images on surfaces are left out", node);
+        }
+        if (m.normalImage || m.metallicRoughnessImage || m.emissiveImage || m.occlusionImage)
+            leaving_.notes.add("images but those of colour are left out", node);
+        return text + in + '}';
+    }
+
+    std::string picture(const Image& image, ObjectId node) {
+        if (image.pixels.empty()) return {};
+        const auto [known, isNew] = pictures_.try_emplace(image.pixels.id(), std::string());
+        if (!isNew) return known->second;
+        std::optional<Bytes> png = pngOf(image, leaving_.notes, node);
+        if (!png) return {};
+        known->second = fmt::format("{}.{}.png", path_.stem().string(), pictures_.size() - 1);
+        files_.files.push_back(
+            {.path = (path_.parent_path() / known->second).string(), .parts = {ByteSlice(std::move(*png))}});
+        return known->second;
+    }
+
+    void addLight(const SelectedNode& node, const std::string& in) {
+        const LightSource light = node.core.info().light(node.core.data());
+        const float strongest = std::max(light.radiance.maxCoeff(), 0.0f);
+        if (strongest > 1) leaving_.notes.add("lights are as strong as VRML has them, 1 at most", node.id);
+        const Vec3f color = strongest > 0 ? Vec3f(light.radiance / strongest) : Vec3f(Vec3f::Ones());
+        const std::string common = fmt::format("on {} color {} {} {} intensity {}", light.on ? "TRUE" : "FALSE",
+                                               color[0], color[1], color[2], std::min(strongest, 1.0f));
+        if (light.kind == LightSource::Kind::kDirectional) {
+            leaving_.notes.add("directional lights shine on what is below their node alone", node.id);
+            text_ += fmt::format("{}DirectionalLight {{ {} direction 0 0 -1 }}\n", in, common);
+            return;
+        }
+        const std::string falls =
+            fmt::format("{} attenuation {} {} {} radius {}", common, light.attenuation[0], light.attenuation[1],
+                        light.attenuation[2], light.range > 0 ? light.range : 1e6f);
+        if (light.kind == LightSource::Kind::kSpot)
+            text_ += fmt::format("{}SpotLight {{ {} direction 0 0 -1 cutOffAngle {} beamWidth {} }}\n", in, falls,
+                                 light.outerAngle, light.innerAngle);
+        else
+            text_ += fmt::format("{}PointLight {{ {} }}\n", in, falls);
+    }
+
+    /// One clock for all, and an interpolator for each property that moves.
+    void addMotion() {
+        double end = 0;
+        for (const NodeTrack& track : tracks_) end = std::max(end, track.times.back());
+        if (!(end > 0)) return;
+        const std::string clock = uniqueName("Clock");
+        text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop TRUE }}\n", clock, end);
+        for (const NodeTrack& track : tracks_) {
+            const auto moved = names_.find(track.node);
+            if (moved == names_.end()) continue;
+            const bool turns = track.field == "rotation";
+            const std::string name = uniqueName(moved->second + "_" + track.field);
+            std::string keys, values;
+            for (std::size_t i = 0; i < track.times.size(); ++i) {
+                const std::array<double, 4>& v = track.values[i];
+                keys += fmt::format("{}{}", i == 0 ? "" : " ", std::clamp(track.times[i] / end, 0.0, 1.0));
+                values += (i == 0 ? "" : ", ") + (turns ? axisAndAngle(Quatd(v[0], v[1], v[2], v[3]))
+                                                        : fmt::format("{} {} {}", v[0], v[1], v[2]));
+            }
+            text_ += fmt::format(
+                "DEF {} {} {{ key [{}] keyValue [{}] }}\nROUTE {}.fraction_changed TO {}.set_fraction\n"
+                "ROUTE {}.value_changed TO {}.set_{}\n",
+                name, turns ? "OrientationInterpolator" : "PositionInterpolator", keys, values, clock, name, name,
+                moved->second, track.field);
+        }
+    }
+
+    const LeavingScene& leaving_;
+    std::filesystem::path path_;
+    PlannedTree tree_;
+    LeavingMeshes meshes_;
+    LeavingFiles files_;
+    std::vector<NodeTrack> tracks_;
+    std::map<ObjectId, std::size_t> uses_;
+    std::map<ObjectId, std::string> shapes_;
+    std::map<std::tuple<ObjectId, bool, bool>, std::string> looks_;
+    std::map<BlobId, std::string> pictures_;
+    std::map<int, std::string> names_;
+    std::set<std::string> taken_;
+    std::string text_;
+};
+
+}  // namespace
+
+Expected<LeavingFiles> writeVrml(const LeavingScene& leaving) {
+    return VrmlWriter(leaving).run();
+}
+
+}  // namespace tessera

@@ -1,0 +1,93 @@
+// EXT_mesh_gpu_instancing: a node's mesh at many places.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "common/math/Compose.h"
+#include "server/import/reader/GltfReader.h"
+
+namespace tessera {
+namespace {
+
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+/// Of one node: each becomes a node, with a part for each primitive.
+constexpr std::size_t kMostInstances = 1'000'000;
+
+}  // namespace
+
+Affine3d GltfReader::Instance::matrix() const {
+    return composeTransform(translation, rotation, scale);
+}
+
+Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf::Node& node) {
+    const auto found = node.extensions.find(kInstancing);
+    if (found == node.extensions.end() || !found->second.Has("attributes")) return std::vector<Instance>();
+    const tinygltf::Value& attributes = found->second.Get("attributes");
+    std::size_t count = 0;
+    std::vector<float> values[3];
+    const std::pair<const char*, int> known[] = {{"TRANSLATION", 3}, {"ROTATION", 4}, {"SCALE", 3}};
+    for (std::size_t i = 0; i < std::size(known); ++i) {
+        const auto& [name, components] = known[i];
+        const int accessor = static_cast<int>(gltfNumber(attributes, name, -1));
+        if (accessor < 0) continue;
+        if (accessors_.count(accessor) > kMostInstances)
+            return fail(ErrorCode::kLimit, fmt::format("a node has {} instances, {} at most are read",
+                                                       accessors_.count(accessor), kMostInstances));
+        Expected<std::vector<float>> read = accessors_.floats(accessor, components);
+        if (!read) return tl::unexpected(read.error());
+        const std::size_t elements = read->size() / static_cast<std::size_t>(components);
+        if (count > 0 && elements != count)
+            return fail(ErrorCode::kBadInput, fmt::format("the {} of {} instances are {}", name, count, elements));
+        for (const float value : *read)
+            if (!std::isfinite(value))
+                return fail(ErrorCode::kBadInput, fmt::format("the {} of an instance is not finite", name));
+        count = elements;
+        values[i] = std::move(*read);
+    }
+    for (const std::string& name : attributes.Keys())
+        if (std::none_of(std::begin(known), std::end(known), [&](const auto& one) { return name == one.first; }))
+            scene_.note(fmt::format("the attribute {} of instances is left out", name));
+    std::vector<Instance> all(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto three = [&](const std::vector<float>& from) {
+            return Vec3d(from[3 * i], from[3 * i + 1], from[3 * i + 2]);
+        };
+        if (!values[0].empty()) all[i].translation = three(values[0]);
+        if (!values[2].empty()) all[i].scale = three(values[2]);
+        if (values[1].empty()) continue;
+        const float* turn = &values[1][4 * i];
+        const Quatd rotation(turn[3], turn[0], turn[1], turn[2]);
+        if (rotation.norm() > 1e-12) all[i].rotation = rotation.normalized();
+    }
+    return all;
+}
+
+void GltfReader::addParts(const std::vector<Part>& parts, proto::scene::Node& node) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        proto::scene::Node* child = node.add_node();
+        child->set_name(fmt::format("part {}", i));
+        child->mutable_geometry()->set_mesh(parts[i].mesh);
+        child->mutable_geometry()->set_material(parts[i].material);
+    }
+}
+
+Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {
+    const Expected<std::vector<Part>> parts = meshParts(node);
+    if (!parts) return tl::unexpected(parts.error());
+    const Expected<std::vector<Instance>> places = instances(node);
+    if (!places) return tl::unexpected(places.error());
+    if (places->empty()) addParts(*parts, placed);
+    for (std::size_t i = 0; i < places->size(); ++i) {
+        const Instance& instance = (*places)[i];
+        proto::scene::Node* child = placed.add_node();
+        child->set_name(fmt::format("instance {}", i));
+        setTransform(*child->mutable_transform(), instance.translation, instance.rotation, instance.scale);
+        addParts(*parts, *child);
+    }
+    return {};
+}
+
+}  // namespace tessera

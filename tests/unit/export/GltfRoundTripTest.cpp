@@ -1,0 +1,89 @@
+/// Models that others wrote, written as glTF 2.0: the validator of its makers finds no error, and our importer gets the
+/// same scene as of the original.
+#include "tests/unit/export/ExportFixture.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> gltfFilesBelow(const std::string& folder) {
+    std::vector<std::string> files;
+    if (folder.empty() || !fs::exists(folder)) return files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file() && (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf"))
+            files.push_back(entry.path().string());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// What is read, written as `ending` and read again.
+void expectRoundTrip(const std::string& file, const std::string& ending, const Scratch& scratch,
+                     std::vector<std::string>& written) {
+    Expected<ImportedScene> read = importScene(file, kRootNode, importOptions());
+    if (!read) return;  // what is no glTF: other tests say why
+    // Such a camera is one in perspective from here on, before the middle of what there was.
+    const bool orthographic = std::any_of(read->notes.begin(), read->notes.end(), [](const std::string& note) {
+        return note.find("orthographic") != std::string::npos;
+    });
+    const ImportedAspect first(std::move(*read));
+    const std::string out = scratch.path(fmt::format("{}{}", written.size(), ending));
+    const Expected<ExportReport> report = exportScene(out, *first);
+    ASSERT_TRUE(report) << file << ": " << (report ? "" : report.error().message);
+    written.push_back(out);
+    Expected<ImportedScene> again = importScene(out, kRootNode, importOptions());
+    ASSERT_TRUE(again) << file << ": " << messageOf(again);
+    const ImportedAspect second(std::move(*again));
+    // Below a node that is named after the file.
+    const ObjectId top = second->root().children.front();
+    if (orthographic) return;
+    EXPECT_EQ(Likeness(*first, *second).below(kRootNode, top), "") << file;
+}
+
+void expectAll(const std::string& folder, const std::string& ending) {
+    const std::vector<std::string> files = gltfFilesBelow(folder);
+    if (files.empty()) GTEST_SKIP() << "there are no models in '" << folder << "'";
+    const Scratch scratch;
+    std::vector<std::string> written;
+    for (const std::string& file : files) expectRoundTrip(file, ending, scratch, written);
+    const Validated said = validated(written);
+    if (!said.there) GTEST_SKIP() << "read back; the validator is not there (npm's gltf-validator)";
+    EXPECT_TRUE(said.good) << said.said;
+}
+
+TEST(GltfRoundTrip, KeepsTheModelsOfTheTests) {
+    expectAll(std::string(TESSERA_SOURCE_DIR) + "/tests/data/models", ".glb");
+}
+TEST(GltfRoundTrip, KeepsThemAsTextWithABufferBesideToo) {
+    expectAll(std::string(TESSERA_SOURCE_DIR) + "/tests/data/models", ".gltf");
+}
+TEST(GltfRoundTrip, KeepsTheModelsBesideTheProject) {
+    expectAll(testData().empty() ? "" : testData() + "/gltf", ".glb");
+}
+TEST(Usda, IsReadByTinyUsdz) {
+    const Scratch scratch;
+    std::vector<std::string> written;
+    const std::string source(TESSERA_SOURCE_DIR);
+    std::vector<std::string> files = gltfFilesBelow(source + "/tests/data/models");
+    for (const char* room : {"14-text", "15-subdivision", "64-glyphs"})
+        for (const auto& entry : fs::directory_iterator(source + "/deploy/scenes/gallery"))
+            if (entry.path().stem() == room) files.push_back(entry.path().string());
+    for (const std::string& file : files) {
+        Expected<ImportedScene> read = importScene(file, kRootNode, importOptions());
+        if (!read) continue;
+        const ImportedAspect scene(std::move(*read));
+        const std::string out = scratch.path(fmt::format("{}.usda", written.size()));
+        const Expected<ExportReport> report = exportScene(out, *scene);
+        ASSERT_TRUE(report) << file << ": " << (report ? "" : report.error().message);
+        written.push_back(out);
+    }
+    const Validated said = validated(written, "read-usda.mjs");
+    if (!said.there) GTEST_SKIP() << "written; npm's tinyusdz is not there to read it";
+    EXPECT_TRUE(said.good) << said.said;
+}
+TEST(GltfRoundTrip, KeepsTheModelsOfDebian) {
+    expectAll(std::string(kDebianModels) + "/glTF2", ".glb");
+}
+
+}  // namespace
+}  // namespace tessera

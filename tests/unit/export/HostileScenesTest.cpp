@@ -1,0 +1,185 @@
+/// Scenes that nobody would write by hand: every format writes them, or says why not, and never half a file.
+#include "common/cores/Image.h"
+#include "common/cores/Transform.h"
+#include "tests/unit/export/BuiltScene.h"
+#include "tests/unit/export/ExportFixture.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> allEndings() {
+    std::vector<std::string> endings;
+    for (const ExportFormat& format : exportFormats()) endings.push_back("." + std::string(format.endings));
+    return endings;
+}
+
+std::string contentOf(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// In every format; each glTF is looked at by the validator.
+void expectWritten(const Aspect& scene, const Scratch& scratch) {
+    std::vector<std::string> gltf;
+    for (const std::string& ending : allEndings()) {
+        const std::string path = scratch.path("out" + ending);
+        const Expected<ExportReport> report = exportScene(path, scene);
+        ASSERT_TRUE(report) << ending << ": " << (report ? "" : report.error().message);
+        EXPECT_LE(report->notes.size(), 11u);
+        const std::string content = contentOf(path);
+        const bool isText = ending != ".glb" && ending != ".stl" && ending != ".ply";
+        for (const char* word : {"nan", "inf,", "inf]", "-inf"}) {
+            EXPECT_TRUE(!isText || content.find(word) == std::string::npos) << ending << " holds " << word;
+        }
+        if (ending == ".glb" || ending == ".gltf") gltf.push_back(path);
+    }
+    const Validated said = validated(gltf);
+    EXPECT_TRUE(said.good || !said.there) << said.said;
+}
+
+TEST(HostileScene, AnEmptyOneIsWritten) {
+    const Scratch scratch;
+    expectWritten(Aspect(), scratch);
+}
+
+TEST(HostileScene, NumbersThatAreNoneAreNeverWritten) {
+    const Scratch scratch;
+    BuiltScene built;
+    const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+    Image image;
+    image.pixels = blobOf<std::uint8_t>({1, 2, 3, 4});
+    image.widthPx = image.heightPx = 1;
+    Material material;
+    material.baseColorImage = built.add(image);
+    Geometry geometry = triangleGeometry();
+    geometry.normals = blobOf<float>({nan, 0, 1, 0, 0, 0, infinite, 1, 1});
+    geometry.texcoords = blobOf<float>({nan, 0, infinite, 1, 0, -infinite});
+    geometry.tangents = blobOf<float>({nan, 0, 0, 1, 0, 0, 0, 0, 1, 1, 1, 7});
+    geometry.material = built.add(material);
+    built.node("odd", built.add(geometry));
+    expectWritten(built.take(), scratch);
+}
+
+TEST(HostileScene, NamesMayBeAnything) {
+    const Scratch scratch;
+    BuiltScene built;
+    const ObjectId core = built.add(triangleGeometry());
+    for (const char* name : {"", "a/b", "\"quoted\" \\ 'name'", "two\nlines\r\t", "{}[]<>#@;", "ünï—码", "1st", "def",
+                             "part 0", "../../etc", "\x01\x7f", "same", "same"})
+        built.node(name, core);
+    const Aspect scene = built.take();
+    expectWritten(scene, scratch);
+    const Expected<ImportedScene> again = importScene(scratch.path("out.glb"), kRootNode, importOptions());
+    ASSERT_TRUE(again) << messageOf(again);
+    EXPECT_EQ(again->triangles, 13u);
+}
+
+TEST(HostileScene, MeshesOfNothingAndShearsAndPointsOfNoSizeAreWritten) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("nothing", built.add(Geometry()));
+    Transform flat;
+    flat.scale = Vec3d(1, 0, 1);
+    flat.rotation = Quatd(0, 0, 0, 3);
+    const ObjectId pressed = built.node("pressed", built.add(flat));
+    Transform turned;
+    turned.rotation = Quatd(1, 1, 0, 0);
+    turned.scale = Vec3d(-1, 2, 3);
+    const ObjectId below = built.node("turned", built.add(turned), pressed);
+    built.node("triangle", built.add(triangleGeometry()), below);
+    Geometry points = triangleGeometry();
+    points.indices = {};
+    points.primitive = Geometry::kPoints;
+    built.node("points", built.add(points), below);
+    Geometry lines = triangleGeometry();
+    lines.indices = {};
+    lines.primitive = Geometry::kLineLoop;
+    built.node("loop", built.add(lines), below);
+    expectWritten(built.take(), scratch);
+}
+
+TEST(HostileScene, AsDeepAsAScene) {
+    const Scratch scratch;
+    BuiltScene built;
+    ObjectId above = kRootNode;
+    for (std::size_t depth = 1; depth < SceneLimits().maxDepth - 1; ++depth)
+        above = built.node(fmt::format("{}", depth), {}, above);
+    built.node("leaf", built.add(triangleGeometry()), above);
+    expectWritten(built.take(), scratch);
+}
+
+TEST(HostileScene, AHundredThousandNodesShareOneMesh) {
+    const Scratch scratch;
+    BuiltScene built;
+    const ObjectId core = built.add(triangleGeometry());
+    Transform place;
+    for (int i = 0; i < 50'000; ++i) {
+        place.translation.x() = i;
+        built.node("triangle", core, built.node(fmt::format("place {}", i), built.add(place)));
+    }
+    const Aspect scene = built.take();
+    const Expected<ExportReport> report = exportScene(scratch.path("many.glb"), scene);
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->nodes, 100'000u);
+    EXPECT_EQ(report->triangles, 50'000u);
+    // A mesh for all of them: what a node costs is its place and its name.
+    EXPECT_LT(report->bytes, 20'000'000u);
+    const Expected<ImportedScene> again = importScene(scratch.path("many.glb"), kRootNode, importOptions());
+    ASSERT_TRUE(again) << messageOf(again);
+    EXPECT_EQ(again->geometries, 1u);
+    EXPECT_EQ(again->triangles, 50'000u);
+}
+
+TEST(HostileScene, WhatIsTooLargeIsRefusedAndTheFileBeforeStays) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("triangle", built.add(triangleGeometry()));
+    const Aspect scene = built.take();
+    for (const std::string& ending : allEndings()) {
+        if (ending == ".csv") continue;
+        const std::string path = scratch.write("before" + ending, "before");
+        const Expected<ExportReport> report = exportScene(path, scene, {.maxFileBytes = 10});
+        ASSERT_FALSE(report) << ending;
+        EXPECT_EQ(report.error().code, ErrorCode::kLimit) << report.error().message;
+        EXPECT_NE(report.error().message.find("--under NODE"), std::string::npos);
+        EXPECT_EQ(contentOf(path), "before");
+    }
+    // Nothing lies about.
+    for (const auto& entry : fs::directory_iterator(scratch.path("")))
+        EXPECT_TRUE(entry.path().filename().string().starts_with("before.")) << entry.path();
+}
+
+TEST(HostileScene, WhatIsNotHereIsRefused) {
+    const Scratch scratch;
+    BuiltScene built;
+    Geometry geometry = triangleGeometry();
+    geometry.positions = Blob::absent(geometry.positions.id(), geometry.positions.sizeBytes());
+    built.node("triangle", built.add(geometry));
+    const Aspect scene = built.take();
+    const Expected<ExportReport> report = exportScene(scratch.path("out.glb"), scene);
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().code, ErrorCode::kRefused);
+    EXPECT_NE(report.error().message.find("/triangle"), std::string::npos);
+    EXPECT_FALSE(fs::exists(scratch.path("out.glb")));
+}
+
+TEST(HostileScene, PlacesThatCannotBeWrittenAreNamed) {
+    const Scratch scratch;
+    fs::create_directory(scratch.path("folder.glb"));
+    const Aspect scene;
+    const Expected<ExportReport> folder = exportScene(scratch.path("folder.glb"), scene);
+    ASSERT_FALSE(folder);
+    EXPECT_NE(folder.error().message.find("this is a folder"), std::string::npos) << folder.error().message;
+    const Expected<ExportReport> none = exportScene(scratch.path("none/out.glb"), scene);
+    ASSERT_FALSE(none);
+    EXPECT_NE(none.error().message.find("No such file"), std::string::npos) << none.error().message;
+    const Expected<ExportReport> ending = exportScene(scratch.path("out.step"), scene);
+    ASSERT_FALSE(ending);
+    EXPECT_EQ(ending.error().code, ErrorCode::kUsage);
+    EXPECT_NE(ending.error().message.find(".glb, .gltf"), std::string::npos) << ending.error().message;
+}
+
+}  // namespace
+}  // namespace tessera
