@@ -1,6 +1,7 @@
 #include "client/window/TileWindow.h"
 
 #include <SDL2/SDL.h>
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -35,6 +36,22 @@ std::int64_t nowNs() {
 
 tl::unexpected<Error> refuse(ErrorCode code, const std::string& what) {
     return fail(code, fmt::format("{}: {}", what, SDL_GetError()));
+}
+
+/// Xlib ends with exit() when its server is gone, in the middle of anything and in each thread that notices. What was
+/// registered for the end runs then, the destructors of the GL driver too, while the driver's threads still draw: now
+/// and then that is a crash. A handler of our own ends the process before any of it. Xlib comes with SDL (its headers
+/// do not), and a desktop without it needs nothing.
+void endAtOnceWithTheDisplay() {
+    using Handler = int (*)(void* display);
+    void* const set = ::dlsym(RTLD_DEFAULT, "XSetIOErrorHandler");
+    if (set == nullptr) return;
+    const Handler end = [](void*) -> int {
+        fmt::print(stderr, "tessera-window: the display is gone\n");
+        std::fflush(nullptr);
+        ::_exit(1);
+    };
+    reinterpret_cast<Handler (*)(Handler)>(set)(end);
 }
 
 class Video {
@@ -344,11 +361,7 @@ Expected<void> runWindow(WindowOptions options) {
     }
     const auto video = Video::start();
     if (!video) return tl::unexpected(video.error());
-    // Xlib calls exit() when its server is gone, in the middle of anything and beside our other thread, which may do so
-    // too: no destructor runs then. Each thread takes one of these; the next one would go on to what was registered
-    // before.
-    for (int thread = 0; thread < 16; ++thread)
-        ::on_exit([](int status, void*) { std::fflush(nullptr), ::_exit(status); }, nullptr);
+    endAtOnceWithTheDisplay();
     const std::vector<Monitor> monitors = Video::monitors();
     if (monitors.empty()) return fail(ErrorCode::kUnsupported, "the desktop has no monitor");
     auto pane = Pane::open(options, monitors);
