@@ -177,6 +177,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         return in.load;
     });
 
+    verb("loads", "Files on their way: how far each is, and whose", [] { return verb::Loads{}; });
+    CLI::App* cancel = app.add_subcommand("cancel", "Ends the reading of a file that is on its way");
+    cancel->add_option("N", in.cancel.load, "Its number among the loads (the only one)");
+    when(cancel, [&] { return in.cancel; });
+
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");
     move->add_option("NODE", in.moveNode, "/path/of/names or #id")->required();
     move->add_option("PLACE", in.moveBy, "X Y Z in its parent's coordinates")

@@ -48,6 +48,10 @@ struct Load {
     Placing placing;
     bool reload = false;
 };
+struct Loads {};
+struct Cancel {
+    std::optional<std::uint64_t> load;  ///< absent: the only one
+};
 struct Move {
     std::string node;
     NodeMove move;
@@ -177,12 +181,12 @@ struct Save {
 }  // namespace verb
 
 using Verb =
-    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Move,
-                 verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View, verb::Navigate, verb::Fly,
-                 verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions, verb::Respond, verb::Snapshot,
-                 verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget, verb::Exposure,
-                 verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files, verb::Top,
-                 verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
+    std::variant<verb::Status, verb::Who, verb::People, verb::Steps, verb::Link, verb::Tree, verb::Load, verb::Loads,
+                 verb::Cancel, verb::Move, verb::Set, verb::Get, verb::Remove, verb::Undo, verb::Redo, verb::View,
+                 verb::Navigate, verb::Fly, verb::Pick, verb::Measure, verb::Drag, verb::Contacts, verb::Questions,
+                 verb::Respond, verb::Snapshot, verb::Save, verb::Trackers, verb::PlayTracker, verb::Show, verb::Budget,
+                 verb::Exposure, verb::Animations, verb::Inlines, verb::Play, verb::Clone, verb::Find, verb::Files,
+                 verb::Top, verb::Watch, verb::Trace, verb::Materials, verb::NewWall>;
 
 struct CommandLine {
     std::string server, tokenFile, keys;

@@ -22,6 +22,7 @@ struct VerbWords {
     verb::Trace trace;
     verb::Tree tree;
     verb::Load load;
+    verb::Cancel cancel;
     std::vector<double> loadAt;
     double loadScale = 0, loadFit = 0, loadRadius = 0;
     std::string loadUp;

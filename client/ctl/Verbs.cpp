@@ -17,6 +17,7 @@
 #include "client/ctl/FlyTerminal.h"
 #include "client/ctl/InlineVerbs.h"
 #include "client/ctl/LiveVerbs.h"
+#include "client/ctl/LoadVerbs.h"
 #include "client/ctl/MaterialVerbs.h"
 #include "client/ctl/MeasureVerbs.h"
 #include "client/ctl/NewWall.h"
@@ -152,50 +153,6 @@ Expected<Answer> run(Application& application, const verb::Tree& tree, bool json
     // Of a large tree either is long.
     if (json) return Answer{{}, treeJson(*told, top->id, top->path, tree.depth), {}};
     return Answer{treeText(*told, top->id, tree.depth), {}, {}};
-}
-
-Expected<Answer> run(Application& application, const verb::Load& load) {
-    ObjectId parent;
-    if (!load.under.empty()) {
-        const Expected<ObjectInfo> found = application.describeNode(load.under);
-        if (!found) return tl::unexpected(found.error());
-        parent = found->id;
-    }
-    // The server may stand in another folder than the person does.
-    std::string path = load.file;
-    if (path.find("://") == std::string::npos) {
-        std::error_code error;
-        path = std::filesystem::absolute(load.file, error).string();
-        if (error)
-            return fail(ErrorCode::kUsage,
-                        fmt::format("load \"{}\": this is no path of a file ({})", load.file, error.message()));
-    }
-    const auto reload = load.reload ? Application::Reload::kIfThere : Application::Reload::kNever;
-    const Expected<answer::Loaded> loaded =
-        application.load(path, parent, std::chrono::minutes(2), load.placing, reload);
-    if (!loaded) return tl::unexpected(loaded.error());
-    // Somebody may have taken it away again already.
-    const std::string number = fmt::format("#{}", loaded->node.value);
-    const Expected<ObjectInfo> node = application.describeNode(number);
-    const std::string where = node && !node->path.empty() ? node->path : number;
-    std::string text = fmt::format("loaded {} as {}: {} objects, {} triangles\n", load.file, where, loaded->objects,
-                                   loaded->triangles);
-    if (loaded->reloaded)
-        text = fmt::format(
-            "took {} in again at {}: {} values changed, {} objects made, {} removed, {} values kept as they are\n",
-            load.file, where, loaded->changed, loaded->created, loaded->removed, loaded->kept);
-    for (const std::string& note : loaded->notes) text += fmt::format("  {}\n", note);
-    Json told = {{"node", loaded->node.value},
-                 {"path", where},
-                 {"objects", loaded->objects},
-                 {"triangles", loaded->triangles},
-                 {"notes", loaded->notes}};
-    if (loaded->reloaded)
-        told["reloaded"] = {{"changed", loaded->changed},
-                            {"created", loaded->created},
-                            {"removed", loaded->removed},
-                            {"kept", loaded->kept}};
-    return Answer{std::move(text), std::move(told), {}};
 }
 
 Expected<Answer> run(Application& application, const verb::Move& move) {

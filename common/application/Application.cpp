@@ -252,11 +252,39 @@ Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
 
 Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout,
                                            const Placing& placing, Reload reload) {
+    return load(path, parent, timeout, placing, reload, {});
+}
+
+Expected<answer::Loaded> Application::load(const std::string& path, ObjectId parent, milliseconds timeout,
+                                           const Placing& placing, Reload reload,
+                                           const std::function<bool(const LoadState&)>& tell) {
+    std::function<void()> meanwhile;
+    bool cancelled = false;
+    if (tell)
+        meanwhile = [&] {
+            if (cancelled) return;
+            // A server of an older version tells nothing, and reads the file all the same.
+            const Expected<answer::Loads> told = loads();
+            LoadState own{.path = path};
+            if (told)
+                for (const LoadState& one : told->loads)
+                    if (one.yours && one.path == path) own = one;
+            cancelled = !tell(own);
+            if (cancelled) (void)cancelLoad(own.load);
+        };
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
     const bool again = reload == Reload::kIfThere;
     if (path.starts_with(kAsset))
-        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout);
-    return impl_->ask(request::LoadFile{path, parent, placing, again}, timeout);
+        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again}, timeout, {},
+                          meanwhile);
+    return impl_->ask(request::LoadFile{path, parent, placing, again}, timeout, {}, meanwhile);
+}
+
+Expected<answer::Loads> Application::loads() {
+    return impl_->ask(request::GetLoads{});
+}
+Expected<void> Application::cancelLoad(std::uint64_t load) {
+    return impl_->done(request::CancelLoad{load});
 }
 
 Expected<void> Application::setView(const ViewWish& view) {

@@ -177,6 +177,15 @@ public:
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
                                                 std::chrono::milliseconds timeout = std::chrono::minutes(2),
                                                 const Placing& placing = {}, Reload reload = Reload::kNever);
+    /// The same, and `tell` hears four times a second how far it is (of nothing but the path, before that is known).
+    /// False from it cancels the load, which then ends as any that fails. It may not call this Application.
+    [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent,
+                                                std::chrono::milliseconds timeout, const Placing& placing,
+                                                Reload reload, const std::function<bool(const LoadState&)>& tell);
+    /// Files that are on their way into the scene, whoever asked for them.
+    [[nodiscard]] Expected<answer::Loads> loads();
+    /// Ends the reading of one of them. kRefused: it appears already. kNotFound: it is not on its way (any more).
+    [[nodiscard]] Expected<void> cancelLoad(std::uint64_t load);
     [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.
     [[nodiscard]] Expected<void> show(Showing showing);

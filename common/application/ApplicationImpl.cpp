@@ -16,6 +16,21 @@ using std::chrono::milliseconds;
 /// Between a dial that failed and the next.
 constexpr milliseconds kFirstPause{50}, kLongestPause{1000};
 
+/// A reply that is waited for, as long as this is there.
+class Awaited {
+public:
+    using Replies = std::map<std::uint64_t, std::optional<message::Reply>>;
+    Awaited(Replies& replies, std::uint64_t number) : replies_(replies), at_(replies.try_emplace(number).first) {}
+    Awaited(const Awaited&) = delete;
+    Awaited& operator=(const Awaited&) = delete;
+    ~Awaited() { replies_.erase(at_); }
+    [[nodiscard]] std::optional<message::Reply>& reply() const { return at_->second; }
+
+private:
+    Replies& replies_;
+    Replies::iterator at_;
+};
+
 template <typename... F>
 struct Each : F... {
     using F::operator()...;
@@ -24,7 +39,7 @@ template <typename... F>
 Each(F...) -> Each<F...>;  // clang 14 does not find it by itself
 }  // namespace
 
-bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* reply) {
+bool Application::Impl::take(TimePoint deadline) {
     if (ended) return false;
     if (!connection) {
         std::this_thread::sleep_until(std::min(deadline, away->dialAt));
@@ -34,8 +49,9 @@ bool Application::Impl::take(TimePoint deadline, std::optional<message::Reply>* 
     std::optional<Incoming> value = connection->next(timeUntil(deadline));
     if (!value) return false;
     if (auto* answer = std::get_if<incoming::Reply>(&*value)) {
-        if (reply != nullptr && answer->reply.id == lastRequest) *reply = std::move(answer->reply);
         // Any other reply belongs to a request that was given up.
+        if (const auto waiting = awaited.find(answer->reply.id); waiting != awaited.end())
+            waiting->second = std::move(answer->reply);
     } else if (auto* end = std::get_if<incoming::Ended>(&*value)) {
         lose(std::move(*end));
     } else if (auto* configured = std::get_if<incoming::Configured>(&*value)) {
@@ -159,8 +175,8 @@ void Application::Impl::tell(const ApplicationNotice& notice) {
                notice);
 }
 
-Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds timeout,
-                                                        std::span<const Blob> arrays) {
+Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds timeout, std::span<const Blob> arrays,
+                                                        const std::function<void()>& meanwhile) {
     if (body.size() > limits::kMaxRequestBytes)
         return fail(ErrorCode::kLimit,
                     fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
@@ -171,19 +187,28 @@ Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds
                                                          options.address, timeout.count(), away->why.message));
     if (ended) return tl::unexpected(ended->error);
     connection->upload(arrays);
-    connection->request(++lastRequest, std::move(body));
-    std::optional<message::Reply> reply;
-    while (!reply) {
-        const bool came = take(deadline, &reply);
+    const std::uint64_t number = ++lastRequest;
+    connection->request(number, std::move(body));
+    const Awaited waiting(awaited, number);
+    constexpr milliseconds kLook{250};
+    TimePoint look = clockNow() + kLook;
+    while (!waiting.reply()) {
+        const bool came = take(meanwhile ? std::min(deadline, look) : deadline);
+        if (meanwhile && !waiting.reply() && !ended && !away && clockNow() >= look) {
+            meanwhile();
+            look = clockNow() + kLook;
+        }
+        if (waiting.reply()) break;
         if (ended) return tl::unexpected(ended->error);
         if (away)
             return fail(ErrorCode::kNetwork, away->why.message + " (whether what was asked for was done is not known)");
-        if (!came)
+        if (!came && clockNow() >= deadline)
             return fail(ErrorCode::kNetwork,
                         fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
     }
-    if (!reply->error.empty()) return fail(reply->code, std::move(reply->error));
-    return decodeAnswer(reply->body);
+    message::Reply& reply = *waiting.reply();
+    if (!reply.error.empty()) return fail(reply.code, std::move(reply.error));
+    return decodeAnswer(reply.body);
 }
 
 Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committed> committed) {

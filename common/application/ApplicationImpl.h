@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <variant>
 
 #include "common/application/Application.h"
@@ -22,9 +23,9 @@ struct Application::Impl {
     Impl(ConnectionOptions c, const Options& o)
         : options(o), connectionOptions(std::move(c)), connection(std::make_unique<Connection>(connectionOptions)) {}
 
-    /// Puts one value aside (a reply is given back), and dials again where the connection broke. False: nothing came
+    /// Puts one value aside (a reply to who awaits it), and dials again where the connection broke. False: nothing came
     /// until `deadline`, or it is all over.
-    bool take(TimePoint deadline, std::optional<message::Reply>* reply = nullptr);
+    bool take(TimePoint deadline);
     /// Applies what was put aside. The error that ended everything comes only once nothing is left to apply.
     Expected<bool> dispatch();
     Expected<void> apply(incoming::List list);
@@ -35,22 +36,24 @@ struct Application::Impl {
     /// A list for a scene that is about to come anew is not sent: it was made from another.
     [[nodiscard]] Expected<void> sceneIsHere() const;
 
-    /// What answers this request; `arrays` go before it. What its description does not allow is not sent.
+    /// What answers this request; `arrays` go before it. What its description does not allow is not sent. `meanwhile`
+    /// is called four times a second, and may ask others.
     template <typename Request>
     Expected<typename Request::Answer> ask(const Request& request,
                                            std::optional<std::chrono::milliseconds> timeout = std::nullopt,
-                                           std::span<const Blob> arrays = {}) {
+                                           std::span<const Blob> arrays = {},
+                                           const std::function<void()>& meanwhile = {}) {
         using Answer = typename Request::Answer;
         if (const Expected<void> sound = checkRequest(request); !sound) return tl::unexpected(sound.error());
         Expected<ApplicationAnswer> answer =
-            answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays);
+            answerTo(encodeRequest(request), timeout.value_or(options.timeout), arrays, meanwhile);
         if (!answer) return tl::unexpected(answer.error());
         if (auto* expected = std::get_if<Answer>(&*answer)) return std::move(*expected);
         return fail(ErrorCode::kBadInput,
                     "the server answered something else than was asked; is it of another version?");
     }
-    Expected<ApplicationAnswer> answerTo(Bytes request, std::chrono::milliseconds timeout,
-                                         std::span<const Blob> arrays);
+    Expected<ApplicationAnswer> answerTo(Bytes request, std::chrono::milliseconds timeout, std::span<const Blob> arrays,
+                                         const std::function<void()>& meanwhile);
     /// Of what has no other answer.
     template <typename Request>
     Expected<void> done(const Request& request) {
@@ -96,6 +99,7 @@ struct Application::Impl {
     std::optional<Away> away;
     bool dispatching = false;
     std::uint64_t lastRequest = 0;
+    std::map<std::uint64_t, std::optional<message::Reply>> awaited;  ///< by the request's number
     Subscription subscription;
     std::optional<notice::Frame> lastFrame;
     std::function<void(const ChangeList&, Sequence)> changesCallback;

@@ -1,4 +1,4 @@
-/// What lies in the folders from which an application may load.
+/// What lies in the folders from which an application may load, and what is on its way from there into the scene.
 #pragma once
 
 #include "common/request/EditRequests.h"
@@ -38,7 +38,39 @@ struct FolderEntry {
     }
 };
 
+/// A file on its way into the scene.
+struct LoadState {
+    std::uint64_t load = 0;
+    std::string path;
+    std::string stage;  ///< "waiting", "reading", "converting", "handing over", "building", "appearing"
+    double part = -1;   ///< of that stage, 0 to 1; negative: nobody knows
+    double seconds = 0;
+    std::string person;  ///< whose load it is; empty: nobody's
+    bool yours = false;
+
+    static constexpr std::string_view kName = "LoadState";
+    static constexpr auto members() {
+        return std::tuple(
+            member<&LoadState::load>(1, "load").said("its number, for CancelLoad"),
+            member<&LoadState::path>(2, "path").said("as it was asked for"),
+            member<&LoadState::stage>(3, "stage").said("waiting, reading, converting, handing over, building or appearing"),
+            member<&LoadState::part>(4, "part").said("of that stage, 0 to 1; negative: it is not known"),
+            member<&LoadState::seconds>(5, "seconds").in("s").said("since it was asked for"),
+            member<&LoadState::person>(6, "person").said("who asked; empty: nobody, as of an Inline or a reload"),
+            member<&LoadState::yours>(7, "yours").said("asked for over this connection"));
+    }
+};
+
 namespace answer {
+
+struct Loads {
+    std::vector<LoadState> loads;  ///< the oldest first
+
+    static constexpr ToldInfo kInfo{.name = "Loads", .answer = 32, .help = "The files that are on their way"};
+    static constexpr auto members() {
+        return std::tuple(member<&Loads::loads>(1, "loads").atMost(&ApplicationLimits::maxPageNodes));
+    }
+};
 
 struct FolderPage {
     std::vector<FolderEntry> entries;
@@ -68,7 +100,31 @@ struct GetFiles {
     static constexpr auto members() { return std::tuple(spreadMember<&GetFiles::wish>(1)); }
 };
 
-using OfFiles = std::variant<GetFiles>;
+struct GetLoads {
+    using Answer = answer::Loads;
+    static constexpr RequestInfo kInfo{.number = 43,
+                                       .name = "GetLoads",
+                                       .help = "The files that are on their way into the scene, and how far each is"};
+    static constexpr auto members() { return std::tuple(); }
+};
+
+/// Whoever asked for the load is told so, as of any that fails. kRefused: it appears already, and an undo takes it
+/// back. kNotFound: no such load is on its way.
+struct CancelLoad {
+    std::uint64_t load = 0;
+
+    using Answer = answer::Done;
+    static constexpr RequestInfo kInfo{.number = 44,
+                                       .name = "CancelLoad",
+                                       .role = Role::kEditor,
+                                       .help = "Ends the reading of a file that is on its way",
+                                       .example = R"({"load":7})"};
+    static constexpr auto members() {
+        return std::tuple(member<&CancelLoad::load>(1, "load").said("its number among the loads"));
+    }
+};
+
+using OfFiles = std::variant<GetFiles, GetLoads, CancelLoad>;
 
 }  // namespace request
 

@@ -37,7 +37,7 @@ using ApplicationAnswer =
                  answer::Images, answer::PairEvents, answer::Distances, answer::Questions, answer::Objects,
                  answer::TreePage, answer::Trackers, answer::FoundPage, answer::Measured, answer::Identity,
                  answer::ArrayPiece, answer::Preview, answer::WallPlan, answer::People, answer::Steps,
-                 answer::PanelState, answer::FolderPage>;
+                 answer::PanelState, answer::FolderPage, answer::Loads>;
 
 using ApplicationNotice = std::variant<notice::Frame, answer::Contacts, answer::Picked, answer::PairEvents,
                                        answer::Distances, answer::Questions, notice::Poses, notice::States>;

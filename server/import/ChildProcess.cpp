@@ -65,24 +65,66 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     return Started{std::move(*child), std::move(readEnd)};
 }
 
-enum class ReadEnd { kComplete, kClosed, kDeadline };
+enum class ReadEnd { kComplete, kClosed, kDeadline, kCancelled };
 
-/// Fills `target` from the pipe. kClosed: the writer is gone before that.
-ReadEnd readExactly(int fd, std::span<std::byte> target, SteadyClock::time_point deadline) {
-    std::size_t done = 0;
-    while (done < target.size()) {
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SteadyClock::now()).count();
-        if (left <= 0) return ReadEnd::kDeadline;
-        pollfd waiting{fd, POLLIN, 0};
-        const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long long>(left, 60'000)));
-        if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
-        if (ready <= 0) continue;
-        const ssize_t got = ::read(fd, target.data() + done, target.size() - done);
-        if (got == 0) return ReadEnd::kClosed;
-        if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
-        if (got > 0) done += static_cast<std::size_t>(got);
+class ImporterPipe {
+public:
+    ImporterPipe(int fd, const ImportOptions& options)
+        : fd_(fd), watch_(options.watch.get()), deadline_(SteadyClock::now() + options.deadline) {}
+
+    /// Fills `target`. kClosed: the writer is gone before that.
+    ReadEnd read(std::span<std::byte> target) {
+        std::size_t done = 0;
+        while (done < target.size()) {
+            if (watch_ != nullptr && watch_->cancelled()) return ReadEnd::kCancelled;
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - SteadyClock::now()).count();
+            if (left <= 0) return ReadEnd::kDeadline;
+            constexpr long kLook = 100;  // at whether it is still wanted
+            pollfd waiting{fd_, POLLIN, 0};
+            const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long>(left, kLook)));
+            if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
+            if (ready <= 0) continue;
+            const ssize_t got = ::read(fd_, target.data() + done, target.size() - done);
+            if (got == 0) return ReadEnd::kClosed;
+            if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
+            if (got > 0) done += static_cast<std::size_t>(got);
+            if (got > 0 && comes_ > 0) came_ += static_cast<std::uint64_t>(got);
+            if (comes_ > 0) say(ImportWatch::Stage::kHandingOver, came_, comes_);
+        }
+        return ReadEnd::kComplete;
     }
-    return ReadEnd::kComplete;
+
+    void isReading(const ImportProgress& progress) {
+        using enum ImportWatch::Stage;
+        say(progress.total == 0 ? kConverting : kReading, progress.done, progress.total);
+    }
+    /// So much follows.
+    void comes(std::uint64_t bytes) { comes_ = std::max<std::uint64_t>(1, bytes); }
+
+private:
+    /// What the child says often is passed on ten times a second, and each new stage at once.
+    void say(ImportWatch::Stage stage, std::uint64_t done, std::uint64_t total) {
+        const SteadyClock::time_point now = SteadyClock::now();
+        if (watch_ == nullptr || (stage == stage_ && now < next_)) return;
+        stage_ = stage;
+        next_ = now + std::chrono::milliseconds(100);
+        watch_->at(stage, done, total);
+    }
+
+    int fd_;
+    ImportWatch* watch_;
+    SteadyClock::time_point deadline_, next_ = {};
+    std::uint64_t comes_ = 0, came_ = 0;
+    ImportWatch::Stage stage_ = ImportWatch::Stage::kWaiting;
+};
+
+/// False: it has another size.
+template <typename Value>
+[[nodiscard]] bool takeValue(ByteSpan payload, Value& value) {
+    if (payload.size() != sizeof(Value)) return false;
+    std::memcpy(&value, payload.data(), sizeof(Value));
+    return true;
 }
 
 std::string signalInWords(int signal, const ImportOptions& options) {
@@ -149,8 +191,9 @@ std::string programFor(const std::string& file, const ImportOptions& options) {
 
 Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& options,
                                             const std::function<Error()>& cutShort) {
-    const SteadyClock::time_point deadline = SteadyClock::now() + options.deadline;
+    ImporterPipe from(pipe, options);
     const auto ended = [&](ReadEnd end) -> tl::unexpected<Error> {
+        if (end == ReadEnd::kCancelled) return tl::unexpected(*options.watch->cancelled());
         if (end == ReadEnd::kDeadline)
             return fail(ErrorCode::kLimit,
                         fmt::format("it takes longer than {} s to read", options.deadline.count() / 1000.0));
@@ -165,8 +208,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
     bool haveScene = false;
     while (true) {
         ImportRecord record;
-        if (const ReadEnd end = readExactly(pipe, std::as_writable_bytes(std::span(&record, 1)), deadline);
-            end != ReadEnd::kComplete)
+        if (const ReadEnd end = from.read(std::as_writable_bytes(std::span(&record, 1))); end != ReadEnd::kComplete)
             return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
         const bool isText = record.kind == ImportRecord::Kind::kNote || record.kind == ImportRecord::Kind::kFault ||
@@ -178,7 +220,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
         total += record.sizeBytes;
 
         Bytes payload(record.sizeBytes);
-        if (const ReadEnd end = readExactly(pipe, payload, deadline); end != ReadEnd::kComplete) return ended(end);
+        if (const ReadEnd end = from.read(payload); end != ReadEnd::kComplete) return ended(end);
         if (hash64(payload) != record.hash) return nonsense("wrong hash");
 
         switch (record.kind) {
@@ -200,6 +242,18 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
             case ImportRecord::Kind::kFile:
                 if (output.files.size() < kMaxChildFiles) output.files.emplace_back(asText(payload));
                 break;
+            case ImportRecord::Kind::kProgress: {
+                ImportProgress progress;
+                if (!takeValue(payload, progress)) return nonsense("no progress");
+                from.isReading(progress);
+                break;
+            }
+            case ImportRecord::Kind::kSize: {
+                std::uint64_t bytes = 0;
+                if (!takeValue(payload, bytes)) return nonsense("no size");
+                from.comes(bytes);
+                break;
+            }
             case ImportRecord::Kind::kError:
                 return errorFrom(payload);
             case ImportRecord::Kind::kEnd:
@@ -213,11 +267,16 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
 
 Expected<ImporterOutput> runImporter(const std::string& file, const ImportOptions& options) {
     const std::string program = programFor(file, options);
+    if (options.watch) {
+        if (const std::optional<Error> why = options.watch->cancelled()) return tl::unexpected(*why);
+        options.watch->at(ImportWatch::Stage::kReading);
+    }
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
     Expected<ImporterOutput> output =
         readImporterOutput(started->output.get(), options, [&] { return explainEnd(started->child.reap(), options); });
     if (!output) return output;
+    if (options.watch) options.watch->at(ImportWatch::Stage::kBuilding);
     // Of what it says of other places nobody looks at anything.
     const std::string folder = file.substr(0, file.rfind('/') + 1);
     std::erase_if(output->files, [&](const std::string& path) {

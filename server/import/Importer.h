@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,7 @@
 #include "common/change/ChangeList.h"
 #include "common/math/Placing.h"
 #include "common/scenefile/SceneFile.h"
+#include "server/import/ImportWatch.h"
 
 namespace tessera {
 
@@ -47,6 +49,10 @@ struct ImportOptions {
     bool gathers = false;
     /// Empty: "tessera-import" beside the running program. The programs of other formats lie beside it.
     std::string importerProgram;
+
+    /// Told how far it is; a cancelled import ends within a quarter of a second, as far as the child is concerned.
+    /// Null: nobody looks.
+    std::shared_ptr<ImportWatch> watch = {};
 
     std::size_t maxFileBytes = 0x7fffffff;
     // Of one child. A scene of Tessera's own gets more by its file's bytes: whatever a live scene holds comes back from

@@ -167,6 +167,17 @@ void FrameLoop::Impl::lookAtTheClock(TimePoint now) {
         for (const Inbox::Source source : inbox.waiting(rank)) peers.waits(LinkId{source}, now);
     actions.carryOut(peers.advance(now));
     actions.carryOut(desk.advance(now));
+    saySlowLoads(now);
+}
+
+void FrameLoop::Impl::saySlowLoads(TimePoint now) {
+    constexpr std::chrono::seconds kEvery{5};
+    if (now < loadsSaid + kEvery) return;
+    loadsSaid = now;
+    for (const Loader::UnderWay& one : loader.underWay())
+        if (now >= one.since + kEvery)
+            log.info(fmt::format("{}: {}, for {:.0f} s so far", one.path, inWords(one.watch->progress()),
+                                 toMilliseconds(now - one.since) / 1000));
 }
 
 Expected<void> FrameLoop::Impl::end() {

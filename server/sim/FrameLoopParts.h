@@ -53,6 +53,8 @@ struct FrameLoop::Impl {
     void await(TimePoint until);
     [[nodiscard]] Expected<bool> serve(Inbox::Rank rank);
     void lookAtTheClock(TimePoint now);
+    /// Who starts a wall with a large file looks at a terminal.
+    void saySlowLoads(TimePoint now);
 
     Expected<void> take(const LinkEvent& event) { return done(peers.handle(event)); }
     Expected<void> take(Preparation made);
@@ -116,6 +118,7 @@ struct FrameLoop::Impl {
     StartScene startScene;
     bool sceneReady = false, actorsReady = false;
     bool surveyWanted = false, surveying = false;
+    TimePoint loadsSaid = {};
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
 

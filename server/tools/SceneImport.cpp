@@ -3,10 +3,12 @@
 #include <filesystem>
 
 #include "common/base/ShippedFiles.h"
+#include "server/tools/TerminalProgress.h"
 
 namespace tessera {
 
-Expected<FileScene> importAsScene(const std::string& path, const ImportOptions& options) {
+Expected<FileScene> importAsScene(const std::string& path, ImportOptions options) {
+    options.watch = progressOnTerminal(path);
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) {
         Error error = imported.error();

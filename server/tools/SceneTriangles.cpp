@@ -11,6 +11,7 @@
 #include "common/geometry/Points.h"
 #include "common/math/Decompositions.h"
 #include "common/scene/Action.h"
+#include "server/tools/TerminalProgress.h"
 
 namespace tessera {
 
@@ -44,6 +45,7 @@ private:
 Expected<void> readScene(const std::string& path, ImportOptions options, Aspect& aspect,
                          std::vector<std::string>* notes) {
     options.whole = true;
+    options.watch = progressOnTerminal(path);
     Expected<ImportedScene> imported = importScene(path, kRootNode, options);
     if (!imported) return tl::unexpected(imported.error());
     // In an aspect of its own the new objects can have any ids.

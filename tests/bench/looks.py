@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """How our pictures of glTF models differ from those of three.js in Chromium: `looks.py [--json FILE] [--only NAME,…]
-[--size N]`.
+[--size N] [--formats]`.
 
 Both draw the glTF models of the test data (TESSERA_TEST_DATA) and models of our own (looks_models.py), a square picture
 each: the same camera, surroundings, sun and lamp, four samples a pixel, the same curve of tones. Ours is a whole wall,
@@ -8,6 +8,9 @@ each: the same camera, surroundings, sun and lamp, four samples a pixel, the sam
 A row for each model, over the pixels where either picture shows it: of the largest difference of red, green and blue,
 in steps of 255, the median and what 95 of 100 pixels stay below; by how many steps ours is brighter on the mean; the
 share of pixels that only one of the two covers.
+With --formats models of other formats, of the test data and of assimp's (assimp-testmodels): up to six for each ending
+that three.js reads. Their looks are each program's guess, so both draw them in one plain material: shapes, places and
+normals count. Each reader has its own units and axes: each model fills the ball by its own box.
 Beside FILE: FILE with the ending .md, a table, and .html, a page with the ten models that differ most: both pictures,
 their difference, and the reason where looks_explained.txt has one."""
 import argparse
@@ -44,6 +47,13 @@ PATIENCE = 600  # s, for one picture; machines are shared
 FRAMES = 3
 WORST = 10
 AT_MOST = 3  # of 255: what the median shall not be beyond
+
+# ---- models of other formats
+
+ASSIMP = pathlib.Path("/usr/share/assimp/models")
+ENDINGS = ("3ds", "3mf", "amf", "dae", "fbx", "lwo", "obj", "ply", "stl", "usda", "usdc", "usdz", "wrl")
+EACH, MOST_BYTES = 6, 2_000_000
+AT_MOST_ONE_SIDED = 2  # percent of the pixels: edges that fall otherwise
 
 # ---- the stage: each model fills a ball of radius 1 about the origin
 
@@ -143,6 +153,45 @@ def models(folder):
     return found
 
 
+def models_of_formats(folder):
+    """The same, of other formats; each with its folder, as it names files beside it."""
+    found = {}
+    places = [(root, path) for root in (DATA, ROOT / "tests/data", ASSIMP) if root.is_dir() for path in
+              sorted(root.rglob("*")) if path.is_file() and "malformed" not in path.parts and "invalid" not in path.parts]
+    for ending in ENDINGS:
+        some = [(root, path) for root, path in places
+                if path.suffix.lower() == f".{ending}" and path.stat().st_size <= MOST_BYTES]
+        # Of many alike not the first ones alone.
+        for root, path in some[::max(1, math.ceil(len(some) / EACH))]:
+            name = f"{ending}/{path.stem}"
+            if name in found:
+                name = f"{ending}/{path.parent.name}/{path.stem}"
+            beside = folder / "formats" / ending / str(len(found))
+            shutil.copytree(path.parent, beside, copy_function=shutil.copyfile, ignore=large)
+            found[name] = beside / path.name
+    return found
+
+
+def large(folder, names):
+    """Of a folder: what is not copied with a model."""
+    return [name for name in names if (pathlib.Path(folder) / name).is_file()
+            and (pathlib.Path(folder) / name).stat().st_size > 4 * MOST_BYTES]
+
+
+def box_of_ours(path, folder):
+    """The box around what our importer makes of a file, as it stands in the file."""
+    out = folder / "box.obj"
+    for written in (folder / "box.tsct", out):
+        done = subprocess.run([BIN / "tessera-convert", path, written], capture_output=True, text=True,
+                              timeout=PATIENCE)
+        if done.returncode:
+            raise RuntimeError(done.stderr)
+    if "animation {" in (folder / "box.tsct").read_text():
+        raise RuntimeError("it moves: three.js shows another moment")
+    places = np.array([line.split()[1:4] for line in out.read_text().splitlines() if line.startswith("v ")], float)
+    return {"least": places.min(axis=0).tolist(), "greatest": places.max(axis=0).tolist(), "lights": 0}
+
+
 def stage_of(box, lamp=None):
     """What both draw: how the model is placed, by the box around it; camera and lights. `lamp`: its own, which casts
     shadows, in place of the stage's."""
@@ -218,6 +267,9 @@ class Witness:
     def load(self, path):
         return self._ask("load", f"/run/{path.relative_to(self._folder)}")
 
+    def plain(self):
+        self._ask("plain")
+
     def draw(self, stage):
         pixels = np.frombuffer(base64.b64decode(self._ask("draw", stage)), np.uint8)
         return pixels.reshape(self._size, self._size, 4)[::-1, :, :3]
@@ -244,7 +296,7 @@ def write_wall(folder, size):
         f"start_deadline_ms: {PATIENCE * 1000} first_frame_deadline_ms: {PATIENCE * 1000} }}\n")
 
 
-def scene_of(stage, uri):
+def scene_of(stage, uri, is_plain):
     camera, placed = stage["camera"], stage["model"]
     lines = ['image { name: "surroundings" uri: "env.hdr" }',
              f'node {{ name: "surroundings" environment {{ image: "surroundings" '
@@ -261,15 +313,19 @@ def scene_of(stage, uri):
             lines.append(f'node {{ name: "light {at}" transform {{ {vector("translation", lamp["position"])} }} '
                          f'point_light {{ intensity: {lamp["intensity"]:.9g} '
                          f'shadows: {"true" if lamp.get("shadows") else "false"} }} }}')
-    lines.append(f'node {{ name: "model" transform {{ {vector("translation", placed["position"])} '
-                 f'uniform_scale: {placed["scale"]:.9g} }} import {{ uri: "{uri}" }} }}')
+    model = (f'node {{ name: "model" transform {{ {vector("translation", placed["position"])} '
+             f'uniform_scale: {placed["scale"]:.9g} }} import {{ uri: "{uri}" }} }}')
+    if is_plain:
+        lines.append('material { name: "plain" base_color { r: 1 g: 1 b: 1 } roughness: 1 double_sided: true }')
+        model = f'node {{ name: "plain" material_group {{ material: "plain" override: true }} {model} }}'
+    lines.append(model)
     return "\n".join(lines) + "\n"
 
 
-def ours_of(stage, path, folder):
+def ours_of(stage, path, folder, is_plain=False):
     scene, out = folder / "stage.tsct", folder / "out"
     shutil.rmtree(out, ignore_errors=True)
-    scene.write_text(scene_of(stage, path.relative_to(folder)))
+    scene.write_text(scene_of(stage, path.relative_to(folder), is_plain))
     done = subprocess.run([BIN / "tessera-wall", "--wall", folder / "looks.wall", "--scene", scene, "--frames",
                            str(FRAMES), "--output", out, "--surface", "osmesa", "--no-input", "--no-notices"],
                           capture_output=True, text=True, timeout=PATIENCE)
@@ -293,6 +349,17 @@ def compared(ours, theirs):
             "brighter": round(float(signed[both].mean()), 2),
             "one_sided_percent": round(100 * float((shown[0] ^ shown[1]).sum() / both.sum()), 2),
             "pixels": int(both.sum()), "at_most": AT_MOST}, apart
+
+
+def pictures_of(path, witness, folder, is_plain, lamp):
+    """Theirs and ours."""
+    box = witness.load(path)
+    if not is_plain:
+        stage = stage_of(box, lamp)
+        return witness.draw(stage), ours_of(stage, path, folder)
+    witness.plain()
+    return (witness.draw(stage_of({**box, "lights": 0})),
+            ours_of(stage_of(box_of_ours(path, folder)), path, folder, True))
 
 
 def difference_picture(apart):
@@ -352,6 +419,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--json")
     options.add_argument("--only", default="", help="names of models, with commas between")
+    options.add_argument("--formats", action="store_true", help="models of other formats, in one plain material")
     options.add_argument("--size", type=int, default=512, help="pixels of a side")
     said = options.parse_args()
     three = BUILD / "three/package"
@@ -368,7 +436,7 @@ def main():
         folder = pathlib.Path(made)
         write_surroundings(folder)
         write_wall(folder, said.size)
-        found = models(folder)
+        found = models_of_formats(folder) if said.formats else models(folder)
         chosen = [name for name in said.only.split(",") if name] or list(found)
         unknown = [name for name in chosen if name not in found]
         if unknown:
@@ -376,15 +444,24 @@ def main():
         with Witness(folder, three, said.size) as witness:
             about = witness.about
             for name in chosen:
-                stage = stage_of(witness.load(found[name]), looks_models.SHADOWED.get(name))
-                theirs, ours = witness.draw(stage), ours_of(stage, found[name], folder)
+                try:
+                    theirs, ours = pictures_of(found[name], witness, folder, said.formats, looks_models.SHADOWED.get(name))
+                except RuntimeError as fault:
+                    if not said.formats:
+                        raise
+                    print(f"looks: {name} is left out: {' '.join(str(fault).split())[:300]}", file=sys.stderr, flush=True)
+                    continue
                 figures, apart = compared(ours, theirs)
+                if said.formats and figures["pixels"]:
+                    # Where a file has no normals each program has its own.
+                    del figures["at_most"]
+                    figures["at_most_one_sided"] = AT_MOST_ONE_SIDED
                 rows.append({"row": name, **figures})
                 print(json.dumps(rows[-1]), flush=True)
                 if pictures:
                     for what, pixels in (("ours", ours), ("theirs", theirs), ("difference", difference_picture(apart))):
                         (pictures / picture_name(name, what)).write_bytes(encode_png(np.ascontiguousarray(pixels)))
-    rows.sort(key=lambda row: (-row.get("median", 0), -row.get("p95", 0)))
+    rows.sort(key=lambda row: (-row.get("one_sided_percent" if said.formats else "median", 0), -row.get("p95", 0)))
     print(table_of(rows), end="")
     if result:
         result.with_suffix(".md").write_text(table_of(rows))

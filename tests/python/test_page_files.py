@@ -7,6 +7,7 @@ import unittest
 
 import page_browser
 import page_wall
+import test_loads
 import test_uploads
 from live import ROOT, Live, run_folder
 
@@ -37,8 +38,11 @@ class PageFiles(page_wall.OnAPage):
             (cls.folder / f"models/letter-{i}.txt").write_text("no model")
         (cls.folder / "models/inner/crane.tsct").write_bytes((ROOT / "tests/data/outside/crane.tsct").read_bytes())
         (cls.folder / "models" / STRANGE).write_text("no model")
+        (cls.folder / "large").mkdir()
+        test_loads.write_grid(cls.folder / "large/grid.obj", 500)
         cls.live = cls.enterClassContext(Live(surface="osmesa", size="64x48",
-                                              options=["--allow", str(cls.folder / "models"), "--uploads-mib", "1"]))
+                                              options=["--allow", str(cls.folder / "models"), str(cls.folder / "large"),
+                                                       "--uploads-mib", "1"]))
         cls.browser = cls.enterClassContext(page_browser.Browser())
         cls.wall = cls.enterClassContext(cls.live.connect())
         cls.browser.driver.execute_cdp_cmd("Browser.setDownloadBehavior",
@@ -155,6 +159,22 @@ class PageFiles(page_wall.OnAPage):
         self.button("↑", ".folder").click()
         self.browser.until("all folders", lambda: self.browser.text(".folder h3") == "Folders")
         self.assert_nothing_logged()
+
+    def test_a_load_says_how_far_it_is_and_is_cancelled(self):
+        self.come_in(tab="files")
+        before = self.nodes()
+        self.button("large", ".folder").click()
+        self.button("grid.obj", ".folder").click()
+        self.button("Load", "dialog[open]").click()
+        importer = test_loads.Importer(self.folder / "large/grid.obj")
+        self.browser.until("how far it is", lambda: "grid.obj: " in self.browser.text(".outcome"))
+        self.assertRegex(self.browser.text(".outcome"), "reading|converting")
+        self.browser.shoot("loading")
+        self.button("Cancel", ".outcome").click()
+        self.said("cancelled by")
+        self.assertFalse(self.browser.all(".outcome button"))
+        self.browser.until("the importer to be gone", lambda: not importer.is_there())
+        self.assertEqual(self.nodes(), before)
 
     def test_what_was_brought_is_removed_once_somebody_has_said_so(self):
         self.come_in(tab="files")

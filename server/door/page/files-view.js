@@ -173,14 +173,43 @@ export class FilesView {
       const fields = this.#form.fields();
       path = fields.path;
       name = nameOf(path);
-      this.#outcome.replaceChildren(element('p', { text: `◌ ${name} is read …` }));
-      const loaded = await this.#connection.ask('LoadFile', fields);
+      const loaded = await this.#whileLoading(path, name, this.#connection.ask('LoadFile', fields));
       this.#outcome.replaceChildren(
         element('p', { text: `✓ ${name}: ${loaded.objects} objects, ${loaded.triangles} triangles` }),
         element('ul', { class: 'notes' }, ...loaded.notes.map((text) => element('li', { text }))));
     } catch (error) {
       this.#outcome.replaceChildren();
       setText(this.#said, `✕ ${error.message.replace(path, name)}`);
+    }
+  }
+
+  /** Shows, until there is an answer, how far a load of this page is, with a button that cancels it. */
+  async #whileLoading(path, name, answer) {
+    const said = element('span', { text: `◌ ${name} is read …` });
+    const bar = element('progress', { max: 1, 'aria-label': name });
+    let own = null;
+    const cancel = element('button', { type: 'button', text: '✕ Cancel', 'aria-label': `Cancel ${name}`, hidden: true,
+                                       onclick: () => this.#connection.ask('CancelLoad', { load: own }).catch(() => {}) });
+    this.#outcome.replaceChildren(element('p', { class: 'loading' }, said, bar, cancel));
+    const look = async () => {
+      try {
+        const { loads } = await this.#connection.ask('GetLoads');
+        const load = loads.find((one) => one.yours && one.path === path);
+        if (!load) return;
+        own = load.load;
+        cancel.hidden = load.stage === 'appearing';
+        setText(said, `◌ ${name}: ${load.stage}, ${Math.round(load.seconds)} s`);
+        if (load.part >= 0) bar.value = load.part;
+        else bar.removeAttribute('value');
+      } catch {
+        // The load itself says what is wrong.
+      }
+    };
+    const timer = setInterval(look, 500);
+    try {
+      return await answer;
+    } finally {
+      clearInterval(timer);
     }
   }
 

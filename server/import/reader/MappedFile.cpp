@@ -11,6 +11,7 @@
 #include "common/confine/Confinement.h"
 #include "common/confine/OrdinaryFile.h"
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ReadProgress.h"
 
 namespace tessera {
 
@@ -33,6 +34,7 @@ Expected<MappedFile> MappedFile::open(const std::string& path, std::size_t maxBy
 void MappedFile::passed(std::size_t bytes) const {
     constexpr std::size_t kPage = 4096;
     if (data_ != nullptr) (void)::madvise(data_, std::min(bytes, size_) / kPage * kPage, MADV_DONTNEED);
+    sayProgress(bytes, size_);
 }
 
 void MappedFile::close() {

@@ -26,7 +26,8 @@ public:
 
     [[nodiscard]] ByteSpan bytes() const { return {static_cast<const std::byte*>(data_), size_}; }
     [[nodiscard]] std::string_view text() const { return asText(bytes()); }
-    /// The first so many bytes have been read: their memory is given back, and comes again where somebody looks.
+    /// The first so many bytes have been read: their memory is given back, and comes again where somebody looks. Says
+    /// so to who waits (ReadProgress.h).
     void passed(std::size_t bytes) const;
     /// Before its memory is needed for others; no views of it are good then.
     void close();

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "server/import/reader/BeforeAssimp.h"
+#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/TextCursor.h"
 
 namespace tessera {
@@ -35,7 +36,9 @@ ObjText::Outcome ObjText::read(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     std::string joined;
     const char *at = text.data(), *const end = at + text.size();
-    while (at < end) {
+    for (std::size_t lines = 0; at < end; ++lines) {
+        constexpr std::size_t kSome = 1 << 14;
+        if (lines % kSome == 0) sayProgress(text.size() - static_cast<std::size_t>(end - at), text.size());
         const char* next = static_cast<const char*>(std::memchr(at, '\n', static_cast<std::size_t>(end - at)));
         if (next == nullptr) next = end;
         const char* last = next;

@@ -7,6 +7,7 @@
 #include "common/geometry/Points.h"
 #include "common/geometry/TriangleOrder.h"
 #include "common/math/Decompositions.h"
+#include "server/import/reader/ReadProgress.h"
 
 namespace tessera {
 namespace {
@@ -48,6 +49,7 @@ std::uint32_t PlainScene::addBlob(Bytes bytes) {
 }
 
 proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) {
+    sayConverting();
     proto::scene::Mesh* message = file.add_mesh();
     message->set_name(name);
     if (mesh.primitive == Primitive::kPoints) {
@@ -73,6 +75,7 @@ proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) 
 }
 
 void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits) {
+    sayConverting();
     // Smaller ones are not drawn in parts.
     constexpr std::size_t kLarge = 1024;
     const std::size_t vertices = mesh.positions.size() / 3;

@@ -18,6 +18,7 @@
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/PlyFile.h"
+#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
@@ -147,7 +148,7 @@ struct PlyMesh {
 class PlyRows {
 public:
     PlyRows(const PlyFile& file, std::string_view rows, bool isStrict)
-        : file_(file), numbers_(rows, file.isText(), file.isBigEndian()), isStrict_(isStrict) {}
+        : file_(file), bytes_(rows.size()), numbers_(rows, file.isText(), file.isBigEndian()), isStrict_(isStrict) {}
 
     bool read(PlyMesh& mesh) {
         for (const PlyElement& element : file_.elements()) {
@@ -161,6 +162,10 @@ public:
     }
 
 private:
+    void sayRow(std::uint64_t row) const {
+        constexpr std::uint64_t kSome = 1 << 14;
+        if (row % kSome == 0) sayProgress(bytes_ - numbers_.rest().size(), bytes_);
+    }
     /// False: the row ends before, or a number is none.
     bool skipList(const PlyProperty& property) {
         std::uint64_t length = 0;
@@ -206,6 +211,7 @@ private:
         if (mesh.hasTexcoords) mesh.texcoords.reserve(2 * most);
         if (mesh.hasColors) mesh.colors.reserve(4 * most);
         for (std::uint64_t row = 0; row < element.count; ++row) {
+            sayRow(row);
             std::array<double, kSlots + 1> values{};  // the last takes what nobody wants
             if (!numbers_.beginRow()) return false;
             for (std::size_t p = 0; p < slots.size(); ++p) {
@@ -250,6 +256,7 @@ private:
         mesh.corners.reserve(3 * std::min<std::size_t>(element.count, numbers_.rest().size() / 4));
         std::vector<float> texcoords;
         for (std::uint64_t row = 0; row < element.count; ++row) {
+            sayRow(row);
             if (!numbers_.beginRow()) return false;
             const std::size_t before = mesh.corners.size();
             texcoords.clear();
@@ -300,6 +307,7 @@ private:
     }
 
     const PlyFile& file_;
+    std::size_t bytes_;  ///< of all rows
     PlyNumbers numbers_;
     bool isStrict_;
 };

@@ -18,6 +18,7 @@
 #include "common/confine/Confinement.h"
 #include "server/import/Record.h"
 #include "server/import/reader/FolderFiles.h"
+#include "server/import/reader/ReadProgress.h"
 
 namespace tessera {
 namespace {
@@ -78,6 +79,9 @@ void writeError(ErrorCode code, std::string_view message) {
 void writeScene(const PlainScene& scene) {
     std::string bytes;
     if (!scene.file.SerializeToString(&bytes)) return writeError(ErrorCode::kLimit, "its scene is larger than 2 GiB");
+    std::uint64_t size = bytes.size();
+    for (const Bytes& blob : scene.blobs) size += blob.size();
+    writeRecord(ImportRecord::Kind::kSize, std::as_bytes(std::span(&size, 1)));
     writeRecord(ImportRecord::Kind::kScene, asBytes(bytes));
     for (const Bytes& blob : scene.blobs) writeRecord(ImportRecord::Kind::kBlob, blob);
     for (const std::string& note : scene.notes)
@@ -154,6 +158,10 @@ void run(const ReaderProgram& program, const Arguments& arguments) {
         if (const Expected<void> bounded = bound(arguments); !bounded)
             return writeError(bounded.error().code, bounded.error().message);
         if (program.prepare) program.prepare();
+        listenToProgress([](std::uint64_t done, std::uint64_t total) {
+            const ImportProgress progress{done, total};
+            writeRecord(ImportRecord::Kind::kProgress, std::as_bytes(std::span(&progress, 1)));
+        });
         if (const Expected<void> confined = confineFor(arguments); !confined)
             return writeError(confined.error().code, confined.error().message);
         const Expected<PlainScene> scene = program.read(arguments.file, arguments.limits);

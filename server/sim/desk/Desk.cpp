@@ -7,6 +7,12 @@
 
 namespace tessera {
 
+std::string Desk::nameOf(ConnectionId connection) const {
+    const auto known = applications.find(connection);
+    if (known == applications.end()) return {};
+    return known->second.who.name.empty() ? known->second.name : known->second.who.name;
+}
+
 std::optional<Error> Desk::mayNot(ConnectionId connection, const RequestInfo& info) const {
     const auto known = applications.find(connection);
     const Role role = known == applications.end() ? Role::kViewer : known->second.who.role;

@@ -69,6 +69,8 @@ struct Desk {
     /// For what is under way on other threads: nobody waits for it any more.
     const std::shared_ptr<std::atomic<bool>> closing = std::make_shared<std::atomic<bool>>(false);
 
+    /// For people: that of the person, else of the program; empty: it has gone.
+    [[nodiscard]] std::string nameOf(ConnectionId connection) const;
     [[nodiscard]] ServerActions answer(const Asker& asker, const Expected<ApplicationAnswer>& answer) const {
         return around.answers().to(asker, answer);
     }

@@ -1,4 +1,4 @@
-/// What lies in the folders from which may be loaded. For Deeds.cpp alone.
+/// What lies in the folders from which may be loaded, and what is on its way. For Deeds.cpp alone.
 #pragma once
 
 #include "server/sim/desk/DeedTable.h"
@@ -21,6 +21,18 @@ inline ServerActions getFiles(Desk& desk, const Asker& asker, const request::Get
     });
 }
 
-inline constexpr DeedTable kRows{&getFiles};
+inline ServerActions getLoads(Desk& desk, const Asker& asker, const request::GetLoads&, TimePoint now) {
+    const auto nameOf = [&desk](ConnectionId connection) { return desk.nameOf(connection); };
+    return desk.answer(asker, ApplicationAnswer(desk.loads.underWay(asker, nameOf, now)));
+}
+
+inline ServerActions cancelLoad(Desk& desk, const Asker& asker, const request::CancelLoad& wish, TimePoint) {
+    Expected<ServerActions> told = desk.loads.cancel(wish.load, desk.nameOf(asker.connection));
+    if (!told) return desk.refuse(asker, told.error());
+    append(*told, desk.done(asker));
+    return *std::move(told);
+}
+
+inline constexpr DeedTable kRows{&getFiles, &getLoads, &cancelLoad};
 
 }  // namespace tessera::file_deeds

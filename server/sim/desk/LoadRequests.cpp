@@ -29,18 +29,67 @@ ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, Obj
     const std::uint64_t ticket = edits_.newTicket();
     if (!around_.loader.order({.ticket = ticket, .node = below, .path = path, .placing = placing}))
         return refuse({ErrorCode::kLimit, "too many files wait to be loaded already"});
-    edits_.open(ticket, {.asker = asker, .isLoad = true});
+    edits_.open(ticket, {.asker = asker, .isLoad = true, .loadedFrom = path, .since = clockNow()});
     return {};
 }
 
 void LoadRequests::loadContent(Preparation order) {
     const std::uint64_t ticket = order.ticket = edits_.newTicket();
     const ObjectId core = order.content->core;
+    std::string path = order.path;
     if (!around_.loader.order(std::move(order))) {
         around_.inlines->ended(core, std::nullopt);  // it is ordered again
         return;
     }
-    edits_.open(ticket, {.asker = {}, .edit = {.undoable = false}, .isLoad = true, .content = core});
+    edits_.open(ticket, {.asker = {},
+                         .edit = {.undoable = false},
+                         .isLoad = true,
+                         .loadedFrom = std::move(path),
+                         .since = clockNow(),
+                         .content = core});
+}
+
+answer::Loads LoadRequests::underWay(const Asker& asker, const std::function<std::string(ConnectionId)>& nameOf,
+                                     TimePoint now) const {
+    const std::size_t most = ApplicationLimits().maxPageNodes;
+    answer::Loads told;
+    const auto add = [&](std::uint64_t ticket, const OpenEdits::Open* open, LoadState state) {
+        if (told.loads.size() == most) return;
+        state.load = ticket;
+        if (open != nullptr && open->asker.connection) state.person = nameOf(open->asker.connection);
+        state.yours = open != nullptr && open->asker.connection == asker.connection;
+        told.loads.push_back(std::move(state));
+    };
+    for (const OpenEdits::Appearing& one : edits_.appearing())
+        add(one.ticket, one.open,
+            {.path = one.open->loadedFrom,
+             .stage = "appearing",
+             .part = one.part,
+             .seconds = toMilliseconds(now - one.open->since) / 1000});
+    for (const Loader::UnderWay& one : around_.loader.underWay()) {
+        const ImportWatch::Progress progress = one.watch->progress();
+        add(one.ticket, edits_.find(one.ticket),
+            {.path = one.path,
+             .stage = std::string(wordFor(progress.stage)),
+             .part = progress.part,
+             .seconds = toMilliseconds(now - one.since) / 1000});
+    }
+    return told;
+}
+
+Expected<ServerActions> LoadRequests::cancel(std::uint64_t load, const std::string& by) {
+    if (load == OpenEdits::kStartScene)
+        return fail(ErrorCode::kRefused, "the scene that the server begins with is not cancelled: stop the server");
+    const Error why{ErrorCode::kFailed, by.empty() ? "cancelled" : "cancelled by " + by};
+    if (around_.loader.cancel(load, why)) {
+        // One that waits behind slow ones need not wait to be told so.
+        const OpenEdits::Open* open = edits_.find(load);
+        if (open == nullptr || open->content) return ServerActions();
+        return edits_.refuse(load, {why.code, open->loadedFrom + ": " + why.message});
+    }
+    if (edits_.find(load) == nullptr)
+        return fail(ErrorCode::kNotFound, fmt::format("no load {} is on its way; `loads` tells which are", load));
+    return fail(ErrorCode::kRefused, "it appears already; an undo takes it back");
 }
 
 ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {

@@ -1,6 +1,7 @@
 /// Files that are read on the server, until they are edits.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "server/sim/desk/OpenEdits.h"
@@ -21,6 +22,13 @@ public:
     /// What an Inline holds comes like any other load, but nobody is answered and it is no step of undo.
     void loadContent(Preparation order);
     [[nodiscard]] ServerActions loaded(Preparation made, TimePoint now);
+
+    /// All that are on their way, the oldest first. `nameOf`: that of an application; empty where it has gone.
+    [[nodiscard]] answer::Loads underWay(const Asker& asker, const std::function<std::string(ConnectionId)>& nameOf,
+                                         TimePoint now) const;
+    /// Whoever waits for it is told `why`, and what is asked for here is done. kRefused: it appears already, or is the
+    /// scene that the server begins with. kNotFound: it is not on its way.
+    [[nodiscard]] Expected<ServerActions> cancel(std::uint64_t load, const std::string& by);
 
 private:
     const DeskSurroundings& around_;

@@ -35,6 +35,16 @@ void addState(ChangeList& list, const Preparation::Content& content) {
     }
 }
 
+/// A person reads some.
+std::vector<std::string> inShort(std::vector<std::string> notes, const std::string& path) {
+    constexpr std::size_t kMost = 10;
+    if (notes.size() <= kMost) return notes;
+    const std::size_t others = notes.size() - kMost;
+    notes.resize(kMost);
+    notes.push_back(fmt::format("{} more notes; tessera-check {} tells all", others, path));
+    return notes;
+}
+
 }  // namespace
 
 Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished)
@@ -48,6 +58,44 @@ Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::fu
           for (std::thread& other : others) other.join();
       }) {}
 
+bool Loader::order(Preparation order) {
+    order.watch = std::make_shared<ImportWatch>();
+    const std::shared_ptr<ImportWatch> watch = order.watch;
+    {
+        const std::lock_guard lock(mutex_);
+        underWay_.push_back({.ticket = order.ticket, .path = order.path, .since = clockNow(), .watch = watch});
+    }
+    if (orders_.tryPush(std::move(order))) return true;
+    forget(watch);
+    return false;
+}
+
+std::vector<Loader::UnderWay> Loader::underWay() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<UnderWay> wanted = underWay_;
+    std::erase_if(wanted, [](const UnderWay& one) { return one.watch->cancelled().has_value(); });
+    return wanted;
+}
+
+bool Loader::cancel(std::uint64_t ticket, const Error& why) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(underWay_, ticket, &UnderWay::ticket);
+    if (found == underWay_.end() || found->watch->cancelled()) return false;
+    found->watch->cancel(why);
+    return true;
+}
+
+void Loader::forget(const std::shared_ptr<ImportWatch>& watch) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(underWay_, [&](const UnderWay& one) { return one.watch == watch; });
+}
+
+/// From here on it is the frame thread's, and no import any more.
+void Loader::finish(Preparation made) {
+    forget(made.watch);
+    onFinished_(std::move(made));
+}
+
 void Loader::carryOutApart(Preparation order) {
     constexpr std::size_t kMostWords = 4096;
     std::array<char, kMostWords> words{};
@@ -55,14 +103,14 @@ void Loader::carryOutApart(Preparation order) {
     std::thread([&] {
         Preparation made = order;
         carryOut(made);
-        if (!made.refused) return onFinished_(std::move(made));
+        if (!made.refused) return finish(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
         refused = made.refused->code;
         cutUtf8(made.refused->message, words.size() - 1).copy(words.data(), words.size() - 1);
     }).join();
     if (!refused) return;
     order.refused = Error{*refused, words.data()};
-    onFinished_(std::move(order));
+    finish(std::move(order));
 }
 
 void Loader::carryOut(Preparation& order) const {
@@ -75,11 +123,15 @@ void Loader::carryOut(Preparation& order) const {
         order.refused = scene.error();
         return;
     }
+    if (std::optional<Error> why = order.watch->cancelled()) {
+        order.refused = *std::move(why);
+        return;
+    }
     std::optional<HeldFile> held = HeldFile::of(scene->list);
     order.top = scene->top;
     order.objects = scene->nodes + scene->cores;
     order.triangles = scene->triangles;
-    order.notes = std::move(scene->notes);
+    order.notes = inShort(std::move(scene->notes), order.path);
     order.exposures = std::move(scene->exposures);
     if (order.file) return compare(order, std::move(scene->list), std::move(held));
     if (held) order.held = std::make_shared<HeldFile>(*std::move(held));
@@ -127,7 +179,7 @@ Expected<ImportedScene> Loader::readQuiet(Preparation& order) const {
         const std::vector<FileStamp> before = stampsOf(order.watched->paths);
         Expected<ImportedScene> scene = read(order);
         const bool rested = stampsOf(order.watched->paths) == before;
-        if (!rested && --left > 0) {
+        if (!rested && !order.watch->cancelled() && --left > 0) {
             std::this_thread::sleep_for(FileWatch::kQuiet);
             continue;
         }
@@ -156,6 +208,7 @@ Loader::~Loader() {
     orders_.close();
     while (orders_.tryPop()) {
     }
+    for (const UnderWay& one : underWay()) one.watch->cancel({ErrorCode::kFailed, "the server ends"});
     thread_.join();
 }
 
@@ -166,6 +219,7 @@ Expected<ImportedScene> Loader::read(const Preparation& order) const {
     options.placing = order.placing;
     options.gathers = order.asked;
     options.camerasEnabled = true;
+    options.watch = order.watch;
     if (!order.asked) {
         Expected<ImportedScene> scene = importScene(order.path, order.node, options);
         if (scene) files_->add(scene->named);
@@ -190,6 +244,7 @@ Expected<ImportedScene> Loader::readContent(const Preparation& order) const {
     options.placing.reset();
     options.exposes = false;
     options.resolved = true;
+    options.watch = order.watch;
     Expected<ImportedScene> scene = importScene(*path, order.node, options);
     if (!scene) return scene;
     files_->add(scene->named);

@@ -3,9 +3,13 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "common/base/Channel.h"
+#include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "server/import/Importer.h"
 #include "server/sim/desk/SceneFiles.h"
@@ -16,8 +20,8 @@ namespace tessera {
 
 /// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but
 /// where kAtOnce of them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the
-/// loader's, on several at once. Destruction waits for the imports under way, which have deadlines of their own. What a
-/// refused load took of memory is given back.
+/// loader's, on several at once. Destruction cancels the imports under way, and waits for them. What a refused load
+/// took of memory is given back.
 class Loader {
 public:
     /// Each may take the memory of `ImportOptions::maxMemoryBytes`.
@@ -28,9 +32,23 @@ public:
     ~Loader();
 
     /// False when too many orders wait already.
-    bool order(Preparation order) { return orders_.tryPush(std::move(order)); }
+    bool order(Preparation order);
+
+    struct UnderWay {
+        std::uint64_t ticket = 0;
+        std::string path;
+        TimePoint since = {};
+        std::shared_ptr<ImportWatch> watch;
+    };
+    /// Ordered, not cancelled, and not told of by `onFinished` yet; the oldest first. Any thread.
+    [[nodiscard]] std::vector<UnderWay> underWay() const;
+    /// It is refused with this reason, soon: what the importer reads ends at once, and what is being built of it is thrown
+    /// away. False: it is not under way. Any thread.
+    bool cancel(std::uint64_t ticket, const Error& why);
 
 private:
+    void finish(Preparation made);
+    void forget(const std::shared_ptr<ImportWatch>& watch);
     /// On a thread of its own, whose memory goes with it.
     void carryOutApart(Preparation order);
     void carryOut(Preparation& order) const;
@@ -47,6 +65,8 @@ private:
     ImportOptions options_;
     std::shared_ptr<SceneFiles> files_;
     std::function<void(Preparation)> onFinished_;
+    mutable std::mutex mutex_;
+    std::vector<UnderWay> underWay_;
     Channel<Preparation> orders_{64};
     std::thread thread_;
 };

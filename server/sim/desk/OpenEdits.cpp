@@ -100,6 +100,15 @@ OpenEdits::Count OpenEdits::countOf(ConnectionId connection) const {
     return count;
 }
 
+std::vector<OpenEdits::Appearing> OpenEdits::appearing() const {
+    std::vector<Appearing> found;
+    for (const auto& [ticket, open] : open_) {
+        if (!open.isLoad || partsOf(open) == 0) continue;
+        found.push_back({ticket, &open, static_cast<double>(open.nextPart) / static_cast<double>(partsOf(open))});
+    }
+    return found;
+}
+
 std::size_t OpenEdits::copiedBytes() const {
     std::size_t bytes = 0;
     for (const auto& [ticket, open] : open_)

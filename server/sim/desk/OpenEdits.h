@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "server/sim/desk/DeskSurroundings.h"
@@ -36,6 +37,8 @@ public:
         bool isCopy = false;        ///< one that is made beside the frames
         std::uint64_t upload = 0;   ///< whose room it takes (Uploads::handedOver); 0: none
         bool isLoad = false;
+        std::string loadedFrom = {};         ///< of a load: its file, as it was asked for
+        TimePoint since = {};                ///< of a load: when it was
         ObjectId content = {};               ///< of what an Inline holds: its core; nobody asked
         answer::Loaded loaded = {};          ///< of a load: its answer; `node` is a placeholder until the commit
         std::vector<ChangeList> parts = {};  ///< of a load, or a large copy, that takes several frames
@@ -71,6 +74,13 @@ public:
     };
     /// Of one application.
     [[nodiscard]] Count countOf(ConnectionId connection) const;
+    /// Loads whose parts appear, or wait for hosts or for others' parts.
+    struct Appearing {
+        std::uint64_t ticket = 0;
+        const Open* open = nullptr;
+        double part = 0;  ///< of the parts, 0 to 1
+    };
+    [[nodiscard]] std::vector<Appearing> appearing() const;
     /// Of copies that were made beside the frames.
     [[nodiscard]] std::size_t copiedBytes() const;
 

@@ -224,6 +224,8 @@ ServerActions ReloadRequests::planned(std::uint64_t number, Expected<ReloadPlan>
         {.asker = asker,
          .edit = {.undoable = false, .ofFile = true},
          .isLoad = true,
+         .loadedFrom = known.file.path,
+         .since = now,
          .reload = shared,
          .given = given,
          .ended = [this, number, shared,

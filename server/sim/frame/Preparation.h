@@ -15,6 +15,7 @@
 
 namespace tessera {
 
+class ImportWatch;
 struct HeldFile;
 struct FileChange;
 struct WatchedFiles;
@@ -40,6 +41,8 @@ struct Preparation {
     std::shared_ptr<const HeldFile> former =
         {};  ///< of such: what it held; null: it is to be found in the scene by its names
     std::shared_ptr<const WatchedFiles> watched = {};  ///< of such: these must stay as they are while it is read
+
+    std::shared_ptr<ImportWatch> watch = {};  ///< of a file that a Loader has been ordered to read
 
     std::optional<Error> refused = {};     ///< why there is nothing
     std::vector<ChangeList> lists = {};    ///< cut for frames where `asked`, or of a copy; else one

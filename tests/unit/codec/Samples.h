@@ -211,7 +211,9 @@ inline std::vector<ApplicationRequest> everyRequest() {
             request::GetSteps{},
             request::GetPeople{},
             request::GetPanel{"b.2a"},
-            request::GetFiles{{.folder = "/srv/models", .after = "hall.glb", .pageSize = 43}}};
+            request::GetFiles{{.folder = "/srv/models", .after = "hall.glb", .pageSize = 43}},
+            request::GetLoads{},
+            request::CancelLoad{7}};
 }
 
 inline std::vector<ApplicationAnswer> everyAnswer() {
@@ -308,7 +310,9 @@ inline std::vector<ApplicationAnswer> everyAnswer() {
                              .home = true}}},
         answer::FolderPage{
             {{"hall.glb", "/srv/models/hall.glb", false, 44, true}, {"parts", "/srv/models/parts", true, 0, false}},
-            "parts"}};
+            "parts"},
+        answer::Loads{{{7, "/srv/models/hall.glb", "reading", 0.25, 3.5, "ada", true},
+                       {8, "asset://box.tsct", "waiting", -1, 0.5, {}, false}}}};
 }
 
 inline notice::Poses somePoses() {

@@ -1,0 +1,17 @@
+/// How much of the file a reader has done, for who waits for it.
+#pragma once
+
+#include <cstdint>
+
+namespace tessera {
+
+/// Of the one file of this process: `done` of `total`, in what the reader counts. Cheap: it is passed on ten times a
+/// second at most, and nowhere where nobody listens. A reader that says nothing is read without a number.
+void sayProgress(std::uint64_t done, std::uint64_t total);
+/// From here to the next word on progress it is worked out what was read: normals, orders, pictures.
+void sayConverting();
+
+/// Where it goes, from the process' only thread. 0 of 0: it is being converted.
+void listenToProgress(void (*listener)(std::uint64_t done, std::uint64_t total));
+
+}  // namespace tessera

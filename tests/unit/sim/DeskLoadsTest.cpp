@@ -1,0 +1,92 @@
+// What is told of files on their way, and how they are cancelled.
+#include <gtest/gtest.h>
+
+#include "common/codec/ApplicationCodec.h"
+#include "tests/unit/sim/DeskStage.h"
+#include "tests/unit/sim/GatedImporter.h"
+
+namespace tessera {
+namespace {
+
+class DeskLoads : public test::DeskStage {
+protected:
+    ConnectionId join(const std::string& name, Role role = Role::kOperator) {
+        const ConnectionId connection = server.hello(name, PeerRole::kApplication);
+        desk.applicationJoined(connection, {.name = name, .who = {.role = role, .name = name + "'s person"}});
+        return connection;
+    }
+    void ask(ConnectionId connection, const ApplicationRequest& request) {
+        server.take(desk.received({connection, "somebody", ++asked, share(encodeRequest(request))}, server.now));
+    }
+    void load(ConnectionId connection, const std::string& name) {
+        ask(connection, request::LoadFile{.path = importer.scratch.write(name, test::GatedImporter::kBox)});
+    }
+    message::Reply lastReply(ConnectionId connection) { return server.sent<message::Reply>(connection).back(); }
+    std::vector<LoadState> loadsTold(ConnectionId connection) {
+        ask(connection, request::GetLoads{});
+        return std::get<answer::Loads>(decodeAnswer(lastReply(connection).body).value()).loads;
+    }
+    std::size_t replies(ConnectionId connection) { return server.sent<message::Reply>(connection).size(); }
+
+    test::GatedImporter importer;
+    Channel<Preparation> made{64};
+    Loader gated{importer.options,
+                 std::make_shared<SceneFiles>(importer.options, std::vector{importer.scratch.path("")}),
+                 [this](Preparation done) { made.push(std::move(done)); }};
+    RequestDesk desk{{.wall = wall,
+                      .blobs = blobs,
+                      .session = server.session,
+                      .simulation = simulation,
+                      .view = view,
+                      .loader = gated,
+                      .drags = drags}};
+    std::uint64_t asked = 0;
+};
+
+TEST_F(DeskLoads, AreToldWithTheirPersonAndCancelledByEditors) {
+    const ConnectionId ada = join("ada"), bob = join("bob", Role::kEditor), eve = join("eve", Role::kViewer);
+    EXPECT_TRUE(loadsTold(eve).empty());
+    load(ada, "slow.tsct");
+    importer.awaitBegun(1);
+    const std::vector<LoadState> told = loadsTold(eve), own = loadsTold(ada);
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].path, importer.scratch.path("slow.tsct"));
+    EXPECT_EQ(told[0].stage, "reading");
+    EXPECT_EQ(told[0].person, "ada's person");
+    EXPECT_FALSE(told[0].yours);
+    EXPECT_TRUE(own.at(0).yours);
+
+    ask(eve, request::CancelLoad{told[0].load});
+    EXPECT_NE(lastReply(eve).error.find("editor"), std::string::npos) << lastReply(eve).error;
+    ask(bob, request::CancelLoad{told[0].load + 1});
+    EXPECT_EQ(lastReply(bob).code, ErrorCode::kNotFound);
+    const std::size_t before = replies(ada);
+    ask(bob, request::CancelLoad{told[0].load});
+    EXPECT_EQ(lastReply(bob).error, "");
+    ASSERT_EQ(replies(ada), before + 1) << "at once";
+    EXPECT_EQ(lastReply(ada).error, importer.scratch.path("slow.tsct") + ": cancelled by bob's person");
+    // What its thread says then is nobody's any more.
+    server.take(desk.prepared(*made.pop(), server.now));
+    EXPECT_EQ(replies(ada), before + 1) << "once";
+    EXPECT_TRUE(loadsTold(eve).empty());
+    ask(bob, request::CancelLoad{told[0].load});
+    EXPECT_EQ(lastReply(bob).code, ErrorCode::kNotFound);
+    ask(bob, request::CancelLoad{OpenEdits::kStartScene});
+    EXPECT_EQ(lastReply(bob).code, ErrorCode::kRefused);
+}
+
+TEST_F(DeskLoads, ThatAppearAreNotCancelled) {
+    const ConnectionId ada = join("ada");
+    load(ada, "quick.tsct");
+    server.take(desk.prepared(*made.pop(), server.now));
+    const std::vector<LoadState> told = loadsTold(ada);
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].stage, "appearing");
+    EXPECT_EQ(told[0].part, 0);
+    ask(ada, request::CancelLoad{told[0].load});
+    EXPECT_EQ(lastReply(ada).code, ErrorCode::kRefused);
+    EXPECT_NE(lastReply(ada).error.find("undo"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
