@@ -108,15 +108,25 @@ constexpr FormatRow kTable[] = {
     {"Unreal, Terragen, RAW, assbin", "3d uc ter raw assbin", "assimp",
      "one mesh of triangles, or a height field; of assbin what assimp wrote",
      "frames but the first; of assbin cameras and lights"},
-    {"PNG, JPEG, BMP, TGA, GIF, PIC, PSD", "png jpg jpeg bmp tga gif pic psd", "stb_image", "pixels with their opacity",
-     "16 bits a channel become 8; pictures but the first of a GIF; layers but the joined one of a PSD", true},
+    {"PNG, JPEG, BMP, TGA, GIF, PIC, PSD, MNG", "png jpg jpeg bmp tga gif pic psd mng", "stb_image; MNG by our own",
+     "pixels with their opacity; of animations (APNG too) the first picture",
+     "16 bits a channel become 8; layers but the joined one of a PSD; JNG, also in MNG: refused by name", true},
     {"WebP, TIFF", "webp tif tiff", "libwebp, libtiff", "pixels with their opacity", "frames and pages but the first",
      true},
     {"PNM, SGI, Radiance", "ppm pgm pbm pam sgi rgb hdr", "our own", "pixels; of Radiance light as strong as it is",
      "16 bits a channel become 8", true},
-    {"DDS, KTX2", "dds ktx2", "our own; libzstd",
-     "blocks (BC1 to BC7, without a sign) as they are, with their mipmaps; cubes, solids, pixels, floats",
-     "refused by name: BasisLZ, UASTC, ASTC, ETC, arrays; KTX 1, Basis, OpenEXR, AVIF, HEIC, JPEG 2000, SVG", true},
+    {"OpenEXR", "exr", "OpenEXR",
+     "light as strong as it is, of lines and tiles in all compressions; the first part that has colours, of its layers "
+     "those without a name, else Combined, else the first; the display window",
+     "opacity; layers, parts and levels but one; primaries other than Rec. 709's; deep pixels: refused by name", true},
+    {"DDS, KTX, KTX2, ASTC, PKM", "dds ktx ktx2 astc pkm", "our own; libzstd",
+     "blocks (BC1 to BC7, without a sign) as they are, with their mipmaps; ETC1, ETC2, EAC and ASTC as pixels; cubes, "
+     "solids, pixels, floats",
+     "the smaller mipmaps of pixels, which are made anew. Refused by name: BasisLZ, UASTC (`ktx transcode` makes BC7 "
+     "of "
+     "them), ASTC of HDR or in three dimensions, arrays. Other pictures refused by name: Basis, AVIF, HEIC, JPEG 2000, "
+     "SVG",
+     true},
 };
 
 template <typename Visit>

@@ -3,7 +3,7 @@
 const kMost = 1024;
 /** Files that models name, and that are none themselves: a set is not called after them. */
 const kCompanions =
-  /\.(bin|arrays|mtl|png|jpe?g|webp|gif|bmp|tga|tiff?|dds|ktx2?|hdr|exr|raw|zraw|txt|md|json|mp4|webm|mov|avi)$/i;
+  /\.(bin|arrays|mtl|png|jpe?g|web[pm]|gif|bmp|tga|tiff?|dds|ktx2?|astc|pkm|hdr|exr|z?raw|txt|md|json|mp4|mov|avi)$/i;
 
 /**
  * A drop may hold folders. To be called while the event is dispatched: its items are gone afterwards.

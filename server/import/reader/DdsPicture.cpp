@@ -176,20 +176,12 @@ Expected<DecodedImage> decodeDds(ByteSpan bytes) {
                                   : DdsMessage::FLAT;
     file.mipmaps = std::max<std::uint32_t>(1, ddsWord(bytes, 28));
     // Face by face, of each its levels; what is asked for comes in another order.
-    const bool blocks = layout->encoding >= DdsMessage::BC1;
-    const auto levelBytes = [&](std::uint64_t level) {
-        const auto half = [level](std::uint64_t px) {
-            return std::max<std::uint64_t>(1, level < 32 ? px >> level : 0);
-        };
-        const auto across = [&](std::uint64_t px) { return blocks ? (half(px) + 3) / 4 : half(px); };
-        return across(file.widthPx) * across(file.heightPx) * layout->bytes * (solid ? half(file.depthPx) : 1);
-    };
     const std::size_t start = kHeader + (later ? kLaterHeader : 0);
     file.part = [&](std::uint64_t level, std::uint64_t face, std::uint64_t size) -> Expected<ByteSpan> {
         std::uint64_t ofFace = 0, before = 0;
         for (std::uint64_t i = 0; i < file.mipmaps; ++i) {
             if (i == level) before = ofFace;
-            ofFace += levelBytes(i);
+            ofFace += file.partBytes(i);
         }
         const std::uint64_t at = start + face * ofFace + before;
         if (at > bytes.size() || size > bytes.size() - at) return badDds("that is cut off");

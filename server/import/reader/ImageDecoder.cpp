@@ -8,11 +8,14 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "server/import/reader/AnimatedPng.h"
 #include "server/import/reader/DdsPicture.h"
+#include "server/import/reader/Ktx1Picture.h"
 #include "server/import/reader/Ktx2Picture.h"
 #include "server/import/reader/PictureFormats.h"
 #include "server/import/reader/RadiancePicture.h"
@@ -66,9 +69,8 @@ std::size_t largestBytes(const DecodedImage& image) {
 std::string_view unreadFormat(ByteSpan bytes) {
     std::string text(16, '\0');
     std::memcpy(text.data(), bytes.data(), std::min(bytes.size(), text.size()));
-    if (text.starts_with("\xABKTX 11")) return "a texture of KTX 1";
     if (text.starts_with("sB")) return "a Basis Universal texture";
-    if (text.starts_with("\x76\x2f\x31\x01")) return "an OpenEXR picture";
+    if (text.starts_with("\x8bJNG")) return "a JNG picture";
     if (text.substr(4, 8) == "ftypavif" || text.substr(4, 8) == "ftypheic") return "an AVIF or HEIC picture";
     if (text.substr(4, 4) == "jP  " || text.starts_with("\xff\x4f\xff\x51")) return "a JPEG 2000 picture";
     if (text.starts_with("<svg") || text.starts_with("<?xml")) return "an SVG drawing";
@@ -113,7 +115,8 @@ private:
 
 Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
     constexpr const char* kNone =
-        "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, WebP, .hdr, DDS and KTX2 can)";
+        "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, WebP, MNG, .hdr, .exr, DDS, "
+        "KTX, KTX2, .astc and .pkm can)";
     // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory
     // for others would be for nothing.
     constexpr std::size_t kMostPixelsPerByte = 8256, kFew = std::size_t{1} << 16;
@@ -143,16 +146,33 @@ Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
     return image;
 }
 
+Expected<DecodedImage> decodeFrame(const PngFrame& frame) {
+    const Expected<DecodedImage> picture = decodeByStb(frame.png);
+    return picture ? onCanvas(frame, *picture) : picture;
+}
+
+Expected<DecodedImage> decodeMng(ByteSpan encoded) {
+    const Expected<Bytes> png = firstPngOfMng(encoded);
+    if (!png) return tl::unexpected(png.error());
+    return decodeByStb(*png);
+}
+
 Expected<DecodedImage> decodeAny(ByteSpan encoded) {
     if (isRadiancePicture(encoded)) return decodeRadiance(encoded);
     if (isDds(encoded)) return decodeDds(encoded);
+    if (isKtx1(encoded)) return decodeKtx1(encoded);
     if (isKtx2(encoded)) return decodeKtx2(encoded);
+    if (isAstcFile(encoded)) return decodeAstcFile(encoded);
+    if (isPkm(encoded)) return decodePkm(encoded);
+    if (isExr(encoded)) return decodeExr(encoded);
     if (isTiff(encoded)) return decodeTiff(encoded);
     if (isSgi(encoded)) return decodeSgi(encoded);
     if (isPnm(encoded)) return decodePnm(encoded);
     if (isWebp(encoded)) return decodeWebp(encoded);
+    if (isMng(encoded)) return decodeMng(encoded);
     if (const std::string_view name = unreadFormat(encoded); !name.empty())
         return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
+    if (const std::optional<PngFrame> frame = firstFrameOfPng(encoded)) return decodeFrame(*frame);
     return decodeByStb(encoded);
 }
 

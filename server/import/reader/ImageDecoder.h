@@ -22,9 +22,10 @@ struct DecodedImage {
 /// mipmap goes. False: it is one pixel a slice, or compressed and without others, and stays.
 bool halve(DecodedImage& image);
 
-/// PNG, JPEG, BMP, TGA, GIF (its first picture), PIC, PSD by stb_image; PNM, SGI, TIFF, Radiance's .hdr, DDS, KTX2. Not
-/// compressed ones are halved until no side is above `maxSidePx`, others until none is above 16384. kBadInput or
-/// kLimit, with the reason; of formats that are known and not read, their names.
+/// PNG, JPEG, BMP, TGA, GIF, PIC, PSD by stb_image; PNM, SGI, TIFF, WebP, MNG, Radiance's .hdr, OpenEXR; DDS, KTX,
+/// KTX2, .astc, .pkm. Of animations the first picture. Not compressed ones are halved until no side is above
+/// `maxSidePx`, others until none is above 16384. kBadInput or kLimit, with the reason; of formats that are known and
+/// not read, their names.
 [[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
 
 }  // namespace tessera

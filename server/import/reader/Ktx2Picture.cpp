@@ -37,6 +37,16 @@ Expected<TexelLayout> vulkanLayout(std::uint32_t format) {
         case 9:
         case 15:
             return grey(TexelLayout::bits("r", {8, 0, 0, 0}));
+        case 76:
+            return TexelLayout::floating(16, 1);
+        case 83:
+            return TexelLayout::floating(16, 2);
+        case 90:
+            return TexelLayout::floating(16, 3);
+        case 100:
+            return TexelLayout::floating(32, 1);
+        case 103:
+            return TexelLayout::floating(32, 2);
         case 16:
         case 22:
             return TexelLayout::bits("rg", {8, 8, 0, 0});
@@ -86,9 +96,31 @@ Expected<TexelLayout> vulkanLayout(std::uint32_t format) {
         case 142:
         case 144:
             return badKtx("of signed blocks (BC4, BC5 or BC6H), which are not read: those without a sign are");
+        case 147:
+        case 148:
+            return TexelLayout::etc(EtcFormat::kRgb);
+        case 149:
+        case 150:
+            return TexelLayout::etc(EtcFormat::kRgbCutOut);
+        case 151:
+        case 152:
+            return TexelLayout::etc(EtcFormat::kRgba);
+        case 153:
+            return TexelLayout::etc(EtcFormat::kRed);
+        case 154:
+            return TexelLayout::etc(EtcFormat::kSignedRed);
+        case 155:
+            return TexelLayout::etc(EtcFormat::kRedGreen);
+        case 156:
+            return TexelLayout::etc(EtcFormat::kSignedRedGreen);
         default:
-            if (format >= 147 && format <= 156) return badKtx("of ETC2 or EAC, which is not read");
-            if (format >= 157 && format <= 184) return badKtx("of ASTC, which is not read");
+            // Of each size the one of plain numbers, then that of sRGB; and those of HDR, which come in an extension.
+            constexpr std::uint32_t kAstc = 157, kLastAstc = 184, kAstcHdr = 1000066000;
+            if (format >= kAstc && format <= kLastAstc)
+                return TexelLayout::astc((format - kAstc) / 2, (format - kAstc) % 2 != 0);
+            if (format - kAstcHdr < TexelLayout::kAstcSizes.size())
+                return badKtx(
+                    "of ASTC with a wide range of light (HDR), which is not read: .exr and .hdr pictures are");
             return badKtx(fmt::format("of VkFormat {}, which is not read", format));
     }
 }
@@ -118,16 +150,6 @@ bool isFromTop(ByteSpan bytes) {
     return at == std::string_view::npos || at + 17 > values.size() || values[at + 16] != 'u';
 }
 
-void turnRows(DecodedImage& image) {
-    const std::size_t row = static_cast<std::size_t>(image.widthPx) * 4,
-                      rows = static_cast<std::size_t>(image.heightPx);
-    for (std::size_t from = 0; from < image.rgba.size(); from += row * rows)
-        for (std::size_t y = 0; y < rows / 2; ++y)
-            std::swap_ranges(image.rgba.begin() + static_cast<std::ptrdiff_t>(from + y * row),
-                             image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (y + 1) * row),
-                             image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (rows - 1 - y) * row));
-}
-
 }  // namespace
 
 bool isKtx2(ByteSpan bytes) {
@@ -140,8 +162,9 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
     if (bytes.size() < kLevels) return badKtx("that is cut off");
     const auto word = [bytes](std::size_t at) { return ktxWord<std::uint32_t>(bytes, at); };
     const std::uint32_t scheme = word(44), format = word(12);
-    if (scheme == kBasisLz) return badKtx("of BasisLZ, which is not read");
-    if (format == 0) return badKtx(fmt::format("of {}, which is not read", nameOfModel(bytes)));
+    constexpr std::string_view kCure = "`ktx transcode` makes one of BC7 or ASTC of it";
+    if (scheme == kBasisLz) return badKtx(fmt::format("of BasisLZ, which is not read: {}", kCure));
+    if (format == 0) return badKtx(fmt::format("of {}, which is not read: {}", nameOfModel(bytes), kCure));
     if (scheme != 0 && scheme != kZstd)
         return badKtx(scheme == 3 ? std::string("compressed by zlib, which is not read")
                                   : fmt::format("compressed in a way ({}) that is not read", scheme));
@@ -160,9 +183,7 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
                                  : KtxMessage::FLAT;
     file.mipmaps = std::max<std::uint32_t>(1, word(40));
     if (file.mipmaps > 32 || bytes.size() < kLevels + file.mipmaps * kLevelBytes) return badKtx("that is cut off");
-    const bool fromTop = isFromTop(bytes);
-    if (!fromTop && layout->encoding >= KtxMessage::BC1)
-        return badKtx("of blocks whose rows go upwards, which is not read");
+    file.fromTop = isFromTop(bytes);
     Bytes unpacked;
     std::uint64_t unpackedLevel = ~std::uint64_t{};
     file.part = [&](std::uint64_t level, std::uint64_t face, std::uint64_t size) -> Expected<ByteSpan> {
@@ -184,9 +205,7 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
             return badKtx(fmt::format("whose mipmap {} has {} bytes of {}", level, all.size(), needed));
         return all.subspan(face * size, size);
     };
-    Expected<DecodedImage> image = decodeTexture(file);
-    if (image && !fromTop) turnRows(*image);
-    return image;
+    return decodeTexture(file);
 }
 
 }  // namespace tessera

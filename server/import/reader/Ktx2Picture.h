@@ -6,7 +6,8 @@
 namespace tessera {
 
 [[nodiscard]] bool isKtx2(ByteSpan bytes);
-/// As decodeDds; plain or compressed by zstd. BasisLZ, UASTC, ETC, ASTC and zlib are refused by name.
+/// As decodeDds, plain or compressed by zstd; ETC, EAC and ASTC become pixels. BasisLZ, UASTC and zlib are refused by
+/// name.
 [[nodiscard]] Expected<DecodedImage> decodeKtx2(ByteSpan bytes);
 
 }  // namespace tessera

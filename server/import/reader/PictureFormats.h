@@ -1,4 +1,4 @@
-/// Formats of pictures that stb_image does not read, or not all of: PNM (Netpbm), SGI's, TIFF, WebP.
+/// Formats of pictures that stb_image does not read, or not all of.
 #pragma once
 
 #include "server/import/reader/ImageDecoder.h"
@@ -26,5 +26,19 @@ inline constexpr std::size_t kMaxPictureSide = 32768, kMaxPicturePixels = std::s
 /// By libwebp; of an animation its first picture.
 [[nodiscard]] bool isWebp(ByteSpan bytes);
 [[nodiscard]] Expected<DecodedImage> decodeWebp(ByteSpan bytes);
+
+/// By OpenEXR, to RGBE: of the first part that has colours those of no layer, else those of the layer "Combined", else
+/// of the first that has some. Lines or tiles, of all compressions; R, G, B, or light (Y) with or without colours of
+/// half the size (RY, BY). What is to be seen is shown (the display window), black where nothing is stored. Opacity,
+/// and primaries other than Rec. 709's, are not regarded. Deep pixels are refused by name.
+[[nodiscard]] bool isExr(ByteSpan bytes);
+[[nodiscard]] Expected<DecodedImage> decodeExr(ByteSpan bytes);
+
+/// Blocks as encoders write them, in files of their own: astcenc's .astc (read as sRGB: no file says what its colours
+/// are), etcpack's and others' .pkm (ETC1, ETC2, EAC). kLimit too, as of `decodeTexture`.
+[[nodiscard]] bool isAstcFile(ByteSpan bytes);
+[[nodiscard]] Expected<DecodedImage> decodeAstcFile(ByteSpan bytes);
+[[nodiscard]] bool isPkm(ByteSpan bytes);
+[[nodiscard]] Expected<DecodedImage> decodePkm(ByteSpan bytes);
 
 }  // namespace tessera

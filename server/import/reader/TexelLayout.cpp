@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "server/import/reader/RadiancePicture.h"
+#include "server/import/reader/blocks/AstcBlock.h"
 
 namespace tessera {
 namespace {
@@ -19,12 +20,6 @@ constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 
 std::uint64_t halved(std::uint64_t px, std::uint64_t times) {
     return std::max<std::uint64_t>(1, times < 64 ? px >> times : 0);
-}
-
-std::uint64_t sliceBytes(const TextureFile& file, std::uint64_t level) {
-    const bool blocks = file.layout.encoding >= ImageMessage::BC1;
-    const auto across = [&](std::uint64_t px) { return blocks ? (halved(px, level) + 3) / 4 : halved(px, level); };
-    return across(file.widthPx) * across(file.heightPx) * file.layout.bytes;
 }
 
 double floatOf(const std::byte* at, unsigned bits) {
@@ -55,8 +50,9 @@ void convert(ByteSpan from, const TexelLayout& layout, std::byte* to) {
         if (layout.floats > 0) {
             double rgb[3];
             for (unsigned c = 0; c < 3; ++c) {
+                const unsigned channel = layout.floats == 1 ? 0 : c;
                 const double value =
-                    floatOf(at + std::min(c, layout.floats - 1) * layout.floatBits / 8, layout.floatBits);
+                    channel < layout.floats ? floatOf(at + channel * layout.floatBits / 8, layout.floatBits) : 0;
                 rgb[c] = value > 0 ? std::min(value, 1e30) : 0;  // not of what is no number
             }
             linearToRgbe(rgb, to);
@@ -71,11 +67,66 @@ void convert(ByteSpan from, const TexelLayout& layout, std::byte* to) {
     }
 }
 
+/// A slice of blocks that become texels. Empty, or why the file is not read.
+std::string_view decodeBlocks(ByteSpan from, const TexelLayout& layout, std::size_t width, std::size_t height,
+                              std::byte* to) {
+    std::array<std::byte, 4 * 12 * 12> texels{};
+    const std::byte* block = from.data();
+    for (std::size_t top = 0; top < height; top += layout.blockHeightPx)
+        for (std::size_t left = 0; left < width; left += layout.blockWidthPx, block += layout.bytes) {
+            if (const std::string_view why = layout.decode(block, texels.data()); !why.empty()) return why;
+            // What lies beyond the last column or row is nobody's.
+            const std::size_t columns = std::min(layout.blockWidthPx, width - left),
+                              rows = std::min(layout.blockHeightPx, height - top);
+            for (std::size_t y = 0; y < rows; ++y)
+                std::memcpy(to + 4 * ((top + y) * width + left), &texels[4 * y * layout.blockWidthPx], 4 * columns);
+        }
+    return {};
+}
+
+void turnRows(DecodedImage& image) {
+    const std::size_t row = static_cast<std::size_t>(image.widthPx) * 4,
+                      rows = static_cast<std::size_t>(image.heightPx);
+    for (std::size_t from = 0; from < image.rgba.size(); from += row * rows)
+        for (std::size_t y = 0; y < rows / 2; ++y)
+            std::swap_ranges(image.rgba.begin() + static_cast<std::ptrdiff_t>(from + y * row),
+                             image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (y + 1) * row),
+                             image.rgba.begin() + static_cast<std::ptrdiff_t>(from + (rows - 1 - y) * row));
+}
+
 }  // namespace
 
 TexelLayout TexelLayout::blocks(Encoding encoding) {
     return {.encoding = encoding,
-            .bytes = encoding == ImageMessage::BC1 || encoding == ImageMessage::BC4 ? std::size_t{8} : std::size_t{16}};
+            .bytes = encoding == ImageMessage::BC1 || encoding == ImageMessage::BC4 ? std::size_t{8} : std::size_t{16},
+            .blockWidthPx = 4,
+            .blockHeightPx = 4};
+}
+
+TexelLayout TexelLayout::etc(EtcFormat format) {
+    return {.bytes = etcBlockBytes(format),
+            .blockWidthPx = 4,
+            .blockHeightPx = 4,
+            .decode = [format](const std::byte* block, std::byte* rgba) {
+                decodeEtcBlock(format, block, rgba);
+                return std::string_view();
+            }};
+}
+
+TexelLayout TexelLayout::astc(std::size_t size, bool srgb) {
+    const auto [width, height] = kAstcSizes[size];
+    const AstcDecoder decoder(width, height, srgb ? AstcDecoder::Colours::kSrgb : AstcDecoder::Colours::kLinear);
+    return {.bytes = AstcDecoder::kBytes,
+            .blockWidthPx = width,
+            .blockHeightPx = height,
+            // A block that is none shows the specification's magenta.
+            .decode = [decoder](const std::byte* block, std::byte* rgba) {
+                return decoder.decode(block, rgba) == AstcDecoder::Kind::kHdr
+                           ? std::string_view(
+                                 "of ASTC with a wide range of light (HDR), which is not read: .exr and "
+                                 ".hdr pictures are")
+                           : std::string_view();
+            }};
 }
 
 TexelLayout TexelLayout::bits(const std::string& order, const std::array<unsigned, 4>& widths) {
@@ -94,6 +145,12 @@ TexelLayout TexelLayout::floating(unsigned bits, unsigned count) {
     return {.encoding = ImageMessage::RGBE, .bytes = std::size_t{bits / 8} * count, .floatBits = bits, .floats = count};
 }
 
+std::uint64_t TextureFile::partBytes(std::uint64_t level) const {
+    const auto units = [level](std::uint64_t px, std::uint64_t unit) { return (halved(px, level) + unit - 1) / unit; };
+    return units(widthPx, layout.blockWidthPx) * units(heightPx, layout.blockHeightPx) * layout.bytes *
+           halved(depthPx, level);
+}
+
 Expected<DecodedImage> decodeTexture(const TextureFile& file) {
     const auto bad = [&file](std::string why) {
         return fail(ErrorCode::kBadInput, fmt::format("{} {}", file.kind, std::move(why)));
@@ -110,16 +167,17 @@ Expected<DecodedImage> decodeTexture(const TextureFile& file) {
     if (solid && file.layout.encoding == ImageMessage::RGBE)
         return bad("is a solid of floats, which are for surroundings");
     const bool blocks = file.layout.encoding >= ImageMessage::BC1;
+    if (blocks && !file.fromTop) return bad("of blocks whose rows go upwards, which is not read");
     const auto most = static_cast<std::uint64_t>(std::bit_width(std::max({file.widthPx, file.heightPx, file.depthPx})));
     if (file.mipmaps > most) return bad(fmt::format("has {} mipmaps, of {} that its size has", file.mipmaps, most));
     // Of others they are made where they are drawn.
     const std::uint64_t levels = blocks ? std::max<std::uint64_t>(1, file.mipmaps) : 1, faces = cube ? 6 : 1;
     std::uint64_t total = 0;
-    for (std::uint64_t level = 0; level < levels; ++level)
-        total += sliceBytes(file, level) * halved(file.depthPx, level) * faces;
-    if (total > kMostBytes || total / file.layout.bytes * (blocks ? 0 : 4) > kMostBytes)
-        return fail(ErrorCode::kLimit,
-                    fmt::format("{} of {} MiB: up to {} can be read", file.kind, total >> 20, kMostBytes >> 20));
+    for (std::uint64_t level = 0; level < levels; ++level) total += file.partBytes(level) * faces;
+    const std::uint64_t pixels = file.widthPx * file.heightPx * file.depthPx * faces;
+    if (total > kMostBytes || (!blocks && 4 * pixels > kMostBytes))
+        return fail(ErrorCode::kLimit, fmt::format("{} of {} MiB: up to {} can be read", file.kind,
+                                                   std::max(total, blocks ? 0 : 4 * pixels) >> 20, kMostBytes >> 20));
     DecodedImage image{.widthPx = static_cast<int>(file.widthPx),
                        .heightPx = static_cast<int>(file.heightPx),
                        .encoding = file.layout.encoding,
@@ -128,17 +186,27 @@ Expected<DecodedImage> decodeTexture(const TextureFile& file) {
     image.mipmaps = static_cast<int>(levels);
     for (std::uint64_t level = 0; level < levels; ++level)
         for (std::uint64_t face = 0; face < faces; ++face) {
-            const Expected<ByteSpan> part =
-                file.part(level, face, sliceBytes(file, level) * halved(file.depthPx, level));
+            const Expected<ByteSpan> part = file.part(level, face, file.partBytes(level));
             if (!part) return tl::unexpected(part.error());
             const std::size_t at = image.rgba.size();
             if (blocks) {
                 image.rgba.insert(image.rgba.end(), part->begin(), part->end());
-            } else {
-                image.rgba.resize(at + part->size() / file.layout.bytes * 4);
-                convert(*part, file.layout, image.rgba.data() + at);
+                continue;
             }
+            image.rgba.resize(at + 4 * pixels / faces);
+            if (!file.layout.decode) {
+                convert(*part, file.layout, image.rgba.data() + at);
+                continue;
+            }
+            const std::size_t slice = part->size() / file.depthPx;
+            for (std::uint64_t z = 0; z < file.depthPx; ++z)
+                if (const std::string_view why =
+                        decodeBlocks(part->subspan(z * slice, slice), file.layout, file.widthPx, file.heightPx,
+                                     image.rgba.data() + at + z * 4 * file.widthPx * file.heightPx);
+                    !why.empty())
+                    return bad(std::string(why));
         }
+    if (!file.fromTop) turnRows(image);
     return image;
 }
 
