@@ -53,27 +53,33 @@ constexpr FormatRow kTable[] = {
      "one number a voxel, of any type; origin and spacing",
      "packed data, several numbers a voxel, turned axes; of VTK all but structured points"},
     {"FBX", "fbx", "assimp",
-     "nodes, meshes, materials with pictures, embedded ones too, skins, morph targets, animations",
-     "cameras, lights, NURBS, curves, constraints, animated weights of targets of several steps"},
+     "nodes, meshes, materials with pictures, embedded ones too, skins, morph targets, animations, cameras, lights (a "
+     "distance of decay is where light is halved)",
+     "NURBS, curves, constraints, animated weights of targets of several steps"},
     {"Collada", "dae zae xml", "assimp",
-     "nodes, meshes, two sets of texture coordinates, materials with pictures, skins, animations",
-     "cameras, lights, morph targets, splines, physics"},
-    {"Blender", "blend", "assimp", "nodes, meshes and materials of Blender 2.4 to 2.7, pictures inside, also in gzip",
-     "cameras, lights, animations, bones, modifiers but Mirror and Subdivision, node materials. Of newer "
+     "nodes, meshes, two sets of texture coordinates, materials with pictures, skins, animations, cameras, lights but "
+     "ambient ones",
+     "morph targets, splines, physics, soft edges of spots, the angle of cameras without a name"},
+    {"Blender", "blend", "assimp",
+     "nodes, meshes, materials, cameras and lamps of Blender 2.4 to 2.7, pictures inside, also in gzip",
+     "the lens of a camera but of few versions, the kind of a lamp but points, suns and areas, animations, bones, "
+     "modifiers but Mirror and Subdivision, node materials. Of newer "
      "versions little or nothing: export .glb there"},
-    {"3D Studio", "3ds prj ase ask", "assimp", "nodes, meshes, materials with pictures, animations of nodes",
-     "cameras, lights"},
+    {"3D Studio", "3ds prj ase ask", "assimp",
+     "nodes, meshes, materials with pictures, animations of nodes, lights, cameras of ase",
+     "of 3ds with key frames where cameras and spots look: such cameras are left out; ranges of lights"},
     {"LightWave, Modo", "lwo lxo lws mot", "assimp",
-     "layers, meshes, materials with pictures, of scenes (.lws) motions of nodes",
-     "cameras, lights, procedural textures, projections (shown by the mesh's own coordinates), bones"},
+     "layers, meshes, materials with pictures, of scenes (.lws) motions of nodes, cameras, lights",
+     "the zoom of cameras, which are 45 degrees wide, ranges of lights, procedural textures, projections (shown by the "
+     "mesh's own coordinates), bones"},
     {"DirectX", "x", "assimp", "nodes, meshes, materials with pictures, skins, animations",
      "cameras and lights, which the format has not"},
-    {"OpenGEX", "ogex", "assimp", "nodes, meshes, materials with pictures", "cameras, lights, skins, animations"},
+    {"OpenGEX", "ogex", "assimp", "nodes, meshes, materials with pictures, cameras", "lights, skins, animations"},
     {"3MF, AMF", "3mf amf", "assimp",
      "objects and where they are built, colours, base materials; of AMF constellations and textures",
      "of 3MF textures, lattices, slices; of AMF curved triangles"},
     {"AC3D", "ac ac3d acc", "assimp",
-     "nodes, surfaces, lines, materials, one picture an object, subdivision as triangles", "lights; files in UTF-16"},
+     "nodes, surfaces, lines, materials, one picture an object, subdivision as triangles, lights", "files in UTF-16"},
     {"Buildings: IFC, STEP", "ifc ifczip step stp", "assimp",
      "of IFC 2x3 its tree with names, walls, slabs and openings as triangles, plain materials",
      "IFC 4 for the most part, properties, curved surfaces; other STEP files are refused"},
@@ -102,8 +108,10 @@ constexpr FormatRow kTable[] = {
     {"Ogre", "mesh mesh.xml", "assimp", "meshes, their materials beside the file, skeletons and their animations",
      "levels of detail, poses"},
     {"trueSpace, XGL, Silo, Nendo, Quick3D, NFF, Irrlicht", "cob scn xgl zgl sib ndo q3o q3s enff nff irr irrmesh",
-     "assimp", "nodes and meshes; materials and pictures where the format has them",
-     "cameras, lights, subdivision of sib. Irrlicht's files are refused for the most part: assimp 5.2.5 does "
+     "assimp",
+     "nodes and meshes; materials and pictures where the format has them; lights and cameras of nff, sib",
+     "lights and cameras of the others, subdivision of sib. Irrlicht's files are refused for the most part: assimp "
+     "5.2.5 does "
      "not read their XML"},
     {"Unreal, Terragen, RAW, assbin", "3d uc ter raw assbin", "assimp",
      "one mesh of triangles, or a height field; of assbin what assimp wrote",

@@ -20,6 +20,7 @@
 #include "server/import/reader/AssimpMaterials.h"
 #include "server/import/reader/AssimpMending.h"
 #include "server/import/reader/AssimpMotion.h"
+#include "server/import/reader/AssimpSights.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
@@ -41,33 +42,34 @@ public:
         : source_(scene),
           limits_(limits),
           materials_(scene, files, limits, sidesUnknown, scene_),
-          motion_(scene, scene_, lowerEnding) {}
+          motion_(scene, scene_, lowerEnding),
+          sights_(scene, scene_, lowerEnding) {}
 
     Expected<PlainScene> convert() {
-        if (source_.mNumCameras > 0) scene_.note("cameras of this format are left out");
-        if (source_.mNumLights > 0) scene_.note("lights of this format are left out");
         for (unsigned i = 0; i < source_.mNumMeshes; ++i) convertMesh(i);
         // A root that does nothing but hold the rest is not worth a level.
         const aiNode& root = *source_.mRootNode;
-        if (root.mTransformation.IsIdentity() && root.mNumMeshes == 0 && !motion_.isNamed(root)) {
+        if (root.mTransformation.IsIdentity() && root.mNumMeshes == 0 && !motion_.isNamed(root) &&
+            !sights_.isNamed(root)) {
             for (unsigned i = 0; i < root.mNumChildren; ++i)
                 if (Expected<void> done = convertNode(
-                        *root.mChildren[i], [this] { return scene_.file.add_node(); }, 1);
+                        *root.mChildren[i], [this] { return scene_.file.add_node(); }, Affine3d::Identity(), 1);
                     !done)
                     return tl::unexpected(done.error());
         } else if (Expected<void> done = convertNode(
-                       root, [this] { return scene_.file.add_node(); }, 1);
+                       root, [this] { return scene_.file.add_node(); }, Affine3d::Identity(), 1);
                    !done) {
             return tl::unexpected(done.error());
         }
         motion_.finish();
+        sights_.finish();
         materials_.finish();
         return std::move(scene_);
     }
 
 private:
     Expected<void> convertNode(const aiNode& node, const std::function<proto::scene::Node*()>& make,
-                               std::size_t depth) {
+                               const Affine3d& world_T_parent, std::size_t depth) {
         if (depth > limits_.maxDepth)
             return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
         if (++nodes_ > limits_.maxNodes)
@@ -75,6 +77,8 @@ private:
         const Affine3d map = affineOf(node.mTransformation);
         if (!map.matrix().allFinite()) return fail(ErrorCode::kBadInput, "a node has a transform that is not finite");
         proto::scene::Node* placed = motion_.place(make, foreignName(node.mName.C_Str(), "node"), node, map);
+        const Affine3d world_T_node = world_T_parent * map;
+        sights_.add(node, world_T_node, *placed);
         for (unsigned i = 0; i < node.mNumMeshes; ++i) {
             const unsigned mesh = node.mMeshes[i];
             if (usable_.count(mesh) == 0) continue;
@@ -90,7 +94,7 @@ private:
         }
         for (unsigned i = 0; i < node.mNumChildren; ++i)
             if (Expected<void> done = convertNode(
-                    *node.mChildren[i], [placed] { return placed->add_node(); }, depth + 1);
+                    *node.mChildren[i], [placed] { return placed->add_node(); }, world_T_node, depth + 1);
                 !done)
                 return done;
         return {};
@@ -170,6 +174,7 @@ private:
     PlainScene scene_;
     AssimpMaterials materials_;
     AssimpMotion motion_;
+    AssimpSights sights_;
     std::set<unsigned> usable_;
     std::size_t nodes_ = 0;
 };

@@ -11,9 +11,6 @@
 namespace tessera {
 namespace {
 
-/// Beyond, numbers of a light mean nothing to a picture.
-constexpr double kUtmostLight = 1e15;
-
 float coneDegrees(double radians) {
     return static_cast<float>(std::clamp(radians * 180.0 / std::numbers::pi, 0.0, 90.0));
 }
@@ -198,7 +195,8 @@ void GltfReader::addLight(int index, const Affine3d& world_T_node, proto::scene:
         return scene_.note(
             fmt::format("light {} is left out: its colour is not three numbers from 0 to {}", index, kUtmostLight));
     const double strongest = light.color.empty() ? 1 : *std::ranges::max_element(light.color);
-    light_.add(light.intensity * strongest, light.type == "directional", world_T_node.translation(), bounds_);
+    light_.add(light.intensity * strongest, light.type == "directional" ? kNoFalloff : kInverseSquare,
+               world_T_node.translation(), bounds_);
     const auto angle = [](double radians) { return radians >= 0 && radians <= 0.5 * std::numbers::pi + 1e-6; };
     if (light.type == "spot" && !(angle(light.spot.innerConeAngle) && angle(light.spot.outerConeAngle)))
         scene_.note(fmt::format("light {} has a cone beyond 0 to 90 degrees: the nearest is taken", index));

@@ -8,14 +8,6 @@
 #include "server/import/reader/CameraStand.h"
 
 namespace tessera {
-namespace {
-
-/// Times the light that makes a white surface white. Files that reckon without an exposure have less; a dim room, in
-/// lux, has more.
-constexpr double kDazzling = 20;
-
-}  // namespace
-
 bool addModelCamera(const ModelCamera& camera, const Affine3d& world_T_node, const Box& bounds, PlainScene& scene,
                     proto::scene::Node& node) {
     const bool perspective = camera.fieldOfView.has_value();
@@ -32,16 +24,16 @@ bool addModelCamera(const ModelCamera& camera, const Affine3d& world_T_node, con
     return true;
 }
 
-void ModelLight::add(double intensity, bool directional, const Vec3d& at, const Box& bounds) {
+void ModelLight::add(double intensity, const Vec3d& falloff, const Vec3d& at, const Box& bounds) {
     // Within the model it is as if the light were half way out.
     const double reach = bounds.empty() ? 0 : 0.25 * bounds.size().norm();
     const Vec3d middle = bounds.empty() ? Vec3d(Vec3d::Zero()) : bounds.center();
     const double distance = std::max({(at - middle).norm(), reach, 1e-9});
-    illuminance_ += intensity / (directional ? 1 : distance * distance);
+    illuminance_ += intensity / falloff.dot(Vec3d(1, distance, distance * distance));
 }
 
-void ModelLight::addExposure(PlainScene& scene) const {
-    if (illuminance_ <= kDazzling) return;
+void ModelLight::addExposure(PlainScene& scene, double dazzling) const {
+    if (illuminance_ <= dazzling) return;
     proto::scene::Node& node = *scene.file.add_node();
     node.set_name("exposure");
     node.mutable_environment()->set_metered(true);

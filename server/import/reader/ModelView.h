@@ -20,14 +20,20 @@ struct ModelCamera {
 bool addModelCamera(const ModelCamera& camera, const Affine3d& world_T_node, const Box& bounds, PlainScene& scene,
                     proto::scene::Node& node);
 
+/// Beyond, numbers of a light mean nothing to a picture.
+inline constexpr double kUtmostLight = 1e15;
+/// 1 / (x + y d + z d²) at distance d, as a PointLight has it.
+inline const Vec3d kNoFalloff{1, 0, 0}, kInverseSquare{0, 0, 1};
+
 /// All lights of a model together.
 class ModelLight {
 public:
     /// Lux, or candela at one metre; here 1 of either makes a white surface white. `at`: where it stands in the world.
-    void add(double intensity, bool directional, const Vec3d& at, const Box& bounds);
+    void add(double intensity, const Vec3d& falloff, const Vec3d& at, const Box& bounds);
     /// Numbers of real lights are lux and candela that somebody has measured: only an exposure makes a picture of them.
-    /// Adds an Environment that is metered, and says so, where there are such.
-    void addExposure(PlainScene& scene) const;
+    /// Adds an Environment that is metered, and says so, where there are such: `dazzling` times the light that makes a
+    /// white surface white. Files that reckon without an exposure have less; a dim room, in lux, has more.
+    void addExposure(PlainScene& scene, double dazzling = 20) const;
 
 private:
     double illuminance_ = 0;  ///< in the middle of the model

@@ -61,7 +61,8 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Affine3d& 
     if (lightNumber(prim, "enableColorTemperature", 0) != 0)
         remarks_.add("colour temperatures of lights are left out", prim.path());
     const auto lit = [&](double intensity, bool directional) {
-        lights_.push_back({intensity * color.maxCoeff(), directional, world_T_prim.translation()});
+        lights_.push_back(
+            {intensity * color.maxCoeff(), directional ? kNoFalloff : kInverseSquare, world_T_prim.translation()});
     };
     if (type == "DomeLight" || type == "DomeLight_1") {
         if (Expected<void> done = addDome(prim, world_T_prim, said, color); !done) return tl::unexpected(done.error());

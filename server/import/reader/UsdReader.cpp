@@ -187,7 +187,7 @@ Expected<PlainScene> UsdReader::read() {
     if (Expected<void> done = walkChildren(**root, above); !done) return tl::unexpected(done.error());
     addCameras();
     addAnimation();
-    for (const Light& light : lights_) light_.add(light.intensity, light.directional, light.at, bounds_);
+    for (const Light& light : lights_) light_.add(light.intensity, light.falloff, light.at, bounds_);
     if (!dome_) light_.addExposure(scene_);
     materials_.finish();
     for (std::string& line : remarks_.lines()) scene_.note(std::move(line));

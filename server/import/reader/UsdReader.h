@@ -87,7 +87,7 @@ private:
     ModelLight light_;
     struct Light {
         double intensity;
-        bool directional;
+        Vec3d falloff;
         Vec3d at;
     };
     std::vector<Light> lights_;
