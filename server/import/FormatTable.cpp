@@ -77,7 +77,7 @@ constexpr FormatRow kTable[] = {
     {"OpenGEX", "ogex", "assimp", "nodes, meshes, materials with pictures, cameras", "lights, skins, animations"},
     {"3MF, AMF", "3mf amf", "assimp",
      "objects and where they are built, colours, base materials; of AMF constellations and textures",
-     "of 3MF textures, lattices, slices; of AMF curved triangles"},
+     "of 3MF textures, lattices, slices; of AMF curved triangles, and volumes of an object but the first"},
     {"AC3D", "ac ac3d acc", "assimp",
      "nodes, surfaces, lines, materials, one picture an object, subdivision as triangles, lights", "files in UTF-16"},
     {"Buildings: IFC, STEP", "ifc ifczip step stp", "assimp",

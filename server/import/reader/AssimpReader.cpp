@@ -24,6 +24,7 @@
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ObjMaterials.h"
 #include "server/import/reader/ReadScene.h"
+#include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
 #include "server/import/reader/VolumeFiles.h"
 
@@ -33,6 +34,16 @@ namespace {
 /// Points that no face names.
 bool isBarePoints(const aiMesh& mesh) {
     return mesh.mNumFaces == 0 && mesh.mNumVertices > 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
+}
+
+/// Its vertices are named by number: none may become several.
+bool isDeformed(const aiMesh& mesh) {
+    return mesh.HasBones() || mesh.mNumAnimMeshes > 0;
+}
+
+/// Assimp's reader of AMF gives a mesh that has no colours such: black, and nothing of it.
+bool saysNothing(std::span<const aiColor4D> colors) {
+    return std::ranges::all_of(colors, [](const aiColor4D& c) { return c.r == 0 && c.g == 0 && c.b == 0 && c.a == 0; });
 }
 
 class AssimpConverter {
@@ -139,7 +150,7 @@ private:
             if (mesh.HasTextureCoords(set))
                 for (const unsigned v : vertices)
                     texcoords->insert(texcoords->end(), {mesh.mTextureCoords[set][v].x, mesh.mTextureCoords[set][v].y});
-        if (mesh.HasVertexColors(0))
+        if (mesh.HasVertexColors(0) && !saysNothing(std::span(mesh.mColors[0], mesh.mNumVertices)))
             for (const unsigned v : vertices) {
                 const aiColor4D& c = mesh.mColors[0][v];
                 for (const float part : {c.r, c.g, c.b, c.a})
@@ -151,6 +162,9 @@ private:
             if (const std::string leftOut = keepSoundParts(data, fmt::format("mesh {}", index)); !leftOut.empty())
                 scene_.noteMissing(leftOut);
         if (data.empty()) return;
+        // Assimp's own have edges where a mesh has a vertex for each corner, and of some formats it has not.
+        if (data.normals.empty() && data.primitive == Primitive::kTriangles && !limits_.verbatim && !isDeformed(mesh))
+            setSmoothNormals(data);
         usable_.insert(index);
         scene_.addModelMesh(fmt::format("mesh {}", index), std::move(data), limits_);
     }
@@ -229,6 +243,24 @@ void hangUnderParents(const aiScene& scene) {
         node->mChildren = own.empty() ? nullptr : new aiNode*[own.size()];
         std::ranges::copy(own, node->mChildren);
     }
+}
+
+bool lacksNormalsOfDeformed(const aiScene& scene) {
+    return std::ranges::any_of(std::span(scene.mMeshes, scene.mNumMeshes),
+                               [](const aiMesh* mesh) { return isDeformed(*mesh) && !mesh->HasNormals(); });
+}
+
+/// Assimp 5.2.5 takes the first volume of an object of AMF, and says nothing.
+void noteLostVolumes(const std::string& path, std::size_t maxBytes, const aiScene& scene, PlainScene& to) {
+    const Expected<Bytes> bytes = readOrdinaryFile(path, maxBytes);
+    if (!bytes) return;
+    constexpr std::string_view kTriangle = "<triangle>";
+    const std::string_view text = asText(*bytes);
+    std::size_t said = 0, there = 0;
+    for (std::size_t at = text.find(kTriangle); at != text.npos; at = text.find(kTriangle, at + 1)) ++said;
+    for (const aiMesh* mesh : std::span(scene.mMeshes, scene.mNumMeshes)) there += mesh->mNumFaces;
+    if (there < said)
+        to.noteMissing(fmt::format("{} of its {} triangles are shown: of an object's volumes the first", there, said));
 }
 
 /// As proto/scene.proto has it, once assimp has read the file.
@@ -313,8 +345,8 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     const bool bare = scene != nullptr && scene->mNumMeshes > 0 &&
                       std::all_of(scene->mMeshes, scene->mMeshes + scene->mNumMeshes,
                                   [](const aiMesh* mesh) { return isBarePoints(*mesh); });
-    const unsigned ofFaces =
-        toTriangles | aiProcess_GenSmoothNormals | aiProcess_GenUVCoords | aiProcess_ValidateDataStructure;
+    const unsigned ofFaces = toTriangles | aiProcess_GenUVCoords | aiProcess_ValidateDataStructure |
+                             (scene != nullptr && lacksNormalsOfDeformed(*scene) ? aiProcess_GenSmoothNormals : 0u);
     if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_FlipUVs | (bare ? 0u : ofFaces));
     if (scene != nullptr && !bare) scene = joinEqualVertices(importer);
     std::string reason = firstLine(importer.GetErrorString());
@@ -356,6 +388,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     for (const std::string& note : leftOut) converted->noteMissing(note);
     converted->missing.insert(converted->missing.end(), before.missing().begin(), before.missing().end());
     if (mended) converted->note(*mended);
+    if (lower == ".amf") noteLostVolumes(path, limits.maxFileBytes, *scene, *converted);
     if (lower == ".obj") noteObjMaterials(before.objNames(), files, *converted);
     converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;
