@@ -441,6 +441,11 @@ int main(int argc, char** argv) {
     const Option radius =
         options.option("--point-radius", arguments.pointRadius, "Of all their points, in their files' own units")
             .typeName("R");
+    options
+        .option("--variant", arguments.placing.variants,
+                "Of USD: prim P shows variant N of its set S, as\n/Chair:color=red; may be repeated")
+        .typeName("P:S=N")
+        .oneEach();
     options.option("--listen", arguments.listen, "Where hosts dial in (127.0.0.1:0)").typeName("ADDR:PORT");
     options
         .option("--console", arguments.console,

@@ -165,6 +165,11 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         load->add_option("--point-radius", in.loadRadius, "Of all its points, in the file's own units")
             ->type_name("R")
             ->check(numberFault);
+    load->add_option("--variant", in.load.placing.variants,
+                     "Of USD: prim P shows variant N of its set S, as\n/Chair:color=red; may be repeated")
+        ->type_name("P:S=N")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     when(load, [&]() -> Expected<Verb> {
         Placing& placing = in.load.placing;
         if (*loadAt) placing.at = vector3(in.loadAt);

@@ -23,6 +23,16 @@ Expected<void> checkPlacing(const Placing& placing) {
         return fail(ErrorCode::kBadInput,
                     fmt::format("a radius of points of {:g}: it has to be above 0 and at most {:g}",
                                 *placing.pointRadius, kMaxPlacedRadius));
+    if (placing.variants.size() > kMostVariants)
+        return fail(ErrorCode::kLimit,
+                    fmt::format("{} variants, at most {} are allowed", placing.variants.size(), kMostVariants));
+    for (const std::string& variant : placing.variants) {
+        const std::size_t set = variant.find(':');
+        if (!variant.starts_with('/') || set == std::string::npos || variant.find('=', set) == std::string::npos ||
+            variant.size() > kMostVariantBytes)
+            return fail(ErrorCode::kBadInput, fmt::format("the variant '{}' is not PRIM:SET=NAME, as /Chair:color=red",
+                                                          variant.substr(0, kMostVariantBytes)));
+    }
     return {};
 }
 
@@ -34,6 +44,7 @@ std::string optionsText(const Placing& placing) {
     if (placing.fit) say(fmt::format("--fit {}", *placing.fit));
     if (placing.up != UpAxis::kOfFile) say(placing.up == UpAxis::kZ ? "--up z" : "--up y");
     if (placing.pointRadius) say(fmt::format("--point-radius {}", *placing.pointRadius));
+    for (const std::string& variant : placing.variants) say("--variant " + variant);
     return text;
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/base/Error.h"
 #include "common/math/Types.h"
@@ -21,6 +22,8 @@ struct Placing {
     UpAxis up = UpAxis::kOfFile;
     std::optional<double>
         pointRadius;  ///< above 0, in the file's own units: of all its points, whatever it says of them
+    /// Of USD's files what is shown of their variants, whatever they say: "/Chair:color=red".
+    std::vector<std::string> variants;
 
     /// Whether a person has said anything of where it stands.
     [[nodiscard]] bool said() const { return at || scale || fit || up != UpAxis::kOfFile; }
@@ -31,6 +34,8 @@ struct Placing {
 
 /// Where anything may be placed, and how large or small it may become.
 inline constexpr double kMaxPlacingCoordinate = 1e15, kMaxPlacingScale = 1e12, kMaxPlacedRadius = 1e12;
+/// So many variants may be chosen, of so many letters each.
+inline constexpr std::size_t kMostVariants = 100, kMostVariantBytes = 1000;
 
 /// What is wrong with it.
 [[nodiscard]] Expected<void> checkPlacing(const Placing& placing);

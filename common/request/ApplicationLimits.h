@@ -31,9 +31,10 @@ struct ApplicationLimits {
     std::size_t maxPoses = 1024;    ///< heads, and wands
     std::size_t maxAxes = 64;       ///< of one wand
     std::size_t maxPeople = 1024;
-    std::size_t maxNotes = 100;    ///< of one file that was loaded
-    std::size_t maxControls = 64;  ///< of one panel; of one of these options, and fields that it sets
-    std::size_t maxNumbers = 4;    ///< of one field of these
+    std::size_t maxNotes = 100;     ///< of one file that was loaded
+    std::size_t maxVariants = 100;  ///< chosen of one file that is loaded
+    std::size_t maxControls = 64;   ///< of one panel; of one of these options, and fields that it sets
+    std::size_t maxNumbers = 4;     ///< of one field of these
 };
 
 }  // namespace tessera

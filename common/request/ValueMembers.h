@@ -50,7 +50,11 @@ struct MembersOf<Placing> {
                               .in("units of the file")
                               .between(0, kMaxPlacedRadius)
                               .butNotZero()
-                              .said("of all its points"));
+                              .said("of all its points"),
+                          // 6 would be LoadFile's `reload`.
+                          member<&Placing::variants>(7, "variants")
+                              .atMost(&ApplicationLimits::maxVariants)
+                              .said("of USD's prims: /Chair:color=red"));
     }
 };
 

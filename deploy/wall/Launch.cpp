@@ -111,6 +111,7 @@ Expected<WallRunOptions> runOptions(const LaunchOptions& options, const Wall& wa
     add("--up", options.up);
     add("--fit", options.fit);
     add("--point-radius", options.pointRadius);
+    for (const std::string& variant : options.variants) add("--variant", variant);
     if (!options.at.empty()) {
         s.emplace_back("--at");
         s.insert(s.end(), options.at.begin(), options.at.end());

@@ -17,6 +17,7 @@ struct LaunchOptions {
     std::vector<std::string> scenes;
     // Of the server: how each scene stands; empty: as its file says.
     std::string up, fit, pointRadius;
+    std::vector<std::string> variants;
     std::vector<std::string> at;
     std::uint64_t frames = 120;    ///< 0: until it is stopped
     std::string size;              ///< empty: the wall's own

@@ -66,6 +66,11 @@ int main(int argc, char** argv) {
     commandLine.option("--point-radius", options.pointRadius, "Of all their points, in their files' own units")
         .typeName("R")
         .number();
+    commandLine
+        .option("--variant", options.variants,
+                "Of USD: prim P shows variant N of its set S, as\n/Chair:color=red; may be repeated")
+        .typeName("P:S=N")
+        .oneEach();
     const Option frames =
         commandLine.option("--frames", options.frames, "Frames to show (120; with --window or\n--start until stopped)")
             .typeName("N")

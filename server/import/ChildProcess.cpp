@@ -59,6 +59,10 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     if (options.allowUnconfined) arguments.emplace_back("--allow-unconfined");
     if (options.verbatim) arguments.emplace_back("--verbatim");
     if (options.whole) arguments.emplace_back("--whole");
+    for (const std::vector<std::string>* variants :
+         {&options.variants, options.placing ? &options.placing->variants : nullptr})
+        for (std::size_t i = 0; variants != nullptr && i < variants->size(); ++i)
+            arguments.insert(arguments.end(), {"--variant", (*variants)[i]});
     Expected<ChildProgram> child = ChildProgram::start(
         {.path = program, .arguments = std::move(arguments), .environment = {}, .files = {{writeEnd.get(), 1}}});
     if (!child) return fail(child.error().code, "files cannot be imported: " + child.error().message);

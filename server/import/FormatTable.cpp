@@ -26,13 +26,13 @@ constexpr FormatRow kTable[] = {
      "file's own choice. Of orthographic cameras a picture in perspective arrives. A file that insists on another "
      "extension is refused"},
     {"USD", "usd usda usdc usdz", "our own; liblz4",
-     "layers, references, payloads, inherits, specializes, variants, files without defaultPrim, all transforms and "
-     "their samples as an Animation, units and up axis, visibility, polygons with every interpolation, subsets, "
-     "subdivision surfaces, points, linear curves, six shapes, instances, UsdPreviewSurface with its pictures, "
-     "displayColor, lights, cameras",
-     "skeletons, blend shapes, MaterialX, NURBS, cubic curves, volumes, value clips, colour temperature, points that "
-     "move, texture coordinates of subdivision surfaces (a mesh with pictures is shown as its polygons), what lies "
-     "outside the file's folder"},
+     "layers, references, payloads, inherits, specializes, variants (--variant PRIM:SET=NAME chooses others), files "
+     "without defaultPrim, all transforms and their samples as an Animation, units and up axis, visibility, polygons "
+     "with every interpolation, inherited primvars, subsets, subdivision surfaces, points, curves as lines, six "
+     "shapes, instances, UsdPreviewSurface with its pictures, displayColor, lights, cameras",
+     "skeletons, blend shapes, MaterialX, NURBS, widths of curves, volumes, value clips, relocates, splines, "
+     "collections, colour temperature, points that move, texture coordinates of subdivision surfaces (a mesh with "
+     "pictures is shown as its polygons), what lies outside the file's folder"},
     {"Wavefront OBJ", "obj", "our own; material libraries by assimp",
      "objects, groups, polygons, lines, points, texture coordinates, normals, colours of vertices, materials with "
      "their pictures of colour, normals, glow, metal and roughness, free-form surfaces with trims",

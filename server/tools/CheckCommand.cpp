@@ -70,6 +70,11 @@ Expected<std::variant<CheckArguments, CheckText>> parseCheckArguments(const std:
         "--formats", formats,
         "Prints the tables of formats: what of each\narrives, and what does not; what each that is\nwritten keeps");
     options
+        .option("--variant", out.variants,
+                "Of USD: prim P shows variant N of its set S, as\n/Chair:color=red; may be repeated")
+        .typeName("P:S=N")
+        .oneEach();
+    options
         .option("--import-memory", out.importMemoryMib,
                 "What reading one file may take at least;\nlarge ones may take more by themselves")
         .typeName("MIB")
@@ -147,6 +152,7 @@ CheckResult checkFile(const std::string& path, const CheckArguments& arguments) 
         if (namesForeignWall(path)) return bad(made.error());
     }
     ImportOptions import{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+    import.variants = arguments.variants;
     if (arguments.importMemoryMib > 0) import.maxMemoryBytes = arguments.importMemoryMib << 20;
     const Expected<FileScene> file = importAsScene(path, import);
     if (!file) return bad(file.error());

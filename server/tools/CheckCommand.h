@@ -17,6 +17,7 @@ struct CheckArguments {
     bool machine = false;  ///< this machine is looked at, and no file
     bool allowUnconfined = false;
     std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
+    std::vector<std::string> variants;
 };
 /// What --help, --version, --schema or --formats asked for.
 struct CheckText {

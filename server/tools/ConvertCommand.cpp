@@ -111,6 +111,11 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         .required();
     commandLine.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
     commandLine
+        .option("--variant", out.variants,
+                "Of USD: prim P shows variant N of its set S, as\n/Chair:color=red; may be repeated")
+        .typeName("P:S=N")
+        .oneEach();
+    commandLine
         .option("--import-memory", out.importMemoryMib,
                 "What reading one file may take at least;\nlarge ones may take more by themselves")
         .typeName("MIB")
@@ -177,6 +182,7 @@ int runConvert(const std::vector<std::string>& words) {
         const auto& arguments = std::get<ConvertArguments>(*parsed);
         if (makesWall(arguments)) return convertWall(arguments);
         ImportOptions import{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+        import.variants = arguments.variants;
         if (arguments.importMemoryMib > 0) import.maxMemoryBytes = arguments.importMemoryMib << 20;
         Expected<FileScene> file = importAsScene(arguments.in, import);
         if (!file) return tl::unexpected(file.error());

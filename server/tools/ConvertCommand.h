@@ -17,6 +17,7 @@ struct ConvertArguments {
     std::vector<std::string> assets;
     bool allowUnconfined = false;
     std::size_t importMemoryMib = 0;  ///< 0: as ImportOptions has it
+    std::vector<std::string> variants;
     std::optional<OptimiseOptions> optimise;
     std::optional<ExportOptions> leaves;  ///< for a file of other programs
 };

@@ -523,8 +523,8 @@ MORE_LINES = [
                 "--listen 127.0.0.1:$PORT --no-input --no-notices --restart "
                 "--allow-unconfined-import --import-memory 4096 --insecure",
      ("$T/a/wall.png", "$T/a/report.json", "$T/yard.tsr")),
-    ("Options", "./deploy/run-wall --no-install --scene tests/data/scenes/yard.tsct --wall 1x1 --size 64x36 --frames "
-                "2 --journal $T/journal --surface egl --device 0 --output $T/b "
+    ("Options", "./deploy/run-wall --no-install --scene tests/data/usd/cart.usda --wall 1x1 --size 64x36 --frames "
+                "2 --journal $T/journal --surface egl --device 0 --output $T/b --variant /Cart:load=none "
                 "--up z --at 0 1 0 --fit 3 --point-radius 0.01 --verbose --audit $T/audit.log --uploads $T/uploads "
                 "--uploads-mib 10 --reload", ("$T/b/wall.png", "$T/journal")),
     # No host of this wall names a machine, so that no ssh is called.

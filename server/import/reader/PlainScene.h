@@ -22,6 +22,7 @@ struct ReadLimits {
     std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded
     bool verbatim = false;                             ///< see ImportOptions
     bool whole = false;                                ///< see ImportOptions
+    std::vector<std::string> variants;                 ///< see ImportOptions
 };
 
 struct PlainScene {

@@ -32,16 +32,16 @@ Expected<PlainScene> readMesh(const std::string& path, const std::string& extens
     return fail(ErrorCode::kUnsupported, "none of these");
 }
 
-}  // namespace
+bool isUsdFile(const std::string& extension) {
+    return extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz";
+}
 
-Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
-    const std::string extension = extensionOf(path);
+Expected<PlainScene> readByEnding(const std::string& path, const std::string& extension, const ReadLimits& limits) {
     if (extension == "tsct") return readSceneText(path, limits);
     if (extension == "tsc") return readSceneBinary(path, limits);
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
-    if (extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz")
-        return readUsd(path, limits);
+    if (isUsdFile(extension)) return readUsd(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;
@@ -56,6 +56,16 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
         if (text || text.error().code != ErrorCode::kUnsupported) return text;
     }
     return readWithAssimp(path, limits);
+}
+
+}  // namespace
+
+Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits) {
+    const std::string extension = extensionOf(path);
+    Expected<PlainScene> scene = readByEnding(path, extension, limits);
+    if (scene && !limits.variants.empty() && !isUsdFile(extension))
+        scene->note("--variant does nothing here: files of USD alone have variants");
+    return scene;
 }
 
 }  // namespace tessera

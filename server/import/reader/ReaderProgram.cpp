@@ -35,6 +35,7 @@ constexpr std::string_view kOptions =
     "  --nodes N, --depth N bounds on the scene\n"
     "  --verbatim           geometry exactly as the file has it, polygons fanned\n"
     "  --whole              refuses files of which triangles or points are not there\n"
+    "  --variant P:S=N      of USD: prim P shows variant N of its set S; repeatable\n"
     "  --parent PID         ends when this process does\n"
     "  --allow-unconfined   reads even where the system cannot confine\n"
     "  --endings            the endings of all files that are read, a line each\n"
@@ -113,6 +114,10 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
         const std::string_view value = arguments[++i];
         if (name == "--file") {
             result.file = value;
+            continue;
+        }
+        if (name == "--variant") {
+            result.limits.variants.emplace_back(value);
             continue;
         }
         std::uint64_t number = 0;

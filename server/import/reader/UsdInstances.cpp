@@ -96,8 +96,8 @@ std::vector<double> instanceNumbers(const UsdComposedPrim& prim, std::string_vie
 
 InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks) {
     InstancePlaces places;
-    const std::vector<double> indices = instanceNumbers(prim, "protoIndices", remarks);
-    for (const double index : indices) places.prototypes.push_back(static_cast<std::int32_t>(index));
+    for (const double index : instanceNumbers(prim, "protoIndices", remarks))
+        places.prototypes.push_back(index >= 0 && index < 1e9 ? static_cast<std::int32_t>(index) : -1);
     places.positions = instanceNumbers(prim, "positions", remarks);
     for (const char* name : {"orientationsf", "orientations"})
         if (places.orientations.empty()) places.orientations = instanceNumbers(prim, name, remarks);
@@ -123,7 +123,8 @@ InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks
 }  // namespace
 
 Expected<UsdReader::Prototype> UsdReader::prototype(const std::string& path, const Above& inside) {
-    const std::string key = path + "\n" + inside.material;
+    const std::string key =
+        fmt::format("{}\n{} {}{}", path, inside.material, inside.materialHolds, usdPrintOf(inside.primvars.get()));
     if (const auto known = prototypes_.find(key); known != prototypes_.end()) return known->second;
     Prototype made;
     const Expected<UsdStage::Prim> prim = stage_.at(path);
@@ -146,9 +147,9 @@ Expected<UsdReader::Prototype> UsdReader::prototype(const std::string& path, con
     made.bounds = std::exchange(bounds_, bounds);
     openPrototypes_.erase(path);
     if (!walked) return tl::unexpected(walked.error());
-    made.glyph = glyphOf(definition);
     if (definition.node_size() > 0) {
         made.definition = definition.name();
+        made.number = scene_.file.definition_size();
         *scene_.file.add_definition() = std::move(definition);
     }
     prototypes_.emplace(key, made);
@@ -222,9 +223,10 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
             places.shown[i] && places.prototypes[i] >= 0 && which < prototypes.size() && places.stands(i))
             bounds_.extend(prototypes[which].bounds.transformed(
                 inside.world_T_parent * composeTransform(places.position(i), places.orientation(i), places.scale(i))));
-    if (places.count() > kMostNodes)
-        for (std::size_t which = 0; which < prototypes.size(); ++which)
-            if (prototypes[which].glyph) addGlyphs(places, which, *prototypes[which].glyph, inside.make);
+    for (std::size_t which = 0; which < prototypes.size() && places.count() > kMostNodes; ++which)
+        if (!prototypes[which].definition.empty())
+            if (const auto glyph = glyphOf(scene_.file.definition(prototypes[which].number)))
+                addGlyphs(places, which, *glyph, inside.make);
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i]) continue;
         const auto which = static_cast<std::size_t>(places.prototypes[i]);

@@ -42,10 +42,14 @@ void setLight(Message& message, const Vec3d& color, double intensity) {
 
 /// UsdLux speaks of radiance: of a sun's disk, or of a surface that shines. Here a light's intensity is what makes a
 /// white surface white: irradiance, or candela, over pi.
-Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Affine3d& world_T_prim, Node& node) {
+Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& inside, Node& node) {
     using std::numbers::pi;
     const std::string& type = prim.type();
     if (!type.ends_with("Light") && type != "DomeLight_1") return false;
+    const Affine3d& world_T_prim = inside.world_T_parent;
+    for (const char* name : {"inputs:intensity", "inputs:exposure", "inputs:color", "intensity", "exposure", "color"})
+        if (const std::optional<UsdAttribute> value = prim.attribute(name); value && value->samples.size() > 1)
+            remarks_.add("lights that change over time shine as they do first", prim.path());
     const double said = lightNumber(prim, "intensity", type == "DistantLight" ? 50000 : 1) *
                         std::exp2(std::clamp(lightNumber(prim, "exposure", 0), -60.0, 60.0));
     const Vec3d color = lightColor(prim);
@@ -61,10 +65,15 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Affine3d& 
     if (lightNumber(prim, "enableColorTemperature", 0) != 0)
         remarks_.add("colour temperatures of lights are left out", prim.path());
     const auto lit = [&](double intensity, bool directional) {
+        if (inside.hidden) return;
         lights_.push_back(
             {intensity * color.maxCoeff(), directional ? kNoFalloff : kInverseSquare, world_T_prim.translation()});
     };
     if (type == "DomeLight" || type == "DomeLight_1") {
+        if (inside.hidden) {
+            remarks_.add("dome lights that are invisible are left out", prim.path());
+            return true;
+        }
         if (Expected<void> done = addDome(prim, world_T_prim, said, color); !done) return tl::unexpected(done.error());
         return true;
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/Srgb.h"
 #include "server/import/reader/PictureChannels.h"
 #include "server/import/reader/UsdPrimvars.h"
 
@@ -28,6 +29,25 @@ UsdImage::Wrap usdWrapOf(const std::string& word) {
     return word == "mirror" ? UsdImage::MIRROR : UsdImage::REPEAT;
 }
 
+/// Whether the file says of a picture that its bytes are other than what is wanted: linear ones of colours, or sRGB of
+/// what is none.
+bool isRecoded(const UsdComposedPrim& texture, bool colors) {
+    return usdWord(texture, "inputs:sourceColorSpace", "auto") == (colors ? "raw" : "sRGB");
+}
+
+/// Bytes in sRGB of linear ones, or the other way; alpha is no colour.
+void recode(DecodedImage& picture, bool toSrgb) {
+    if (picture.encoding != UsdImage::SRGB) return;  // blocks and floats stay
+    std::array<std::byte, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const float share = static_cast<float>(i) / 255;
+        const float made = toSrgb ? srgbOfLinear(share) : linearOfSrgb(share);
+        table[i] = static_cast<std::byte>(std::lround(std::clamp(made, 0.0F, 1.0F) * 255));
+    }
+    for (std::size_t i = 0; i < picture.rgba.size(); ++i)
+        if (i % 4 != 3) picture.rgba[i] = table[std::to_integer<std::size_t>(picture.rgba[i])];
+}
+
 int usdChannelOf(const std::string& name) {
     return name == "g" ? 1 : name == "b" ? 2 : name == "a" ? 3 : 0;
 }
@@ -35,9 +55,17 @@ int usdChannelOf(const std::string& name) {
 }  // namespace
 
 std::string usdBoundMaterial(const UsdComposedPrim& prim) {
-    for (const char* name : {"material:binding", "material:binding:preview", "material:binding:full"})
+    for (const char* name : {"material:binding:preview", "material:binding", "material:binding:full"})
         if (std::vector<std::string> targets = prim.targets(name); !targets.empty()) return targets.front();
     return {};
+}
+
+bool usdHasCollections(const UsdComposedPrim& prim) {
+    constexpr std::string_view kPrefix = "material:binding:collection";
+    return std::ranges::any_of(prim.opinions(), [&](const UsdOpinion& opinion) {
+        const auto said = opinion.prim->properties.lower_bound(kPrefix);
+        return said != opinion.prim->properties.end() && said->first.starts_with(kPrefix);
+    });
 }
 
 UsdLook UsdMaterials::colored(bool doubleSided, bool transparent) {
@@ -109,16 +137,9 @@ Expected<UsdLook> UsdMaterials::look(const std::string& path, bool doubleSided) 
 }
 
 Expected<UsdStage::Prim> UsdMaterials::surfaceOf(const UsdComposedPrim& material) {
-    std::vector<std::string> targets = material.targets("outputs:surface");
-    for (int depth = 0; depth < kDeepestUsdConnection && !targets.empty(); ++depth) {
-        const auto [path, property] = primAndProperty(targets.front());
-        const Expected<UsdStage::Prim> prim = stage_.at(path);
-        if (!prim || !*prim) return prim;
-        if ((*prim)->type() == "Shader")
-            return usdWord(**prim, "info:id", "") == "UsdPreviewSurface" ? prim : UsdStage::Prim();
-        targets = (*prim)->targets(property);  // a graph of nodes passes on what one of them says
-    }
-    return UsdStage::Prim();
+    Expected<UsdStage::Prim> shader = shaderOf(material, "outputs:surface");
+    if (shader && *shader && usdWord(**shader, "info:id", "") != "UsdPreviewSurface") return UsdStage::Prim();
+    return shader;
 }
 
 Expected<UsdMaterials::Input> UsdMaterials::input(const UsdComposedPrim& shader, const std::string& name, int depth) {
@@ -155,6 +176,17 @@ Expected<UsdMaterials::Input> UsdMaterials::input(const UsdComposedPrim& shader,
     return input;
 }
 
+Expected<UsdStage::Prim> UsdMaterials::shaderOf(const UsdComposedPrim& prim, const std::string& property) {
+    std::vector<std::string> targets = prim.targets(property);
+    for (int depth = 0; depth < kDeepestUsdConnection && !targets.empty(); ++depth) {
+        const auto [path, next] = primAndProperty(targets.front());
+        const Expected<UsdStage::Prim> found = stage_.at(path);
+        if (!found || !*found || (*found)->type() == "Shader") return found;
+        targets = (*found)->targets(next);
+    }
+    return UsdStage::Prim();
+}
+
 Expected<std::optional<UsdImage>> UsdMaterials::place(const UsdComposedPrim& texture, UsdLook& look) {
     UsdImage image;
     for (const auto& [name, set] : {std::pair("wrapS", &UsdImage::set_wrap_u), {"wrapT", &UsdImage::set_wrap_v}}) {
@@ -164,9 +196,7 @@ Expected<std::optional<UsdImage>> UsdMaterials::place(const UsdComposedPrim& tex
     }
     // From the texture back to the primvar, with a move between.
     std::string primvar = "st";
-    const std::vector<std::string> targets = texture.targets("inputs:st");
-    Expected<UsdStage::Prim> source =
-        targets.empty() ? UsdStage::Prim() : stage_.at(primAndProperty(targets.front()).first);
+    Expected<UsdStage::Prim> source = shaderOf(texture, "inputs:st");
     if (!source) return tl::unexpected(source.error());
     if (*source && usdWord(**source, "info:id", "") == "UsdTransform2d") {
         const auto two = [&](const char* name, double otherwise) {
@@ -184,8 +214,8 @@ Expected<std::optional<UsdImage>> UsdMaterials::place(const UsdComposedPrim& tex
         image.mutable_scale()->set_x(scale.x());
         image.mutable_scale()->set_y(scale.y());
         image.set_rotation_deg(static_cast<float>(degrees));
-        const std::vector<std::string> before = (*source)->targets("inputs:in");
-        source = before.empty() ? UsdStage::Prim() : stage_.at(primAndProperty(before.front()).first);
+        const UsdStage::Prim transform = *source;
+        source = shaderOf(*transform, "inputs:in");
         if (!source) return tl::unexpected(source.error());
     }
     if (*source && usdWord(**source, "info:id", "").starts_with("UsdPrimvarReader")) {
@@ -203,7 +233,7 @@ Expected<std::optional<UsdImage>> UsdMaterials::place(const UsdComposedPrim& tex
     return std::optional<UsdImage>();
 }
 
-Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture) const {
+Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture, Holds holds) const {
     const std::optional<UsdAttribute> file = texture.attribute("inputs:file");
     if (!file || !file->value || !file->value->word() || file->layer == nullptr)
         return fail(ErrorCode::kNotFound, "it names no file");
@@ -212,7 +242,9 @@ Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture) cons
         return fail(ErrorCode::kUnsupported, fmt::format("'{}' stands for many pictures (UDIM)", asset));
     const Expected<Bytes> bytes = files_.bytes(asset, file->layer->identifier);
     if (!bytes) return tl::unexpected(bytes.error());
-    return decodeImage(*bytes, limits_.maxImageSide);
+    Expected<DecodedImage> picture = decodeImage(*bytes, limits_.maxImageSide);
+    if (picture && isRecoded(texture, holds == Holds::kColors)) recode(*picture, holds == Holds::kColors);
+    return picture;
 }
 
 std::string UsdMaterials::imageOf(const std::string& picture, const UsdImage& wanted,
@@ -229,7 +261,7 @@ std::string UsdMaterials::imageOf(const std::string& picture, const UsdImage& wa
     return name;
 }
 
-Expected<UsdMaterials::Texture> UsdMaterials::texture(const Input& input, UsdLook& look) {
+Expected<UsdMaterials::Texture> UsdMaterials::texture(const Input& input, UsdLook& look, Holds holds) {
     Texture texture;
     const std::optional<UsdAttribute> file = input.texture->attribute("inputs:file");
     texture.file = file && file->value && file->value->word() && file->layer
@@ -242,7 +274,13 @@ Expected<UsdMaterials::Texture> UsdMaterials::texture(const Input& input, UsdLoo
     }
     const auto wanted = place(*input.texture, look);
     if (!wanted) return tl::unexpected(wanted.error());
-    if (*wanted) texture.image = imageOf("texture " + texture.file, **wanted, [&] { return decode(*input.texture); });
+    const bool recoded = isRecoded(*input.texture, holds == Holds::kColors);
+    if (*wanted)
+        texture.image = imageOf(fmt::format("texture {}{}", texture.file,
+                                            !recoded                  ? ""
+                                            : holds == Holds::kColors ? " in sRGB"
+                                                                      : " made linear"),
+                                **wanted, [&] { return decode(*input.texture, holds); });
     return texture;
 }
 
@@ -262,7 +300,7 @@ Expected<DecodedImage> UsdMaterials::decodePacked(const Input& metal, const Inpu
     std::vector<PictureChannel> channels;
     for (const auto& [to, from] : {std::pair(1, &roughness), {2, &metal}}) {
         if (!from->texture) continue;
-        Expected<DecodedImage> part = decode(*from->texture);
+        Expected<DecodedImage> part = decode(*from->texture, Holds::kNumbers);
         if (!part) return part;
         channels.push_back({std::move(*part), usdChannelOf(from->channel), to});
     }
@@ -295,8 +333,9 @@ Expected<void> UsdMaterials::setMetalRoughness(const UsdComposedPrim& shader, co
                         (!roughness->texture || roughness->channel == "g") &&
                         (metalFile.empty() || roughnessFile.empty() || metalFile == roughnessFile);
     const std::string image = packed
-                                  ? imageOf("texture " + (metalFile.empty() ? roughnessFile : metalFile), **wanted,
-                                            [&] { return decode(*first.texture); })
+                                  ? imageOf(fmt::format("texture {}{}", metalFile.empty() ? roughnessFile : metalFile,
+                                                        isRecoded(*first.texture, false) ? " made linear" : ""),
+                                            **wanted, [&] { return decode(*first.texture, Holds::kNumbers); })
                                   : imageOf(fmt::format("the texture of metal '{}' ({}) and roughness '{}' ({})",
                                                         metalFile, metal->channel, roughnessFile, roughness->channel),
                                             **wanted, [&] { return decodePacked(*metal, *roughness); });
@@ -307,6 +346,12 @@ Expected<void> UsdMaterials::setMetalRoughness(const UsdComposedPrim& shader, co
         const auto channel = static_cast<std::size_t>(usdChannelOf(of.channel));
         return channel < scale.size() && std::isfinite(scale[channel]) ? scale[channel] : 1;
     };
+    for (const Input* of : {&*metal, &*roughness}) {
+        const std::vector<double> bias = of->texture ? usdNumbers(*of->texture, "inputs:bias") : std::vector<double>();
+        if (const auto channel = static_cast<std::size_t>(usdChannelOf(of->channel));
+            channel < bias.size() && bias[channel] != 0)
+            remarks_.add("what is added to textures (bias) is left out", shader.path());
+    }
     if (metal->texture) message.set_metallic(numbers.share("metallic", factor(*metal), 1));
     if (roughness->texture) message.set_roughness(numbers.share("roughness", factor(*roughness), 1));
     return {};
@@ -339,11 +384,11 @@ Expected<void> UsdMaterials::setOpacity(const UsdComposedPrim& shader, const Inp
                                   [&]() -> Expected<DecodedImage> {
                                       std::vector<PictureChannel> channels;
                                       for (int i = 0; color.texture && i < 3; ++i) {
-                                          Expected<DecodedImage> part = decode(*color.texture);
+                                          Expected<DecodedImage> part = decode(*color.texture, Holds::kColors);
                                           if (!part) return part;
                                           channels.push_back({std::move(*part), i, i});
                                       }
-                                      Expected<DecodedImage> part = decode(*opacity->texture);
+                                      Expected<DecodedImage> part = decode(*opacity->texture, Holds::kNumbers);
                                       if (!part) return part;
                                       channels.push_back({std::move(*part), usdChannelOf(opacity->channel), 3});
                                       return joinedChannels(std::move(channels));
@@ -385,9 +430,11 @@ Expected<void> UsdMaterials::setSurface(const UsdComposedPrim& shader, UsdLook& 
     if (!diffuse) return tl::unexpected(diffuse.error());
     color(*diffuse, {0.18, 0.18, 0.18}, 1, "diffuseColor", *message.mutable_base_color());
     if (diffuse->texture) {
-        const Expected<Texture> made = texture(*diffuse, look);
+        const Expected<Texture> made = texture(*diffuse, look, Holds::kColors);
         if (!made) return tl::unexpected(made.error());
         message.set_base_color_image(made->image);
+        if (diffuse->channel != "rgb")
+            remarks_.add("colours of one channel of a texture have all its channels", shader.path());
         if (!made->image.empty()) factors(*made, 1, "the texture's scale", *message.mutable_base_color());
     } else if (!diffuse->primvar.empty()) {
         look.colors = diffuse->primvar;
@@ -400,7 +447,7 @@ Expected<void> UsdMaterials::setSurface(const UsdComposedPrim& shader, UsdLook& 
     if (!emissive) return tl::unexpected(emissive.error());
     color(*emissive, {0, 0, 0}, 1e9, "emissiveColor", *message.mutable_emissive());
     if (emissive->texture) {
-        const Expected<Texture> made = texture(*emissive, look);
+        const Expected<Texture> made = texture(*emissive, look, Holds::kColors);
         if (!made) return tl::unexpected(made.error());
         message.set_emissive_image(made->image);
         if (!made->image.empty()) factors(*made, 1e9, "the texture's scale", *message.mutable_emissive());
@@ -408,10 +455,12 @@ Expected<void> UsdMaterials::setSurface(const UsdComposedPrim& shader, UsdLook& 
     const Expected<Input> normal = input(shader, "normal");
     if (!normal) return tl::unexpected(normal.error());
     if (normal->texture) {
-        const Expected<Texture> made = texture(*normal, look);
+        const Expected<Texture> made = texture(*normal, look, Holds::kNumbers);
         if (!made) return tl::unexpected(made.error());
         message.set_normal_image(made->image);
         // Of pictures of 8 bits the scale is 2, which makes -1 to 1 of them; more of it are higher bumps.
+        if (made->scale[0] * made->scale[1] < 0)
+            remarks_.add("normals whose green is turned around are shown as if it were not", shader.path());
         if (!made->image.empty() && made->scale[0] != 1)
             message.set_normal_scale(numbers.between(-1e3, 1e3, "the scale of normals", made->scale[0] / 2, 1));
     }
@@ -419,7 +468,7 @@ Expected<void> UsdMaterials::setSurface(const UsdComposedPrim& shader, UsdLook& 
     if (!occlusion) return tl::unexpected(occlusion.error());
     if (occlusion->texture) {
         if (usdChannelOf(occlusion->channel) == 0) {
-            const Expected<Texture> made = texture(*occlusion, look);
+            const Expected<Texture> made = texture(*occlusion, look, Holds::kNumbers);
             if (!made) return tl::unexpected(made.error());
             message.set_occlusion_image(made->image);
         } else {

@@ -23,8 +23,10 @@ struct UsdLook {
     bool textured() const { return !texcoords[0].empty(); }
 };
 
-/// The path of what is bound to the prim itself, for all purposes or else to be looked at; empty: nothing.
+/// The path of what is bound to the prim itself, to be looked at or else for all purposes; empty: nothing.
 [[nodiscard]] std::string usdBoundMaterial(const UsdComposedPrim& prim);
+/// Whether it binds materials to collections of what is below.
+[[nodiscard]] bool usdHasCollections(const UsdComposedPrim& prim);
 
 class UsdMaterials {
 public:
@@ -48,6 +50,8 @@ private:
         std::string channel = "rgb";  ///< of the texture that counts
         std::string primvar;          ///< a primvar instead
     };
+    /// What a picture's numbers are: colours in sRGB, as Tessera has them, or other things, as they stand.
+    enum class Holds : std::uint8_t { kColors, kNumbers };
     struct Texture {
         std::string image;  ///< of the scene; empty: none
         std::string file;   ///< what it is a picture of
@@ -64,11 +68,13 @@ private:
     Expected<void> setMetalRoughness(const UsdComposedPrim& shader, const BoundedNumbers& numbers, UsdLook& look,
                                      proto::scene::Material& message);
     /// Adds its primvar to those that the look wants.
-    Expected<Texture> texture(const Input& input, UsdLook& look);
+    Expected<Texture> texture(const Input& input, UsdLook& look, Holds holds);
     Expected<std::optional<proto::scene::Image>> place(const UsdComposedPrim& texture, UsdLook& look);
     std::string imageOf(const std::string& picture, const proto::scene::Image& wanted,
                         const std::function<Expected<DecodedImage>()>& decode);
-    Expected<DecodedImage> decode(const UsdComposedPrim& texture) const;
+    Expected<DecodedImage> decode(const UsdComposedPrim& texture, Holds holds) const;
+    /// The shader that an input is connected to, through graphs of nodes; null: none.
+    Expected<UsdStage::Prim> shaderOf(const UsdComposedPrim& prim, const std::string& property);
     Expected<DecodedImage> decodePacked(const Input& metal, const Input& roughness) const;
 
     UsdStage& stage_;

@@ -119,7 +119,7 @@ Expected<std::vector<std::pair<std::string, std::vector<std::uint32_t>>>> UsdMes
             continue;
         }
         std::string bound = usdBoundMaterial(**child);
-        if (bound.empty()) continue;
+        if (bound.empty() || worn_.holds) continue;
         std::vector<std::uint32_t> which;
         for (const std::uint32_t face : usdCounts((*child)->attribute("indices")))
             if (face < faces.count() && !taken[face]) {
@@ -140,7 +140,8 @@ std::optional<UsdPrimvar> UsdMeshes::normalsOf(const UsdComposedPrim& prim, cons
     const bool polygons = faces.scheme != "catmullClark" && faces.scheme != "loop";
     if (polygons || !faces.schemeSaid)
         for (const char* name : {"primvars:normals", "normals"})
-            if (std::optional<UsdPrimvar> said = UsdPrimvar::of(prim, name, 3, faces.elements(), remarks_)) return said;
+            if (std::optional<UsdPrimvar> said = UsdPrimvar::of(prim, nullptr, name, 3, faces.elements(), remarks_))
+                return said;
     // None are said: polygons are flat, what stands for a smooth surface is smooth.
     std::vector<float> normals((polygons ? faces.count() : faces.points.size() / 3) * 3);
     for (std::size_t f = 0; f < faces.count(); ++f) {
@@ -160,8 +161,9 @@ std::optional<UsdPrimvar> UsdMeshes::normalsOf(const UsdComposedPrim& prim, cons
 MeshData UsdMeshes::meshOf(const UsdComposedPrim& prim, const Faces& faces, const std::vector<std::uint32_t>& which,
                            const UsdLook& look, const std::optional<UsdPrimvar>& normals) {
     const auto primvar = [&](const std::string& name, std::size_t width) {
-        return name.empty() ? std::nullopt
-                            : UsdPrimvar::of(prim, "primvars:" + name, width, faces.elements(), remarks_);
+        return name.empty()
+                   ? std::nullopt
+                   : UsdPrimvar::of(prim, worn_.primvars, "primvars:" + name, width, faces.elements(), remarks_);
     };
     const std::array<std::optional<UsdPrimvar>, 2> texcoords = {primvar(look.texcoords[0], 2),
                                                                 primvar(look.texcoords[1], 2)};
@@ -338,12 +340,13 @@ std::shared_ptr<const proto::scene::SubdivisionSurface> UsdMeshes::surfaceOf(con
 
 UsdLook UsdMeshes::lookOf(const UsdComposedPrim& prim, const std::string& material, bool surface) {
     const std::optional<UsdAttribute> sides = prim.attribute("doubleSided");
-    const bool doubleSided = surface && sides && sides->value && sides->value->truth(false);
+    const bool otherwise = prim.type() == "Plane";
+    const bool doubleSided = surface && (sides && sides->value ? sides->value->truth(otherwise) : otherwise);
     if (!material.empty())
         if (const Expected<UsdLook> look = materials_.look(material, doubleSided); look && !look->material.empty())
             return *look;
-    const std::optional<UsdAttribute> colors = prim.attribute("primvars:displayColor"),
-                                      opacities = prim.attribute("primvars:displayOpacity");
+    const std::optional<UsdAttribute> colors = usdPrimvarOf(prim, worn_.primvars, "primvars:displayColor"),
+                                      opacities = usdPrimvarOf(prim, worn_.primvars, "primvars:displayOpacity");
     bool transparent = false;
     if (opacities && opacities->value)
         for (const float opacity : opacities->value->numbers<float>()) transparent = transparent || opacity < 1;
@@ -384,9 +387,12 @@ Expected<std::vector<UsdPart>> UsdMeshes::ofMesh(const UsdComposedPrim& prim, co
     return parts;
 }
 
-Expected<std::vector<UsdPart>> UsdMeshes::parts(const UsdComposedPrim& prim, const std::string& material) {
+Expected<std::vector<UsdPart>> UsdMeshes::parts(const UsdComposedPrim& prim, const UsdWorn& worn) {
+    worn_ = worn;
+    const std::string& material = worn_.material;
     // What it is made of: its values, wherever they stand, and its material. Places are another matter.
-    std::string key = prim.type() + "\n" + lookOf(prim, material, true).material;
+    std::string key = fmt::format("{}\n{} {}{}", prim.type(), lookOf(prim, material, true).material,
+                                  worn_.holds ? "holds" : "", usdPrintOf(worn_.primvars));
     for (const std::string& name : prim.propertyNames()) {
         if (name.starts_with("xformOp") || name == "visibility" || name == "purpose") continue;
         const std::optional<UsdAttribute> attribute = prim.attribute(name);

@@ -1,6 +1,8 @@
 /// Meshes of USD: faces of many corners, with values per face, vertex or corner, and parts of other materials.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -21,6 +23,13 @@ struct UsdPart {
     Box bounds;
 };
 
+/// What a prim has of those above.
+struct UsdWorn {
+    std::string material;  ///< a path; empty: none
+    bool holds = false;    ///< whatever the prim's own parts say
+    const UsdInherited* primvars = nullptr;
+};
+
 /// Makes each once: prims that share their values, as references do, share the mesh.
 class UsdMeshes {
 public:
@@ -29,8 +38,7 @@ public:
         : stage_(stage), scene_(scene), limits_(limits), materials_(materials), remarks_(remarks) {}
 
     /// Of a Mesh, Points, BasisCurves, or one of the shapes (Cube, Sphere, …); none, with a remark, of others.
-    /// `material`: the path of what is bound, or empty.
-    Expected<std::vector<UsdPart>> parts(const UsdComposedPrim& prim, const std::string& material);
+    Expected<std::vector<UsdPart>> parts(const UsdComposedPrim& prim, const UsdWorn& worn);
 
 private:
     struct Faces;
@@ -59,10 +67,30 @@ private:
     const ReadLimits& limits_;
     UsdMaterials& materials_;
     UsdRemarks& remarks_;
+    UsdWorn worn_;                                       ///< by the prim that is looked at
     std::map<std::string, std::vector<UsdPart>> known_;  ///< by what they are made of
 };
 
-/// A Cube, Sphere, Cylinder, Cone, Capsule or Plane as triangles; empty: it is none of these, or has no size.
-[[nodiscard]] MeshData usdShape(const UsdComposedPrim& prim);
+/// Lines along cubic curves of `points`, or along straight ones; UsdCurves.cpp.
+struct UsdCurves {
+    MeshData lines;
+    /// Of each vertex: four points that it is mixed of, the shares of these, its curve, and the two values that it is
+    /// between, of those that vary along curves.
+    struct Vertex {
+        std::array<std::uint32_t, 4> points{};
+        std::array<float, 4> shares{};
+        std::uint32_t curve = 0;
+        std::array<std::uint32_t, 2> values{};
+        float share = 0;  ///< of the second
+    };
+    std::vector<Vertex> vertices;
+    std::size_t curves = 0, varying = 0;  ///< how many there are, and how many values vary along all of them
+    bool cut = false;                     ///< some curves have points that are not there
+};
+[[nodiscard]] UsdCurves usdCurvesOf(const UsdComposedPrim& prim);
+
+/// A Cube, Sphere, Cylinder, Cone, Capsule or Plane as triangles; empty: it is none of these, or has no size, which a
+/// remark says.
+[[nodiscard]] MeshData usdShape(const UsdComposedPrim& prim, UsdRemarks& remarks);
 
 }  // namespace tessera

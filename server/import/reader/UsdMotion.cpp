@@ -46,7 +46,11 @@ MovedParts movedPartsOf(const Affine3d& map) {
 
 void UsdReader::addKeys(const UsdComposedPrim& prim, const UsdTransform& transform, const Affine3d& parent_T_above,
                         Node& node) {
-    const std::vector<double> times = transform.keyTimes(kMaxKeysPerChannel);
+    const UsdTransform::KeyTimes keys = transform.keyTimes(kMaxKeysPerChannel, keysBetween_);
+    const std::vector<double>& times = keys.times;
+    if (keys.cut) remarks_.add(fmt::format("motions of more than {} keys end there", kMaxKeysPerChannel), prim.path());
+    if (keys.turnsLost)
+        remarks_.add("turns that are too far between two samples for a file's keys go the shorter way", prim.path());
     std::vector<double> moves, turns, scales;
     bool sheared = false;
     Quatd before = Quatd::Identity();

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace tessera {
 namespace {
 
 using Per = UsdPrimvar::Per;
+
+/// What is inherited is kept for each prim.
+constexpr std::size_t kMostInherited = 64;
 
 std::optional<Per> usdPerOf(const std::string& interpolation) {
     if (interpolation == "constant") return Per::kAll;
@@ -43,9 +47,57 @@ std::vector<double> usdNumbers(const UsdComposedPrim& prim, std::string_view nam
     return attribute && attribute->value ? attribute->value->numbers<double>() : std::vector<double>();
 }
 
-std::optional<UsdPrimvar> UsdPrimvar::of(const UsdComposedPrim& prim, const std::string& name, std::size_t width,
-                                         const UsdElements& elements, UsdRemarks& remarks) {
-    const std::optional<UsdAttribute> attribute = prim.attribute(name);
+std::shared_ptr<const UsdInherited> usdInheritedBelow(const UsdComposedPrim& prim,
+                                                      const std::shared_ptr<const UsdInherited>& above,
+                                                      UsdRemarks& remarks) {
+    constexpr std::string_view kPrefix = "primvars:", kIndices = ":indices";
+    std::set<std::string_view> names;
+    for (const UsdOpinion& opinion : prim.opinions())
+        for (auto said = opinion.prim->properties.lower_bound(kPrefix);
+             said != opinion.prim->properties.end() && said->first.starts_with(kPrefix); ++said)
+            if (!said->first.ends_with(kIndices)) names.insert(said->first);
+    if (names.empty()) return above;
+    auto below = above ? std::make_shared<UsdInherited>(*above) : std::make_shared<UsdInherited>();
+    for (const std::string_view name : names) {
+        if (below->size() >= kMostInherited) {
+            remarks.add(fmt::format("values beyond the first {} that all below inherit are left out", kMostInherited),
+                        prim.path());
+            break;
+        }
+        const std::string indices = std::string(name) + std::string(kIndices);
+        below->erase(std::string(name));
+        below->erase(indices);
+        // What varies over a prim is that one's own.
+        const UsdValue* interpolation = prim.metadata(name, "interpolation");
+        if (interpolation != nullptr && interpolation->word() != nullptr && *interpolation->word() != "constant")
+            continue;
+        for (const std::string& each : {std::string(name), indices})
+            if (std::optional<UsdAttribute> value = prim.attribute(each); value && value->value)
+                below->emplace(each, std::move(*value));
+    }
+    return below;
+}
+
+std::string usdPrintOf(const UsdInherited* inherited) {
+    std::string print;
+    if (inherited != nullptr)
+        for (const auto& [name, attribute] : *inherited)
+            print += fmt::format("\n{} {}", name, fmt::ptr(attribute.value.get()));
+    return print;
+}
+
+std::optional<UsdAttribute> usdPrimvarOf(const UsdComposedPrim& prim, const UsdInherited* inherited,
+                                         const std::string& name) {
+    std::optional<UsdAttribute> own = prim.attribute(name);
+    if ((own && own->value) || inherited == nullptr) return own;
+    const auto found = inherited->find(name);
+    return found == inherited->end() ? own : found->second;
+}
+
+std::optional<UsdPrimvar> UsdPrimvar::of(const UsdComposedPrim& prim, const UsdInherited* inherited,
+                                         const std::string& name, std::size_t width, const UsdElements& elements,
+                                         UsdRemarks& remarks) {
+    const std::optional<UsdAttribute> attribute = usdPrimvarOf(prim, inherited, name);
     if (!attribute || !attribute->value) return std::nullopt;
     std::vector<float> values = attribute->value->numbers<float>();
     if (values.empty()) return std::nullopt;
@@ -60,13 +112,17 @@ std::optional<UsdPrimvar> UsdPrimvar::of(const UsdComposedPrim& prim, const std:
         return leaveOut("they are of another type");
     const std::size_t have = values.size() / width;
     std::vector<std::int32_t> indices;
-    if (const std::optional<UsdAttribute> said = prim.attribute(name + ":indices"); said && said->value)
+    const std::optional<UsdAttribute> own = prim.attribute(name);
+    const bool isOwn = own && own->value;
+    if (const std::optional<UsdAttribute> said = usdPrimvarOf(prim, isOwn ? nullptr : inherited, name + ":indices");
+        said && said->value)
         indices = said->value->numbers<std::int32_t>();
     const std::size_t said = indices.empty() ? have : indices.size();
     // Normals of their own name are per vertex where nobody says, other values the same for all.
     std::optional<Per> per;
     const UsdValue* interpolation = prim.metadata(name, "interpolation");
     if (interpolation != nullptr && interpolation->word() != nullptr) per = usdPerOf(*interpolation->word());
+    if (per && elements.varyingPerCorner && *interpolation->word() == "varying") per = Per::kCorner;
     if (!per) per = name.starts_with("primvars:") ? Per::kAll : Per::kVertex;
     if (said < usdElementCount(*per, elements)) {
         // Files are that leave it unsaid, or say it wrong: as many values as there are of one kind speak for that.

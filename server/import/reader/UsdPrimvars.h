@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,9 +17,22 @@ namespace tessera {
 [[nodiscard]] std::string usdWord(const UsdComposedPrim& prim, std::string_view name, const char* otherwise);
 [[nodiscard]] std::vector<double> usdNumbers(const UsdComposedPrim& prim, std::string_view name);
 
+/// Primvars of prims above that are the same for all that is below, and their indices: "primvars:displayColor".
+using UsdInherited = std::map<std::string, UsdAttribute, std::less<>>;
+/// Those that hold below a prim; `above`: at it. Null: none.
+[[nodiscard]] std::shared_ptr<const UsdInherited> usdInheritedBelow(const UsdComposedPrim& prim,
+                                                                    const std::shared_ptr<const UsdInherited>& above,
+                                                                    UsdRemarks& remarks);
+/// Which values they are: the same text where they are the same.
+[[nodiscard]] std::string usdPrintOf(const UsdInherited* inherited);
+/// A primvar of the prim itself, or else one that it inherits.
+[[nodiscard]] std::optional<UsdAttribute> usdPrimvarOf(const UsdComposedPrim& prim, const UsdInherited* inherited,
+                                                       const std::string& name);
+
 /// How many faces, vertices and corners what they stand on has.
 struct UsdElements {
     std::size_t faces = 0, vertices = 0, corners = 0;
+    bool varyingPerCorner = false;  ///< "varying" means that; else it means per vertex
 };
 
 /// One of these; all values are there.
@@ -30,9 +45,9 @@ public:
         : values_(std::move(values)), width_(width), per_(per) {}
     /// "points", "normals" or "primvars:st" of the prim, `width` numbers each. Nothing where there is none; nothing and
     /// a remark where its numbers, or its indices, are not as many as its interpolation says.
-    [[nodiscard]] static std::optional<UsdPrimvar> of(const UsdComposedPrim& prim, const std::string& name,
-                                                      std::size_t width, const UsdElements& elements,
-                                                      UsdRemarks& remarks);
+    [[nodiscard]] static std::optional<UsdPrimvar> of(const UsdComposedPrim& prim, const UsdInherited* inherited,
+                                                      const std::string& name, std::size_t width,
+                                                      const UsdElements& elements, UsdRemarks& remarks);
 
     /// Of a corner of a face, `width` numbers.
     [[nodiscard]] const float* at(std::size_t face, std::size_t vertex, std::size_t corner) const {

@@ -22,6 +22,26 @@ bool isUsdGeometry(const std::string& type) {
     return kTypes.contains(type);
 }
 
+/// Of a purpose that is not to be seen in a picture.
+bool isUsdHelper(const std::string& purpose) {
+    return purpose == "guide" || purpose == "proxy";
+}
+
+/// Whether it shines besides what it is.
+bool usdIsLight(const UsdComposedPrim& prim) {
+    const UsdValue* schemas = prim.metadata("apiSchemas");
+    const UsdValue::Words* names = schemas != nullptr ? schemas->words() : nullptr;
+    return names != nullptr && std::ranges::any_of(*names, [](const std::string& name) {
+               return name == "MeshLightAPI" || name == "LightAPI";
+           });
+}
+
+/// What holds others, or is looked at elsewhere.
+bool isUsdGroup(const std::string& type) {
+    static const std::set<std::string> kTypes = {"", "Xform", "Scope", "SkelRoot", "Camera", "PointInstancer"};
+    return kTypes.contains(type);
+}
+
 /// What says how others look or move, and is nothing by itself.
 bool isNothingByItself(const std::string& type) {
     static const std::set<std::string> kTypes = {"Material",       "Shader",        "NodeGraph",     "GeomSubset",
@@ -55,13 +75,29 @@ Expected<void> UsdReader::setStage() {
     return {};
 }
 
-bool UsdReader::isLeftOut(const UsdComposedPrim& prim) {
+Expected<bool> UsdReader::showsBelow(const UsdComposedPrim& prim, std::size_t depth) {
+    if (depth > limits_.maxDepth) return false;
+    for (const std::string& name : prim.childNames()) {
+        const Expected<UsdStage::Prim> child = stage_.child(prim, name);
+        if (!child) return tl::unexpected(child.error());
+        if ((*child)->specifier() != UsdPrim::Specifier::kDef || !(*child)->active()) continue;
+        if (!isUsdHelper(usdWord(**child, "purpose", "guide"))) return true;
+        const Expected<bool> below = showsBelow(**child, depth + 1);
+        if (!below || *below) return below;
+    }
+    return false;
+}
+
+Expected<bool> UsdReader::isLeftOut(const UsdComposedPrim& prim, Above& inside) {
     const std::string& type = prim.type();
     if (isNothingByItself(type)) return true;
-    const std::string purpose = usdWord(prim, "purpose", "default");
-    if (purpose == "guide" || purpose == "proxy") {
-        remarks_.add(fmt::format("of purpose {} are hidden", purpose), prim.path());
-        return true;
+    inside.purpose = usdWord(prim, "purpose", inside.purpose.c_str());
+    if (isUsdHelper(inside.purpose)) {
+        const Expected<bool> shown = showsBelow(prim, inside.depth);
+        if (!shown) return shown;
+        if (!*shown || isUsdGeometry(type))
+            remarks_.add(fmt::format("of purpose {} are hidden", inside.purpose), prim.path());
+        if (!*shown) return true;
     }
     if (type == "Skeleton") {
         remarks_.add("skeletons are left out; meshes stand as they are at rest", prim.path());
@@ -85,6 +121,8 @@ UsdReader::Node* UsdReader::place(const UsdComposedPrim& prim, const Above& abov
             remarks_.add("transforms that leave out singular ones above stand below them", prim.path());
         }
     }
+    if (transform.resetsStack() && above.moves)
+        remarks_.add("prims that leave out the transforms above follow what of these moves", prim.path());
     if (transform.moves() && !inPrototype_) {
         Node* const node = above.make();
         node->set_name(prim.name());
@@ -106,8 +144,27 @@ UsdReader::Node* UsdReader::place(const UsdComposedPrim& prim, const Above& abov
     return addPlacedNode(above.make, prim.name(), map);
 }
 
+/// The first time as it is, then as instances of a definition of its own.
+void UsdReader::placeSurface(const UsdPart& part, Node& node) {
+    const auto [known, isNew] = surfaces_.try_emplace(part.surface.get());
+    if (isNew) {
+        *node.mutable_subdivision_surface() = *part.surface;
+        return;
+    }
+    if (known->second.empty()) {
+        proto::scene::Definition& definition = *scene_.file.add_definition();
+        known->second = fmt::format("surface {}", surfaces_.size());
+        definition.set_name(known->second);
+        Node& inside = *definition.add_node();
+        inside.set_name("surface");
+        *inside.mutable_subdivision_surface() = *part.surface;
+    }
+    node.set_instance(known->second);
+}
+
 Expected<void> UsdReader::addGeometry(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes) {
-    const Expected<std::vector<UsdPart>> parts = meshes_.parts(prim, inside.material);
+    const Expected<std::vector<UsdPart>> parts =
+        meshes_.parts(prim, {inside.material, inside.materialHolds, inside.primvars.get()});
     if (!parts) return tl::unexpected(parts.error());
     for (const std::string_view schema : {"skel:skeleton", "skel:blendShapeTargets"})
         if (!prim.targets(std::string(schema)).empty())
@@ -123,7 +180,7 @@ Expected<void> UsdReader::addGeometry(const UsdComposedPrim& prim, const Above& 
             if (Expected<void> counted = countNodes(1); !counted) return counted;
         }
         if (part.surface) {
-            *content->mutable_subdivision_surface() = *part.surface;
+            placeSurface(part, *content);
         } else {
             content->mutable_geometry()->set_mesh(part.mesh);
             content->mutable_geometry()->set_material(part.material);
@@ -144,14 +201,18 @@ Expected<void> UsdReader::walkChildren(const UsdComposedPrim& prim, const Above&
 }
 
 Expected<void> UsdReader::walk(const UsdComposedPrim& prim, const Above& above) {
-    if (!prim.active() || isLeftOut(prim)) return {};
+    if (!prim.active()) return {};
     if (above.depth > limits_.maxDepth)
         return fail(ErrorCode::kLimit, fmt::format("nodes are nested deeper than {} levels", limits_.maxDepth));
-    if (Expected<void> counted = countNodes(1); !counted) return counted;
     Above inside = above;
+    const Expected<bool> leftOut = isLeftOut(prim, inside);
+    if (!leftOut) return tl::unexpected(leftOut.error());
+    if (*leftOut) return {};
+    if (Expected<void> counted = countNodes(1); !counted) return counted;
     ++inside.depth;
     inside.parent_T_above = Affine3d::Identity();
     Node* const node = place(prim, above, inside.world_T_parent);
+    inside.moves = above.moves || node->key() != 0;
     inside.make = [node] { return node->add_node(); };
     if (const std::string bound = usdBoundMaterial(prim); !bound.empty() && !above.materialHolds) {
         inside.material = bound;
@@ -159,19 +220,30 @@ Expected<void> UsdReader::walk(const UsdComposedPrim& prim, const Above& above) 
         inside.materialHolds =
             strength != nullptr && strength->word() != nullptr && *strength->word() == "strongerThanDescendants";
     }
+    if (usdHasCollections(prim)) remarks_.add("materials that are bound to collections are left out", prim.path());
     bool ownNodes = false;
     if (const std::optional<UsdAttribute> visibility = prim.attribute("visibility"); visibility && visibility->value) {
         addVisibility(prim, *visibility, *node);
         ownNodes = node->has_switch_();
+        inside.hidden = inside.hidden || (ownNodes && visibility->samples.size() < 2);
     }
-    if (prim.type() == "PointInstancer") return addInstances(prim, inside);
+    if (prim.metadata("clips") != nullptr) remarks_.add("value clips are left out", prim.path());
+    if (prim.type() == "PointInstancer") {
+        inside.primvars = usdInheritedBelow(prim, above.primvars, remarks_);
+        return addInstances(prim, inside);
+    }
     if (isUsdGeometry(prim.type())) {
+        if (isUsdHelper(inside.purpose)) return walkChildren(prim, inside);
         if (Expected<void> done = addGeometry(prim, inside, *node, ownNodes); !done) return done;
+        if (usdIsLight(prim)) remarks_.add("meshes that are lights, too, light nothing", prim.path());
     } else if (prim.type() == "Camera") {
         cameras_.push_back({std::make_shared<UsdComposedPrim>(prim), inside.world_T_parent, node});
     } else {
-        const Expected<bool> light = addLight(prim, inside.world_T_parent, *node);
+        const Expected<bool> light = addLight(prim, inside, *node);
         if (!light) return tl::unexpected(light.error());
+        if (!*light && !isUsdGroup(prim.type()))
+            remarks_.add(fmt::format("of type {}, which is not read, are left out", prim.type()), prim.path());
+        inside.primvars = usdInheritedBelow(prim, above.primvars, remarks_);
     }
     return walkChildren(prim, inside);
 }
@@ -209,6 +281,15 @@ Expected<PlainScene> readUsd(const std::string& path, const ReadLimits& limits) 
     UsdStage stage(files, remarks);
     if (Expected<void> opened = stage.open(path.substr(path.rfind('/') + 1)); !opened)
         return tl::unexpected(opened.error());
+    std::vector<UsdChoice> choices;
+    for (const std::string& said : limits.variants) {
+        const std::size_t set = said.find(':'), name = said.find('=', set == std::string::npos ? 0 : set);
+        if (!said.starts_with('/') || set == std::string::npos || name == std::string::npos)
+            return fail(ErrorCode::kUsage,
+                        fmt::format("--variant {}: it has to be PRIM:SET=NAME, as /Chair:color=red", said));
+        choices.push_back({said.substr(0, set), said.substr(set + 1, name - set - 1), said.substr(name + 1)});
+    }
+    if (Expected<void> chosen = stage.choose(choices); !chosen) return tl::unexpected(chosen.error());
     return UsdReader(stage, files, remarks, limits).read();
 }
 

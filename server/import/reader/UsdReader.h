@@ -37,6 +37,9 @@ private:
         Affine3d parent_T_above = Affine3d::Identity();  ///< what stands between the node above and the prim above
         std::string material;                            ///< a path
         bool materialHolds = false;                      ///< whatever those below say
+        std::shared_ptr<const UsdInherited> primvars;    ///< null: none
+        std::string purpose = "default";
+        bool moves = false, hidden = false;  ///< something above does, or is so
         std::size_t depth = 1;
     };
 
@@ -45,9 +48,12 @@ private:
     Expected<void> walkChildren(const UsdComposedPrim& prim, const Above& above);
     /// The node for a prim, where it stands.
     Node* place(const UsdComposedPrim& prim, const Above& above, Affine3d& world_T_prim);
+    void placeSurface(const UsdPart& part, Node& node);
     Expected<void> addGeometry(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes);
     /// What is not shown, by its type; false: it may have something below.
-    bool isLeftOut(const UsdComposedPrim& prim);
+    Expected<bool> isLeftOut(const UsdComposedPrim& prim, Above& inside);
+    /// Whether a prim below has a purpose of its own, to be seen.
+    Expected<bool> showsBelow(const UsdComposedPrim& prim, std::size_t depth);
     Expected<void> countNodes(std::size_t nodes);
 
     // UsdMotion.cpp
@@ -58,7 +64,7 @@ private:
 
     // UsdLights.cpp
     /// Whether the prim is a light.
-    Expected<bool> addLight(const UsdComposedPrim& prim, const Affine3d& world_T_prim, Node& node);
+    Expected<bool> addLight(const UsdComposedPrim& prim, const Above& inside, Node& node);
     Expected<void> addDome(const UsdComposedPrim& prim, const Affine3d& world_T_prim, double strength,
                            const Vec3d& color);
     void addCameras();
@@ -67,10 +73,11 @@ private:
     Expected<void> addInstances(const UsdComposedPrim& prim, const Above& inside);
     struct Prototype {
         std::string definition;  ///< empty: nothing to be seen
+        int number = 0;          ///< of the file's definitions
         std::size_t nodes = 0;
         Box bounds;
-        std::optional<proto::scene::Glyphs> glyph;  ///< its shape, where it is simple enough for one
     };
+    /// Its shape, where it is simple enough for one.
     [[nodiscard]] std::optional<proto::scene::Glyphs> glyphOf(const proto::scene::Definition& definition) const;
     Expected<Prototype> prototype(const std::string& path, const Above& inside);
 
@@ -107,8 +114,11 @@ private:
     };
     std::vector<Channel> channels_;
     std::uint32_t keys_ = 0;
+    std::size_t keysBetween_ = 100'000;            ///< that the file's samples have not: 8333 turns
     std::map<std::string, Prototype> prototypes_;  ///< by path, and the material above
     std::set<std::string> openPrototypes_;
+    /// Surfaces that stand at several places are written once.
+    std::map<const proto::scene::SubdivisionSurface*, std::string> surfaces_;
     bool inPrototype_ = false;
 };
 

@@ -16,10 +16,16 @@ namespace {
 /// Few enough that a ball can be a glyph.
 constexpr int kShapeSegments = 32;
 
-double usdSize(const UsdComposedPrim& prim, std::string_view name, double otherwise) {
+double usdSize(const UsdComposedPrim& prim, std::string_view name, double otherwise, UsdRemarks& remarks) {
     const std::optional<UsdAttribute> attribute = prim.attribute(name);
-    const double said = attribute && attribute->value ? attribute->value->number().value_or(otherwise) : otherwise;
-    return std::isfinite(said) && std::abs(said) < 1e12 ? std::abs(said) : otherwise;
+    if (!attribute || !attribute->value) return otherwise;
+    if (attribute->samples.size() > 1) remarks.add("shapes that change their size have the first", prim.path());
+    const double said = attribute->value->number().value_or(std::nan(""));
+    if (std::isfinite(said) && std::abs(said) < 1e12) return std::abs(said);
+    remarks.add(fmt::format("sizes of shapes that are no number, or beyond 1e12, are as where none is said ({} {})",
+                            name, otherwise),
+                prim.path());
+    return otherwise;
 }
 
 /// A ring of a shape that is turned about Y: its radius, height, and the normal there.
@@ -52,10 +58,15 @@ MeshData turnedAboutY(const std::vector<std::pair<TurnedRing, TurnedRing>>& band
     return data;
 }
 
+MeshData makeFrustum(double bottom, double top, double height) {
+    const Vec2d slant = Vec2d(height, bottom - top).normalized();
+    return turnedAboutY({{{0, -height / 2, {0, -1}}, {bottom, -height / 2, {0, -1}}},
+                         {{bottom, -height / 2, slant}, {top, height / 2, slant}},
+                         {{top, height / 2, {0, 1}}, {0, height / 2, {0, 1}}}});
+}
+
 MeshData makeCone(double radius, double height) {
-    const Vec2d slant = Vec2d(height, radius).normalized();
-    return turnedAboutY({{{0, -height / 2, {0, -1}}, {radius, -height / 2, {0, -1}}},
-                         {{radius, -height / 2, slant}, {0, height / 2, slant}}});
+    return makeFrustum(radius, 0, height);
 }
 
 MeshData makeCapsule(double radius, double height) {
@@ -85,35 +96,43 @@ MeshData makePlane(double width, double length) {
 
 }  // namespace
 
-MeshData usdShape(const UsdComposedPrim& prim) {
+MeshData usdShape(const UsdComposedPrim& prim, UsdRemarks& remarks) {
     const std::string& type = prim.type();
+    const auto size = [&](std::string_view name, double otherwise) { return usdSize(prim, name, otherwise, remarks); };
+    const std::string axis = usdWord(prim, "axis", "Z");
     MeshData shape;
+    bool known = true;
     if (type == "Cube") {
-        const double size = usdSize(prim, "size", 2);
-        return size > 0 ? makeBox(Vec3d::Constant(size)) : MeshData();
-    }
-    if (type == "Sphere") {
-        const double radius = usdSize(prim, "radius", 1);
-        return radius > 0 ? makeSphere(radius, kShapeSegments) : MeshData();
-    }
-    if (type == "Cylinder" || type == "Cylinder_1" || type == "Cone") {
-        const double height = usdSize(prim, "height", 2);
-        const double radius = usdSize(prim, type == "Cylinder_1" ? "radiusBottom" : "radius", 1);
-        if (!(height > 0 && radius > 0)) return {};
-        shape = type == "Cone" ? makeCone(radius, height) : makeCylinder(radius, height, kShapeSegments);
-    } else if (type == "Capsule" || type == "Capsule_1") {
-        const double radius = usdSize(prim, type == "Capsule" ? "radius" : "radiusBottom", 0.5);
-        if (!(radius > 0)) return {};
-        shape = makeCapsule(radius, usdSize(prim, "height", 1));
+        if (const double edge = size("size", 2); edge > 0) return makeBox(Vec3d::Constant(edge));
+    } else if (type == "Sphere") {
+        if (const double radius = size("radius", 1); radius > 0) return makeSphere(radius, kShapeSegments);
+    } else if (type == "Cylinder" || type == "Cone") {
+        const double height = size("height", 2), radius = size("radius", 1);
+        if (height > 0 && radius > 0)
+            shape = type == "Cone" ? makeCone(radius, height) : makeCylinder(radius, height, kShapeSegments);
+    } else if (type == "Cylinder_1") {
+        const double height = size("height", 2), bottom = size("radiusBottom", 1), top = size("radiusTop", 1);
+        if (height > 0 && std::max(bottom, top) > 0) shape = makeFrustum(bottom, top, height);
+    } else if (type == "Capsule") {
+        if (const double radius = size("radius", 0.5); radius > 0) shape = makeCapsule(radius, size("height", 1));
+    } else if (type == "Capsule_1") {
+        const double bottom = size("radiusBottom", 0.5), top = size("radiusTop", 0.5);
+        if (bottom != top) remarks.add("capsules of two radii are as wide as at their bottom", prim.path());
+        if (bottom > 0) shape = makeCapsule(bottom, size("height", 1));
     } else if (type == "Plane") {
-        const double width = usdSize(prim, "width", 2), length = usdSize(prim, "length", 2);
-        if (!(width > 0 && length > 0)) return {};
-        shape = makePlane(width, length);
+        // Its width lies along X, or, where X is what it looks along, along Z.
+        const double width = size("width", 2), length = size("length", 2);
+        if (width > 0 && length > 0) shape = axis == "X" ? makePlane(length, width) : makePlane(width, length);
     } else {
+        known = false;
+    }
+    if (shape.empty()) {
+        remarks.add(
+            known ? "shapes of no size are left out" : fmt::format("of type {}, which is not read, are left out", type),
+            prim.path());
         return {};
     }
     // Ours stand along Y.
-    const std::string axis = usdWord(prim, "axis", "Z");
     if (axis == "Y") return shape;
     const Vec3d along = axis == "X" ? Vec3d::UnitX() : Vec3d::UnitZ();
     MeshData out;
@@ -122,11 +141,8 @@ MeshData usdShape(const UsdComposedPrim& prim) {
 }
 
 std::vector<UsdPart> UsdMeshes::ofShape(const UsdComposedPrim& prim, const std::string& material) {
-    MeshData shape = usdShape(prim);
-    if (shape.empty()) {
-        remarks_.add(fmt::format("of type {}, which is not read, are left out", prim.type()), prim.path());
-        return {};
-    }
+    MeshData shape = usdShape(prim, remarks_);
+    if (shape.empty()) return {};
     const UsdLook look = lookOf(prim, material, true);
     setColors(prim, look, {0, shape.positions.size() / 3, 0}, shape);
     return added(prim, std::move(shape), look);
@@ -135,8 +151,10 @@ std::vector<UsdPart> UsdMeshes::ofShape(const UsdComposedPrim& prim, const std::
 void UsdMeshes::setColors(const UsdComposedPrim& prim, const UsdLook& look, const UsdElements& elements,
                           MeshData& data) {
     if (look.colors.empty()) return;
-    const std::optional<UsdPrimvar> colors = UsdPrimvar::of(prim, "primvars:" + look.colors, 3, elements, remarks_);
-    const std::optional<UsdPrimvar> opacities = UsdPrimvar::of(prim, "primvars:displayOpacity", 1, elements, remarks_);
+    const std::optional<UsdPrimvar> colors =
+        UsdPrimvar::of(prim, worn_.primvars, "primvars:" + look.colors, 3, elements, remarks_);
+    const std::optional<UsdPrimvar> opacities =
+        UsdPrimvar::of(prim, worn_.primvars, "primvars:displayOpacity", 1, elements, remarks_);
     if (!colors && !opacities) return;
     const auto byte = [](float share) {
         return static_cast<std::uint8_t>(
@@ -167,36 +185,6 @@ Expected<std::vector<UsdPart>> UsdMeshes::ofPoints(const UsdComposedPrim& prim, 
     }
     const UsdLook look = lookOf(prim, material, false);
     setColors(prim, look, elements, data);
-    return added(prim, std::move(data), look);
-}
-
-Expected<std::vector<UsdPart>> UsdMeshes::ofCurves(const UsdComposedPrim& prim, const std::string& material) {
-    if (usdWord(prim, "type", "cubic") != "linear") {
-        remarks_.add("curves that are not linear are left out", prim.path());
-        return std::vector<UsdPart>();
-    }
-    MeshData data;
-    data.primitive = Primitive::kLines;
-    const std::optional<UsdAttribute> points = prim.attribute("points"), counts = prim.attribute("curveVertexCounts");
-    if (points && points->value) data.positions = points->value->numbers<float>();
-    data.positions.resize(data.positions.size() / 3 * 3);
-    const std::size_t vertices = data.positions.size() / 3;
-    const bool closed = usdWord(prim, "wrap", "nonperiodic") == "periodic";
-    std::size_t first = 0;
-    if (counts && counts->value)
-        for (const std::int32_t count : counts->value->numbers<std::int32_t>()) {
-            const auto size = static_cast<std::size_t>(std::max(count, 0));
-            if (count < 0 || size > vertices - first) {
-                scene_.noteMissing(fmt::format("{}: curves beyond its {} points are left out", prim.path(), vertices));
-                break;
-            }
-            for (std::size_t i = 0; i + (closed && size > 2 ? 0 : 1) < size; ++i)
-                for (const std::size_t end : {i, (i + 1) % size})
-                    data.lines.push_back(static_cast<std::uint32_t>(first + end));
-            first += size;
-        }
-    const UsdLook look = lookOf(prim, material, false);
-    setColors(prim, look, {1, vertices, vertices}, data);
     return added(prim, std::move(data), look);
 }
 

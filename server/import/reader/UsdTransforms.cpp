@@ -19,6 +19,11 @@ bool isSoundPlace(const Affine3d& map) {
     return map.matrix().allFinite() && map.matrix().cwiseAbs().maxCoeff() <= kUtmostPlace;
 }
 
+/// Of a matrix of 16 numbers, whether its last column is more than a weight.
+bool isPerspective(const std::vector<double>& numbers) {
+    return numbers.size() == 16 && (numbers[3] != 0 || numbers[7] != 0 || numbers[11] != 0);
+}
+
 Vec3d axisOfLetter(char letter) {
     return letter == 'X' ? Vec3d::UnitX() : letter == 'Y' ? Vec3d::UnitY() : Vec3d::UnitZ();
 }
@@ -74,6 +79,8 @@ UsdTransform::UsdTransform(const UsdComposedPrim& prim, UsdRemarks& remarks) {
             operation.kind = Kind::kScale, operation.axes = kind.substr(5);
         else
             kind = {};
+        if (prim.metadata(name, "spline") != nullptr)
+            remarks.add("splines are left out", fmt::format("{}.{}", prim.path(), name));
         if (!attribute || !attribute->value || kind.empty()) {
             remarks.add("operations of transforms that have no value are left out",
                         fmt::format("{}.{}", prim.path(), name));
@@ -86,9 +93,14 @@ UsdTransform::UsdTransform(const UsdComposedPrim& prim, UsdRemarks& remarks) {
                         fmt::format("{}.{}", prim.path(), name));
             continue;
         }
+        if (operation.kind == Kind::kMatrix && isPerspective(operation.attribute.value->numbers<double>()))
+            remarks.add("matrices of a perspective are taken without it", fmt::format("{}.{}", prim.path(), name));
         moves_ = moves_ || operation.attribute.samples.size() > 1;
         operations_.push_back(std::move(operation));
     }
+    if (!operations_.empty() && !moves_ && at().linear().determinant() == 0)
+        remarks.add("transforms without an inverse leave nothing, or something flat, of what stands there",
+                    prim.path());
 }
 
 std::optional<Affine3d> UsdTransform::valueOf(const Operation& operation, std::optional<double> time) {
@@ -139,6 +151,7 @@ std::optional<Affine3d> UsdTransform::valueOf(const Operation& operation, std::o
             if (numbers.size() != 16) return std::nullopt;
             // Row vectors are multiplied with it; what stands in columns here stands in rows there.
             map.matrix().topRows<3>() = Eigen::Map<const Mat4d>(numbers.data()).topRows<3>();
+            if (!isPerspective(numbers) && std::abs(numbers[15]) > 1e-300) map.matrix().topRows<3>() /= numbers[15];
             break;
         }
     }
@@ -155,11 +168,16 @@ Affine3d UsdTransform::at(std::optional<double> time) const {
     return isSoundPlace(parent_T_prim) ? parent_T_prim : Affine3d::Identity();
 }
 
-std::vector<double> UsdTransform::keyTimes(std::size_t most) const {
+UsdTransform::KeyTimes UsdTransform::keyTimes(std::size_t most, std::size_t& between) const {
+    KeyTimes out;
     std::set<double> times;
     for (const Operation& operation : operations_) {
         const auto& samples = operation.attribute.samples;
-        for (std::size_t i = 0; i < samples.size() && times.size() < most; ++i) {
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (times.size() >= most) {
+                out.cut = true;
+                break;
+            }
             times.insert(samples[i].first);
             if (operation.kind != Kind::kRotate || i == 0) continue;
             const std::vector<double> from = samples[i - 1].second->numbers<double>(),
@@ -167,12 +185,19 @@ std::vector<double> UsdTransform::keyTimes(std::size_t most) const {
             double turn = 0;
             for (std::size_t k = 0; k < std::min(from.size(), to.size()); ++k)
                 turn = std::max(turn, std::abs(to[k] - from[k]));
-            const double steps = std::min(std::ceil(turn / kTurnPerKey), static_cast<double>(most));
-            for (double step = 1; step < steps && times.size() < most; ++step)
+            const double steps = std::ceil(turn / kTurnPerKey);
+            if (!(steps > 1)) continue;
+            if (!(steps <= static_cast<double>(std::min(between, most - times.size())))) {
+                out.turnsLost = true;
+                continue;
+            }
+            between -= static_cast<std::size_t>(steps);
+            for (double step = 1; step < steps; ++step)
                 times.insert(samples[i - 1].first + (samples[i].first - samples[i - 1].first) * step / steps);
         }
     }
-    return {times.begin(), times.end()};
+    out.times.assign(times.begin(), times.end());
+    return out;
 }
 
 }  // namespace tessera

@@ -26,8 +26,14 @@ public:
     /// At a time of the stage; without one at the first. parent_T_prim.
     [[nodiscard]] Affine3d at(std::optional<double> time = std::nullopt) const;
     /// All times at which something has a sample, and, where something turns far from one to the next, so many between
-    /// that a rotation along the shorter way, as Tessera's animations go, is what the file says. At most `most`.
-    [[nodiscard]] std::vector<double> keyTimes(std::size_t most) const;
+    /// that a rotation along the shorter way, as Tessera's animations go, is what the file says.
+    struct KeyTimes {
+        std::vector<double> times;
+        bool cut = false;        ///< there are more than `most`
+        bool turnsLost = false;  ///< something turns farther than what was left of `between`
+    };
+    /// `between`: how many keys that no sample has may be made; becomes what is left of these.
+    [[nodiscard]] KeyTimes keyTimes(std::size_t most, std::size_t& between) const;
 
 private:
     enum class Kind : std::uint8_t { kTranslate, kScale, kRotate, kOrient, kMatrix };

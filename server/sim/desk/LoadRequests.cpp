@@ -21,7 +21,7 @@ ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, Obj
     if (const std::optional<Error> why = around_.whyNoEdit()) return refuse(*why);
     if (reload)
         if (std::optional<ServerActions> begun =
-                reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius))
+                reloads_.ask(asker, path, parent, placing.said() || placing.pointRadius || !placing.variants.empty()))
             return *std::move(begun);
     const ObjectId below = parent ? parent : kRootNode;
     if (!around_.simulation.scene().get<Node>(below))

@@ -110,6 +110,9 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_FALSE(placing.scale);
     EXPECT_FALSE(placing.pointRadius);
     EXPECT_EQ(parsed<verb::Load>("load a.ply --point-radius 0.02").placing.pointRadius, 0.02);
+    EXPECT_EQ(parsed<verb::Load>("load a.usd --variant /A:b=c --variant /D/E:f=g").placing.variants,
+              (std::vector<std::string>{"/A:b=c", "/D/E:f=g"}));
+    EXPECT_NE(refusal("--server a:1 load a.usd --variant b=c").find("is not PRIM:SET=NAME"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 load a.ply --point-radius -1").find("a radius of points of -1"), std::string::npos);
     EXPECT_EQ(parsed<verb::Load>("load a.stl --scale 0.01").placing.scale, 0.01);
     for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2",

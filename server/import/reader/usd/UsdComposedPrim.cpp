@@ -27,10 +27,23 @@ std::vector<std::string> UsdComposedPrim::childNames() const {
     std::vector<std::string> names;
     std::set<std::string_view> known;
     // As USD has it: the weakest opinion's order, what stronger ones add behind it.
-    for (auto opinion = opinions_.rbegin(); opinion != opinions_.rend(); ++opinion)
+    for (auto opinion = opinions_.rbegin(); opinion != opinions_.rend(); ++opinion) {
         for (const std::unique_ptr<UsdPrim>& child : opinion->prim->children.list())
             if (known.insert(child->name).second) names.push_back(child->name);
+        if (const auto order = opinion->prim->metadata.find("primOrder"); order != opinion->prim->metadata.end())
+            if (order->second.words() != nullptr) orderUsdList(names, *order->second.words());
+    }
     return names;
+}
+
+std::map<std::string, std::set<std::string>> UsdComposedPrim::variantSets() const {
+    std::map<std::string, std::set<std::string>> sets;
+    for (const UsdOpinion& opinion : opinions_)
+        if (opinion.prim->arcs)
+            for (const UsdVariantSet& set : opinion.prim->arcs->variantSets)
+                for (const std::unique_ptr<UsdPrim>& variant : set.variants.list())
+                    sets[set.name].insert(variant->name);
+    return sets;
 }
 
 std::optional<UsdAttribute> UsdComposedPrim::attribute(std::string_view name) const {
@@ -71,7 +84,8 @@ std::vector<std::string> UsdComposedPrim::targets(std::string_view property) con
         const UsdProperty* said = opinion->prim->property(property);
         if (said == nullptr || said->targets.empty()) continue;
         UsdListOp<std::string> mapped = said->targets;
-        for (auto* list : {&mapped.items, &mapped.prepended, &mapped.appended, &mapped.deleted})
+        for (auto* list :
+             {&mapped.items, &mapped.added, &mapped.prepended, &mapped.appended, &mapped.deleted, &mapped.ordered})
             for (std::string& path : *list) path = stagePath(path, opinion->site);
         mapped.applyTo(targets);
     }

@@ -18,6 +18,10 @@ constexpr unsigned kOldestMinor = 4, kNewestMinor = 13;
 /// What values may take beyond a multiple of the file's own size.
 constexpr std::uint64_t kFreeBytes = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerByte = 16;
+/// Of a prim or a property: three numbers, and its values.
+constexpr std::size_t kBytesPerSpec = 16;
+/// Of each table, beyond one for each byte of the file.
+constexpr std::uint64_t kFreeEntries = 2'000'000;
 
 /// Kinds of specs, as published.
 enum SpecKind : std::uint32_t {
@@ -101,7 +105,7 @@ private:
     std::uint64_t count(UsdCrateCursor& in) const {
         const auto said = in.read<std::uint64_t>();
         // Two bits each, pressed together 255 times at most; and no more than are worth it.
-        if (said / 4 / 255 > in.left() || said > 8 * limits_.maxSpecs) in.spoil();
+        if (said / 4 / 255 > in.left() || said > kFreeEntries + bytes_.size()) in.spoil();
         return in.good() ? said : 0;
     }
 
@@ -110,6 +114,7 @@ private:
         if (!in) return tl::unexpected(in.error());
         const std::uint64_t said = count(*in);
         const auto size = in->read<std::uint64_t>();
+        if (size > kFreeBytes / 2 + kBytesPerByte * bytes_.size()) return cut("words");
         const ByteSpan packed = in->take(in->count(1));
         const std::optional<Bytes> text = in->good() ? unpackUsdBlocks(packed, size) : std::nullopt;
         if (!text || said > text->size()) return cut("words");
@@ -134,6 +139,7 @@ private:
         Expected<UsdCrateCursor> in = section("FIELDS");
         if (!in) return tl::unexpected(in.error());
         const std::uint64_t said = count(*in);
+        if (!in->good()) return cut("fields");
         const auto names = unpackUsdIntegers<std::uint32_t>(*in, said);
         const ByteSpan packed = in->take(in->count(1));
         const std::optional<Bytes> values = names && in->good() ? unpackUsdBlocks(packed, said * 8) : std::nullopt;
@@ -200,8 +206,8 @@ private:
         Expected<UsdCrateCursor> in = section("SPECS");
         if (!in) return tl::unexpected(in.error());
         const std::uint64_t said = count(*in);
-        if (said > limits_.maxSpecs)
-            return fail(ErrorCode::kLimit, fmt::format("it has more than {} prims and properties", limits_.maxSpecs));
+        if (const std::size_t most = limits_.specsOf(bytes_.size(), kBytesPerSpec); said > most)
+            return fail(ErrorCode::kLimit, fmt::format("it has more than {} prims and properties", most));
         const auto paths = unpackUsdIntegers<std::uint32_t>(*in, said);
         const auto fields = unpackUsdIntegers<std::uint32_t>(*in, said);
         const auto kinds = unpackUsdIntegers<std::uint32_t>(*in, said);
@@ -254,7 +260,7 @@ private:
             Expected<void> done =
                 property != nullptr ? setProperty(*property, name, field.value) : setPrim(*prim, name, field.value);
             if (!done) return done;
-            if (++fieldsRead_ > kFieldsPerSpec * limits_.maxSpecs) return cut("sets of fields");
+            if (++fieldsRead_ > kFreeEntries + kFieldsPerSpec * specs_.size()) return cut("sets of fields");
         }
         return {};
     }
@@ -331,7 +337,7 @@ private:
     }
 
     /// Sets of fields may be shared; more than so many each are lies.
-    static constexpr std::uint64_t kFieldsPerSpec = 16;
+    static constexpr std::uint64_t kFieldsPerSpec = 8;
 
     ByteSpan bytes_;
     UsdLayerLimits limits_;

@@ -1,4 +1,5 @@
-/// Binary USD (.usdc, a "crate") → a layer. Written after the published structure of crate files, versions 0.4 to 0.12.
+/// Binary USD (.usdc, a "crate") → a layer. Written after the published structure of crate files, versions 0.4 to
+/// 0.12.
 ///
 /// A crate is a table of contents of six sections. TOKENS has all words, STRINGS says which of them are strings. FIELDS
 /// has a name and a value each, FIELDSETS which of them belong together. PATHS is a tree in depth-first order. SPECS

@@ -35,7 +35,7 @@ constexpr std::array<CrateType, 31> kTypes = {
     {Disk::kInt, 4}};
 constexpr unsigned kString = 10, kMatrix2d = 13, kMatrix4d = 15, kVec2h = 21, kDictionary = 31, kPathVector = 40,
                    kTokenVector = 41, kVariability = 44, kDoubleVector = 48, kStringVector = 50, kValue = 52,
-                   kTimeCode = 56;
+                   kTimeCode = 56, kAnimationBlock = 60;
 
 CrateType typeOf(unsigned type) {
     if (type == kTimeCode) return {Disk::kDouble};
@@ -154,7 +154,7 @@ Expected<UsdValue> UsdCrateValues::inlined(UsdCrateRep rep) {
     UsdValue value;
     const auto bits = static_cast<std::uint32_t>(rep.payload());
     const CrateType type = typeOf(rep.type());
-    if (rep.type() == kValueBlock) return value;
+    if (rep.type() == kValueBlock || rep.type() == kAnimationBlock) return value;
     if (rep.type() >= kSpecifier && rep.type() <= kVariability) {
         value.data = std::vector<std::int32_t>{static_cast<std::int32_t>(bits)};
         return value;
@@ -417,11 +417,10 @@ Expected<UsdListOp<Item>> UsdCrateValues::list(UsdCrateRep rep, std::uint64_t by
     UsdListOp<Item> list;
     const auto bits = in.read<std::uint8_t>();
     list.isExplicit = (bits & 1U) != 0;
-    std::vector<Item> ordered;
     // In the file in this order; their bits are in another.
-    const std::pair<unsigned, std::vector<Item>*> parts[] = {{2U, &list.items},      {4U, &list.appended},
+    const std::pair<unsigned, std::vector<Item>*> parts[] = {{2U, &list.items},      {4U, &list.added},
                                                              {32U, &list.prepended}, {64U, &list.appended},
-                                                             {8U, &list.deleted},    {16U, &ordered}};
+                                                             {8U, &list.deleted},    {16U, &list.ordered}};
     for (const auto& [bit, to] : parts) {
         if ((bits & bit) == 0) continue;
         const std::uint64_t count = in.count(bytesEach);

@@ -112,8 +112,17 @@ Expected<std::shared_ptr<const UsdLayer>> UsdFiles::layer(const std::string& ass
         if (!held) return tl::unexpected(held.error());
         const std::string inside = part.empty() ? (*held)->first() : part;
         const ByteSpan found = (*held)->find(inside);
-        if (found.empty())
+        if (found.empty() && !(*held)->has(inside))
             return fail(ErrorCode::kNotFound, fmt::format("'{}' is not in the package '{}'", inside, name));
+        if ((*held)->isPacked(inside))
+            return fail(
+                ErrorCode::kUnsupported,
+                fmt::format("'{}' in the package '{}' is compressed, as no file of a usdz may be", inside, name));
+        if (part.empty() && !isUsdCrate(found) && !isUsdText(asText(found)))
+            return fail(ErrorCode::kBadInput,
+                        fmt::format("the first file in the package, '{}', is no layer of USD, as it has to be: pack it "
+                                    "anew with the .usdc or .usda first",
+                                    inside));
         return parse(name + "[" + inside + "]", found);
     };
     Expected<std::shared_ptr<const UsdLayer>> loaded = load();

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -15,29 +17,60 @@
 
 namespace tessera {
 
-/// Changes of a weaker list, or, explicit, a list of its own. What text calls `add` counts as appended.
+/// Those that `order` names in its order, each followed by what came behind it and is not named.
+template <typename Item>
+void orderUsdList(std::vector<Item>& list, const std::vector<Item>& order) {
+    std::map<Item, std::size_t> ranks;
+    for (const Item& item : order) ranks.emplace(item, ranks.size() + 1);
+    std::vector<std::pair<std::size_t, Item>> ranked;
+    std::size_t rank = 0;  // before all: what comes before the first that is named
+    for (Item& item : list) {
+        if (const auto named = ranks.find(item); named != ranks.end()) rank = named->second;
+        ranked.emplace_back(rank, std::move(item));
+    }
+    std::ranges::stable_sort(ranked, {}, [](const auto& entry) { return entry.first; });
+    std::ranges::transform(ranked, list.begin(), [](auto& entry) { return std::move(entry.second); });
+}
+
+/// Changes of a weaker list, or, explicit, a list of its own.
 template <typename Item>
 struct UsdListOp {
     bool isExplicit = false;
     std::vector<Item> items;  ///< of an explicit one
+    std::vector<Item> added;  ///< behind the others, where they are not among them
     std::vector<Item> prepended, appended, deleted;
+    std::vector<Item> ordered;  ///< brought into this order, those that are there
 
-    [[nodiscard]] bool empty() const { return !isExplicit && prepended.empty() && appended.empty() && deleted.empty(); }
-    /// `list`: what weaker opinions say; becomes what they and this one say together.
+    [[nodiscard]] bool empty() const {
+        return !isExplicit && added.empty() && prepended.empty() && appended.empty() && deleted.empty() &&
+               ordered.empty();
+    }
+    /// `list`: what weaker opinions say; becomes what they and this one say together, each once.
     void applyTo(std::vector<Item>& list) const {
         if (isExplicit) {
             list = items;
-            return;
+            return keepFirst(list);
         }
         const auto drop = [&](const std::vector<Item>& gone) {
-            if (!gone.empty() && !list.empty())
-                std::erase_if(list, [&](const Item& item) { return std::ranges::find(gone, item) != gone.end(); });
+            if (gone.empty() || list.empty()) return;
+            const std::set<Item> those(gone.begin(), gone.end());
+            std::erase_if(list, [&](const Item& item) { return those.contains(item); });
         };
         drop(deleted);
+        list.insert(list.end(), added.begin(), added.end());
+        keepFirst(list);
         drop(prepended);
-        drop(appended);
         list.insert(list.begin(), prepended.begin(), prepended.end());
+        drop(appended);
         list.insert(list.end(), appended.begin(), appended.end());
+        keepFirst(list);
+        if (!ordered.empty()) orderUsdList(list, ordered);
+    }
+
+private:
+    static void keepFirst(std::vector<Item>& list) {
+        std::set<Item> seen;
+        if (list.size() > 1) std::erase_if(list, [&](const Item& item) { return !seen.insert(item).second; });
     }
 };
 
@@ -49,14 +82,14 @@ struct UsdTime {
     [[nodiscard]] UsdTime after(const UsdTime& inner) const {
         return {.offset = of(inner.offset), .scale = scale * inner.scale};
     }
-    bool operator==(const UsdTime&) const = default;
+    auto operator<=>(const UsdTime&) const = default;
 };
 
 /// A reference or a payload. No asset: into the same layers; no path: the layer's default prim.
 struct UsdReference {
     std::string asset, path;
     UsdTime time;
-    bool operator==(const UsdReference&) const = default;
+    auto operator<=>(const UsdReference&) const = default;
 };
 
 using UsdMetadata = std::map<std::string, UsdValue, std::less<>>;
@@ -130,6 +163,8 @@ struct UsdLayer {
     std::string identifier;              ///< by which it is opened once; what it names is relative to that
     UsdPrim root;                        ///< its metadata are the layer's
     std::vector<UsdSublayer> sublayers;  ///< the strongest first
+    /// What is odd in it, and was read all the same: a kind of thing, and where.
+    std::vector<std::pair<std::string, std::string>> remarks;
 
     [[nodiscard]] double timeCodesPerSecond() const;
     /// The path of the default prim; empty: it names none.
@@ -140,6 +175,10 @@ struct UsdLayer {
 struct UsdLayerLimits {
     std::size_t maxDepth = 255;        ///< of prims within prims
     std::size_t maxSpecs = 4'000'000;  ///< prims and properties
+    /// Each takes some 300 bytes of memory, and in a file `bytesEach` mostly: small files have few.
+    [[nodiscard]] std::size_t specsOf(std::size_t fileBytes, std::size_t bytesEach) const {
+        return std::min(maxSpecs, 600'000 + fileBytes / bytesEach);
+    }
 };
 
 }  // namespace tessera

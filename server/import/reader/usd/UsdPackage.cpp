@@ -10,6 +10,8 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kEndBytes = 22, kEntryBytes = 46, kLocalBytes = 30, kLongestRemark = 65535;
+/// What stands where a number of 64 bits stands elsewhere.
+constexpr std::size_t kIsLong = 0xffffffff;
 
 /// Little-endian, `size` bytes of it. The caller has looked whether they are there.
 std::uint64_t number(ByteSpan bytes, std::size_t at, std::size_t size) {
@@ -52,7 +54,7 @@ Expected<std::shared_ptr<const UsdPackage>> UsdPackage::open(Bytes owned) {
     if (!end) return broken("the end of the archive is missing; it may be cut off");
     const std::size_t entries = number(bytes, *end + 10, 2), begin = number(bytes, *end + 16, 4);
     if (entries == 0) return broken("there is no file in it");
-    if (entries == 0xffff || begin == 0xffffffff) return broken("it is an archive of 64 bits, which usdz are not");
+    if (entries == 0xffff || begin == kIsLong) return broken("it is an archive of 64 bits, which usdz are not");
     std::size_t at = begin;
     std::size_t earliest = bytes.size();
     for (std::size_t i = 0; i < entries; ++i) {
@@ -66,6 +68,11 @@ Expected<std::shared_ptr<const UsdPackage>> UsdPackage::open(Bytes owned) {
         const bool stored = number(bytes, at + 10, 2) == 0 && (number(bytes, at + 8, 2) & 1) == 0;
         at += kEntryBytes + nameBytes + extra + remark;
         if (name.empty() || name.back() == '/') continue;
+        if (packed == kIsLong || size == kIsLong || local == kIsLong)
+            return broken(
+                fmt::format("'{}' is an entry of 64 bits (zip64), which a usdz has not; pack it anew with "
+                            "usdzip, or with zip -0",
+                            name));
         if (local > bytes.size() || bytes.size() - local < kLocalBytes || number(bytes, local, 4) != 0x04034b50)
             return broken(fmt::format("'{}' does not begin where the archive says", name));
         Part part{local + kLocalBytes + number(bytes, local + 26, 2) + number(bytes, local + 28, 2), size, stored};

@@ -21,6 +21,7 @@ public:
     [[nodiscard]] const std::string& first() const { return first_; }
     /// A file in it; nothing: there is none of that name.
     [[nodiscard]] ByteSpan find(const std::string& name) const;
+    [[nodiscard]] bool has(const std::string& name) const { return parts_.contains(name); }
     /// Names of files that are not as usdz has them, which are not read.
     [[nodiscard]] bool isPacked(const std::string& name) const;
 

@@ -11,13 +11,25 @@ namespace tessera {
 namespace {
 
 /// What a list of a file does to weaker ones.
-enum class ListWord { kNone, kPrepend, kAppend, kDelete, kReorder };
+enum class ListWord { kNone, kAdd, kPrepend, kAppend, kDelete, kReorder };
+
+/// What samples over time may take beyond a multiple of the text's own size: each is a few letters there.
+constexpr std::size_t kFreeSampleBytes = std::size_t{256} << 20, kSampleBytesPerByte = 8;
+/// "float3 xformOp:scale = (1, 1, 1)": few are shorter.
+constexpr std::size_t kBytesPerSpec = 24;
+/// Of a value that is kept by itself, whatever it is.
+constexpr std::size_t kBytesPerSample = 160;
 
 class UsdTextReader {
 public:
     UsdTextReader(std::string_view text, std::string identifier, const UsdLayerLimits& limits)
-        : in_(text), limits_(limits), layer_(std::make_shared<UsdLayer>()) {
+        : in_(text),
+          mostSpecs_(limits.specsOf(text.size(), kBytesPerSpec)),
+          sampleBytes_(kFreeSampleBytes + kSampleBytesPerByte * text.size()),
+          limits_(limits),
+          layer_(std::make_shared<UsdLayer>()) {
         layer_->identifier = std::move(identifier);
+        readVersion(text);
     }
 
     Expected<std::shared_ptr<const UsdLayer>> read() {
@@ -29,12 +41,23 @@ public:
 
 private:
     bool countSpec() {
-        return ++specs_ <= limits_.maxSpecs ||
-               in_.fault(fmt::format("it has more than {} prims and properties", limits_.maxSpecs), ErrorCode::kLimit);
+        return ++specs_ <= mostSpecs_ ||
+               in_.fault(fmt::format("it has more than {} prims and properties", mostSpecs_), ErrorCode::kLimit);
+    }
+    /// "#usda 1.0": what is of another version may be read wrong.
+    void readVersion(std::string_view text) {
+        const std::string_view head = text.substr(0, text.find_first_of("\r\n"));
+        const std::size_t at = head.find_first_of("0123456789");
+        if (at == std::string_view::npos) return;
+        const std::string_view version = head.substr(at, head.find_first_not_of("0123456789.", at) - at);
+        if (version != "1" && !version.starts_with("1."))
+            layer_->remarks.emplace_back("text of other versions than 1 is read as if it were of that",
+                                         fmt::format("{} in {}", version, layer_->identifier));
     }
     ListWord listWord() {
         if (in_.acceptWord("prepend")) return ListWord::kPrepend;
-        if (in_.acceptWord("append") || in_.acceptWord("add")) return ListWord::kAppend;
+        if (in_.acceptWord("append")) return ListWord::kAppend;
+        if (in_.acceptWord("add")) return ListWord::kAdd;
         if (in_.acceptWord("delete")) return ListWord::kDelete;
         if (in_.acceptWord("reorder")) return ListWord::kReorder;
         return ListWord::kNone;
@@ -43,6 +66,8 @@ private:
     static void put(ListWord word, std::vector<Item> items, UsdListOp<Item>& list) {
         const auto behind = [&](std::vector<Item>& to) { to.insert(to.end(), items.begin(), items.end()); };
         switch (word) {
+            case ListWord::kAdd:
+                return behind(list.added);
             case ListWord::kPrepend:
                 return behind(list.prepended);
             case ListWord::kAppend:
@@ -50,7 +75,7 @@ private:
             case ListWord::kDelete:
                 return behind(list.deleted);
             case ListWord::kReorder:
-                return;
+                return behind(list.ordered);
             default:
                 list.isExplicit = true;
                 list.items = std::move(items);
@@ -182,10 +207,11 @@ private:
             const ListWord word = listWord();
             std::string_view first;
             if (!in_.identifier(first)) return in_.fault("a prim or a property is missing");
-            if (word == ListWord::kReorder) {
+            if (word == ListWord::kReorder &&
+                (first == "nameChildren" || first == "rootPrims" || first == "properties")) {
                 UsdValue order;
                 if (!in_.expect('=', "behind what is ordered") || !in_.anyValue(order)) return false;
-                if (first == "nameChildren" && order.words() != nullptr) prim.metadata["primOrder"] = order;
+                if (first != "properties" && order.words() != nullptr) prim.metadata["primOrder"] = order;
                 continue;
             }
             if (first == "def" || first == "over" || first == "class") {
@@ -209,6 +235,12 @@ private:
         if (name.empty() || name.find_first_of("/.{}<>") != std::string::npos)
             return in_.fault(fmt::format("'{}' is no name of a prim", name));
         if (!countSpec()) return false;
+        if (parent.children.find(name) != nullptr && layer_->remarks.size() < kMostRemarks) {
+            const std::string line =
+                layer_->remarks.size() < kMostLines ? fmt::format(" at line {}", in_.line()) : std::string();
+            layer_->remarks.emplace_back("prims of one name count as one, which has what is said last",
+                                         fmt::format("{}/{}{} of {}", parentPath, name, line, layer_->identifier));
+        }
         UsdPrim& prim = parent.children.at(name);
         prim.specifier = specifier == "def"     ? UsdPrim::Specifier::kDef
                          : specifier == "class" ? UsdPrim::Specifier::kClass
@@ -307,6 +339,11 @@ private:
             if (!in_.number(time) || !in_.expect(':', "behind the time of a sample") ||
                 !in_.value(type, property.type, value))
                 return false;
+            const std::size_t bytes = kBytesPerSample + value.bytes();
+            if (bytes > sampleBytes_)
+                return in_.fault("its samples over time take far more memory than a file of its size may",
+                                 ErrorCode::kLimit);
+            sampleBytes_ -= bytes;
             if (std::isfinite(time))
                 property.samples.emplace_back(time, std::make_shared<const UsdValue>(std::move(value)));
             if (!in_.accept(',') && in_.next() != '}') return in_.fault("'}' is missing behind samples");
@@ -315,7 +352,11 @@ private:
         return true;
     }
 
+    /// Looking for the line of one takes its time.
+    static constexpr std::size_t kMostRemarks = 10'000, kMostLines = 10;
+
     UsdTextCursor in_;
+    std::size_t mostSpecs_, sampleBytes_;
     const UsdLayerLimits& limits_;
     std::shared_ptr<UsdLayer> layer_;
     std::size_t specs_ = 0;
@@ -336,11 +377,21 @@ std::string absoluteUsdPath(std::string_view path, std::string_view prim) {
     return path.front() == '.' ? at + std::string(path) : at + "/" + std::string(path);
 }
 
+bool isUsdText(std::string_view text) {
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    return text.starts_with("#usda") || text.starts_with("#sdf");
+}
+
 Expected<std::shared_ptr<const UsdLayer>> parseUsdText(std::string_view text, std::string identifier,
                                                        const UsdLayerLimits& limits) {
+    using namespace std::string_view_literals;
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
-    if (!text.starts_with("#usda") && !text.starts_with("#sdf"))
-        return fail(ErrorCode::kBadInput, "1:1: text of USD begins with '#usda 1.0'");
+    for (const std::string_view wide : {"\xff\xfe"sv, "\xfe\xff"sv, "#\0"sv, "\0#"sv})
+        if (text.starts_with(wide))
+            return fail(ErrorCode::kBadInput,
+                        "1:1: it is text of UTF-16, and text of USD is UTF-8: an editor, or iconv -f UTF-16 -t UTF-8, "
+                        "saves it so");
+    if (!isUsdText(text)) return fail(ErrorCode::kBadInput, "1:1: text of USD begins with '#usda 1.0'");
     return UsdTextReader(text, std::move(identifier), limits).read();
 }
 

@@ -6,6 +6,9 @@
 
 namespace tessera {
 
+/// Whether it begins as text of USD does.
+[[nodiscard]] bool isUsdText(std::string_view text);
+
 /// kBadInput "line:column: what is wrong", kLimit alike. Relative paths are absolute in the layer.
 [[nodiscard]] Expected<std::shared_ptr<const UsdLayer>> parseUsdText(std::string_view text, std::string identifier,
                                                                      const UsdLayerLimits& limits = {});

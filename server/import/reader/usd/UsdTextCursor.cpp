@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace tessera {
@@ -18,6 +19,17 @@ bool isNameLetter(char c) {
            static_cast<unsigned char>(c) >= 0x80;
 }
 
+/// Files of old machines end their lines by '\r' alone.
+constexpr const char* kLineEnds = "\r\n";
+
+/// Lines that have ended in a text.
+std::size_t lineEndsIn(std::string_view text) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < text.size(); ++i)
+        if (text[i] == '\n' || (text[i] == '\r' && (i + 1 == text.size() || text[i + 1] != '\n'))) ++count;
+    return count;
+}
+
 /// As a person may see it in a message.
 std::string shown(char c) {
     if (c == '\0') return "the end of the file";
@@ -27,12 +39,15 @@ std::string shown(char c) {
 
 }  // namespace
 
+std::size_t UsdTextCursor::line() const {
+    return 1 + lineEndsIn(text_.substr(0, std::min(at_, text_.size())));
+}
+
 bool UsdTextCursor::fault(std::string message, ErrorCode code) {
     if (error_) return false;
     const std::string_view before = text_.substr(0, std::min(at_, text_.size()));
-    const auto line = 1 + std::ranges::count(before, '\n');
-    const std::size_t begin = before.rfind('\n') + 1;  // npos + 1 is 0
-    error_ = Error{code, fmt::format("{}:{}: {}", line, before.size() - begin + 1, message)};
+    const std::size_t begin = before.find_last_of(kLineEnds) + 1;  // npos + 1 is 0
+    error_ = Error{code, fmt::format("{}:{}: {}", line(), before.size() - begin + 1, message)};
     return false;
 }
 
@@ -42,7 +57,7 @@ void UsdTextCursor::skipBlank() {
         if (c == ' ' || c == '\t' || c == '\n' || c == '\r') {
             ++at_;
         } else if (c == '#') {
-            at_ = std::min(text_.find('\n', at_), text_.size());
+            at_ = std::min(text_.find_first_of(kLineEnds, at_), text_.size());
         } else {
             return;
         }
@@ -103,7 +118,7 @@ bool UsdTextCursor::string(std::string& out) {
             at_ += three ? 3 : 1;
             return true;
         }
-        if (c == '\n' && !three) break;
+        if ((c == '\n' || c == '\r') && !three) break;
         if (c != '\\' || at_ + 1 >= text_.size()) {
             out += c;
             ++at_;
@@ -123,7 +138,7 @@ bool UsdTextCursor::asset(std::string& out) {
     const std::size_t begin = at_ + mark.size();
     const std::size_t end = text_.find(mark, begin);
     if (end == std::string_view::npos ||
-        (mark.size() == 1 && text_.substr(begin, end - begin).find('\n') != text_.npos))
+        (mark.size() == 1 && text_.substr(begin, end - begin).find_first_of(kLineEnds) != text_.npos))
         return fault("this @asset@ has no end");
     out = text_.substr(begin, end - begin);
     at_ = end + mark.size();
@@ -132,7 +147,7 @@ bool UsdTextCursor::asset(std::string& out) {
 
 bool UsdTextCursor::path(std::string& out) {
     if (!expect('<', "before a path")) return false;
-    const std::size_t end = text_.find_first_of(">\n", at_);
+    const std::size_t end = text_.find_first_of(">\r\n", at_);
     if (end == std::string_view::npos || text_[end] != '>') return fault("this <path> has no end");
     out = text_.substr(at_, end - at_);
     at_ = end + 1;
@@ -145,8 +160,8 @@ bool UsdTextCursor::number(double& out) {
     if (at_ < text_.size() && text_[at_] == '+') ++at_;
     const char* const begin = text_.data() + std::min(at_, text_.size());
     const auto [end, problem] = std::from_chars(begin, text_.data() + text_.size(), out);
-    if (problem == std::errc::result_out_of_range)  // 1e-400 and 1e400: the nearest that there is
-        out = *begin == '-' ? -0.0 : 0.0;
+    if (problem == std::errc::result_out_of_range)  // 1e-400 is 0, 1e400 infinite
+        out = std::strtod(std::string(begin, end).c_str(), nullptr);
     else if (problem != std::errc())
         return fault(fmt::format("a number is missing; here is {}", shown(next())));
     at_ += static_cast<std::size_t>(end - begin);

@@ -44,6 +44,8 @@ public:
 
     /// Remembers what is wrong here; false.
     bool fault(std::string message, ErrorCode code = ErrorCode::kBadInput);
+    /// Of the place where it is, from 1.
+    [[nodiscard]] std::size_t line() const;
     [[nodiscard]] bool failed() const { return error_.has_value(); }
     [[nodiscard]] tl::unexpected<Error> error() const { return tl::unexpected<Error>(*error_); }
 
