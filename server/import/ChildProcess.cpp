@@ -67,23 +67,53 @@ Expected<Started> start(const std::string& program, const std::string& file, con
 
 enum class ReadEnd { kComplete, kClosed, kDeadline };
 
-/// Fills `target` from the pipe. kClosed: the writer is gone before that.
-ReadEnd readExactly(int fd, std::span<std::byte> target, SteadyClock::time_point deadline) {
-    std::size_t done = 0;
-    while (done < target.size()) {
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SteadyClock::now()).count();
-        if (left <= 0) return ReadEnd::kDeadline;
-        pollfd waiting{fd, POLLIN, 0};
-        const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long long>(left, 60'000)));
-        if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
-        if (ready <= 0) continue;
-        const ssize_t got = ::read(fd, target.data() + done, target.size() - done);
-        if (got == 0) return ReadEnd::kClosed;
-        if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
-        if (got > 0) done += static_cast<std::size_t>(got);
+/// A pipe, read in large pieces: records may be small and very many.
+class PipeReader {
+public:
+    PipeReader(int fd, SteadyClock::time_point deadline) : fd_(fd), deadline_(deadline) {}
+
+    /// Fills `target`. kClosed: the writer is gone before that.
+    ReadEnd readExactly(std::span<std::byte> target) {
+        while (!target.empty()) {
+            std::size_t taken = std::min(kept_.size(), target.size());
+            std::ranges::copy(kept_.first(taken), target.begin());
+            kept_ = kept_.subspan(taken);
+            if (taken == 0) {
+                const bool isSmall = target.size() < buffer_.size();
+                const std::span<std::byte> into = isSmall ? std::span<std::byte>(buffer_) : target;
+                if (const ReadEnd end = readSome(into, taken); end != ReadEnd::kComplete) return end;
+                if (isSmall) kept_ = ByteSpan(buffer_).first(std::exchange(taken, 0));
+            }
+            target = target.subspan(taken);
+        }
+        return ReadEnd::kComplete;
     }
-    return ReadEnd::kComplete;
-}
+
+private:
+    /// One byte at least.
+    ReadEnd readSome(std::span<std::byte> target, std::size_t& count) const {
+        while (true) {
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - SteadyClock::now()).count();
+            if (left <= 0) return ReadEnd::kDeadline;
+            pollfd waiting{fd_, POLLIN, 0};
+            const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long long>(left, 60'000)));
+            if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
+            if (ready <= 0) continue;
+            const ssize_t got = ::read(fd_, target.data(), target.size());
+            if (got == 0) return ReadEnd::kClosed;
+            if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
+            if (got <= 0) continue;
+            count = static_cast<std::size_t>(got);
+            return ReadEnd::kComplete;
+        }
+    }
+
+    int fd_;
+    SteadyClock::time_point deadline_;
+    Bytes buffer_ = Bytes(std::size_t{1} << 16);
+    ByteSpan kept_;  ///< of the buffer, not yet taken
+};
 
 std::string signalInWords(int signal, const ImportOptions& options) {
     switch (signal) {
@@ -161,11 +191,12 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
     };
 
     ImporterOutput output;
+    PipeReader reader(pipe, deadline);
     std::size_t total = 0;
     bool haveScene = false;
     while (true) {
         ImportRecord record;
-        if (const ReadEnd end = readExactly(pipe, std::as_writable_bytes(std::span(&record, 1)), deadline);
+        if (const ReadEnd end = reader.readExactly(std::as_writable_bytes(std::span(&record, 1)));
             end != ReadEnd::kComplete)
             return ended(end);
         if (record.magic != ImportRecord::kMagic) return nonsense("not a record");
@@ -178,7 +209,7 @@ Expected<ImporterOutput> readImporterOutput(int pipe, const ImportOptions& optio
         total += record.sizeBytes;
 
         Bytes payload(record.sizeBytes);
-        if (const ReadEnd end = readExactly(pipe, payload, deadline); end != ReadEnd::kComplete) return ended(end);
+        if (const ReadEnd end = reader.readExactly(payload); end != ReadEnd::kComplete) return ended(end);
         if (hash64(payload) != record.hash) return nonsense("wrong hash");
 
         switch (record.kind) {
