@@ -71,6 +71,7 @@ Expected<Started> start(const std::string& program, const std::string& file, con
 
 enum class ReadEnd { kComplete, kClosed, kDeadline, kCancelled };
 
+/// A pipe, read in large pieces: records may be small and very many.
 class ImporterPipe {
 public:
     ImporterPipe(int fd, const ImportOptions& options)
@@ -78,23 +79,17 @@ public:
 
     /// Fills `target`. kClosed: the writer is gone before that.
     ReadEnd read(std::span<std::byte> target) {
-        std::size_t done = 0;
-        while (done < target.size()) {
-            if (watch_ != nullptr && watch_->cancelled()) return ReadEnd::kCancelled;
-            const auto left =
-                std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - SteadyClock::now()).count();
-            if (left <= 0) return ReadEnd::kDeadline;
-            constexpr long kLook = 100;  // at whether it is still wanted
-            pollfd waiting{fd_, POLLIN, 0};
-            const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long>(left, kLook)));
-            if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
-            if (ready <= 0) continue;
-            const ssize_t got = ::read(fd_, target.data() + done, target.size() - done);
-            if (got == 0) return ReadEnd::kClosed;
-            if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
-            if (got > 0) done += static_cast<std::size_t>(got);
-            if (got > 0 && comes_ > 0) came_ += static_cast<std::uint64_t>(got);
-            if (comes_ > 0) say(ImportWatch::Stage::kHandingOver, came_, comes_);
+        while (!target.empty()) {
+            std::size_t taken = std::min(kept_.size(), target.size());
+            std::ranges::copy(kept_.first(taken), target.begin());
+            kept_ = kept_.subspan(taken);
+            if (taken == 0) {
+                const bool isSmall = target.size() < buffer_.size();
+                const std::span<std::byte> into = isSmall ? std::span<std::byte>(buffer_) : target;
+                if (const ReadEnd end = readSome(into, taken); end != ReadEnd::kComplete) return end;
+                if (isSmall) kept_ = ByteSpan(buffer_).first(std::exchange(taken, 0));
+            }
+            target = target.subspan(taken);
         }
         return ReadEnd::kComplete;
     }
@@ -107,6 +102,27 @@ public:
     void comes(std::uint64_t bytes) { comes_ = std::max<std::uint64_t>(1, bytes); }
 
 private:
+    /// One byte at least.
+    ReadEnd readSome(std::span<std::byte> target, std::size_t& count) {
+        while (true) {
+            if (watch_ != nullptr && watch_->cancelled()) return ReadEnd::kCancelled;
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - SteadyClock::now()).count();
+            if (left <= 0) return ReadEnd::kDeadline;
+            constexpr long kLook = 100;  // at whether it is still wanted
+            pollfd waiting{fd_, POLLIN, 0};
+            const int ready = ::poll(&waiting, 1, static_cast<int>(std::min<long>(left, kLook)));
+            if (ready < 0 && errno != EINTR) return ReadEnd::kClosed;
+            if (ready <= 0) continue;
+            const ssize_t got = ::read(fd_, target.data(), target.size());
+            if (got == 0) return ReadEnd::kClosed;
+            if (got < 0 && errno != EINTR && errno != EAGAIN) return ReadEnd::kClosed;
+            if (got <= 0) continue;
+            count = static_cast<std::size_t>(got);
+            if (comes_ > 0) say(ImportWatch::Stage::kHandingOver, came_ += count, comes_);
+            return ReadEnd::kComplete;
+        }
+    }
     /// What the child says often is passed on ten times a second, and each new stage at once.
     void say(ImportWatch::Stage stage, std::uint64_t done, std::uint64_t total) {
         const SteadyClock::time_point now = SteadyClock::now();
@@ -121,6 +137,8 @@ private:
     SteadyClock::time_point deadline_, next_ = {};
     std::uint64_t comes_ = 0, came_ = 0;
     ImportWatch::Stage stage_ = ImportWatch::Stage::kWaiting;
+    Bytes buffer_ = Bytes(std::size_t{1} << 16);
+    ByteSpan kept_;  ///< of the buffer, not yet taken
 };
 
 /// False: it has another size.

@@ -37,7 +37,8 @@ constexpr FormatRow kTable[] = {
      "objects, groups, polygons, lines, points, texture coordinates, normals, colours of vertices, materials with "
      "their pictures of colour, normals, glow, metal and roughness, free-form surfaces with trims",
      "smoothing groups (edges above 60 degrees are sharp), free-form curves, what is of version 2.11, pictures of "
-     "other kinds, their scale and offset; beside free-form surfaces polygons' looks, lines and points"},
+     "other kinds, their scale and offset, materials beyond 8192; beside free-form surfaces polygons' looks, lines "
+     "and points"},
     {"PLY", "ply", "our own; files with an element 'material' by assimp",
      "text and both orders of bytes, polygons, strips, points, normals, colours of vertices, texture coordinates of "
      "vertices and of corners, one picture (comment TextureFile), materials",

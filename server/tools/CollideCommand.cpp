@@ -76,7 +76,8 @@ struct Bodies {
 using Model = std::variant<TriangleMesh, FilePoints>;
 
 Expected<Model> load(const std::string& path, Representation as, const CollideArguments& arguments) {
-    const ImportOptions options{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+    ImportOptions options{.assetFolders = arguments.assets, .allowUnconfined = arguments.allowUnconfined};
+    if (arguments.importMemoryMib > 0) options.maxMemoryBytes = arguments.importMemoryMib << 20;
     std::vector<std::string> notes;
     const auto tell = [&] {
         for (const std::string& note : notes)
@@ -407,6 +408,11 @@ Expected<std::variant<CollideArguments, CollideHelp>> parseCollideArguments(cons
         .typeName("R")
         .oneOf(wordsOf(kRealignments), ShowValues::kInErrorsAlone);
     options.option("--assets", out.assets, "Folders for asset://NAME").typeName("DIR");
+    options
+        .option("--import-memory", out.importMemoryMib,
+                "What reading one file may take at least;\nlarge ones may take more by themselves")
+        .typeName("MIB")
+        .range(256, 1'000'000);
     options.flag("--allow-unconfined-import", out.allowUnconfined, "Import even where the child cannot\nbe confined");
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");

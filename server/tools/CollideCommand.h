@@ -39,6 +39,7 @@ struct CollideArguments {
     std::optional<Realignment> realignment;
     unsigned threads = 1;  ///< for any and all
     std::vector<std::string> assets;
+    std::size_t importMemoryMib = 0;  ///< what reading a file may take; 0: as much as usual
     bool allowUnconfined = false;
 };
 

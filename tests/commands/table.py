@@ -484,6 +484,9 @@ ROWS = {
         says="at least"),
     "tessera-collide A.obj --query self": file(
         "tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query self"),
+    "tessera-collide A B --import-memory MIB": file(
+        "tests/commands/made boxes $T && cd $T && tessera-collide A.obj B.stl --poses poses.txt --query all "
+        "--import-memory 512"),
     "tessera-collide A --query self": file("tests/commands/made boxes $T && cd $T && tessera-collide A.obj --query "
                                            "self"),
     # Of a script its first line.

@@ -4,6 +4,7 @@
 #include <Inventor/VRMLnodes/SoVRMLNodes.h>
 #include <Inventor/elements/SoModelMatrixElement.h>
 #include <Inventor/fields/SoSFNode.h>
+#include <Inventor/lists/SoFieldList.h>
 #include <Inventor/nodes/SoNodes.h>
 #include <fmt/format.h>
 
@@ -15,7 +16,10 @@
 #include "common/math/Srgb.h"
 #include "server/import/coin/CoinIndices.h"
 #include "server/import/coin/CoinNodes.h"
+#include "server/import/coin/CoinNormals.h"
 #include "server/import/coin/CoinWalk.h"
+#include "server/import/coin/VrmlExtrusion.h"
+#include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
 
 namespace tessera {
@@ -38,6 +42,18 @@ bool flag(const SoNode& node, const char* name, bool otherwise) {
     return field != nullptr && field->isOfType(SoSFBool::getClassTypeId())
                ? static_cast<const SoSFBool*>(field)->getValue() != FALSE
                : otherwise;
+}
+
+/// As a file would say them.
+std::string fieldsOf(const SoNode& node) {
+    SoFieldList fields;
+    std::string all;
+    for (int i = 0; i < node.getFields(fields); ++i) {
+        SbString said;
+        fields[i]->get(said);
+        all.append(1, ' ').append(said.getString());
+    }
+    return all;
 }
 
 SoNode* nodeIn(const SoNode& node, const char* name) {
@@ -160,6 +176,7 @@ Expected<void> CoinWalk::addVrmlShape(SoVRMLShape& shape, Place& at) {
     state.push();
     if (appearance != nullptr) action_.traverse(appearance);
     CoinLook look = lookOf(action_);
+    const SbMatrix texture = wanted.texture != nullptr ? action_.getTextureMatrix() : SbMatrix::identity();
     state.pop();
     const bool lit = appearance != nullptr && wanted.source != nullptr;
     if (!lit) {
@@ -171,12 +188,53 @@ Expected<void> CoinWalk::addVrmlShape(SoVRMLShape& shape, Place& at) {
     look.lineWidth = look.pointSize = 1;
     wanted.look = look;
     if (is<SoVRMLText>(*geometry)) return addText(*geometry, wanted, at);
-    if (is<SoVRMLPointSet>(*geometry))
-        return placeParts(shape,
-                          shared_[&shape] = nameParts(*geometry, pointsOf(as<SoVRMLPointSet>(*geometry)), wanted), at);
-    Expected<CoinShapes::Parts> parts = shapes_.gather(shape, wanted.texture != nullptr, !flag(*geometry, "ccw", true));
-    if (!parts) return tl::unexpected(parts.error());
-    return placeParts(shape, shared_[&shape] = nameParts(*geometry, std::move(*parts), wanted), at);
+    // One geometry may be of many shapes.
+    std::string key(reinterpret_cast<const char*>(texture.getValue()), sizeof(SbMat));
+    const bool replaces = wanted.texture != nullptr && materials_.replacesColors(*wanted.texture, fileNow_.back());
+    key.push_back(replaces ? 'r' : wanted.texture != nullptr ? 't' : ' ');
+    const SoNode* which = geometry;
+    if (is<SoVRMLSphere>(*geometry) || is<SoVRMLBox>(*geometry) || is<SoVRMLCone>(*geometry) ||
+        is<SoVRMLCylinder>(*geometry)) {
+        // Of these all that say the same are one.
+        which = nullptr;
+        key += kindOf(*geometry) + fieldsOf(*geometry);
+    }
+    const auto [made, isNew] = made_.try_emplace({which, std::move(key)});
+    if (isNew) {
+        Expected<CoinShapes::Parts> parts = partsOf(shape, *geometry, wanted.texture != nullptr, texture);
+        if (!parts) return tl::unexpected(parts.error());
+        for (MeshData& mesh : parts->meshes)
+            if (replaces && mesh.primitive == Primitive::kTriangles) {
+                mesh.colors.clear();
+                parts->colored = false;
+            }
+        made->second = nameMeshes(*geometry, std::move(*parts), wanted.look);
+    }
+    return placeParts(shape, shared_[&shape] = nameParts(made->second, wanted), at);
+}
+
+Expected<CoinShapes::Parts> CoinWalk::partsOf(SoVRMLShape& shape, SoNode& geometry, bool textured,
+                                              const SbMatrix& texture) {
+    CoinShapes::Parts parts;
+    if (is<SoVRMLPointSet>(geometry)) {
+        parts = pointsOf(as<SoVRMLPointSet>(geometry));
+    } else if (is<SoVRMLExtrusion>(geometry)) {
+        Expected<MeshData> mesh = meshOfExtrusion(as<SoVRMLExtrusion>(geometry), textured, texture, extrudedFaces_);
+        if (mesh && !mesh->indices.empty()) parts.meshes.push_back(std::move(*mesh));
+        if (!mesh) noteWrong(geometry, mesh.error().message + ": it is left out");
+    } else {
+        const PlainNormals plain(geometry);
+        return gather(shape, textured, !flag(geometry, "ccw", true), plain);
+    }
+    return parts;
+}
+
+Expected<CoinShapes::Parts> CoinWalk::gather(SoNode& shape, bool textured, bool reversed, const PlainNormals& plain) {
+    Expected<CoinShapes::Parts> parts = shapes_.gather(shape, textured, reversed);
+    for (std::size_t i = 0; parts && plain.creaseAngle() && i < parts->meshes.size(); ++i)
+        if (MeshData& mesh = parts->meshes[i]; mesh.primitive == Primitive::kTriangles)
+            setSmoothNormals(mesh, *plain.creaseAngle());
+    return parts;
 }
 
 Expected<void> CoinWalk::addShape(SoNode& shape, Place& at) {
@@ -186,30 +244,37 @@ Expected<void> CoinWalk::addShape(SoNode& shape, Place& at) {
     SoState& state = *action_.getState();
     state.push();
     if (const std::string wrong = mendIndices(shape, action_); !wrong.empty()) noteWrong(shape, wrong);
-    Expected<CoinShapes::Parts> parts = shapes_.gather(shape, textured, look.clockwise);
+    Expected<CoinShapes::Parts> parts = gather(shape, textured, look.clockwise, PlainNormals(shape, action_));
     state.pop();
     if (!parts) return tl::unexpected(parts.error());
     CoinMaterials::Wanted wanted{
         .look = parts->look ? *parts->look : look, .texture = textured ? texture_ : nullptr, .from = fileNow_.back()};
     wanted.look.drawStyle = look.drawStyle;
-    return placeParts(shape, nameParts(shape, std::move(*parts), wanted), at);
+    return placeParts(shape, nameParts(nameMeshes(shape, std::move(*parts), wanted.look), wanted), at);
 }
 
-CoinWalk::Parts CoinWalk::nameParts(const SoNode& shape, CoinShapes::Parts parts, CoinMaterials::Wanted wanted) {
-    std::vector<std::pair<std::string, std::string>> named;
+CoinWalk::Made CoinWalk::nameMeshes(const SoNode& shape, CoinShapes::Parts parts, const CoinLook& look) {
+    Made made{.colored = parts.colored, .meshes = {}};
     const std::string called = nameOf(shape);
     for (MeshData& mesh : parts.meshes) {
-        // Lines stay lines when others are drawn as their edges.
-        wanted.strokes = mesh.primitive != Primitive::kTriangles;
-        wanted.colored = parts.colored;
-        if (mesh.primitive == Primitive::kLines) mesh.lineWidth = std::clamp(wanted.look.lineWidth, 1.0f, 64.0f);
+        const bool strokes = mesh.primitive != Primitive::kTriangles;
+        if (mesh.primitive == Primitive::kLines) mesh.lineWidth = std::clamp(look.lineWidth, 1.0f, 64.0f);
         const std::string what = fmt::format("{}{}", kindOf(shape), called.empty() ? "" : " '" + called + "'");
         if (const std::string lost = keepSoundParts(mesh, what); !lost.empty()) scene_.noteMissing(lost);
-        if (mesh.empty()) continue;
+        if (!mesh.empty()) made.meshes.emplace_back(meshName(std::move(mesh)), strokes);
+    }
+    return made;
+}
+
+CoinWalk::Parts CoinWalk::nameParts(const Made& made, CoinMaterials::Wanted wanted) {
+    Parts named;
+    wanted.colored = made.colored;
+    for (const auto& [mesh, strokes] : made.meshes) {
         CoinMaterials::Wanted own = wanted;
-        if (wanted.strokes) own.texture = nullptr;
-        std::string material = materials_.name(own);
-        named.emplace_back(meshName(std::move(mesh)), std::move(material));
+        // Lines stay lines when others are drawn as their edges.
+        own.strokes = strokes;
+        if (strokes) own.texture = nullptr;
+        named.emplace_back(mesh, materials_.name(own));
     }
     return named;
 }

@@ -1,7 +1,6 @@
 #include "server/import/coin/CoinFiles.h"
 
 #include <Inventor/SoDB.h>
-#include <Inventor/SoInput.h>
 #include <Inventor/SoInteraction.h>
 
 #include <Inventor/VRMLnodes/SoVRMLImageTexture.h>
@@ -13,11 +12,15 @@
 #include <Inventor/nodes/SoFile.h>
 #include <Inventor/nodes/SoTexture2.h>
 #include <Inventor/nodes/SoWWWInline.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 
+#include "server/import/coin/CoinInput.h"
 #include "server/import/coin/CoinText.h"
 
 namespace tessera {
@@ -95,8 +98,16 @@ bool isFetched(const std::string& url) {
 }  // namespace
 
 void CoinFiles::prepare() {
+    // For each kind of node that it does not know Coin would look for libraries.
+    ::setenv("COIN_NO_SOTYPE_DYNLOAD", "1", 1);
     SoDB::init();
     SoInteraction::init();  // manipulators; and node kits, which these are
+
+    // With each value that it reads Coin asks whether it reads from the standard input, of which it keeps a copy. One
+    // that it cannot have in confinement it would ask for each time.
+    if (::fcntl(STDIN_FILENO, F_GETFD) < 0) (void)::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    constexpr std::string_view kAny = "#VRML V2.0 utf8\n";
+    (void)CoinInput(kAny, __builtin_frame_address(0)).isFileVRML2();
 
     SoInput::clearDirectories();
     Unopened<SoFile>::replace();
@@ -110,7 +121,10 @@ void CoinFiles::prepare() {
 }
 
 CoinFiles::CoinFiles(const std::string& path, const ReadLimits& limits, PlainScene& scene)
-    : folder_(folderOf(path), limits.maxFileBytes), maxBytes_(limits.maxFileBytes), scene_(scene) {
+    : folder_(folderOf(path), limits.maxFileBytes),
+      maxBytes_(limits.maxFileBytes),
+      scene_(scene),
+      stackBegin_(__builtin_frame_address(0)) {
     SoProto::setFetchExternProtoCallback(&CoinFiles::fetchProto, this);
 }
 
@@ -151,12 +165,12 @@ Expected<SoSeparator*> CoinFiles::parse(const std::string& path) {
     if (!text) return tl::unexpected(text.error());
     for (std::string& note : text->notes) scene_.note(std::move(note));
     textBytes_ += text->text.size();
-    SoInput in;
-    in.setBuffer(text->text.data(), text->text.size());
+    CoinInput in(text->text, stackBegin_);
     complaints().clear();
     reading_.push_back(path);
     SoSeparator* const root = SoDB::readAll(&in);
     reading_.pop_back();
+    if (!in.problem().empty()) return fail(ErrorCode::kBadInput, in.problem());
     if (root == nullptr) {
         std::string why =
             complaints().empty() ? "Coin finds nothing in it" : "it cannot be read: " + complaints().front();
@@ -212,10 +226,10 @@ SoProto* CoinFiles::protoOf(const std::string& url, SoInput&) {
         reading_.pop_back();
         return leaveOut(text.error().message);
     }
-    SoInput in;
-    in.setBuffer(text->text.data(), text->text.size());
+    CoinInput in(text->text, stackBegin_);
     SoSeparator* const root = SoDB::readAll(&in);
     reading_.pop_back();
+    if (!in.problem().empty()) return leaveOut(in.problem());
     if (root != nullptr) root->ref();  // its prototypes live as long as the process
     SoProto* const proto = SoProto::findProto(SbName((name.empty() ? firstProtoIn(text->text) : name).c_str()));
     return proto != nullptr ? proto : leaveOut("that file has no PROTO of this name");

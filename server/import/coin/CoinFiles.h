@@ -49,6 +49,7 @@ private:
     FolderFiles folder_;
     std::size_t maxBytes_;
     PlainScene& scene_;
+    const void* stackBegin_;
     std::size_t textBytes_ = 0;
     std::map<std::string, Expected<SoSeparator*>> opened_;
     std::vector<std::string> problems_;  ///< with prototypes of other files

@@ -246,6 +246,12 @@ std::string mendVrmlIndices(SoNode& geometry) {
     if (is<SoVRMLElevationGrid>(geometry)) {
         auto& grid = static_cast<SoVRMLElevationGrid&>(geometry);
         const double x = grid.xDimension.getValue(), z = grid.zDimension.getValue();
+        // In one point Coin would compare each face with each.
+        if (!(grid.xSpacing.getValue() > 0 && grid.zSpacing.getValue() > 0)) {
+            grid.xDimension = 0;
+            grid.zDimension = 0;
+            return "its spacing is not more than 0, and it is left out";
+        }
         if (!(x >= 2 && z >= 2) || x * z > grid.height.getNum()) {
             if (x >= 2 && z >= 2) {
                 grid.xDimension = 0;

@@ -35,6 +35,8 @@ public:
     std::string name(const Wanted& wanted);
     /// Whether there is a picture to show; a note says why not.
     bool hasPicture(const SoNode& texture, const std::string& from) { return !picture(texture, from).image.empty(); }
+    /// Whether that picture stands in the place of all colours, as those of colours do in VRML 2.
+    bool replacesColors(const SoNode& texture, const std::string& from) { return picture(texture, from).replaces; }
     /// Once all are there.
     void finish() { pictures_.finish(); }
 

@@ -16,7 +16,7 @@ namespace {
 /// Beyond, a mesh would be refused.
 constexpr std::size_t kMostCorners = std::size_t{3} * 32'000'000;
 
-Vec3f vectorOf(const SbColor& color) {
+Vec3f partsOfColor(const SbColor& color) {
     return {color[0], color[1], color[2]};
 }
 
@@ -30,9 +30,9 @@ CoinLook lookOf(const SoCallbackAction& action) {
     CoinLook look;
     SbColor ambient, diffuse, specular, emission;
     action.getMaterial(ambient, diffuse, specular, emission, look.shininess, look.transparency);
-    look.diffuse = vectorOf(diffuse);
-    look.specular = vectorOf(specular);
-    look.emissive = vectorOf(emission);
+    look.diffuse = partsOfColor(diffuse);
+    look.specular = partsOfColor(specular);
+    look.emissive = partsOfColor(emission);
     look.unlit = action.getLightModel() == SoLightModel::BASE_COLOR;
     look.lineWidth = action.getLineWidth();
     look.pointSize = action.getPointSize();
@@ -47,7 +47,7 @@ std::size_t CoinShapes::CornerHash::operator()(const Corner& corner) const {
     return hash64(std::as_bytes(std::span(&corner, 1)));
 }
 
-CoinShapes::CoinShapes(SoCallbackAction& action) : action_(action) {
+CoinShapes::CoinShapes(SoCallbackAction& action, std::size_t room) : action_(action), room_(room) {
     const SoType all = SoShape::getClassTypeId();
     action.addTriangleCallback(
         all,
@@ -83,7 +83,7 @@ CoinShapes::CoinShapes(SoCallbackAction& action) : action_(action) {
 
 void CoinShapes::begin() {
     if (!look_) look_ = lookOf(action_);
-    if (++taken_ > kMostCorners / 3) tooMany_ = true;
+    if (++taken_ > std::min(kMostCorners / 3, room_)) tooMany_ = true;
 }
 
 std::uint32_t CoinShapes::colorOf(int material) {
@@ -170,7 +170,11 @@ Expected<CoinShapes::Parts> CoinShapes::gather(SoNode& shape, bool textured, boo
     reversed_ = reversed;
     colored_ = tooMany_ = false;
     action_.traverse(&shape);
+    if (tooMany_ && taken_ > room_)
+        return fail(ErrorCode::kLimit,
+                    "its shapes, used again and again, become more triangles than there is room for");
     if (tooMany_) return fail(ErrorCode::kLimit, "it has a shape of more triangles than a scene can hold");
+    room_ -= taken_;
     Parts parts;
     parts.colored = colored_;
     parts.look = look_;

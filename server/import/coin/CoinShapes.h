@@ -19,8 +19,8 @@ namespace tessera {
 
 class CoinShapes {
 public:
-    /// All shapes that `action` traverses come here.
-    explicit CoinShapes(SoCallbackAction& action);
+    /// All shapes that `action` traverses come here. `room`: for so many triangles, lines and points of all.
+    CoinShapes(SoCallbackAction& action, std::size_t room);
 
     struct Parts {
         std::vector<MeshData> meshes;  ///< triangles, lines, points, as far as there are any
@@ -28,7 +28,7 @@ public:
         std::optional<CoinLook> look;  ///< as it is where the first of it was made; none: nothing was
     };
     /// Of one shape, in the action's state. Without `textured` it has no texture coordinates. `reversed`: its triangles
-    /// are seen from the other side. kLimit: it is more than a scene can hold.
+    /// are seen from the other side. kLimit: it is more than a mesh can hold, or than there is room for.
     [[nodiscard]] Expected<Parts> gather(SoNode& shape, bool textured, bool reversed);
 
 private:
@@ -57,7 +57,7 @@ private:
     std::array<Kind, 3> kinds_;  ///< by Primitive
     std::vector<std::optional<std::uint32_t>> colors_;
     std::optional<CoinLook> look_;
-    std::size_t taken_ = 0;
+    std::size_t taken_ = 0, room_;
     bool textured_ = false, reversed_ = false, colored_ = false, tooMany_ = false;
     std::optional<std::uint32_t> firstColor_;
 };

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "server/import/reader/TextEncoding.h"
+
 namespace tessera {
 namespace {
 
@@ -62,6 +64,7 @@ Expected<CoinText> coinTextOf(ByteSpan packed, std::size_t maxBytes, const Missi
     } else {
         result.text = asText(packed);
     }
+    if (Expected<void> letters = checkLetters(result.text); !letters) return tl::unexpected(letters.error());
     if (result.text.starts_with("\xef\xbb\xbf")) result.text.erase(0, 3);
     if (result.text.starts_with(std::string_view("\xe0\0", 2)))
         return fail(ErrorCode::kUnsupported, "it is X3D in binary, which is not read: write it as XML (.x3d)");

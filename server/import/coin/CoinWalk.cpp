@@ -35,6 +35,8 @@ bool isSound(const Affine3d& map) {
 
 /// What a small file may become; a large one a node for each of its bytes besides.
 constexpr std::size_t kAlwaysNodes = 100'000;
+/// The same of triangles, lines and points, and of an Extrusion's faces, which a few points are enough for.
+constexpr std::size_t kAlwaysParts = 2'000'000, kPartsPerByte = 32, kAlwaysFaces = 400'000, kFacesPerByte = 4;
 
 /// Kinds whose work is done elsewhere, or that show nothing by themselves.
 bool isSilent(const SoNode& node) {
@@ -91,11 +93,12 @@ CoinWalk::CoinWalk(const std::string& path, std::size_t textBytes, const ReadLim
     : limits_(limits),
       files_(files),
       scene_(scene),
-      shapes_(action_),
+      shapes_(action_, kAlwaysParts + kPartsPerByte * textBytes),
       motion_(scene, leftOut_),
       materials_(files, limits, motion_, scene),
       fileNow_{path},
-      mostNodes_(std::min(limits.maxNodes, kAlwaysNodes + textBytes)) {}
+      mostNodes_(std::min(limits.maxNodes, kAlwaysNodes + textBytes)),
+      extrudedFaces_(kAlwaysFaces + kFacesPerByte * textBytes) {}
 
 Expected<void> CoinWalk::walk(SoNode& root) {
     root_ = &root;

@@ -14,6 +14,7 @@
 #include "server/import/coin/CoinFiles.h"
 #include "server/import/coin/CoinMaterials.h"
 #include "server/import/coin/CoinMotion.h"
+#include "server/import/coin/CoinNormals.h"
 #include "server/import/coin/CoinShapes.h"
 #include "server/import/coin/CountedNotes.h"
 #include "server/import/reader/PlainScene.h"
@@ -66,7 +67,15 @@ private:
     Expected<void> addShape(SoNode& shape, Place& at);
     /// Of each part mesh and material.
     using Parts = std::vector<std::pair<std::string, std::string>>;
-    Parts nameParts(const SoNode& shape, CoinShapes::Parts parts, CoinMaterials::Wanted wanted);
+    /// What a geometry is made of: of each mesh its name, and whether it is lines or points.
+    struct Made {
+        bool colored = false;
+        std::vector<std::pair<std::string, bool>> meshes;
+    };
+    Expected<CoinShapes::Parts> partsOf(SoVRMLShape& shape, SoNode& geometry, bool textured, const SbMatrix& texture);
+    Expected<CoinShapes::Parts> gather(SoNode& shape, bool textured, bool reversed, const PlainNormals& plain);
+    Made nameMeshes(const SoNode& shape, CoinShapes::Parts parts, const CoinLook& look);
+    Parts nameParts(const Made& made, CoinMaterials::Wanted wanted);
     Expected<void> placeParts(const SoNode& shape, const Parts& parts, Place& at);
     Expected<void> addText(const SoNode& text, const CoinMaterials::Wanted& wanted, Place& at);
     Expected<void> addLight(const SoNode& light, Place& at);
@@ -106,6 +115,9 @@ private:
 
     std::map<std::string, Box> meshes_;      ///< bounds by name, which is made of the arrays' hash
     std::map<const SoNode*, Parts> shared_;  ///< of shapes of VRML 2, which look the same wherever they are
+    /// Of their geometries, by how a picture lies on them.
+    std::map<std::pair<const SoNode*, std::string>, Made> made_;
+    std::size_t extrudedFaces_;  ///< that there is still room for
     Box bounds_;
     struct View {
         Message* wall = nullptr;

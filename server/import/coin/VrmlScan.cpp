@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string_view>
 
@@ -15,6 +16,10 @@ namespace {
 
 /// Nodes that all prototypes of a file stand for.
 constexpr double kMostInstances = 500'000;
+/// Coin compares each with all.
+constexpr std::size_t kMostProtos = 5000;
+/// The text that they stand for, of which Coin makes each anew; of a larger file so many times its own.
+constexpr double kMostText = 16 << 20, kMostTextFactor = 4;
 
 /// Of VRML 2 its own kinds: Inventor has some of the same name, with other fields.
 bool isKnown(std::string_view kind, Dialect dialect) {
@@ -52,7 +57,9 @@ public:
                 if (dialect_ == Dialect::kVrml2 && (outside || word_ == "PROTO")) {
                     const std::string name(token_);
                     const bool there = !outside || isThere(name);
-                    if (there) costs_[name] = 1;
+                    if (there) costs_[name] = {};
+                    if (costs_.size() > kMostProtos)
+                        return problem(ErrorCode::kLimit, fmt::format("it has more than {} prototypes", kMostProtos));
                     named_ = outside ? std::string_view() : token_;
                     word_ = {};
                     continue;
@@ -80,10 +87,14 @@ public:
     [[nodiscard]] const std::map<std::string, std::size_t>& unknown() const { return unknown_; }
 
 private:
+    struct Cost {
+        double nodes = 1, text = 0;
+    };
     struct Proto {
         std::string name;
         std::size_t depth = 0;  ///< of its body's bracket
-        double cost = 1;
+        std::size_t begin = 0;  ///< of its body
+        Cost cost;
     };
 
     tl::unexpected<Error> problem(ErrorCode code, const std::string& what) const {
@@ -126,7 +137,7 @@ private:
             return {};
         }
         if (word_.empty()) {
-            if (!named_.empty()) protos_.push_back({std::string(named_), depth_, 1});
+            if (!named_.empty()) protos_.push_back({std::string(named_), depth_, at_, {}});
             named_ = {};
             return {};
         }
@@ -134,15 +145,19 @@ private:
         for (const Proto& proto : protos_)
             if (proto.name == kind)
                 return problem(ErrorCode::kBadInput, fmt::format("PROTO '{}' contains itself", kind.substr(0, 80)));
-        double cost = 1;
+        Cost cost;
         if (const auto known = costs_.find(kind); known != costs_.end()) {
             cost = known->second;
         } else if (!isKnown(kind, dialect_)) {
             leaveOut(kind);
         }
-        double& sum = protos_.empty() ? cost_ : protos_.back().cost;
-        sum += cost;
-        if (sum > kMostInstances && cost > 1)
+        Cost& sum = protos_.empty() ? cost_ : protos_.back().cost;
+        sum.nodes += cost.nodes;
+        sum.text += cost.text;
+        if (sum.text > std::max(kMostText, kMostTextFactor * static_cast<double>(text_.size())))
+            return problem(ErrorCode::kLimit, fmt::format("its prototypes stand for more than {:.0f} MiB of text",
+                                                          std::floor(sum.text / (1 << 20))));
+        if (sum.nodes > kMostInstances && cost.nodes > 1)
             return problem(ErrorCode::kLimit,
                            fmt::format("its prototypes stand for more than {} nodes", kMostInstances));
         return {};
@@ -172,7 +187,8 @@ private:
     }
 
     void close() {
-        costs_[protos_.back().name] = protos_.back().cost;
+        Cost& cost = costs_[protos_.back().name] = protos_.back().cost;
+        cost.text += static_cast<double>(at_ - protos_.back().begin);
         protos_.pop_back();
     }
 
@@ -194,8 +210,8 @@ private:
     const MissingProto& missing_;
     std::size_t at_ = 0, line_ = 1, depth_ = 0;
     std::vector<Proto> protos_;  ///< whose bodies are open
-    std::map<std::string, double> costs_;
-    double cost_ = 0;
+    std::map<std::string, Cost> costs_;
+    Cost cost_;
     struct Cut {
         std::size_t begin, end;
         const char* instead;

@@ -73,8 +73,9 @@ void X3dWriter::flatShape(const pugi::xml_node& element, const char* kind,
     for (const auto& [x, y] : points) out_ += fmt::format("{} {} 0 ", x, y);
     out_ += "] }";
     if (!index.empty()) out_ += " coordIndex [" + index + "]";
-    if (kind == std::string_view("IndexedFaceSet") && element.attribute("solid").value() == std::string_view("false"))
-        out_ += " solid FALSE";
+    // Unlike VRML's faces X3D's flat ones have two sides, unless they say otherwise.
+    const std::string_view solid = element.attribute("solid").value();
+    if (kind == std::string_view("IndexedFaceSet") && solid != "true" && solid != "TRUE") out_ += " solid FALSE";
     out_ += " }";
 }
 

@@ -331,6 +331,13 @@ void X3dWriter::body(const Element& element, const std::string& kind, std::size_
             continue;
         }
         const SoField* const field = known->getField(SbName(name.c_str()));
+        if (name == "global") {
+            // VRML's lights say it by their kind.
+            const bool isGlobal = attribute.value() == std::string_view("true");
+            if (isGlobal != (own != "DirectionalLight"))
+                note(fmt::format("a {} lights {}, whatever its 'global' says", own,
+                                 isGlobal ? "its group alone" : "everything"));
+        }
         if (field == nullptr) {
             if (!isSilent(name)) leaveOut(fmt::format("{} of {}", name, own));
             continue;

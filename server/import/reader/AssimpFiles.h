@@ -6,6 +6,8 @@
 #include <assimp/IOSystem.hpp>
 #include <cctype>
 #include <cstring>
+#include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -78,21 +80,24 @@ private:
     BeforeAssimp* before_;
 };
 
-/// The folder of a file, but for the file itself, in whose place another text is read.
+/// The folder of a file, but for the file itself and others, in whose place other texts are read.
 class InPlaceOf : public FolderIo {
 public:
-    InPlaceOf(const FolderFiles& files, std::string path, std::string text)
-        : FolderIo(files), path_(std::move(path)), text_(std::move(text)) {}
+    InPlaceOf(const FolderFiles& files, const std::string& path, std::string text) : FolderIo(files) {
+        add(path, std::move(text));
+    }
+    void add(const std::string& path, std::string text) { texts_[path] = std::move(text); }
 
-    bool Exists(const char* name) const override { return name == path_ || FolderIo::Exists(name); }
+    bool Exists(const char* name) const override { return texts_.contains(name) || FolderIo::Exists(name); }
     Assimp::IOStream* Open(const char* name, const char* mode) override {
-        if (name != path_) return FolderIo::Open(name, mode);
-        const ByteSpan bytes = asBytes(text_);
+        const auto text = texts_.find(name);
+        if (text == texts_.end()) return FolderIo::Open(name, mode);
+        const ByteSpan bytes = asBytes(text->second);
         return new MemoryStream(Bytes(bytes.begin(), bytes.end()));
     }
 
 private:
-    std::string path_, text_;
+    std::map<std::string, std::string, std::less<>> texts_;
 };
 
 }  // namespace tessera

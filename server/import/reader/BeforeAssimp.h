@@ -32,6 +32,8 @@ class PlyFile;
 [[nodiscard]] Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes,
                                      std::vector<std::string>* missing = nullptr);
 /// Headers of binary ones begin with "solid" too.
+/// Whether a word of an STL is this one, which is in small letters: some write all in capitals.
+[[nodiscard]] bool isStlWord(std::string_view word, std::string_view small);
 [[nodiscard]] bool isTextStl(std::string_view bytes);
 /// An OFF counts the faces that are there, each in a line, and of as many corners as assimp reads; those that are none
 /// are left out. Refused are vertices that are none. Into `notes` besides: what is behind vertices and corners.

@@ -44,8 +44,9 @@ public:
     void skipName() {
         const std::size_t begin = at_;
         skipLine();
-        const std::size_t facet = text_.substr(begin, at_ - begin).find(" facet normal ");
-        if (facet != text_.npos) at_ = begin + facet;
+        for (const char* const triangle : {" facet normal ", " FACET NORMAL "})
+            if (const std::size_t facet = text_.substr(begin, at_ - begin).find(triangle); facet != text_.npos)
+                at_ = begin + facet;
     }
     [[nodiscard]] std::size_t at() const { return at_; }  ///< behind the word
     [[nodiscard]] std::size_t line() const { return line_; }
@@ -134,16 +135,16 @@ Expected<std::string> cutFacets(std::string_view text) {
     bool inSolid = false;
     StlFacet facet;
     while (words.next(word)) {
-        if (word == "endsolid" || (word == "solid" && !inSolid)) {
-            word == "solid" ? words.skipName() : words.skipLine();
-            inSolid = word == "solid";
+        if (isStlWord(word, "endsolid") || (isStlWord(word, "solid") && !inSolid)) {
+            inSolid = isStlWord(word, "solid");
+            inSolid ? words.skipName() : words.skipLine();
         }
-        if (word == "facet") facet = {.begun = words.at() - word.size()};
-        if (word == "normal")
+        if (isStlWord(word, "facet")) facet = {.begun = words.at() - word.size()};
+        if (isStlWord(word, "normal"))
             readNumbers(words, facet.normal, facet);
-        else if (word == "vertex")
+        else if (isStlWord(word, "vertex"))
             readNumbers(words, facet.corners, facet);
-        if (word != "endfacet" || facet.corners.size() <= 9) continue;
+        if (!isStlWord(word, "endfacet") || facet.corners.size() <= 9) continue;
         if (!facet.fault.empty()) return fail(ErrorCode::kBadInput, facet.fault);
         const Expected<std::vector<std::uint32_t>> triangles =
             assembleRuns({.kind = RunKind::kPolygons, .positions = facet.places, .indices = {}, .lengths = {}});
@@ -163,9 +164,15 @@ Expected<std::string> cutFacets(std::string_view text) {
 
 }  // namespace
 
+bool isStlWord(std::string_view word, std::string_view small) {
+    constexpr char kSmall = 'a' - 'A';
+    return std::ranges::equal(word, small, [](char c, char s) { return c == s || c == s - kSmall; });
+}
+
 bool isTextStl(std::string_view bytes) {
+    if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
     const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
-    return bytes.substr(begin).starts_with("solid") && isText(bytes);
+    return isStlWord(bytes.substr(begin, 5), "solid") && isText(bytes);
 }
 
 namespace {
@@ -181,25 +188,25 @@ Expected<bool> endTextStl(Bytes& bytes, std::vector<std::string>& notes, std::ve
     bool inSolid = false, inFacet = false;
     int corners = 0;
     while (words.next(word)) {
-        if (word == "solid" && !inSolid) {
+        if (isStlWord(word, "solid") && !inSolid) {
             words.skipName();
             inSolid = true;
             ofSolid = 0;
             end = words.at();
-        } else if (word == "endsolid") {
+        } else if (isStlWord(word, "endsolid")) {
             words.skipLine();
             inSolid = inFacet = false;
             end = words.at();
         } else if (!inSolid) {  // nobody reads on
             notes.push_back(fmt::format("what is behind 'endsolid' is left out (line {})", words.line()));
             return false;
-        } else if (word == "facet") {
+        } else if (isStlWord(word, "facet")) {
             inFacet = true;
             begun = words.line();
             corners = 0;
-        } else if (word == "vertex") {
+        } else if (isStlWord(word, "vertex")) {
             ++corners;
-        } else if (word == "endfacet") {
+        } else if (isStlWord(word, "endfacet")) {
             hasMore = hasMore || corners > 3;
             inFacet = false;
             ++whole;

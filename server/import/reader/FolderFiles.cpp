@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <tuple>
@@ -68,6 +69,13 @@ std::multimap<std::string, std::string> namesBelow(const std::string& folder) {
     return names;
 }
 
+/// Whether a name, without links, is of something outside of the folder.
+bool leadsOut(const std::string& name, const std::string& folder) {
+    const std::filesystem::path whole = std::filesystem::path(folder) / name;
+    const std::string plain = whole.lexically_normal().string();
+    return !plain.starts_with(folder == "/" ? folder : folder + "/");
+}
+
 }  // namespace
 
 void isLookedFor(const std::string& path) {
@@ -103,8 +111,12 @@ Expected<std::string> FolderFiles::resolve(const std::string& name) const {
     const std::string path = name.front() == '/' ? name : folder_ + "/" + name;
     const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
     if (!resolved) {
+        const int why = errno;
         isLookedFor(path);
-        return fail(ErrorCode::kNotFound, fmt::format("'{}': {}", name, std::strerror(errno)));
+        // Whether there is such a file is nobody's business then.
+        if (leadsOut(name, folder_))
+            return fail(ErrorCode::kRefused, fmt::format("'{}' leads out of the file's own folder", name));
+        return fail(ErrorCode::kNotFound, fmt::format("'{}': {}", name, std::strerror(why)));
     }
     const std::string found(resolved.get());
     if (found == folder_) return fail(ErrorCode::kBadInput, fmt::format("'{}' is a folder", name));

@@ -18,6 +18,12 @@ struct FileAccess {
     std::set<std::string> notes;  ///< files that are elsewhere than they should be
 };
 
+/// As the file says it: tinygltf puts the folder in front.
+std::string saidName(const FolderFiles& files, const std::string& name) {
+    const std::string folder = files.folder() + "/";
+    return name.starts_with(folder) ? name.substr(folder.size()) : name;
+}
+
 bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* bytes,
                  int size, void*) {
     image->image.assign(bytes, bytes + size);
@@ -26,14 +32,14 @@ bool keepEncoded(tinygltf::Image* image, int, std::string*, std::string*, int, i
 
 bool fileExists(const std::string& name, void* user) {
     auto& access = *static_cast<FileAccess*>(user);
-    const Expected<FolderFiles::Found> found = access.files.find(name);
+    const Expected<FolderFiles::Found> found = access.files.find(saidName(access.files, name));
     if (!found && access.refusal.empty()) access.refusal = found.error().message;
     return found.has_value();
 }
 
 bool readWhole(std::vector<unsigned char>* out, std::string* error, const std::string& name, void* user) {
     auto& access = *static_cast<FileAccess*>(user);
-    const Expected<FolderFiles::Found> found = access.files.find(name);
+    const Expected<FolderFiles::Found> found = access.files.find(saidName(access.files, name));
     const Expected<Bytes> bytes = found ? access.files.readFound(*found) : tl::unexpected(found.error());
     if (bytes && !found->note.empty()) access.notes.insert(found->note);
     if (!bytes) {
@@ -100,7 +106,9 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
     notes.insert(notes.end(), access.notes.begin(), access.notes.end());
     for (const std::string& note : notes)
         if (scene) scene->note(note);
-    if (scene && !access.refusal.empty()) scene->note(access.refusal + "; left out");
+    const auto isSaid = [&](const std::string& note) { return note.find(access.refusal) != note.npos; };
+    if (scene && !access.refusal.empty() && std::ranges::none_of(scene->notes, isSaid))
+        scene->note(access.refusal + "; left out");
     // What it read nevertheless lacks the part that it complains of.
     if (scene && !error.empty()) scene->note("parts are not valid glTF and left out: " + firstWords(error));
     return scene;

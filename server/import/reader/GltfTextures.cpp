@@ -135,7 +135,11 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
         const Expected<ImageMessage*> image =
             pictures_.addImage(fmt::format("image {}", images_.size() - 1), picture, [&]() -> Expected<DecodedImage> {
                 // The image loader kept the file's own bytes; only textures in use are decoded.
-                const std::vector<unsigned char>& encoded = model_.images[static_cast<std::size_t>(source)].image;
+                const tinygltf::Image& kept = model_.images[static_cast<std::size_t>(source)];
+                const std::vector<unsigned char>& encoded = kept.image;
+                if (encoded.empty() && !kept.uri.empty() && !kept.uri.starts_with("data:"))
+                    if (const Expected<FolderFiles::Found> found = files_.find(kept.uri); !found)
+                        return tl::unexpected(found.error());
                 return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
             });
         if (!image) {

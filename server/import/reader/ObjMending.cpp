@@ -34,7 +34,9 @@ public:
             at_ = std::min(end + 1, text_.size());
             ++nextLine_;
             if (part.ends_with('\r')) part.remove_suffix(1);
-            goesOn = part.ends_with('\\');
+            const std::size_t first = part.find_first_not_of(" \t\v\f");
+            const bool isRemark = joined_.empty() && first != part.npos && part[first] == '#';
+            goesOn = part.ends_with('\\') && !isRemark;
             if (goesOn || !joined_.empty())
                 joined_.append(part.substr(0, part.size() - (goesOn ? 1 : 0))).push_back(' ');
             else

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "common/geometry/Primitives.h"
@@ -14,6 +15,7 @@
 #include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
+#include "server/import/reader/TextEncoding.h"
 
 namespace tessera {
 namespace {
@@ -27,8 +29,9 @@ public:
         const std::string folder = path.substr(0, std::max<std::size_t>(path.rfind('/'), 1));
         const FolderFiles files(folder, limits_.maxFileBytes);
         std::vector<std::string> used;
+        std::set<std::string_view> known;
         for (const ObjPart& part : text_.parts)
-            if (!part.empty() && !part.material.empty() && std::ranges::find(used, part.material) == used.end())
+            if (!part.empty() && !part.material.empty() && known.insert(part.material).second)
                 used.push_back(part.material);
         materials_ = readObjMaterials(text_.libraries, used, path, files, limits_, scene_);
         if (std::ranges::all_of(text_.parts, &ObjPart::empty)) {
@@ -207,6 +210,7 @@ Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits) 
     const auto others = fail(ErrorCode::kUnsupported, "no OBJ of polygons that are sound");
     Expected<MappedFile> file = MappedFile::open(path, limits.maxFileBytes);
     if (!file) return tl::unexpected(file.error());
+    if (Expected<void> letters = checkLetters(file->text()); !letters) return tl::unexpected(letters.error());
     PlainScene scene;
     ObjText text;
     ObjText::Outcome outcome = text.read(file->text());

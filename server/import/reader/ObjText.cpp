@@ -43,7 +43,9 @@ ObjText::Outcome ObjText::read(std::string_view text) {
         if (next == nullptr) next = end;
         const char* last = next;
         if (last > at && last[-1] == '\r') --last;
-        const bool goesOn = last > at && last[-1] == '\\';
+        // A remark ends with its line: some end with the name of a folder.
+        const bool goesOn =
+            last > at && last[-1] == '\\' && !(joined.empty() && *TextCursor::toLetter(at, last) == '#');
         if (goesOn || !joined.empty()) {
             joined.append(at, goesOn ? last - 1 : last).push_back(' ');
             if (!goesOn || next == end) {

@@ -1,6 +1,7 @@
 /// Which vertices of a mesh are the same: places by their coordinates, vertices at one place by what else they have.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -56,7 +57,9 @@ private:
         return static_cast<std::size_t>(std::uint64_t{hash} * slots_.size() >> 32);
     }
     void grow() {
-        const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(2 * slots_.size()));
+        constexpr std::size_t kFirst = 16;
+        const std::size_t slots = std::max(kFirst, 2 * slots_.size());
+        const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(slots));
         const std::size_t mask = slots_.size() - 1;
         for (const Slot& slot : before) {
             if (slot.number == 0) continue;
@@ -66,7 +69,7 @@ private:
         }
     }
 
-    std::vector<Slot> slots_ = std::vector<Slot>(1024);  ///< a power of two
+    std::vector<Slot> slots_;  ///< none, or a power of two
     std::vector<Key> keys_;
 };
 

@@ -138,10 +138,8 @@ Expected<void> PlyFile::count() {
     at_ = body_;
     for (PlyElement& element : elements_) {
         element.begin = element.end = at_;
-        if (encoding_ != Encoding::kText)
-            countRows(element);
-        else if (Expected<void> counted = countLines(element); !counted)
-            return counted;
+        Expected<void> counted = isText() ? countLines(element) : countRows(element);
+        if (!counted) return counted;
         element.end = at_;
         if (element.there < element.count) break;
     }
@@ -223,14 +221,14 @@ Expected<void> PlyFile::countLines(PlyElement& element) {
     return {};
 }
 
-void PlyFile::countRows(PlyElement& element) {
+Expected<void> PlyFile::countRows(PlyElement& element) {
     const bool even = std::ranges::none_of(element.properties, &PlyProperty::isList);
     if (even) {
         std::size_t row = 0;
         for (const PlyProperty& property : element.properties) row += property.number.bytes;
         element.there = row == 0 ? element.count : std::min<std::uint64_t>(element.count, (bytes_.size() - at_) / row);
         at_ += element.there * row;
-        return;
+        return {};
     }
     for (; element.there < element.count; ++element.there) {
         std::size_t at = at_;
@@ -238,12 +236,18 @@ void PlyFile::countRows(PlyElement& element) {
         for (const PlyProperty& property : element.properties) {
             std::uint64_t many = 1;
             if (property.isList) {
-                if (property.length.bytes > bytes_.size() - at) return;
+                if (property.length.bytes > bytes_.size() - at) return {};
+                // Where the next row begins nobody knows then.
+                const double said = numberAt(at, property.length);
+                if (!(said >= 0))
+                    return fail(ErrorCode::kBadInput,
+                                fmt::format("its {} number {} says that its list {} has {} numbers", element.name,
+                                            element.there, property.name, said));
                 many = lengthAt(at, property.length);
                 at += property.length.bytes;
                 if (isNoFace(element, property, static_cast<double>(many))) fewCorners = many;
             }
-            if (many > (bytes_.size() - at) / property.number.bytes) return;
+            if (many > (bytes_.size() - at) / property.number.bytes) return {};
             at += many * property.number.bytes;
         }
         if (fewCorners) {
@@ -254,6 +258,7 @@ void PlyFile::countRows(PlyElement& element) {
         }
         at_ = at;
     }
+    return {};
 }
 
 double PlyFile::numberAt(std::size_t at, const PlyType& type) const {

@@ -87,7 +87,7 @@ private:
     };
 
     [[nodiscard]] Expected<void> countLines(PlyElement& element);
-    void countRows(PlyElement& element);
+    [[nodiscard]] Expected<void> countRows(PlyElement& element);
     [[nodiscard]] double numberAt(std::size_t at, const PlyType& type) const;
     [[nodiscard]] std::uint64_t lengthAt(std::size_t at, const PlyType& type) const;
     void appendRows(const PlyElement& element, std::string& out) const;

@@ -18,11 +18,12 @@
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/PlaceTable.h"
 #include "server/import/reader/PlyFile.h"
+#include "server/import/reader/PlyNumbers.h"
 #include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
-#include "server/import/reader/TextCursor.h"
+#include "server/import/reader/TextEncoding.h"
 
 namespace tessera {
 namespace {
@@ -51,90 +52,6 @@ double brightestOf(const PlyType& type) {
     return std::pow(2.0, 8.0 * static_cast<double>(type.bytes) - (type.isSigned ? 1 : 0)) - 1;
 }
 
-/// Goes through the rows of a file, number by number. False where there is none.
-class PlyNumbers {
-public:
-    PlyNumbers(std::string_view rows, bool isText, bool isBigEndian)
-        : at_(rows.data()), end_(at_ + rows.size()), isText_(isText), isBigEndian_(isBigEndian) {}
-
-    bool next(const PlyType& type, double& value) {
-        if (isText_) {
-            TextCursor cursor(at_, lineEnd_, false);
-            float narrow = 0;
-            std::int64_t whole = 0;
-            if (!type.isFloat && cursor.toWord() && cursor.digits(whole) && cursor.isAtWordEnd()) {
-                value = static_cast<double>(whole);
-                at_ = cursor.at();
-                return true;
-            }
-            cursor = TextCursor(at_, lineEnd_, false);
-            if (type.isFloat && type.bytes == sizeof(float)) {
-                if (!cursor.number(narrow)) return false;
-                value = narrow;
-            } else if (!cursor.number(value)) {
-                return false;
-            }
-            at_ = cursor.at();
-            return true;
-        }
-        if (type.bytes > static_cast<std::size_t>(end_ - at_) || type.bytes == 0) return false;
-        std::array<char, 8> bytes{};
-        std::memcpy(bytes.data(), at_, type.bytes);
-        at_ += type.bytes;
-        if (isBigEndian_) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(type.bytes));
-        value = valueOf(bytes, type);
-        return true;
-    }
-    bool nextLength(const PlyType& type, std::uint64_t& length) {
-        double value = 0;
-        // Each number takes a byte at least.
-        if (!next(type, value) || !(value >= 0 && value <= static_cast<double>(end_ - at_))) return false;
-        length = static_cast<std::uint64_t>(value);
-        return true;
-    }
-    /// Of a text: to the next line that has words. False: there is none.
-    bool beginRow() {
-        if (!isText_) return true;
-        while (at_ < end_ && TextCursor::isBlank(*at_)) ++at_;
-        if (at_ >= end_) return false;
-        const void* const found = std::memchr(at_, '\n', static_cast<std::size_t>(end_ - at_));
-        lineEnd_ = found == nullptr ? end_ : static_cast<const char*>(found);
-        return true;
-    }
-    /// Whether the row has more than was taken, which is passed over.
-    bool endRow() {
-        if (!isText_) return false;
-        TextCursor cursor(at_, lineEnd_, false);
-        const bool more = cursor.toWord();
-        at_ = lineEnd_;
-        return more;
-    }
-    [[nodiscard]] std::string_view rest() const { return {at_, static_cast<std::size_t>(end_ - at_)}; }
-
-private:
-    static double valueOf(const std::array<char, 8>& bytes, const PlyType& type) {
-        const auto as = [&]<typename Number>(Number) {
-            Number number{};
-            std::memcpy(&number, bytes.data(), sizeof(number));
-            return static_cast<double>(number);
-        };
-        if (type.isFloat) return type.bytes == 4 ? as(float()) : as(double());
-        switch (type.bytes) {
-            case 1:
-                return type.isSigned ? as(std::int8_t()) : as(std::uint8_t());
-            case 2:
-                return type.isSigned ? as(std::int16_t()) : as(std::uint16_t());
-            default:
-                return type.isSigned ? as(std::int32_t()) : as(std::uint32_t());
-        }
-    }
-
-    const char* at_;
-    const char* end_;
-    const char* lineEnd_ = nullptr;
-    bool isText_, isBigEndian_;
-};
-
 /// What is in a file, as its rows say it.
 struct PlyMesh {
     bool hasFaces = false, hasNormals = false, hasColors = false, hasTexcoords = false;
@@ -142,6 +59,7 @@ struct PlyMesh {
     std::vector<std::uint8_t> colors;
     std::vector<std::uint32_t> corners, lengths;  ///< of faces of two corners or more; no lengths: all are triangles
     std::vector<float> cornerTexcoords;           ///< uv of each corner, or empty
+    bool isSigned = false;                        ///< numbers of corners may be negative
 };
 
 /// Strict: every row is as the header says, and nothing is besides. Else what mendPly has let pass.
@@ -210,6 +128,8 @@ private:
         if (mesh.hasNormals) mesh.normals.reserve(3 * most);
         if (mesh.hasTexcoords) mesh.texcoords.reserve(2 * most);
         if (mesh.hasColors) mesh.colors.reserve(4 * most);
+        const bool isEven = std::ranges::none_of(element.properties, &PlyProperty::isList);
+        if (!file_.isText() && isEven) return readEvenRows(element, slots, scales, hasSlot(Slot::kAlpha), mesh);
         for (std::uint64_t row = 0; row < element.count; ++row) {
             sayRow(row);
             std::array<double, kSlots + 1> values{};  // the last takes what nobody wants
@@ -224,6 +144,31 @@ private:
             }
             if (numbers_.endRow() && isStrict_) return false;
             append(values, scales, hasSlot(Slot::kAlpha), mesh);
+        }
+        return true;
+    }
+    /// Vertices of bytes, all of the same length.
+    bool readEvenRows(const PlyElement& element, const std::vector<Slot>& slots,
+                      const std::array<double, kSlots>& scales, bool hasAlpha, PlyMesh& mesh) {
+        struct Column {
+            std::size_t offset;
+            PlyType type;
+            std::size_t slot;
+        };
+        std::vector<Column> columns;
+        std::size_t length = 0;
+        for (std::size_t p = 0; p < slots.size(); ++p) {
+            const PlyType& type = element.properties[p].number;
+            if (slots[p] != Slot::kNone) columns.push_back({length, type, static_cast<std::size_t>(slots[p])});
+            length += type.bytes;
+        }
+        std::array<double, kSlots + 1> values{};
+        for (std::uint64_t row = 0; row < element.count; ++row) {
+            const char* const begin = numbers_.pass(length);
+            if (begin == nullptr) return false;
+            for (const Column& column : columns)
+                values[column.slot] = numbers_.numberAt(begin + column.offset, column.type);
+            append(values, scales, hasAlpha, mesh);
         }
         return true;
     }
@@ -250,10 +195,45 @@ private:
         }
     }
 
+    static bool namesCorners(const PlyProperty& property) {
+        return property.isList && (property.name == "vertex_index" || property.name == "vertex_indices");
+    }
+    /// Most files have nothing else: numbers of four bytes as this machine has them, behind how many there are.
+    template <typename Length>
+    bool readPlainFaces(const PlyElement& element, PlyMesh& mesh) {
+        constexpr std::size_t kCorner = sizeof(std::uint32_t);
+        mesh.isSigned = mesh.isSigned || element.properties.front().number.isSigned;
+        for (std::uint64_t row = 0; row < element.count; ++row) {
+            Length corners = 0;
+            const char* const said = numbers_.pass(sizeof(corners));
+            if (said == nullptr) return false;
+            std::memcpy(&corners, said, sizeof(corners));
+            const char* const named = numbers_.pass(std::uint64_t{corners} * kCorner);
+            if (named == nullptr || corners < 2) return false;
+            const std::size_t before = mesh.corners.size();
+            mesh.corners.resize(before + corners);
+            std::memcpy(&mesh.corners[before], named, corners * kCorner);
+            addLength(before, corners, mesh);
+        }
+        return true;
+    }
+    static void addLength(std::size_t before, std::size_t corners, PlyMesh& mesh) {
+        if (corners != 3 && mesh.lengths.empty()) mesh.lengths.assign(before / 3, 3);
+        if (corners != 3 || !mesh.lengths.empty()) mesh.lengths.push_back(static_cast<std::uint32_t>(corners));
+    }
+
     bool readFaces(const PlyElement& element, PlyMesh& mesh) {
         mesh.hasFaces = mesh.hasFaces || element.count > 0;
         // A face takes three numbers at least, of a byte each; in text with a blank behind each.
         mesh.corners.reserve(3 * std::min<std::size_t>(element.count, numbers_.rest().size() / 4));
+        const bool isPlain = !file_.isText() && !file_.isBigEndian() && element.properties.size() == 1 &&
+                             namesCorners(element.properties.front()) && mesh.cornerTexcoords.empty();
+        if (isPlain) {
+            const PlyType &length = element.properties.front().length, &number = element.properties.front().number;
+            const bool isWhole = number.bytes == sizeof(std::uint32_t) && !number.isFloat && !length.isFloat;
+            if (isWhole && length.bytes == 1 && !length.isSigned) return readPlainFaces<std::uint8_t>(element, mesh);
+            if (isWhole && length.bytes == 4) return readPlainFaces<std::uint32_t>(element, mesh);
+        }
         std::vector<float> texcoords;
         for (std::uint64_t row = 0; row < element.count; ++row) {
             sayRow(row);
@@ -262,8 +242,7 @@ private:
             texcoords.clear();
             for (const PlyProperty& property : element.properties) {
                 double ignored = 0;
-                const bool isCorners =
-                    property.isList && (property.name == "vertex_index" || property.name == "vertex_indices");
+                const bool isCorners = namesCorners(property);
                 const bool isTexcoords = property.isList && property.name == "texcoord";
                 const bool isRead = isCorners         ? readCorners(property, mesh)
                                     : isTexcoords     ? readTexcoords(property, texcoords)
@@ -274,8 +253,7 @@ private:
             if (numbers_.endRow() && isStrict_) return false;
             const std::size_t corners = mesh.corners.size() - before;
             if (corners < 2) return false;
-            if (corners != 3 && mesh.lengths.empty()) mesh.lengths.assign(before / 3, 3);
-            if (corners != 3 || !mesh.lengths.empty()) mesh.lengths.push_back(static_cast<std::uint32_t>(corners));
+            addLength(before, corners, mesh);
             if (texcoords.size() != 2 * corners && mesh.cornerTexcoords.empty()) continue;
             mesh.cornerTexcoords.resize(2 * before, 0);
             texcoords.resize(2 * corners, 0);
@@ -290,8 +268,12 @@ private:
             double corner = 0;
             if (!numbers_.next(property.number, corner)) return false;
             // What is no number of a vertex is one that does not exist.
-            const bool isOne = corner >= 0 && corner < 0xffffffff;
-            mesh.corners.push_back(isOne ? static_cast<std::uint32_t>(corner) : 0xffffffffu);
+            constexpr double kLeast = -2147483648.0;
+            const bool isOne = corner >= 0 && corner < 0xffffffff, isNegative = corner < 0 && corner >= kLeast;
+            mesh.isSigned = mesh.isSigned || isNegative;
+            mesh.corners.push_back(isOne        ? static_cast<std::uint32_t>(corner)
+                                   : isNegative ? static_cast<std::uint32_t>(static_cast<std::int32_t>(corner))
+                                                : 0xffffffffu);
         }
         return true;
     }
@@ -371,7 +353,7 @@ private:
     std::string keepSoundFaces() {
         const std::size_t count = source_.positions.size() / 3;
         const auto stood = [&](std::size_t vertex) { return stands(&source_.positions[3 * vertex]); };
-        LeftOutParts leftOut("mesh 0", "faces");
+        LeftOutParts leftOut("mesh 0", "faces", source_.isSigned);
         const bool hasLengths = !source_.lengths.empty(), hasTexcoords = !source_.cornerTexcoords.empty();
         const std::size_t faces = hasLengths ? source_.lengths.size() : source_.corners.size() / 3;
         std::size_t from = 0, to = 0, kept = 0;
@@ -515,6 +497,7 @@ bool readInto(std::string_view bytes, bool isStrict, PlyMesh& mesh, std::string&
 Expected<PlainScene> readPly(const std::string& path, const ReadLimits& limits) {
     Expected<MappedFile> file = MappedFile::open(path, limits.maxFileBytes);
     if (!file) return tl::unexpected(file.error());
+    if (Expected<void> letters = checkLetters(file->text()); !letters) return tl::unexpected(letters.error());
     PlainScene scene;
     PlyMesh mesh;
     std::string header;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -13,6 +15,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/base/Hash.h"
 #include "common/confine/Confinement.h"
@@ -59,13 +62,25 @@ void writeAll(ByteSpan bytes) {
     }
 }
 
+/// Many small ones at once: a scene of small meshes has hundreds of thousands. Takes no memory.
 void writeRecord(ImportRecord::Kind kind, ByteSpan payload) {
+    static std::array<std::byte, std::size_t{1} << 16> waiting;
+    static std::size_t count = 0;
+    const auto flush = [] { writeAll(ByteSpan(waiting).first(std::exchange(count, 0))); };
     ImportRecord record;
     record.kind = kind;
     record.sizeBytes = payload.size();
     record.hash = hash64(payload);
-    writeAll(std::as_bytes(std::span(&record, 1)));
-    writeAll(payload);
+    for (const ByteSpan part : {ByteSpan(std::as_bytes(std::span(&record, 1))), payload}) {
+        if (count + part.size() > waiting.size()) flush();
+        if (part.size() > waiting.size()) {
+            writeAll(part);
+            continue;
+        }
+        std::ranges::copy(part, waiting.begin() + static_cast<std::ptrdiff_t>(count));
+        count += part.size();
+    }
+    if (kind == ImportRecord::Kind::kEnd || kind == ImportRecord::Kind::kError) flush();
 }
 
 /// Takes no memory: it may be what is short.

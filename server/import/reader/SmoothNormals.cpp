@@ -12,8 +12,6 @@
 namespace tessera {
 namespace {
 
-constexpr float kSmoothest = 0.5f;  // the cosine of 60 degrees
-
 /// Zero where it has no area.
 Vec3f normalOrZero(const float* a, const float* b, const float* c) {
     const Vec3d origin(a[0], a[1], a[2]);
@@ -67,7 +65,11 @@ static_assert(sizeof(Facet) == 16);
 /// Gives the corners of one place after the other their normals.
 class NormalSplit {
 public:
-    explicit NormalSplit(MeshData& mesh) : mesh_(mesh), owned_(mesh.positions.size() / 3, false) {
+    NormalSplit(MeshData& mesh, double creaseAngle)
+        : mesh_(mesh),
+          smoothest_(static_cast<float>(std::min(std::cos(creaseAngle), kOwn))),
+          allNear_(static_cast<float>(std::cos(creaseAngle / 2) + kDoubt)),
+          owned_(mesh.positions.size() / 3, false) {
         mesh_.normals.assign(mesh_.positions.size(), 0);
         facets_.reserve(mesh.indices.size() / 3);
         for (std::size_t i = 0; i + 3 <= mesh.indices.size(); i += 3)
@@ -85,10 +87,10 @@ public:
             weighed_.push_back(facet.weighed(corner % 3));
             sum += weighed_.back();
         }
-        // All that are less than 30 degrees away from one direction are less than 60 away from each other.
-        constexpr float kAllNear = 0.8661f;
+        // All that are less than half of the angle away from one direction are less than all of it away from each
+        // other.
         const Vec3f mean = unit(sum);
-        if (std::ranges::all_of(own_, [&](const Vec3f& own) { return own.dot(mean) > kAllNear; })) {
+        if (std::ranges::all_of(own_, [&](const Vec3f& own) { return own.dot(mean) > allNear_; })) {
             for (const std::uint32_t corner : corners) {
                 const std::uint32_t vertex = mesh_.indices[corner];
                 owned_[vertex] = true;
@@ -116,7 +118,7 @@ private:
             // One without an area has nothing against any.
             const bool isFlat = own_[i] == Vec3f::Zero();
             for (std::size_t k = 0; k < own_.size(); ++k)
-                if (isFlat || own_[i].dot(own_[k]) >= kSmoothest) sum += weighed_[k];
+                if (isFlat || own_[i].dot(own_[k]) >= smoothest_) sum += weighed_[k];
             give(corners[i], unit(sum));
         }
     }
@@ -148,7 +150,7 @@ private:
             if (isNew) {
                 Vec3f sum = Vec3f::Zero();
                 for (const std::size_t cell : used)
-                    if (means[cell].dot(means[cellOf[i]]) >= kSmoothest) sum += sums[cell];
+                    if (means[cell].dot(means[cellOf[i]]) >= smoothest_) sum += sums[cell];
                 normal->second = unit(sum);
             }
             std::uint32_t& corner = mesh_.indices[corners[i]];
@@ -190,7 +192,11 @@ private:
         return taken;
     }
 
+    /// A direction is near itself, whatever rounding says. What is nearly half of the angle away is looked at.
+    static constexpr double kOwn = 0.999999, kDoubt = 7.46e-5;
+
     MeshData& mesh_;
+    float smoothest_, allNear_;  ///< cosines
     std::vector<Facet> facets_;
     std::vector<bool> owned_;     ///< of the vertices that the file has
     std::vector<Vec3f> own_;      ///< of the triangles of the place
@@ -205,7 +211,7 @@ Vec3f facetNormal(const float* a, const float* b, const float* c) {
     return normal == Vec3f::Zero() ? Vec3f(Vec3f::UnitY()) : normal;
 }
 
-void setSmoothNormals(MeshData& mesh) {
+void setSmoothNormals(MeshData& mesh, double creaseAngle) {
     std::uint32_t places = 0;
     std::vector<std::uint32_t> placeOf = placesOf(mesh.positions, places);
     // The corners of each place, one place after the other.
@@ -215,7 +221,7 @@ void setSmoothNormals(MeshData& mesh) {
     for (std::uint32_t corner = 0; corner < mesh.indices.size(); ++corner)
         corners[ends[placeOf[mesh.indices[corner]]]++] = corner;
     std::vector<std::uint32_t>().swap(placeOf);
-    NormalSplit split(mesh);
+    NormalSplit split(mesh, std::clamp(creaseAngle, 0.0, std::numbers::pi));
     for (std::size_t place = 0, begin = 0; place < places; begin = ends[place++])
         split.set(std::span(corners).subspan(begin, ends[place] - begin));
     // Vertices that no triangle names.

@@ -42,7 +42,8 @@ std::string keepSoundPoints(MeshData& mesh, const std::string& name) {
 }  // namespace
 
 void LeftOutParts::rememberFirst(std::size_t number, std::uint32_t corner, std::size_t vertices) {
-    first_ = corner >= vertices ? fmt::format("number {}, names vertex {} of {}", number, corner, vertices)
+    const std::int64_t said = isSigned_ ? std::int64_t{static_cast<std::int32_t>(corner)} : std::int64_t{corner};
+    first_ = corner >= vertices ? fmt::format("number {}, names vertex {} of {}", number, said, vertices)
                                 : fmt::format("number {}, has vertex {}, whose position is not finite", number, corner);
 }
 

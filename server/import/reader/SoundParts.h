@@ -14,8 +14,9 @@ namespace tessera {
 /// What was left out of one mesh; for a note.
 class LeftOutParts {
 public:
-    /// `mesh`: what people call it; `parts`: "triangles".
-    LeftOutParts(std::string mesh, const char* parts) : mesh_(std::move(mesh)), parts_(parts) {}
+    /// `mesh`: what people call it; `parts`: "triangles". `isSigned`: the file's numbers may be negative.
+    LeftOutParts(std::string mesh, const char* parts, bool isSigned = false)
+        : mesh_(std::move(mesh)), parts_(parts), isSigned_(isSigned) {}
 
     /// Whether the next part, of these vertices, can stay. `stands(vertex)` is asked of those that exist alone.
     template <typename Stands>
@@ -37,6 +38,7 @@ private:
 
     std::string mesh_;
     const char* parts_;
+    bool isSigned_;
     std::size_t seen_ = 0, leftOut_ = 0;
     std::string first_;
 };

@@ -16,6 +16,7 @@
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
 #include "server/import/reader/TextCursor.h"
+#include "server/import/reader/TextEncoding.h"
 
 namespace tessera {
 namespace {
@@ -167,7 +168,7 @@ public:
     bool readText(std::string_view text) {
         Words words(text);
         for (std::string_view word; words.next(word);) {
-            if (word != "solid") return false;
+            if (!isStlWord(word, "solid")) return false;
             const std::string name(words.name());
             if (name.size() > 1000) return false;
             StlSolid& solid = solids_.emplace_back(name, false, 0);
@@ -220,7 +221,7 @@ private:
         }
         bool pass(std::string_view expected) {
             std::string_view word;
-            return next(word) && word == expected;
+            return next(word) && isStlWord(word, expected);
         }
         bool numbers(float* xyz) {
             TextCursor cursor(at_, end_, false);
@@ -234,10 +235,11 @@ private:
             const char* const begin = at_;
             skipLine();
             std::string_view line(begin, static_cast<std::size_t>(at_ - begin));
-            if (const std::size_t facet = line.find(" facet normal "); facet != line.npos) {
-                at_ = begin + facet;
-                line = line.substr(0, facet);
-            }
+            for (const char* const triangle : {" facet normal ", " FACET NORMAL "})
+                if (const std::size_t facet = line.find(triangle); facet != line.npos) {
+                    at_ = begin + facet;
+                    line = line.substr(0, facet);
+                }
             TextCursor cursor(line.data(), line.data() + line.size(), false);
             return cursor.toWord() ? cursor.word() : std::string_view();
         }
@@ -254,12 +256,12 @@ private:
         std::array<float, 3> normal{};
         FacetPlaces places{};
         for (std::string_view word; words.next(word);) {
-            if (word == "endsolid") {
+            if (isStlWord(word, "endsolid")) {
                 words.skipLine();
                 return true;
             }
-            if (word != "facet" || !words.pass("normal") || !words.numbers(normal.data()) || !words.pass("outer") ||
-                !words.pass("loop"))
+            if (!isStlWord(word, "facet") || !words.pass("normal") || !words.numbers(normal.data()) ||
+                !words.pass("outer") || !words.pass("loop"))
                 return false;
             for (std::size_t corner = 0; corner < 3; ++corner)
                 if (!words.pass("vertex") || !words.numbers(&places[3 * corner])) return false;
@@ -295,6 +297,7 @@ private:
 };
 
 bool readInto(StlScene& stl, std::string_view bytes, const MappedFile* file) {
+    if (isTextStl(bytes) && bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
     return isTextStl(bytes) ? stl.readText(bytes) : stl.readBytes(bytes, file);
 }
 
@@ -303,6 +306,7 @@ bool readInto(StlScene& stl, std::string_view bytes, const MappedFile* file) {
 Expected<PlainScene> readStl(const std::string& path, const ReadLimits& limits) {
     Expected<MappedFile> file = MappedFile::open(path, limits.maxFileBytes);
     if (!file) return tl::unexpected(file.error());
+    if (Expected<void> letters = checkLetters(file->text()); !letters) return tl::unexpected(letters.error());
     PlainScene scene;
     std::optional<StlScene> stl(std::in_place, scene, limits);
     bool isRead = readInto(*stl, file->text(), &*file);

@@ -77,6 +77,11 @@ public:
     [[nodiscard]] bool isAtWordEnd() const { return at_ == end_ || isBlank(*at_) || (remarks_ && *at_ == '#'); }
     [[nodiscard]] const char* at() const { return at_; }
 
+    /// The first that is no blank, of letters of which the last is none.
+    static const char* toLetter(const char* at, const char* end) {
+        while (at + 1 < end && isBlank(*at)) ++at;
+        return at;
+    }
     /// Breaks of lines, too: who wants one line gives one.
     static bool isBlank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 

@@ -254,14 +254,15 @@ Expected<void> readStl(Lines& lines, MeshBuilder& mesh) {
     bool ended = true;
     while (lines.next(words)) {
         // Behind a solid's name a triangle may begin, and all may stand in one line.
-        const bool isNamed = words[0] == "solid";
-        ended = words[0] == "endsolid";
+        const bool isNamed = isStlWord(words[0], "solid");
+        ended = isStlWord(words[0], "endsolid");
         if (ended) continue;  // with a name, whatever that is
-        for (auto word = isNamed ? std::ranges::find(words, "facet") : words.begin(); word != words.end(); ++word) {
-            ended = *word == "endsolid";
+        const auto isFacet = [](std::string_view word) { return isStlWord(word, "facet"); };
+        for (auto word = isNamed ? std::ranges::find_if(words, isFacet) : words.begin(); word != words.end(); ++word) {
+            ended = isStlWord(*word, "endsolid");
             if (ended) break;
-            if (*word == "endloop") mesh.endFace();
-            if (*word != "vertex") continue;
+            if (isStlWord(*word, "endloop")) mesh.endFace();
+            if (!isStlWord(*word, "vertex")) continue;
             const Expected<void> done = mesh.vertex(std::span(word + 1, words.end()));
             if (!done) return done;
             mesh.corner(static_cast<std::uint32_t>(mesh.vertices() - 1));

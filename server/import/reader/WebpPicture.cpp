@@ -11,19 +11,34 @@
 namespace tessera {
 namespace {
 
-/// Where the picture of a frame stands on that of all.
-Expected<void> drawFrame(const WebPIterator& frame, DecodedImage& image) {
+/// Few bytes may truly be many pixels, of one colour: the format gives such a pixel no bit at all. Memory is for what
+/// has bytes: of others half, a quarter, … of each side is decoded, which shows as much, and never more than so many.
+constexpr std::size_t kPixelsPerByte = 64, kFewPixels = std::size_t{1} << 24, kMostPlainPixels = std::size_t{1} << 26;
+constexpr int kPlainSide = 4096;
+
+/// Where the picture of a frame stands on that of all, whose sides are halved so many times.
+Expected<void> drawFrame(const WebPIterator& frame, int halvings, DecodedImage& image) {
     const auto width = static_cast<std::size_t>(image.widthPx);
+    const int left = frame.x_offset >> halvings, top = frame.y_offset >> halvings;
+    const int frameWidth = std::max(frame.width >> halvings, 1), frameHeight = std::max(frame.height >> halvings, 1);
     if (frame.x_offset < 0 || frame.y_offset < 0 || frame.width <= 0 || frame.height <= 0 ||
-        frame.width > image.widthPx - frame.x_offset || frame.height > image.heightPx - frame.y_offset)
+        frameWidth > image.widthPx - left || frameHeight > image.heightPx - top)
         return fail(ErrorCode::kBadInput, "a WebP picture whose first frame lies outside");
     auto* to = reinterpret_cast<std::uint8_t*>(image.rgba.data()) +
-               4 * (static_cast<std::size_t>(frame.y_offset) * width + static_cast<std::size_t>(frame.x_offset));
-    const std::size_t room =
+               4 * (static_cast<std::size_t>(top) * width + static_cast<std::size_t>(left));
+    WebPDecoderConfig config;
+    const auto damaged = [] { return fail(ErrorCode::kBadInput, "a WebP picture that is damaged or cut off"); };
+    if (!frame.complete || !WebPInitDecoderConfig(&config)) return damaged();
+    config.options.use_scaling = halvings > 0 ? 1 : 0;
+    config.options.scaled_width = frameWidth;
+    config.options.scaled_height = frameHeight;
+    config.output.colorspace = MODE_RGBA;
+    config.output.is_external_memory = 1;
+    config.output.u.RGBA.rgba = to;
+    config.output.u.RGBA.stride = static_cast<int>(4 * width);
+    config.output.u.RGBA.size =
         image.rgba.size() - static_cast<std::size_t>(to - reinterpret_cast<std::uint8_t*>(image.rgba.data()));
-    if (!frame.complete ||
-        !WebPDecodeRGBAInto(frame.fragment.bytes, frame.fragment.size, to, room, static_cast<int>(4 * width)))
-        return fail(ErrorCode::kBadInput, "a WebP picture that is damaged or cut off");
+    if (WebPDecode(frame.fragment.bytes, frame.fragment.size, &config) != VP8_STATUS_OK) return damaged();
     return {};
 }
 
@@ -43,13 +58,22 @@ Expected<DecodedImage> decodeWebp(ByteSpan bytes) {
         return fail(ErrorCode::kBadInput,
                     fmt::format("a WebP picture of {} × {} pixels: up to {} a side and {} in all can be read", width,
                                 height, kMaxPictureSide, kMaxPicturePixels));
+    const bool isPlain = width * height > kFewPixels + bytes.size() * kPixelsPerByte;
+    if (isPlain && width * height > kMostPlainPixels)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("a WebP picture of {} × {} pixels in {} bytes: of so few bytes {} pixels can be read",
+                                width, height, bytes.size(), kMostPlainPixels));
+    int halvings = 0;
+    while (isPlain && static_cast<int>(std::max(width, height)) >> halvings > kPlainSide) ++halvings;
     WebPIterator frame;
     if (!WebPDemuxGetFrame(demuxer.get(), 1, &frame))
         return fail(ErrorCode::kBadInput, "a WebP picture without a frame");
     const std::unique_ptr<WebPIterator, decltype(&WebPDemuxReleaseIterator)> held(&frame, &WebPDemuxReleaseIterator);
-    DecodedImage image{
-        .widthPx = static_cast<int>(width), .heightPx = static_cast<int>(height), .rgba = Bytes(4 * width * height)};
-    if (Expected<void> drawn = drawFrame(frame, image); !drawn) return tl::unexpected(drawn.error());
+    DecodedImage image{.widthPx = std::max(static_cast<int>(width) >> halvings, 1),
+                       .heightPx = std::max(static_cast<int>(height) >> halvings, 1)};
+    image.rgba.resize(4 * static_cast<std::size_t>(image.widthPx) * static_cast<std::size_t>(image.heightPx));
+    image.halved = halvings > 0;
+    if (Expected<void> drawn = drawFrame(frame, halvings, image); !drawn) return tl::unexpected(drawn.error());
     return image;
 }
 

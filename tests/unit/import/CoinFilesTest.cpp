@@ -227,6 +227,45 @@ TEST_F(CoinFiles, LayPicturesOverShapes) {
               std::string::npos);
 }
 
+TEST_F(CoinFiles, ShowPicturesOfColoursInPlaceOfColours) {
+    const auto colorsWith = [&](const char* picture) {
+        const ImportedAspect aspect =
+            read("a.wrl", kVrml2 +
+                              "Shape { appearance Appearance { material Material { diffuseColor 1 0 0 } texture "
+                              "PixelTexture { image " +
+                              picture +
+                              " } } geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 1 1 0 ] } color "
+                              "Color { color [ 1 0 0, 0 1 0, 0 0 1 ] } coordIndex [ 0 1 2 ] } }");
+        return all<Geometry>(aspect).at(0)->colors.as<std::uint8_t>().size();
+    };
+    EXPECT_EQ(colorsWith("1 1 3 0xff0000"), 0u);
+    EXPECT_EQ(colorsWith("1 1 1 0x80"), 12u) << "a grey one makes the colours darker";
+}
+
+TEST_F(CoinFiles, SeeFlatShapesOfX3dFromBothSides) {
+    const auto isTwoSided = [&](const char* attributes) {
+        const ImportedAspect aspect =
+            read("a.x3d", fmt::format("<X3D><Scene><Shape><Appearance><Material/></Appearance><Rectangle2D {}/></Shape>"
+                                      "</Scene></X3D>",
+                                      attributes));
+        return all<Material>(aspect).at(0)->doubleSided;
+    };
+    EXPECT_TRUE(isTwoSided(""));
+    EXPECT_TRUE(isTwoSided("solid='false'"));
+    EXPECT_FALSE(isTwoSided("solid='true'"));
+}
+
+TEST_F(CoinFiles, OfX3dSayWhereLightsGo) {
+    const auto notes = [&](const char* light) {
+        return notesOf("a.x3d", fmt::format("<X3D><Scene><{}/><Shape><Box/></Shape></Scene></X3D>", light));
+    };
+    EXPECT_EQ(notes("PointLight global='true'"), "");
+    EXPECT_EQ(notes("DirectionalLight global='false'"), "");
+    EXPECT_EQ(notes("PointLight global='false'"), "a PointLight lights everything, whatever its 'global' says");
+    EXPECT_EQ(notes("DirectionalLight global='true'"),
+              "a DirectionalLight lights its group alone, whatever its 'global' says");
+}
+
 TEST_F(CoinFiles, WriteLettersAndTurnBillboards) {
     const ImportedAspect aspect = read(
         "a.wrl", kVrml2 +

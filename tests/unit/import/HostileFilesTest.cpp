@@ -307,5 +307,72 @@ TEST(HostileImage, BombsAndDamagedOnesAreLeftOutWithANote) {
     EXPECT_NE(imported->notes.front().find("image 0 is left out"), std::string::npos) << imported->notes.front();
 }
 
+/// A glTF of one triangle with a WebP picture.
+std::string pictured(const std::string& uri) {
+    return fmt::format(
+        R"({{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_texture_webp"],"scene":0,"scenes":[{{"nodes":[0]}}],)"
+        R"("nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},)"
+        R"("material":0}}]}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],)"
+        R"("textures":[{{"extensions":{{"EXT_texture_webp":{{"source":0}}}}}}],"images":[{{"uri":"{}",)"
+        R"("mimeType":"image/webp"}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",)"
+        R"("min":[0,0,0],"max":[0,0,0]}},{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"}}],)"
+        R"("bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":)"
+        R"("data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"}}]}})",
+        uri);
+}
+
+/// A lossless WebP of one colour, whose pixels take no bits ("Specification for WebP Lossless Bitstream", 2023).
+std::string plainWebp(std::uint32_t width, std::uint32_t height) {
+    std::string bits;
+    const auto put = [&](std::uint32_t value, int count) {
+        for (int i = 0; i < count; ++i) bits.push_back(static_cast<char>(value >> i & 1));
+    };
+    put(width - 1, 14);
+    put(height - 1, 14);
+    put(0, 1 + 3 + 1 + 1 + 1);                       // no alpha, version, no transform, no cache, one group
+    for (int code = 0; code < 5; ++code) put(1, 4);  // simple, of one symbol of one bit, which is 0
+    std::string data = "\x2f";
+    for (std::size_t at = 0; at < bits.size(); at += 8) {
+        int byte = 0;
+        for (std::size_t i = at; i < std::min(at + 8, bits.size()); ++i) byte |= bits[i] << (i - at);
+        data.push_back(static_cast<char>(byte));
+    }
+    data += std::string(9 - data.size() % 2, '\0');
+    const auto sized = [](const char* name, const std::string& content) {
+        const auto size = static_cast<std::uint32_t>(content.size());
+        return name + std::string(reinterpret_cast<const char*>(&size), sizeof(size)) + content;
+    };
+    return sized("RIFF", "WEBP" + sized("VP8L", data));
+}
+
+TEST(HostileImage, OfFewBytesTakesNoMemoryForWhatItClaims) {
+    const Scratch scratch;
+    ImportOptions options = importOptions();
+    options.maxCpuTime = std::chrono::seconds(2);
+    options.maxMemoryBytes = std::size_t{640} << 20;
+    const auto notesOf = [&](std::uint32_t width, std::uint32_t height) {
+        (void)scratch.write("a.webp", plainWebp(width, height));
+        const Expected<ImportedScene> scene =
+            importScene(scratch.write("a.gltf", pictured("a.webp")), kRootNode, options);
+        return scene ? fmt::format("{}", fmt::join(scene->notes, "\n")) : "error: " + scene.error().message;
+    };
+    EXPECT_EQ(notesOf(64, 64), "");
+    EXPECT_EQ(notesOf(8192, 8192), "image 0 was reduced to 4096 × 4096 pixels");
+    EXPECT_NE(notesOf(16383, 8000).find("of so few bytes 67108864 pixels can be read"), std::string::npos);
+}
+
+TEST(HostileImage, ThatIsNotThereIsNamedOnce) {
+    const Scratch scratch;
+    const auto notesOf = [&](const std::string& uri) {
+        const Expected<ImportedScene> scene =
+            importScene(scratch.write("a.gltf", pictured(uri)), kRootNode, importOptions());
+        return scene ? scene->notes : std::vector<std::string>{scene.error().message};
+    };
+    EXPECT_EQ(notesOf("gone.webp"),
+              std::vector<std::string>{"image 0 is left out: 'gone.webp': No such file or directory"});
+    EXPECT_EQ(notesOf("../../gone.webp"),
+              std::vector<std::string>{"image 0 is left out: '../../gone.webp' leads out of the file's own folder"});
+}
+
 }  // namespace
 }  // namespace tessera

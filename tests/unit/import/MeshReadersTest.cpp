@@ -256,6 +256,16 @@ INSTANTIATE_TEST_SUITE_P(Each, MeshReaders, testing::ValuesIn(folders()), [](con
     return name;
 });
 
+TEST(ObjReader, ARemarkEndsWithItsLine) {
+    const Scratch scratch;
+    const Expected<ImportedScene> scene =
+        importScene(scratch.write("a.obj", "# from C:\\models\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n"), kRootNode,
+                    importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->triangles, 1u);
+    EXPECT_TRUE(scene->notes.empty()) << scene->notes.front();
+}
+
 TEST(ObjReader, AByteOrderMarkIsNoPartOfTheFirstLine) {
     const Scratch scratch;
     const Expected<ImportedScene> scene =

@@ -33,6 +33,14 @@ TEST(CollideCommand, TakesTwoFilesPosesAndAQuery) {
     EXPECT_FALSE(out.tolerance);
 }
 
+TEST(CollideCommand, AFileMayTakeMoreMemory) {
+    EXPECT_EQ(arguments({"a", "b", "--poses", "p", "--query", "any", "--import-memory", "4096"}).importMemoryMib,
+              4096u);
+    EXPECT_EQ(arguments({"a", "b", "--poses", "p", "--query", "any"}).importMemoryMib, 0u);
+    EXPECT_NE(refusal({"a", "b", "--poses", "p", "--query", "any", "--import-memory", "9"}).find("--import-memory"),
+              std::string::npos);
+}
+
 TEST(CollideCommand, PointsHaveARadius) {
     const CollideArguments out =
         arguments({"scan.ply", "b.obj", "--poses", "p", "--query", "any", "--as-a", "points", "--radius", "0.5"});
