@@ -37,10 +37,14 @@ void run(FuzzInput in) {
     const std::string extension = kExtensions[in.below(9)];
     const ByteSpan bytes = in.rest();
     if (extension == "png") {
-        if (const Expected<DecodedImage> image = decodeImage(bytes, 64))
-            must(image->rgba.size() == static_cast<std::size_t>(4 * image->widthPx * image->heightPx) &&
-                     image->widthPx <= 64,
-                 "an image has the size that it says");
+        const Expected<DecodedImage> image = decodeImage(bytes, 64);
+        if (!image) return must(!image.error().message.empty(), "a refusal has words");
+        const int slices = image->shape == proto::scene::Image::CUBE ? 6 : image->depthPx;
+        must(image->compressed() || (image->rgba.size() == std::size_t{4} * static_cast<std::size_t>(image->widthPx) *
+                                                               static_cast<std::size_t>(image->heightPx) *
+                                                               static_cast<std::size_t>(slices) &&
+                                     image->widthPx <= 64),
+             "an image has the size that it says");
         return;
     }
     const ScratchFile file(extension.c_str(), bytes);

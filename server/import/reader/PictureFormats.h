@@ -27,10 +27,10 @@ inline constexpr std::size_t kMaxPictureSide = 32768, kMaxPicturePixels = std::s
 [[nodiscard]] bool isWebp(ByteSpan bytes);
 [[nodiscard]] Expected<DecodedImage> decodeWebp(ByteSpan bytes);
 
-/// By OpenEXR, to RGBE: of the first part that has colours those of no layer, else those of the layer "Combined", else
-/// of the first that has some. Lines or tiles, of all compressions; R, G, B, or light (Y) with or without colours of
-/// half the size (RY, BY). What is to be seen is shown (the display window), black where nothing is stored. Opacity,
-/// and primaries other than Rec. 709's, are not regarded. Deep pixels are refused by name.
+/// By OpenEXR, to RGBE, of the first part that has colours. Its channels without a layer are shown, else those of the
+/// layer "Combined", else those of the first layer that has some: R, G, B, or light (Y), with or without colours of
+/// half the size (RY, BY). The display window is shown, black where nothing is stored. Opacity, and primaries other
+/// than Rec. 709's, are not regarded. Deep pixels are refused by name. kLimit too: no memory is left.
 [[nodiscard]] bool isExr(ByteSpan bytes);
 [[nodiscard]] Expected<DecodedImage> decodeExr(ByteSpan bytes);
 

@@ -19,13 +19,15 @@
 #include <string>
 #include <vector>
 
+#include "common/cores/Image.h"
 #include "server/import/reader/RadiancePicture.h"
+#include "tests/unit/import/Picture.h"
 #include "tests/unit/import/PictureBytes.h"
 
 namespace tessera {
 namespace {
 
-constexpr int kWide = 38, kHigh = 22;
+constexpr int kWide = 44, kHigh = 22;
 
 /// A file in memory, as the library writes it.
 class WrittenBytes : public Imf::OStream {
@@ -277,6 +279,30 @@ TEST(Exr, ShowsItsDisplayWindow) {
     // Nothing at all is where it is to be seen.
     const DecodedImage beside = exrIn(windowed({V2i(0, 0), V2i(3, 3)}, {V2i(100, 0), V2i(99 + kWide, kHigh - 1)}));
     EXPECT_EQ(beside.rgba, Bytes(64));
+}
+
+/// In the confined child, where nothing begins a thread: around a scene, and on a model.
+TEST(Exr, IsAllAroundASceneAndOnAModel) {
+    const Scratch scratch;
+    const std::string file = lines(Imf::WRITE_RGB, Imf::DWAB_COMPRESSION);
+    const Bytes expected = exrIn(file).rgba;
+    scratch.write("sky.exr", file);
+    const auto shows = [&](const std::string& scene) {
+        Expected<ImportedScene> imported = importScene(scene, kRootNode, importOptions());
+        ASSERT_TRUE(imported) << messageOf(imported);
+        const ImportedAspect aspect(std::move(*imported));
+        const std::vector<const Image*> images = allOf<Image>(aspect);
+        ASSERT_EQ(images.size(), 1u) << scene;
+        EXPECT_EQ(images[0]->encoding, Image::kRgbe);
+        EXPECT_EQ(images[0]->widthPx, kWide);
+        EXPECT_TRUE(std::ranges::equal(images[0]->pixels.bytes(), expected));
+    };
+    shows(scratch.write("around.tsct",
+                        "image { name: \"sky\" uri: \"sky.exr\" } node { environment { image: \"sky\" } }"));
+    scratch.write("paint.mtl", "newmtl paint\nmap_Kd sky.exr\n");
+    shows(scratch.write("model.obj",
+                        "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\n"
+                        "f 1/1 2/2 3/3\n"));
 }
 
 TEST(Exr, WhatIsNotReadIsNamed) {

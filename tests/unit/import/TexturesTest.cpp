@@ -123,8 +123,9 @@ TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
     scene = texturedGltf(scratch, R"({"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
     ASSERT_TRUE(scene) << messageOf(scene) << ": the rest is there all the same";
     EXPECT_TRUE(hasNote(*scene,
-                        "image 1 'b.ktx2' is left out: a KTX2 texture of BasisLZ, which is not read; its texture "
-                        "(KHR_texture_basisu) names no other image: export the model with PNG, JPEG or WebP pictures"))
+                        "image 1 'b.ktx2' is left out: a KTX2 texture of BasisLZ, which is not read: `ktx transcode` "
+                        "makes one of BC7 or ASTC of it; its texture (KHR_texture_basisu) names no other image: "
+                        "export the model with PNG, JPEG or WebP pictures"))
         << scene->notes.front();
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_TRUE(allOf<Image>(aspect).empty());

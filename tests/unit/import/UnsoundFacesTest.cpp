@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-struct Shown {
+struct ShownFaces {
     std::vector<std::string> notes;
     std::uint64_t triangles = 0;
     Box box;
@@ -23,18 +23,18 @@ struct Shown {
                                    [&](const std::string& note) { return note.find(part) != std::string::npos; });
     }
 };
-Shown shownOf(const std::string& name, const std::string& bytes) {
+ShownFaces shownOf(const std::string& name, const std::string& bytes) {
     const Scratch scratch;
     Expected<ImportedScene> scene = importScene(scratch.write(name, bytes), kRootNode, importOptions());
     if (!scene) return {.error = messageOf(scene)};
-    Shown shown{.notes = scene->notes, .triangles = scene->triangles};
+    ShownFaces shown{.notes = scene->notes, .triangles = scene->triangles};
     const ImportedAspect aspect(std::move(*scene));
     for (const Geometry* geometry : allOf<Geometry>(aspect))
         shown.box.extend(boundsOf(geometry->positions.as<float>()));
     return shown;
 }
 
-void expectLeftOut(const Shown& shown, std::uint64_t triangles, std::string_view note) {
+void expectLeftOut(const ShownFaces& shown, std::uint64_t triangles, std::string_view note) {
     EXPECT_EQ(shown.error, "");
     EXPECT_EQ(shown.triangles, triangles);
     EXPECT_TRUE(shown.says(note)) << fmt::format("{}", fmt::join(shown.notes, "\n"));
@@ -54,7 +54,7 @@ TEST(UnsoundFaces, OfAnObjAreNamedByTheirLine) {
         shownOf("c.obj", square + "vt 0 0\nf 1/1 2/1 3/1\nf 2/1 4/1 3/1\nf 1/1 2/2 3/1\n"), 2,
         "1 of 3 faces, lines and points is left out; the first, line 8: '2/2' names none of the 1 texture coordinates");
     // Small numbers are numbers; what is named before it comes is named.
-    const Shown sound = shownOf(
+    const ShownFaces sound = shownOf(
         "d.obj", "f 1 2 3\nf -0 2 3\n" + square + "v 1e-99 0 0\nv 1e-999 1 0\nf -6 -5 -4 # nan\nf 2 4 3\nf 6 2 3\n");
     EXPECT_EQ(sound.triangles, 4u) << sound.error;
     EXPECT_TRUE(sound.says("1 of 5 faces, lines and points is left out; the first, line 2: '-0'"));
@@ -63,7 +63,7 @@ TEST(UnsoundFaces, OfAnObjAreNamedByTheirLine) {
 }
 
 TEST(UnsoundFaces, OfAnObjWhoseNumbersBeginWithAPointThereAreNone) {
-    const Shown shown =
+    const ShownFaces shown =
         shownOf("a.obj", "v 0 0 0\nv .5 0 0\nv 0 .5 0\nv 1 1 .0\nvt .5 .5\nf 1/1 2/1 3/1\nf 2/1 4/1 3/1\n");
     EXPECT_EQ(shown.triangles, 2u) << shown.error;
     EXPECT_FALSE(shown.says("left out")) << fmt::format("{}", fmt::join(shown.notes, "\n"));
@@ -128,7 +128,7 @@ TEST(UnsoundFaces, OfGltfAreCountedWhateverThePrimitive) {
                   "1 of 3 triangles is left out");
     expectLeftOut(shownOf("lines.glb", gltfOf(R"(,"mode":1)", nan, {0, 3, 1, 4, 1, 77})), 0,
                   "2 of 3 lines are left out; the first, number 1, has vertex 4");
-    const Shown points = shownOf("points.glb", gltfOf(R"(,"mode":0)", nan, {0, 3, 4, 77}));
+    const ShownFaces points = shownOf("points.glb", gltfOf(R"(,"mode":0)", nan, {0, 3, 4, 77}));
     EXPECT_TRUE(points.says("1 of 4 points is left out; the first, number 3, names vertex 77 of 5")) << points.error;
     EXPECT_TRUE(
         points.says("1 of 3 points is left out; the first, number 2, has vertex 2, whose position is not finite"));
