@@ -337,6 +337,11 @@ TEST(UsdHostile, WhatASmallFileMultipliesIsBounded) {
     std::string properties = "#usda 1.0\ndef Sphere \"S\" {\n";
     for (int i = 0; i < 2'000'000; ++i) properties += fmt::format("int a{:x}\n", i);
     EXPECT_NE(refused(properties + "}\n").find("prims and properties"), std::string::npos);
+    std::string inherited = "#usda 1.0\nclass Sphere \"C\" {\n";
+    for (int i = 0; i < 100'000; ++i) inherited += fmt::format("int a{:x}\n", i);
+    inherited += "}\n";
+    for (int i = 0; i < 1000; ++i) inherited += fmt::format("def \"P{}\" (inherits = </C>) {{}}\n", i);
+    EXPECT_NE(refused(inherited).find("those that are placed often"), std::string::npos);
     // A smooth surface of some size at thousands of places.
     std::string surface = "#usda 1.0\nclass Mesh \"Smooth\" {\n int[] faceVertexCounts = [";
     std::string corners, points;

@@ -19,7 +19,7 @@ constexpr unsigned kOldestMinor = 4, kNewestMinor = 13;
 constexpr std::uint64_t kFreeBytes = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerByte = 16;
 /// Of a prim or a property: three numbers, and its values.
-constexpr std::size_t kBytesPerSpec = 16;
+constexpr std::size_t kCrateBytesPerSpec = 16;
 /// Of each table, beyond one for each byte of the file.
 constexpr std::uint64_t kFreeEntries = 2'000'000;
 
@@ -206,7 +206,7 @@ private:
         Expected<UsdCrateCursor> in = section("SPECS");
         if (!in) return tl::unexpected(in.error());
         const std::uint64_t said = count(*in);
-        if (const std::size_t most = limits_.specsOf(bytes_.size(), kBytesPerSpec); said > most)
+        if (const std::size_t most = limits_.specsOf(bytes_.size(), kCrateBytesPerSpec); said > most)
             return fail(ErrorCode::kLimit, fmt::format("it has more than {} prims and properties", most));
         const auto paths = unpackUsdIntegers<std::uint32_t>(*in, said);
         const auto fields = unpackUsdIntegers<std::uint32_t>(*in, said);

@@ -16,8 +16,8 @@ constexpr std::size_t kMostFreeSites = 1'000'000;
 constexpr std::size_t kMostOpinionsPerPrim = 100'000;
 /// What a circle that is found costs beside a site: small files can have very many.
 constexpr std::size_t kSitesPerCircle = 8;
-/// Properties of a prim that cost nothing beside it, and how many more are a site's work.
-constexpr std::size_t kFreeProperties = 64, kPropertiesPerSite = 16;
+/// Properties of a prim that cost nothing beside it; each more is a site's work.
+constexpr std::size_t kFreeProperties = 64;
 
 /// Whether one of the paths is the other or below it.
 bool isRelated(std::string_view a, std::string_view b) {
@@ -543,7 +543,7 @@ Expected<UsdStage::Prim> UsdStage::finish(Index index, std::string path) {
         defined = prim->specifier_ == Specifier::kDef || !isOfClass(index, opinion.site);
     }
     if (properties > kFreeProperties)
-        if (Expected<void> counted = count(properties / kPropertiesPerSite); !counted)
+        if (Expected<void> counted = count(properties - kFreeProperties); !counted)
             return tl::unexpected(counted.error());
     prim->sites_ = std::move(index);
     return Prim(std::move(prim));

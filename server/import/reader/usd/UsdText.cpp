@@ -16,7 +16,7 @@ enum class ListWord { kNone, kAdd, kPrepend, kAppend, kDelete, kReorder };
 /// What samples over time may take beyond a multiple of the text's own size: each is a few letters there.
 constexpr std::size_t kFreeSampleBytes = std::size_t{256} << 20, kSampleBytesPerByte = 8;
 /// "float3 xformOp:scale = (1, 1, 1)": few are shorter.
-constexpr std::size_t kBytesPerSpec = 24;
+constexpr std::size_t kTextBytesPerSpec = 32;
 /// Of a value that is kept by itself, whatever it is.
 constexpr std::size_t kBytesPerSample = 160;
 
@@ -24,7 +24,7 @@ class UsdTextReader {
 public:
     UsdTextReader(std::string_view text, std::string identifier, const UsdLayerLimits& limits)
         : in_(text),
-          mostSpecs_(limits.specsOf(text.size(), kBytesPerSpec)),
+          mostSpecs_(limits.specsOf(text.size(), kTextBytesPerSpec)),
           sampleBytes_(kFreeSampleBytes + kSampleBytesPerByte * text.size()),
           limits_(limits),
           layer_(std::make_shared<UsdLayer>()) {
