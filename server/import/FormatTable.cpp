@@ -94,8 +94,8 @@ constexpr FormatRow kTable[] = {
      "the colours of a background; interpolators of Transform, Material and lights that a TimeSensor drives, an "
      "animation for each sensor",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
-     "interpolators of coordinates; of Inventor engines, manipulators, shaders, clip planes; X3D's NURBS, humanoids, "
-     "geospatial and rigid bodies; X3D in binary (.x3db) is refused",
+     "interpolators of coordinates; of Inventor engines, manipulators, shaders, clip planes, NURBS; X3D's NURBS, "
+     "humanoids, geospatial and rigid bodies; X3D in binary (.x3db) is refused",
      false, "tessera-import-coin"},
     {"Motion: BVH, CharacterStudio", "bvh csm", "assimp", "the skeleton as triangles, and its motion",
      "nothing is known to be lost"},

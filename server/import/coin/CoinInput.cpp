@@ -41,7 +41,7 @@ SbBool CoinInput::hasStack() {
 }
 
 SbBool CoinInput::hasBytes(int length, std::size_t each) {
-    sides_.clear();
+    if (length != 1) sides_.clear();  // in bytes a side is one, too
     if (!isBinary() || length < 0 || static_cast<std::size_t>(length) <= bytesLeft() / each) return TRUE;
     return refuse(fmt::format("it announces {} values where {} bytes are left: it is cut off, or its count is wrong",
                               length, bytesLeft()));

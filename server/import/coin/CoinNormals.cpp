@@ -17,19 +17,19 @@
 namespace tessera {
 namespace {
 
-/// What Coin does in a fifth of a second.
-constexpr double kMostPairs = 5e7;
+/// What Coin does in some milliseconds: a shape may be used again and again.
+constexpr double kMostPairs = 2e6;
 /// Of fewer corners there are no more.
-constexpr int kFew = 7000;
+constexpr int kFew = 1400;
 
-/// Pairs of faces that meet, of faces that name these places; each corner is of so many faces.
+/// Pairs of faces that meet in one place, where these are very many; each corner is of so many faces.
 class MeetingFaces {
 public:
     explicit MeetingFaces(double each) : each_(each) {}
     void add(std::size_t place) {
         if (place >= faces_.size()) faces_.resize(place + 1);
-        pairs_ += 2.0 * faces_[place] * each_ * each_ + each_ * each_;
-        ++faces_[place];
+        constexpr std::uint32_t kUsual = 64;
+        if (++faces_[place] > kUsual) pairs_ += 2.0 * faces_[place] * each_ * each_;
     }
     [[nodiscard]] bool areTooMany() const { return pairs_ > kMostPairs; }
 
@@ -87,7 +87,7 @@ PlainNormals::PlainNormals(SoNode& shape, const SoCallbackAction& action) {
         const int points = ownPlaces ? own->vertex.getNum() : action.getNumCoordinates();
         PlaceTable places;
         MeetingFaces faces(kOfStrip);
-        for (int i = 0; points >= kFew / 3 && i < points; ++i) {
+        for (int i = 0; points >= kFew / kOfStrip && i < points; ++i) {
             const SbVec3f& place = ownPlaces ? own->vertex[i] : action.getCoordinate3(i);
             faces.add(places.numberOf(place.getValue()));
         }

@@ -36,7 +36,7 @@ bool isSound(const Affine3d& map) {
 /// What a small file may become; a large one a node for each of its bytes besides.
 constexpr std::size_t kAlwaysNodes = 100'000;
 /// The same of triangles, lines and points, and of an Extrusion's faces, which a few points are enough for.
-constexpr std::size_t kAlwaysParts = 2'000'000, kPartsPerByte = 32, kAlwaysFaces = 400'000, kFacesPerByte = 4;
+constexpr std::size_t kAlwaysParts = 1'000'000, kPartsPerByte = 24, kAlwaysFaces = 400'000, kFacesPerByte = 4;
 
 /// Kinds whose work is done elsewhere, or that show nothing by themselves.
 bool isSilent(const SoNode& node) {
@@ -52,7 +52,9 @@ bool isLost(const SoNode& node) {
            is<SoVRMLDragSensor>(node) || is<SoVRMLScript>(node) || is<SoClipPlane>(node) || is<SoTexture3>(node) ||
            is<SoTextureCubeMap>(node) || is<SoBumpMap>(node) || is<SoShaderProgram>(node) || is<SoImage>(node) ||
            is<SoMarkerSet>(node) || is<SoIndexedMarkerSet>(node) || is<SoVRMLMovieTexture>(node) ||
-           is<SoSceneTexture2>(node) || is<SoResetTransform>(node) || is<SoPolygonOffset>(node);
+           is<SoNurbsSurface>(node) || is<SoNurbsCurve>(node) || is<SoIndexedNurbsSurface>(node) ||
+           is<SoIndexedNurbsCurve>(node) || is<SoSceneTexture2>(node) || is<SoResetTransform>(node) ||
+           is<SoPolygonOffset>(node);
 }
 
 struct FormatName : SoNode {

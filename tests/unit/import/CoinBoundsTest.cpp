@@ -3,7 +3,7 @@
 
 #include <bit>
 #include <cmath>
-#include <floatWords>
+#include <numbers>
 
 #include "common/cores/Geometry.h"
 #include "tests/unit/import/ImportFixture.h"
@@ -28,7 +28,7 @@ std::string floatWords(std::initializer_list<float> all) {
     for (const float number : all) bytes += bigEndianWord(std::bit_cast<std::uint32_t>(number));
     return bytes;
 }
-/// A nodeOfOneField of one field.
+/// A node of one field.
 std::string nodeOfOneField(std::string_view kind, std::string_view field, const std::string& value) {
     return lengthAndLetters(kind) + bigEndianWord(0) + bigEndianWord(1) + lengthAndLetters(field) + value +
            bigEndianWord(0);
@@ -39,12 +39,12 @@ std::string timesOver(const std::string& text, std::size_t times) {
     return all;
 }
 
-/// As a fanAround around one place; each corner has a point.
+/// Triangles around one place; each corner has a point.
 std::string fanAround(std::size_t faces, std::string& points, const char* end) {
     std::string corners;
     points = "0 0 0,";
     for (std::size_t i = 0; i < faces; ++i) {
-        const double angle = 2 * std::floatWords::pi * static_cast<double>(i) / static_cast<double>(faces);
+        const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(faces);
         points += fmt::format("{:.6f} {:.6f} 0,", std::cos(angle), std::sin(angle));
         corners += fmt::format("0,{},{}{}", 1 + i, 1 + (i + 1) % faces, end);
     }
@@ -54,14 +54,14 @@ std::string fanAround(std::size_t faces, std::string& points, const char* end) {
 class CoinBounds : public testing::Test {
 protected:
     /// Within what a hostile file may take.
-    Expected<ImportedScene> load(const std::string& file, const std::string& text) {
+    Expected<ImportedScene> load(const std::string& file, const std::string& text, int seconds = 2) {
         ImportOptions options = importOptions();
-        options.maxCpuTime = std::chrono::seconds(2);
+        options.maxCpuTime = std::chrono::seconds(seconds);
         options.maxMemoryBytes = std::size_t{1} << 30;
         return importScene(scratch_.write(file, text), kRootNode, options);
     }
-    void expectRefused(const std::string& file, const std::string& text, const std::string& words) {
-        const Expected<ImportedScene> scene = load(file, text);
+    void expectRefused(const std::string& file, const std::string& text, const std::string& words, int seconds = 2) {
+        const Expected<ImportedScene> scene = load(file, text, seconds);
         ASSERT_FALSE(scene) << file;
         EXPECT_NE(scene.error().message.find(words), std::string::npos) << file << ": " << scene.error().message;
     }
@@ -92,7 +92,7 @@ TEST_F(CoinBounds, CountsOfInventorInBytesThatLieAreRefused) {
             fmt::format("it announces {} values in a file of", count));
     expectRefused("b.iv",
                   kBinaryHead + nodeOfOneField("Coordinate3", "point", bigEndianWord(60'000) + floatWords({0, 0, 0})),
-                  "it announces 180000 values where");
+                  "values where 0 bytes are left");
     expectRefused("c.iv",
                   kBinaryHead + nodeOfOneField("Texture2", "image",
                                                bigEndianWord(32'000) + bigEndianWord(32'000) + bigEndianWord(4) +
@@ -213,7 +213,7 @@ TEST_F(CoinBounds, KindsOfNodesAndPrototypesMayBeVeryMany) {
     const Expected<ImportedScene> scene = load("a.wrl", kinds);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 12u);
-    expectRefused("b.wrl", protos, "line 5002: it has more than 5000 prototypes");
+    expectRefused("b.wrl", protos, "it has more than 5000 prototypes");
 }
 
 TEST_F(CoinBounds, OneGeometryIsMadeOnceWhoeverUsesIt) {
@@ -224,10 +224,11 @@ TEST_F(CoinBounds, OneGeometryIsMadeOnceWhoeverUsesIt) {
                           "] } coordIndex [" + corners + "] } }\n" + timesOver("Shape { geometry USE G }\n", 2'000));
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 6'000u * 2'001);
+    // Of Inventor each use may look otherwise, and is made anew.
     expectRefused("b.iv",
                   "#Inventor V2.1 ascii\nCoordinate3 { point [" + points + "] }\nDEF A IndexedFaceSet { coordIndex [" +
                       corners + "] }" + timesOver(" USE A", 3'000),
-                  "used again and again");
+                  "used again and again", 10);
     expectRefused("c.wrl",
                   kVrmlBegin + "PROTO P [] { Shape { geometry IndexedFaceSet { coord Coordinate { point [" + points +
                       "] } coordIndex [" + corners + "] } } }\n" + timesOver("P {} ", 3'000),

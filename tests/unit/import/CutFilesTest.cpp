@@ -130,7 +130,7 @@ TEST(CutFiles, AnStlInTextEndsWithAWholeTriangle) {
     const CutOutcome two = outcomeOf("a.stl", text + "solid next\n" + facet(7) + facet(8).substr(0, 50));
     EXPECT_EQ(two.triangles, 4u) << two.said;
     EXPECT_TRUE(two.says("4 whole triangles are there")) << two.said;
-    const CutOutcome more = outcomeOf("a.stl", text + "Solid next\n" + facet(7) + "Endsolid\n");
+    const CutOutcome more = outcomeOf("a.stl", text + "shell next\n" + facet(7) + "endshell\n");
     EXPECT_EQ(more.triangles, 3u) << more.said;
     EXPECT_TRUE(more.says("what is behind 'endsolid' is left out (line 24)")) << more.said;
     std::string line = text;

@@ -337,7 +337,7 @@ std::string plainWebp(std::uint32_t width, std::uint32_t height) {
         for (std::size_t i = at; i < std::min(at + 8, bits.size()); ++i) byte |= bits[i] << (i - at);
         data.push_back(static_cast<char>(byte));
     }
-    data += std::string(9 - data.size() % 2, '\0');
+    data += std::string(8 + data.size() % 2, '\0');
     const auto sized = [](const char* name, const std::string& content) {
         const auto size = static_cast<std::uint32_t>(content.size());
         return name + std::string(reinterpret_cast<const char*>(&size), sizeof(size)) + content;
@@ -357,21 +357,21 @@ TEST(HostileImage, OfFewBytesTakesNoMemoryForWhatItClaims) {
         return scene ? fmt::format("{}", fmt::join(scene->notes, "\n")) : "error: " + scene.error().message;
     };
     EXPECT_EQ(notesOf(64, 64), "");
-    EXPECT_EQ(notesOf(8192, 8192), "image 0 was reduced to 4096 × 4096 pixels");
+    EXPECT_TRUE(notesOf(8192, 8192).ends_with(": image 0 was reduced to 4096 × 4096 pixels")) << notesOf(8192, 8192);
     EXPECT_NE(notesOf(16383, 8000).find("of so few bytes 67108864 pixels can be read"), std::string::npos);
 }
 
 TEST(HostileImage, ThatIsNotThereIsNamedOnce) {
     const Scratch scratch;
-    const auto notesOf = [&](const std::string& uri) {
+    const auto expectOne = [&](const std::string& uri, const std::string& note) {
         const Expected<ImportedScene> scene =
             importScene(scratch.write("a.gltf", pictured(uri)), kRootNode, importOptions());
-        return scene ? scene->notes : std::vector<std::string>{scene.error().message};
+        ASSERT_TRUE(scene) << messageOf(scene);
+        ASSERT_EQ(scene->notes.size(), 1u);
+        EXPECT_TRUE(scene->notes[0].ends_with(": image 0 is left out: " + note)) << scene->notes[0];
     };
-    EXPECT_EQ(notesOf("gone.webp"),
-              std::vector<std::string>{"image 0 is left out: 'gone.webp': No such file or directory"});
-    EXPECT_EQ(notesOf("../../gone.webp"),
-              std::vector<std::string>{"image 0 is left out: '../../gone.webp' leads out of the file's own folder"});
+    expectOne("gone.webp", "'gone.webp': No such file or directory");
+    expectOne("../../gone.webp", "'../../gone.webp' leads out of the file's own folder");
 }
 
 }  // namespace
