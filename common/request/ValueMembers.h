@@ -51,7 +51,7 @@ struct MembersOf<Placing> {
                               .between(0, kMaxPlacedRadius)
                               .butNotZero()
                               .said("of all its points"),
-                          // 6 would be LoadFile's `reload`.
+                          // 6 would be the number of a load's `reload`.
                           member<&Placing::variants>(7, "variants")
                               .atMost(&ApplicationLimits::maxVariants)
                               .said("of USD's prims: /Chair:color=red"));

@@ -33,8 +33,8 @@ struct ImportOptions {
     /// For whoever computes with a file: what is cut off, or has faces or points that cannot be shown, is refused
     /// (kBadInput) in the words of the note that a wall gets.
     bool whole = false;
-    /// Of USD's files: prims that show a variant of a set whatever the file says, "/Chair:color=red". A prim, a set or a
-    /// variant that is not there is refused (kNotFound), with those that are. So are those of `placing`.
+    /// Of USD's files: prims that show a variant of a set whatever the file says, "/Chair:color=red". A prim, a set or
+    /// a variant that is not there is refused (kNotFound), with those that are. So are those of `placing`.
     std::vector<std::string> variants;
     /// The path leads to the file without any link, as somebody has found who may decide: what has become a link since
     /// is refused.

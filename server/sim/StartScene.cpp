@@ -24,7 +24,8 @@ struct StartScene::Draft {
     }
 };
 
-StartScene::StartScene(std::vector<std::string> paths, Placing placing) : paths_(std::move(paths)), placing_(std::move(placing)) {}
+StartScene::StartScene(std::vector<std::string> paths, Placing placing)
+    : paths_(std::move(paths)), placing_(std::move(placing)) {}
 StartScene::~StartScene() = default;
 
 Expected<void> StartScene::order(Loader& loader, std::uint64_t ticket) const {
