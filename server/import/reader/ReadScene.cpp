@@ -42,6 +42,7 @@ Expected<PlainScene> readScene(const std::string& path, const ReadLimits& limits
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
     if (extension == "usd" || extension == "usda" || extension == "usdc" || extension == "usdz")
         return readUsd(path, limits);
+    if (extension == "dxf") return readDxf(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;
