@@ -221,11 +221,12 @@ void DxfReader::addPolygons(const DxfRecord& record, const std::vector<Vec3d>& v
     for (const std::uint32_t size : sizes) {
         const std::span<const std::uint32_t> face = std::span(corners).subspan(at, size);
         at += size;
-        if (size < 3) continue;  // an edge by itself
         if (!std::ranges::all_of(face, [&](std::uint32_t corner) { return corner < vertices.size(); })) {
             leftOut("faces of vertices that do not exist");
             continue;
         }
+        if (size == 2) addPath(record, std::array{vertices[face[0]], vertices[face[1]]}, false, to);
+        if (size < 3) continue;
         good.insert(good.end(), face.begin(), face.end());
         lengths.push_back(size);
     }

@@ -22,13 +22,21 @@ constexpr double kDescent = 0.3;
 /// An average letter's width, in heights.
 constexpr double kLetterWidth = 0.75;
 
-/// Whole characters alone.
-std::string bounded(std::string text) {
-    if (text.size() <= kMostBytes) return text;
-    std::size_t end = kMostBytes;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
-    text.resize(end);
-    return text;
+/// As a Text may have it, whole characters alone: its lines are at most 2048 em long, and so far apart together.
+std::string bounded(const std::string& text) {
+    constexpr std::size_t kMostOfLine = 1000, kMostLines = 400;
+    std::string out;
+    std::size_t ofLine = 0, lines = 1;
+    for (std::size_t at = 0, end = 0; at < text.size(); at = end) {
+        end = at + 1;
+        while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) ++end;
+        if (out.size() + end - at > kMostBytes) break;
+        const bool breaks = text[at] == '\n';
+        if (breaks && ++lines > kMostLines) break;
+        ofLine = breaks ? 0 : ofLine + 1;
+        if (ofLine <= kMostOfLine) out.append(text, at, end - at);
+    }
+    return out;
 }
 
 bool isBlank(const std::string& text) {
@@ -204,7 +212,7 @@ std::optional<DxfLetters> dxfTextBlock(const DxfRecord& record, const DxfDocumen
     std::string text = dxfParagraphs(document.text(std::string_view(all).substr(0, kMostBytes)));
     if (width > height) text = wrapped(text, width / (height * kLetterWidth));
     DxfLetters made;
-    made.text.set_text(bounded(std::move(text)));
+    made.text.set_text(bounded(text));
     if (isBlank(made.text.text())) return std::nullopt;
     const std::int64_t corner = std::clamp<std::int64_t>(record.integer(71, 1), 1, 9) - 1;
     double spacing = record.number(44, 1);
