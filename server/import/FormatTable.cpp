@@ -114,8 +114,7 @@ constexpr FormatRow kTable[] = {
     {"Ogre", "mesh mesh.xml", "assimp", "meshes, their materials beside the file, skeletons and their animations",
      "levels of detail, poses"},
     {"trueSpace, XGL, Silo, Nendo, Quick3D, NFF, Irrlicht", "cob scn xgl zgl sib ndo q3o q3s enff nff irr irrmesh",
-     "assimp",
-     "nodes and meshes; materials and pictures where the format has them; lights and cameras of nff, sib",
+     "assimp", "nodes and meshes; materials and pictures where the format has them; lights and cameras of nff, sib",
      "lights and cameras of the others, subdivision of sib. Irrlicht's files are refused for the most part: assimp "
      "5.2.5 does "
      "not read their XML"},

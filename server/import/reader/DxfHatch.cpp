@@ -26,8 +26,8 @@ public:
         std::vector<DxfPath> rings;
         const double z = record_.number(30, 0);
         while (skipTo(92)) {
-            const bool polyline = (take().integer() & kIsPolyline) != 0;
-            DxfPath ring = polyline ? readPolyline() : readEdges();
+            const bool isPolyline = (take().integer() & kIsPolyline) != 0;
+            DxfPath ring = isPolyline ? readPolyline() : readEdges();
             for (Vec3d& corner : ring) corner.z() = z;
             if (ring.size() > 2) rings.push_back(std::move(ring));
         }
