@@ -84,8 +84,14 @@ constexpr FormatRow kTable[] = {
     {"Buildings: IFC, STEP", "ifc ifczip step stp", "assimp",
      "of IFC 2x3 its tree with names, walls, slabs and openings as triangles, plain materials",
      "IFC 4 for the most part, properties, curved surfaces; other STEP files are refused"},
-    {"DXF", "dxf", "assimp", "3DFACE, polylines and meshes, a part for each layer and block",
-     "LINE, ARC, CIRCLE, TEXT, hatches, solids of ACIS, binary DXF"},
+    {"DXF", "dxf", "our own",
+     "R12 to R2018, text and binary; layers as nodes, those that are off or frozen behind a Switch; lines, arcs, "
+     "ellipses, splines, polylines with bulges, points, faces, solids, polyface and M x N meshes, MESH, filled hatches "
+     "with holes, thickness, TEXT, MTEXT and attributes, blocks as shared meshes (INSERT, also in rows, DIMENSION), "
+     "leaders; colours by number and true ones; units as metres",
+     "paper space, solids and surfaces of ACIS, patterns and gradients of hatches, line types, widths and arrow heads, "
+     "fonts and the slant of letters, RAY, XLINE, MLINE, pictures, external references, other code pages than 1252, "
+     "1251 and UTF-8"},
     {"VRML, X3D, Inventor", "wrl vrml wrz x3d x3dv x3db iv", "Coin; X3D put into VRML by our own",
      "VRML 1 and 2, X3D as XML and in the classic encoding, Inventor in text and binary, all in gzip too: groups, DEF "
      "and USE as shared meshes, PROTO and EXTERNPROTO, Switch and LOD with all children, Inline and File of the "
@@ -109,8 +115,7 @@ constexpr FormatRow kTable[] = {
     {"Ogre", "mesh mesh.xml", "assimp", "meshes, their materials beside the file, skeletons and their animations",
      "levels of detail, poses"},
     {"trueSpace, XGL, Silo, Nendo, Quick3D, NFF, Irrlicht", "cob scn xgl zgl sib ndo q3o q3s enff nff irr irrmesh",
-     "assimp",
-     "nodes and meshes; materials and pictures where the format has them; lights and cameras of nff, sib",
+     "assimp", "nodes and meshes; materials and pictures where the format has them; lights and cameras of nff, sib",
      "lights and cameras of the others, subdivision of sib. Irrlicht's files are refused for the most part: assimp "
      "5.2.5 does "
      "not read their XML"},

@@ -52,10 +52,11 @@ std::uintmax_t arraysBeside(const std::string& path) {
 
 /// Times its bytes that a file may take beyond what each may; 0: what it takes says nothing of them. A small object of
 /// a text takes about a kilobyte while it is parsed, sixteen times its letters. A mesh is mapped, read into pools, and
-/// three times the arrays that come out, which are no more than twice as many bytes.
+/// three times the arrays that come out, which are no more than twice as many bytes. A drawing's circle becomes chords.
 std::size_t memoryPerByte(const std::string& extension) {
     if (extension == "tsct") return 16;
     if (extension == "tsc") return 4;
+    if (extension == "dxf") return 10;
     return extension == "obj" || extension == "stl" || extension == "ply" ? 6 : 0;
 }
 

@@ -270,8 +270,7 @@ std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     if (int axis = 0; scene.mMetaData != nullptr && scene.mMetaData->Get("UpAxis", axis))
         return axis == 2 ? kZ : axis == 1 ? kY : kUnknown;
     // Assimp turns these until Y is up, and not those, whose Z always is.
-    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask", ".dxf"},
-                                       notTurned = {".3mf", ".blend"};
+    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask"}, notTurned = {".3mf", ".blend"};
     return turned.contains(lowerEnding) ? kY : notTurned.contains(lowerEnding) ? kZ : kUnknown;
 }
 
@@ -306,7 +305,7 @@ const aiScene* joinEqualVertices(Assimp::Importer& importer) {
 }  // namespace
 
 std::set<std::string> allEndings() {
-    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz"};
+    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz", ".dxf"};
     for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
     std::string all;
     Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"

@@ -284,7 +284,6 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     if (ending == "obj") doubt_ = doubtOfVertices(text);
     if (ending == "obj") objNames_.add(text);
     if (ending == "obj") changed = mendObj(bytes, said, &missing);
-    if (ending == "dxf") noteCutDxf(text, missing);
     if (ending == "smd" || ending == "vta") sound = checkSmd(text, missing);
     if (ending == "md5mesh") sound = checkMd5Mesh(text, said);
     if (ending == "md5anim") sound = checkMd5Animation(text);
@@ -295,7 +294,7 @@ bool BeforeAssimp::lets(const std::string& path, Bytes& bytes) {
     }
     if (!sound) return false;
     if (!changed) sound_.insert(path);
-    if (ending == "dxf" || ending == "smd" || ending == "vta") said = missing;
+    if (ending == "smd" || ending == "vta") said = missing;
     missing_.insert(missing_.end(), missing.begin(), missing.end());
     for (std::string& note : said)
         if (std::ranges::find(notes_, note) == notes_.end()) notes_.push_back(std::move(note));

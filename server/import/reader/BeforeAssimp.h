@@ -41,8 +41,6 @@ class PlyFile;
                                      std::vector<std::string>* missing = nullptr);
 /// The note of a text that ends within a line: 17346 cut to 1734 is a number, too.
 [[nodiscard]] std::string doubtOfLastLine(std::size_t line);
-/// Of a DXF without its end.
-void noteCutDxf(std::string_view text, std::vector<std::string>& notes);
 
 /// The bones of a Half-Life model in text (.smd, .vta) end, and have numbers below that of lines; corners name as many
 /// as they announce. Into `notes`: another section without an end.

@@ -1,4 +1,4 @@
-// STL and DXF files that end too early, and STL files that hold more than triangles.
+// STL files that end too early, and STL files that hold more than triangles.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -244,12 +244,6 @@ Expected<bool> mendStl(Bytes& bytes, std::vector<std::string>& notes, std::vecto
 
 std::string doubtOfLastLine(std::size_t line) {
     return fmt::format("its last line (line {}) has no line break: its last number may be cut off", line);
-}
-
-void noteCutDxf(std::string_view text, std::vector<std::string>& notes) {
-    const std::size_t last = text.find_last_not_of(" \t\r\n");
-    const std::string_view end = last == std::string_view::npos ? std::string_view() : text.substr(0, last + 1);
-    if (!end.ends_with("EOF")) notes.emplace_back("it ends without 'EOF': it is cut off");
 }
 
 }  // namespace tessera

@@ -42,6 +42,7 @@ Expected<PlainScene> readByEnding(const std::string& path, const std::string& ex
     if (isVolumeFile(extension)) return readVolume(path, limits);
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
     if (isUsdFile(extension)) return readUsd(path, limits);
+    if (extension == "dxf") return readDxf(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;

@@ -20,6 +20,8 @@ namespace tessera {
 [[nodiscard]] Expected<PlainScene> readObjSurfaces(const std::string& path, const ReadLimits& limits);
 /// OBJ of polygons, lines and points. kUnsupported: of free-form surfaces, or with what only readWithAssimp may know.
 [[nodiscard]] Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits);
+/// DXF, in text and in binary.
+[[nodiscard]] Expected<PlainScene> readDxf(const std::string& path, const ReadLimits& limits);
 /// STL and PLY. kUnsupported: what only readWithAssimp may know, or can refuse in words.
 [[nodiscard]] Expected<PlainScene> readStl(const std::string& path, const ReadLimits& limits);
 [[nodiscard]] Expected<PlainScene> readPly(const std::string& path, const ReadLimits& limits);

@@ -281,7 +281,8 @@ TEST(CutFiles, ADxfOrSmdWithoutItsEndSaysSo) {
         "0\nSECTION\n2\nENTITIES\n0\n3DFACE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n1\n21\n0\n31\n0\n12\n0\n22\n1\n32\n0\n13\n0"
         "\n23\n1\n33\n0\n0\nENDSEC\n0\nEOF\n";
     EXPECT_FALSE(outcomeOf("a.dxf", dxf).says("cut off")) << outcomeOf("a.dxf", dxf).said;
-    EXPECT_TRUE(outcomeOf("a.dxf", dxf.substr(0, dxf.size() - 6)).says("it ends without 'EOF': it is cut off"));
+    EXPECT_TRUE(
+        outcomeOf("a.dxf", dxf.substr(0, dxf.size() - 6)).says("it ends without 'EOF' (line 35): it is cut off"));
     const std::string smd =
         "version 1\nnodes\n0 \"root\" -1\nend\nskeleton\ntime 0\n0 0 0 0 0 0 0\nend\ntriangles\nnone.bmp\n0 0 0 0 0 0 "
         "1 0 0\n0 1 0 0 0 0 1 1 0\n0 0 1 0 0 0 1 0 1\nend\n";

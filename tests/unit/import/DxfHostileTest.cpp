@@ -1,0 +1,151 @@
+// DXF files that lie, are cut off, multiply or go in circles: a clear message, or the sound part of it.
+
+#include <fmt/format.h>
+
+#include <random>
+#include <sstream>
+
+#include "common/cores/Geometry.h"
+#include "server/import/reader/DxfReader.h"
+#include "tests/unit/import/Picture.h"
+
+namespace tessera {
+namespace {
+
+const std::string kDxfFolder = TESSERA_SOURCE_DIR "/tests/data/dxf/";
+
+/// The reader itself, without the child: as often as wanted. What it says where it refuses, else its notes.
+std::string readDxfAlone(const std::string& bytes) {
+    ReadLimits limits;
+    limits.maxNodes = 100'000;
+    Expected<DxfDocument> document = DxfDocument::open(bytes);
+    if (!document) return document.error().message;
+    const Expected<PlainScene> scene = DxfReader(std::move(*document), bytes.size(), limits).read();
+    if (!scene) return scene.error().message;
+    std::string notes;
+    for (const std::string& note : scene->notes) notes += note + "\n";
+    return notes;
+}
+
+/// Groups, one a line: "0 LINE".
+std::string groupsOf(const std::string& text) {
+    std::istringstream lines(text);
+    std::string out;
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t space = line.find(' ');
+        out += line.substr(0, space) + "\n" + (space == line.npos ? "" : line.substr(space + 1)) + "\n";
+    }
+    return out;
+}
+
+std::string blocksAndEntities(const std::string& blocks, const std::string& entities) {
+    return groupsOf("0 SECTION\n2 BLOCKS\n" + blocks + "0 ENDSEC\n0 SECTION\n2 ENTITIES\n" + entities +
+                    "0 ENDSEC\n0 EOF\n");
+}
+
+bool dxfSays(const std::string& said, std::string_view part) {
+    return said.find(part) != std::string::npos;
+}
+
+TEST(DxfHostile, FilesCutAnywhereSayWhere) {
+    for (const char* name : {"kinds-r12.dxf", "kinds-r12-binary.dxf"}) {
+        const std::string whole = contentOf(kDxfFolder + name);
+        const std::string place = std::string(name).find("binary") == std::string::npos ? "line " : "byte ";
+        for (std::size_t size = 30; size + 20 < whole.size(); size += 41) {
+            const std::string said = readDxfAlone(whole.substr(0, size));
+            EXPECT_TRUE(dxfSays(said, place) || dxfSays(said, "it is no DXF"))
+                << name << " of " << size << ": " << said;
+        }
+    }
+}
+
+TEST(DxfHostile, BytesChangedAnywhereHarmNobody) {
+    std::mt19937 random(7);
+    for (const char* name : {"kinds.dxf", "kinds-binary.dxf", "kinds-r12.dxf", "kinds-r12-binary.dxf"}) {
+        const std::string whole = contentOf(kDxfFolder + name);
+        for (int run = 0; run < 2500; ++run) {
+            std::string bytes = whole;
+            for (std::uint32_t changes = 1 + random() % 4; changes > 0; --changes) {
+                const std::size_t at = random() % bytes.size();
+                // Digits become others more often than anything: numbers lie, and the file is still one.
+                if (bytes[at] >= '0' && bytes[at] <= '9' && random() % 4 != 0)
+                    bytes[at] = static_cast<char>('0' + random() % 10);
+                else
+                    bytes[at] = static_cast<char>(random() % 256);
+            }
+            (void)readDxfAlone(bytes);
+        }
+    }
+}
+
+TEST(DxfHostile, WhatIsNoGroupIsNamedWithItsLine) {
+    EXPECT_TRUE(
+        dxfSays(readDxfAlone("hello\nworld\n"), "it is no DXF: line 1: a group's code is expected, not 'hello'"));
+    EXPECT_TRUE(dxfSays(readDxfAlone(""), "it is no DXF: it has no groups"));
+    EXPECT_TRUE(dxfSays(readDxfAlone("5\nx\n"), "it does not begin with a section"));
+    EXPECT_TRUE(dxfSays(readDxfAlone("0\nSECTION\n2\nENTITIES\n0\nLINE\nten\n1\n"),
+                        "line 7: a group's code is expected, not 'ten'"));
+    EXPECT_TRUE(dxfSays(readDxfAlone(std::string("AutoCAD Binary DXF\r\n\x1a\0\0\0SECTION\0\x50\0\1", 36)),
+                        "byte 32: group code 80 has no type"))
+        << readDxfAlone(std::string("AutoCAD Binary DXF\r\n\x1a\0\0\0SECTION\0\x50\0\1", 36));
+}
+
+/// A file within the child: within 2 s of its own time.
+Expected<ImportedScene> importDxfWithin2s(const std::string& bytes) {
+    const Scratch scratch;
+    ImportOptions options = importOptions();
+    if (!kSanitized) options.maxCpuTime = std::chrono::seconds(2);
+    return importScene(scratch.write("hostile.dxf", bytes), kRootNode, options);
+}
+
+TEST(DxfHostile, BlocksThatHoldThemselvesOrMultiplyAreLeftOut) {
+    const Expected<ImportedScene> circle = importDxfWithin2s(blocksAndEntities(
+        "0 BLOCK\n2 A\n0 LINE\n11 1\n0 INSERT\n2 B\n0 ENDBLK\n0 BLOCK\n2 B\n0 INSERT\n2 A\n0 ENDBLK\n",
+        "0 INSERT\n2 A\n"));
+    ASSERT_TRUE(circle) << messageOf(circle);
+    EXPECT_TRUE(hasNote(*circle, "blocks that hold themselves (A): 1 left out"));
+    EXPECT_EQ(circle->geometries, 1u);
+    // Each of 30 holds the one before ten times.
+    std::string blocks = "0 BLOCK\n2 B0\n0 LINE\n11 1\n0 LINE\n62 3\n12 1\n0 ENDBLK\n";
+    for (int i = 1; i < 30; ++i) {
+        blocks += fmt::format("0 BLOCK\n2 B{}\n", i);
+        for (int k = 0; k < 10; ++k) blocks += fmt::format("0 INSERT\n2 B{}\n10 {}\n", i - 1, k);
+        blocks += "0 ENDBLK\n";
+    }
+    const Expected<ImportedScene> many = importDxfWithin2s(blocksAndEntities(blocks, "0 INSERT\n2 B29\n"));
+    EXPECT_TRUE(dxfSays(messageOf(many), "places of blocks and letters beyond 500000, or 1000000 nodes: "))
+        << messageOf(many);
+    const Expected<ImportedScene> rows = importDxfWithin2s(blocksAndEntities(
+        "0 BLOCK\n2 A\n0 LINE\n11 1\n0 ENDBLK\n", "0 INSERT\n2 A\n70 32767\n71 32767\n0 LINE\n11 1\n"));
+    ASSERT_TRUE(rows) << messageOf(rows);
+    EXPECT_TRUE(hasNote(*rows, "places of blocks and letters beyond 500000, or 1000000 nodes: 1 left out"));
+    EXPECT_EQ(rows->geometries, 1u);
+    // As many looks as there are colours, of a block that takes long to read.
+    std::string large = "0 BLOCK\n2 A\n", inserts;
+    for (int i = 0; i < 20'000; ++i) large += "0 LINE\n62 0\n11 1\n";
+    for (int i = 0; i < 20'000; ++i) inserts += fmt::format("0 INSERT\n2 A\n420 {}\n", i);
+    const Expected<ImportedScene> looks = importDxfWithin2s(blocksAndEntities(large + "0 ENDBLK\n", inserts));
+    ASSERT_TRUE(looks) << messageOf(looks);
+    EXPECT_TRUE(hasNote(*looks, "blocks that look otherwise wherever they are, beyond what can be kept"));
+}
+
+TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
+    const std::string said = readDxfAlone(blocksAndEntities(
+        "",
+        "0 LWPOLYLINE\n90 2000000000\n10 0\n20 0\n10 1\n20 0\n0 CIRCLE\n40 1e300\n0 ARC\n40 nan\n"
+        "0 SPLINE\n71 99\n72 2000000000\n40 1\n10 1\n0 MESH\n92 -5\n10 1\n93 2000000000\n90 4\n90 7\n90 8\n90 9\n"
+        "0 POLYLINE\n70 16\n71 32767\n72 32767\n0 VERTEX\n10 1\n0 SEQEND\n"
+        "0 POLYLINE\n70 64\n0 VERTEX\n70 192\n0 VERTEX\n70 128\n71 1\n72 2\n73 -99\n0 SEQEND\n"
+        "0 HATCH\n70 1\n91 2000000000\n92 2\n93 -1\n10 0\n20 0\n10 1\n20 0\n10 1\n20 1\n92 1\n72 4\n94 99\n"
+        "0 INSERT\n2 NONE\n70 -5\n0 TEXT\n40 -1\n1 x\n0 ELLIPSE\n11 inf\n0 3DFACE\n10 1\n11 2\n"));
+    EXPECT_TRUE(dxfSays(said, "entities with numbers that are none, too large or missing: 5 left out")) << said;
+    EXPECT_TRUE(dxfSays(said, "faces of vertices that do not exist: 2 left out")) << said;
+    const Expected<ImportedScene> line =
+        importDxfWithin2s(groupsOf("0 SECTION\n2 ENTITIES\n0 TEXT\n40 1\n1 " + std::string(50'000'000, 'x') +
+                                   "\n0 LINE\n8 " + std::string(1'000'000, '"') + "\n11 1\n0 ENDSEC\n0 EOF\n"));
+    ASSERT_TRUE(line) << messageOf(line);
+    EXPECT_EQ(line->geometries, 2u) << "the line, and as many letters as a line may have";
+}
+
+}  // namespace
+}  // namespace tessera
