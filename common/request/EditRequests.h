@@ -226,8 +226,9 @@ struct CloneNode {
 struct LoadFile {
     std::string path;
     ObjectId parent;
-    Placing placing = {};
+    Placing placing = {};  ///< without its variants
     bool reload = false;
+    std::vector<std::string> variants = {};  ///< Placing::variants
 
     using Answer = answer::Loaded;
     static constexpr RequestInfo kInfo{.number = 4,
@@ -242,7 +243,10 @@ struct LoadFile {
             member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
             member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadFile::placing>(3),
             member<&LoadFile::reload>(8, "reload")
-                .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
+                .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
+            member<&LoadFile::variants>(9, "variants")
+                .atMost(&ApplicationLimits::maxVariants)
+                .said("of USD's prims: /Chair:color=red"));
     }
 };
 
@@ -252,8 +256,9 @@ struct LoadAsset {
 
     std::string name;  ///< without the prefix
     ObjectId parent;
-    Placing placing = {};
+    Placing placing = {};  ///< without its variants
     bool reload = false;
+    std::vector<std::string> variants = {};  ///< Placing::variants
 
     using Answer = answer::Loaded;
     static constexpr RequestInfo kInfo{.number = 26,
@@ -268,7 +273,10 @@ struct LoadAsset {
             member<&LoadAsset::name>(1, "name").said("behind asset://"),
             member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadAsset::placing>(3),
             member<&LoadAsset::reload>(8, "reload")
-                .said("if it is in the scene already (below parent, where one is said) it is taken in again"));
+                .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
+            member<&LoadAsset::variants>(9, "variants")
+                .atMost(&ApplicationLimits::maxVariants)
+                .said("of USD's prims: /Chair:color=red"));
     }
 };
 

@@ -53,7 +53,8 @@ struct LoadState {
         return std::tuple(
             member<&LoadState::load>(1, "load").said("its number, for CancelLoad"),
             member<&LoadState::path>(2, "path").said("as it was asked for"),
-            member<&LoadState::stage>(3, "stage").said("waiting, reading, converting, handing over, building or appearing"),
+            member<&LoadState::stage>(3, "stage")
+                .said("waiting, reading, converting, handing over, building or appearing"),
             member<&LoadState::part>(4, "part").said("of that stage, 0 to 1; negative: it is not known"),
             member<&LoadState::seconds>(5, "seconds").in("s").said("since it was asked for"),
             member<&LoadState::person>(6, "person").said("who asked; empty: nobody, as of an Inline or a reload"),
@@ -68,7 +69,8 @@ struct Loads {
 
     static constexpr ToldInfo kInfo{.name = "Loads", .answer = 32, .help = "The files that are on their way"};
     static constexpr auto members() {
-        return std::tuple(member<&Loads::loads>(1, "loads").atMost(&ApplicationLimits::maxPageNodes));
+        return std::tuple(
+            member<&Loads::loads>(1, "loads").atMost(&ApplicationLimits::maxPageNodes).said("the oldest first"));
     }
 };
 

@@ -50,11 +50,7 @@ struct MembersOf<Placing> {
                               .in("units of the file")
                               .between(0, kMaxPlacedRadius)
                               .butNotZero()
-                              .said("of all its points"),
-                          // 6 would be the number of a load's `reload`.
-                          member<&Placing::variants>(7, "variants")
-                              .atMost(&ApplicationLimits::maxVariants)
-                              .said("of USD's prims: /Chair:color=red"));
+                              .said("of all its points"));
     }
 };
 

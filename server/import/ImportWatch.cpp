@@ -9,16 +9,14 @@ namespace tessera {
 void ImportWatch::at(Stage stage, std::uint64_t done, std::uint64_t total) {
     Progress now{.stage = stage};
     if (total > 0) now.part = std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
-    {
-        const std::lock_guard lock(mutex_);
-        progress_ = now;
-    }
+    progress_.with([&](Progress& progress) { progress = now; });
     if (tell) tell(now);
 }
 
 void ImportWatch::cancel(Error why) {
-    const std::lock_guard lock(mutex_);
-    if (!why_) why_ = std::move(why);
+    why_.with([&](std::optional<Error>& first) {
+        if (!first) first = std::move(why);
+    });
 }
 
 std::string_view wordFor(ImportWatch::Stage stage) {

@@ -1,15 +1,14 @@
 /// How far an import is, and whether it is still wanted.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "common/base/Error.h"
+#include "common/base/Guarded.h"
 
 namespace tessera {
 
@@ -30,24 +29,17 @@ public:
 
     /// `total` 0: nobody knows how much there is.
     void at(Stage stage, std::uint64_t done = 0, std::uint64_t total = 0);
-    [[nodiscard]] Progress progress() const {
-        const std::lock_guard lock(mutex_);
-        return progress_;
-    }
+    [[nodiscard]] Progress progress() const { return progress_.copy(); }
     /// The import ends soon, with this reason; the first one counts.
     void cancel(Error why);
-    [[nodiscard]] std::optional<Error> cancelled() const {
-        const std::lock_guard lock(mutex_);
-        return why_;
-    }
+    [[nodiscard]] std::optional<Error> cancelled() const { return why_.copy(); }
 
     /// Set before the import begins: called at each news, on the thread that imports, some ten times a second at most.
     std::function<void(const Progress&)> tell = {};
 
 private:
-    mutable std::mutex mutex_;
-    Progress progress_;
-    std::optional<Error> why_;
+    Guarded<Progress> progress_;
+    Guarded<std::optional<Error>> why_;
 };
 
 /// "reading".

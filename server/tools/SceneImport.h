@@ -13,8 +13,8 @@ struct FileScene {
     ImportedScene imported;  ///< its counts, notes and `later`, with the scene's ids; the list is gone
 };
 
-/// The file's content below the root, under ids of this scene. Blocks; says on a terminal how far it is. Errors name the
-/// file.
+/// The file's content below the root, under ids of this scene. Blocks; says on a terminal how far it is. Errors name
+/// the file.
 [[nodiscard]] Expected<FileScene> importAsScene(const std::string& path, ImportOptions options);
 
 }  // namespace tessera

@@ -156,8 +156,9 @@ def models(folder):
 def models_of_formats(folder):
     """The same, of other formats; each with its folder, as it names files beside it."""
     found = {}
-    places = [(root, path) for root in (DATA, ROOT / "tests/data", ASSIMP) if root.is_dir() for path in
-              sorted(root.rglob("*")) if path.is_file() and "malformed" not in path.parts and "invalid" not in path.parts]
+    broken = {"malformed", "invalid"}
+    places = [(root, path) for root in (DATA, ROOT / "tests/data", ASSIMP) if root.is_dir()
+              for path in sorted(root.rglob("*")) if path.is_file() and not broken & set(path.parts)]
     for ending in ENDINGS:
         some = [(root, path) for root, path in places
                 if path.suffix.lower() == f".{ending}" and path.stat().st_size <= MOST_BYTES]
@@ -445,11 +446,13 @@ def main():
             about = witness.about
             for name in chosen:
                 try:
-                    theirs, ours = pictures_of(found[name], witness, folder, said.formats, looks_models.SHADOWED.get(name))
+                    theirs, ours = pictures_of(found[name], witness, folder, said.formats,
+                                               looks_models.SHADOWED.get(name))
                 except RuntimeError as fault:
                     if not said.formats:
                         raise
-                    print(f"looks: {name} is left out: {' '.join(str(fault).split())[:300]}", file=sys.stderr, flush=True)
+                    why = " ".join(str(fault).split())[:300]
+                    print(f"looks: {name} is left out: {why}", file=sys.stderr, flush=True)
                     continue
                 figures, apart = compared(ours, theirs)
                 if said.formats and figures["pixels"]:

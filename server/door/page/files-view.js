@@ -188,8 +188,9 @@ export class FilesView {
     const said = element('span', { text: `◌ ${name} is read …` });
     const bar = element('progress', { max: 1, 'aria-label': name });
     let own = null;
+    const end = () => this.#connection.ask('CancelLoad', { load: own }).catch(() => {});
     const cancel = element('button', { type: 'button', text: '✕ Cancel', 'aria-label': `Cancel ${name}`, hidden: true,
-                                       onclick: () => this.#connection.ask('CancelLoad', { load: own }).catch(() => {}) });
+                                       onclick: end });
     this.#outcome.replaceChildren(element('p', { class: 'loading' }, said, bar, cancel));
     const look = async () => {
       try {

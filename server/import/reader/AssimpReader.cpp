@@ -388,7 +388,7 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     converted->missing.insert(converted->missing.end(), before.missing().begin(), before.missing().end());
     if (mended) converted->note(*mended);
     if (lower == ".amf") noteLostVolumes(path, limits.maxFileBytes, *scene, *converted);
-    if (lower == ".obj") noteObjMaterials(before.objNames(), files, *converted);
+    if (lower == ".obj") noteObjMaterials(before.objNames(), path, files, *converted);
     converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;
 }

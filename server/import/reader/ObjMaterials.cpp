@@ -44,7 +44,7 @@ struct Library {
     std::string name;
     Expected<FolderFiles::Found> found;
 };
-std::vector<Library> librariesIn(const std::string& line, const FolderFiles& files) {
+std::vector<Library> librariesIn(const std::string& line, const std::string& path, const FolderFiles& files) {
     std::vector<Library> all;
     Expected<FolderFiles::Found> whole = files.find(line);
     bool isSeveral = false;
@@ -59,6 +59,14 @@ std::vector<Library> librariesIn(const std::string& line, const FolderFiles& fil
     }
     if (isSeveral) return all;
     all.clear();
+    // As assimp does: many a tool has renamed a model and its library, and not what stands in it.
+    if (!whole) {
+        const std::string model = path.substr(path.rfind('/') + 1), beside = model.substr(0, model.rfind('.')) + ".mtl";
+        if (Expected<FolderFiles::Found> other = files.find(beside)) {
+            other->note = fmt::format("{} is not there: {} is read", line.substr(0, 200), beside);
+            whole = std::move(other);
+        }
+    }
     all.push_back({line, std::move(whole)});
     return all;
 }
@@ -67,10 +75,10 @@ std::vector<Library> librariesIn(const std::string& line, const FolderFiles& fil
 /// material.
 std::map<std::string, std::string, std::less<>> definitionsOf(const std::vector<std::string>& libraries,
                                                               const std::set<std::string, std::less<>>& used,
-                                                              const FolderFiles& files) {
+                                                              const std::string& path, const FolderFiles& files) {
     std::map<std::string, std::string, std::less<>> definitions;
     for (const std::string& line : libraries)
-        for (const Library& library : librariesIn(line, files)) {
+        for (const Library& library : librariesIn(line, path, files)) {
             const Expected<Bytes> bytes =
                 library.found ? files.readFound(*library.found) : tl::unexpected(library.found.error());
             if (!bytes) continue;
@@ -95,7 +103,7 @@ std::map<std::string, std::string> readObjMaterials(const std::vector<std::strin
     std::map<std::string, std::string> out;
     if (used.empty()) return out;
     const std::map<std::string, std::string, std::less<>> definitions =
-        definitionsOf(libraries, {used.begin(), used.end()}, files);
+        definitionsOf(libraries, {used.begin(), used.end()}, path, files);
     // All that nothing is said of are one: the first of them.
     std::vector<std::string_view> shown, plain;
     for (const std::string& name : used) {
@@ -140,10 +148,10 @@ void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainSc
     ObjNames names;
     // Of what cannot be read: nothing.
     if (const Expected<Bytes> bytes = files.read(path)) names.add(asText(*bytes));
-    noteObjMaterials(names, files, scene);
+    noteObjMaterials(names, path, files, scene);
 }
 
-void noteObjMaterials(const ObjNames& names, const FolderFiles& files, PlainScene& scene) {
+void noteObjMaterials(const ObjNames& names, const std::string& path, const FolderFiles& files, PlainScene& scene) {
     constexpr std::size_t kNamed = 8;  // of many the first ones
     std::set<std::string> defined;
     // A file without a library says nothing of looks, whatever names it uses.
@@ -171,7 +179,7 @@ void noteObjMaterials(const ObjNames& names, const FolderFiles& files, PlainScen
         });
     };
     for (const std::string& line : names.libraries)
-        for (const Library& library : librariesIn(line, files)) look(library);
+        for (const Library& library : librariesIn(line, path, files)) look(library);
     if (moved) scene.note("scale, offset and turbulence of images are left out");
     std::size_t unknown = 0;
     for (const std::string& name : used)

@@ -27,7 +27,7 @@ struct ObjNames {
 
 /// Notes libraries that are not there, materials that none of its libraries defines, and images that a library moves or
 /// scales. Other files than OBJ have nothing of it.
-void noteObjMaterials(const ObjNames& names, const FolderFiles& files, PlainScene& scene);
+void noteObjMaterials(const ObjNames& names, const std::string& path, const FolderFiles& files, PlainScene& scene);
 /// The same of a file that is read once more, line by line.
 void noteObjMaterials(const std::string& path, const FolderFiles& files, PlainScene& scene);
 

@@ -41,7 +41,7 @@ public:
         } else {
             if (Expected<void> built = buildObjects(); !built) return built;
         }
-        noteObjMaterials(text_.names, files, scene_);
+        noteObjMaterials(text_.names, path, files, scene_);
         return {};
     }
 
@@ -210,7 +210,7 @@ Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits) 
     const auto others = fail(ErrorCode::kUnsupported, "no OBJ of polygons that are sound");
     Expected<MappedFile> file = MappedFile::open(path, limits.maxFileBytes);
     if (!file) return tl::unexpected(file.error());
-    if (Expected<void> letters = checkLetters(file->text()); !letters) return tl::unexpected(letters.error());
+    if (!checkLetters(file->text())) return others;  // assimp reads those
     PlainScene scene;
     ObjText text;
     ObjText::Outcome outcome = text.read(file->text());

@@ -50,11 +50,15 @@ inline ServerActions clone(Desk& desk, const Asker& asker, const request::CloneN
 }
 
 inline ServerActions loadFile(Desk& desk, const Asker& asker, const request::LoadFile& wish, TimePoint) {
-    return desk.loads.ask(asker, wish.path, wish.parent, wish.placing, wish.reload);
+    Placing placing = wish.placing;
+    placing.variants = wish.variants;
+    return desk.loads.ask(asker, wish.path, wish.parent, placing, wish.reload);
 }
 
 inline ServerActions loadAsset(Desk& desk, const Asker& asker, const request::LoadAsset& wish, TimePoint) {
-    return desk.loads.ask(asker, std::string(wish.kPrefix) + wish.name, wish.parent, wish.placing, wish.reload);
+    Placing placing = wish.placing;
+    placing.variants = wish.variants;
+    return desk.loads.ask(asker, std::string(wish.kPrefix) + wish.name, wish.parent, placing, wish.reload);
 }
 
 inline ServerActions getSteps(Desk& desk, const Asker& asker, const request::GetSteps&, TimePoint) {

@@ -61,33 +61,33 @@ Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::fu
 bool Loader::order(Preparation order) {
     order.watch = std::make_shared<ImportWatch>();
     const std::shared_ptr<ImportWatch> watch = order.watch;
-    {
-        const std::lock_guard lock(mutex_);
-        underWay_.push_back({.ticket = order.ticket, .path = order.path, .since = clockNow(), .watch = watch});
-    }
+    underWay_.with([&](std::vector<UnderWay>& all) {
+        all.push_back({.ticket = order.ticket, .path = order.path, .since = clockNow(), .watch = watch});
+    });
     if (orders_.tryPush(std::move(order))) return true;
     forget(watch);
     return false;
 }
 
 std::vector<Loader::UnderWay> Loader::underWay() const {
-    const std::lock_guard lock(mutex_);
-    std::vector<UnderWay> wanted = underWay_;
+    std::vector<UnderWay> wanted = underWay_.copy();
     std::erase_if(wanted, [](const UnderWay& one) { return one.watch->cancelled().has_value(); });
     return wanted;
 }
 
 bool Loader::cancel(std::uint64_t ticket, const Error& why) {
-    const std::lock_guard lock(mutex_);
-    const auto found = std::ranges::find(underWay_, ticket, &UnderWay::ticket);
-    if (found == underWay_.end() || found->watch->cancelled()) return false;
-    found->watch->cancel(why);
-    return true;
+    for (const UnderWay& one : underWay()) {
+        if (one.ticket != ticket) continue;
+        one.watch->cancel(why);
+        return true;
+    }
+    return false;
 }
 
 void Loader::forget(const std::shared_ptr<ImportWatch>& watch) {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(underWay_, [&](const UnderWay& one) { return one.watch == watch; });
+    underWay_.with([&](std::vector<UnderWay>& all) {
+        std::erase_if(all, [&](const UnderWay& one) { return one.watch == watch; });
+    });
 }
 
 /// From here on it is the frame thread's, and no import any more.

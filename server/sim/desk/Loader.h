@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "common/base/Channel.h"
 #include "common/base/Clock.h"
 #include "common/base/Error.h"
+#include "common/base/Guarded.h"
 #include "server/import/Importer.h"
 #include "server/sim/desk/SceneFiles.h"
 #include "server/sim/frame/Preparation.h"
@@ -42,8 +42,8 @@ public:
     };
     /// Ordered, not cancelled, and not told of by `onFinished` yet; the oldest first. Any thread.
     [[nodiscard]] std::vector<UnderWay> underWay() const;
-    /// It is refused with this reason, soon: what the importer reads ends at once, and what is being built of it is thrown
-    /// away. False: it is not under way. Any thread.
+    /// It is refused with this reason, soon: the importer ends at once, and what is being built of it is thrown away.
+    /// False: it is not under way. Any thread.
     bool cancel(std::uint64_t ticket, const Error& why);
 
 private:
@@ -65,8 +65,7 @@ private:
     ImportOptions options_;
     std::shared_ptr<SceneFiles> files_;
     std::function<void(Preparation)> onFinished_;
-    mutable std::mutex mutex_;
-    std::vector<UnderWay> underWay_;
+    Guarded<std::vector<UnderWay>> underWay_;
     Channel<Preparation> orders_{64};
     std::thread thread_;
 };

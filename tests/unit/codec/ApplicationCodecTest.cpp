@@ -154,7 +154,7 @@ TEST(ApplicationCodec, ARequestKeepsItsFields) {
     EXPECT_FALSE(load.placing.fit);
     EXPECT_EQ(load.placing.up, UpAxis::kZ);
     EXPECT_EQ(load.placing.pointRadius, 0.25);
-    EXPECT_EQ(load.placing.variants, (std::vector<std::string>{"/Chair:color=red", "/Hall:light=night"}));
+    EXPECT_EQ(load.variants, (std::vector<std::string>{"/Chair:color=red", "/Hall:light=night"}));
     EXPECT_TRUE(load.reload);
 
     const auto view = std::get<request::SetView>(*decodeRequest(encodeRequest(everyRequest()[4]))).wish;

@@ -101,9 +101,7 @@ TEST_F(MeshBounds, AnStlMayBeInCapitals) {
 
 TEST_F(MeshBounds, LettersOfTwoBytesAreNamed) {
     const std::string ply = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n";
-    for (const auto& [file, text] : {std::pair<const char*, std::string>("a.obj", kSquareOfObj + "f 1 2 3\n"),
-                                     {"a.stl", kFacetOfStl},
-                                     {"a.ply", ply}}) {
+    for (const auto& [file, text] : {std::pair<const char*, std::string>("a.stl", kFacetOfStl), {"a.ply", ply}}) {
         std::string little = "\xff\xfe", big = "\xfe\xff";
         for (const char letter : text) {
             little += {letter, '\0'};
