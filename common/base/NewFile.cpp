@@ -21,10 +21,21 @@ tl::unexpected<Error> failedFile(const std::string& said, std::string_view what)
 Expected<FilePlace> placeOfFile(const std::string& path) {
     FilePlace place{.path = path, .mode = {}};
     struct stat there {};
-    if (::stat(path.c_str(), &there) != 0) return place;
+    std::error_code unknown;
+    if (::stat(path.c_str(), &there) != 0) {
+        // A link to what is not there yet: the file is made where it leads.
+        constexpr int kMostLinks = 40;  // as many as the kernel follows
+        for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(place.path, unknown); ++i) {
+            const std::filesystem::path link(place.path), to = std::filesystem::read_symlink(link, unknown);
+            if (unknown) break;
+            place.path = (link.parent_path() / to).string();
+        }
+        if (std::filesystem::is_symlink(place.path, unknown))
+            return fail(ErrorCode::kFailed, fmt::format("{}: cannot write there: links lead in a circle", path));
+        return place;
+    }
     if (!S_ISREG(there.st_mode)) return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFilePlace));
     place.mode = there.st_mode & 07777;
-    std::error_code unknown;
     if (std::filesystem::is_symlink(path, unknown))
         if (const std::filesystem::path real = std::filesystem::canonical(path, unknown); !unknown)
             place.path = real.string();

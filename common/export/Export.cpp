@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "common/base/LowerCase.h"
 #include "common/base/NewFile.h"
+#include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/scenefile/SceneFile.h"
 
@@ -90,9 +93,19 @@ const Writer* writerFor(std::string_view path) {
     return nullptr;
 }
 
-/// All are beside before the first takes its place.
-Expected<std::uint64_t> put(const std::vector<LeavingFile>& files) {
+/// All are beside before the first takes its place. Those of the save before that nothing names any more go.
+Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFile>& files) {
     std::uint64_t bytes = 0;
+    std::set<std::string> known = Companions(path).known();
+    for (const LeavingFile& file : files) {
+        if (known.erase(file.path) > 0 || file.path == path) continue;
+        std::error_code unknown;
+        if (std::filesystem::exists(std::filesystem::symlink_status(file.path, unknown)))
+            return fail(ErrorCode::kRefused,
+                        fmt::format("{}: this file is there, and {} would need its place; it was not written with it: "
+                                    "move it away, or choose another name",
+                                    file.path, path));
+    }
     std::vector<NewFile> made;
     for (const LeavingFile& file : files) {
         const Expected<FilePlace> place = placeOfFile(file.path);
@@ -108,6 +121,10 @@ Expected<std::uint64_t> put(const std::vector<LeavingFile>& files) {
     }
     for (NewFile& file : made)
         if (Expected<void> placed = file.takePlace(); !placed) return tl::unexpected(placed.error());
+    std::error_code gone;
+    for (const std::string& leftover : known)
+        if (std::filesystem::is_regular_file(std::filesystem::symlink_status(leftover, gone)))
+            std::filesystem::remove(leftover, gone);
     return bytes;
 }
 
@@ -197,7 +214,11 @@ Expected<ExportReport> exportScene(const std::string& path, const Aspect& scene,
     const Expected<LeavingFiles> files =
         writer->write({.scene = scene, .selection = *selection, .options = options, .path = path, .notes = notes});
     if (!files) return failWith(path, files.error());
-    const Expected<std::uint64_t> bytes = put(files->files);
+    if (files->nodes == 0)
+        return fail(ErrorCode::kRefused,
+                    fmt::format("{}: nothing of the scene can be written as {}: nothing is written", path,
+                                writer->format.name));
+    const Expected<std::uint64_t> bytes = put(path, files->files);
     if (!bytes) return tl::unexpected(bytes.error());
     ExportReport report{.files = {},
                         .notes = notes.lines(scene),

@@ -46,7 +46,8 @@ struct ExportReport {
 [[nodiscard]] Expected<bool> leadsOut(const std::string& path, const ExportOptions& options);
 
 /// Writes what switches show, in the format of the path's ending. Each file takes the place of the one before at once;
-/// where one cannot be written, none of those that it belongs to has changed. kUsage: no such ending; kNotFound: no
+/// where one cannot be written, none of those that it belongs to has changed. A file beside it that the save before did
+/// not write stays: kRefused, as is a file that nothing would be in. kUsage: no such ending; kNotFound: no
 /// such node; kRefused: an array is not here; kLimit: more than a file can hold.
 [[nodiscard]] Expected<ExportReport> exportScene(const std::string& path, const Aspect& scene,
                                                  const ExportOptions& options = {});

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <map>
 #include <numbers>
 
@@ -11,6 +10,7 @@
 #include "common/cores/PointLight.h"
 #include "common/cores/Skin.h"
 #include "common/cores/SpotLight.h"
+#include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/GltfMotions.h"
 #include "common/export/GltfShapes.h"
@@ -41,9 +41,10 @@ public:
     }
 
     /// `uri`: of the buffer; empty: it is the one inside.
-    std::string json(const std::string& uri) {
+    std::string json(const std::string& uri, std::string_view mark) {
         JsonObject asset, file, scene;
         asset.text("version", "2.0").text("generator", versionText("Tessera"));
+        if (!mark.empty()) asset.json("extras", JsonObject().text("files", mark).done());
         file.json("asset", asset.done());
         if (!parts_.extensions.empty()) {
             JsonArray used;
@@ -234,7 +235,7 @@ std::string percentEncoded(std::string_view name) {
 Expected<LeavingFiles> writeGlb(const LeavingScene& leaving) {
     GltfWriter writer(leaving);
     if (Expected<void> run = writer.run(); !run) return tl::unexpected(run.error());
-    std::string json = writer.json({});
+    std::string json = writer.json({}, {});
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const std::uint64_t buffer = (writer.parts().bufferBytes() + 3) / 4 * 4;
     const std::uint64_t bytes = 12 + 8 + json.size() + (buffer > 0 ? 8 + buffer : 0);
@@ -263,11 +264,11 @@ Expected<LeavingFiles> writeGltf(const LeavingScene& leaving) {
     if (Expected<void> fits = checkFileBytes(writer.parts().bufferBytes(), leaving.options); !fits)
         return tl::unexpected(fits.error());
     LeavingFiles files = writer.counts();
-    const std::filesystem::path path(leaving.path);
-    const std::string beside = path.stem().string() + ".bin";
-    if (writer.parts().bufferBytes() > 0)
-        files.files.push_back({.path = (path.parent_path() / beside).string(), .parts = writer.parts().buffer()});
-    files.files.push_back({.path = leaving.path, .parts = {sliceOfText(writer.json(percentEncoded(beside)) + '\n')}});
+    Companions companions(leaving.path);
+    const std::string beside = companions.name("bin");
+    if (writer.parts().bufferBytes() > 0) companions.add("bin", writer.parts().buffer(), files);
+    files.files.push_back(
+        {.path = leaving.path, .parts = {sliceOfText(writer.json(percentEncoded(beside), companions.mark()) + '\n')}});
     return files;
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/drawable/ImageLayout.h"
 #include "common/image/Picture.h"
+#include "common/math/Srgb.h"
 
 namespace tessera {
 
@@ -22,6 +23,19 @@ std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node
     }
     return encodePng(static_cast<int>(image.widthPx), static_cast<int>(image.heightPx),
                      image.pixels.as<std::uint8_t>());
+}
+
+Vec3f meanColor(const Image& image, bool linear) {
+    if (image.encoding != Image::kSrgb || image.shape != Image::kFlat || !image.pixels.resident() || !checkImage(image))
+        return Vec3f::Ones();
+    const std::span<const std::uint8_t> bytes = image.pixels.as<std::uint8_t>();
+    Vec3d sum = Vec3d::Zero();
+    for (std::size_t i = 0; i + 4 <= bytes.size(); i += 4)
+        for (int k = 0; k < 3; ++k) {
+            const float value = static_cast<float>(bytes[i + static_cast<std::size_t>(k)]) / 255;
+            sum[k] += linear ? linearOfSrgb(value) : value;
+        }
+    return bytes.size() < 4 ? Vec3f(Vec3f::Ones()) : Vec3f((sum / static_cast<double>(bytes.size() / 4)).cast<float>());
 }
 
 bool isPlaced(const Image& image) {

@@ -15,6 +15,8 @@ namespace tessera {
 
 /// A pair of texture coordinates where the image is placed by itself (Image.h: scaled, turned, moved).
 [[nodiscard]] Vec2f placedTexcoord(const Image& image, const Vec2f& uv);
+/// The mean of its red, green and blue, as light or as the numbers are; 1 of images that cannot leave.
+[[nodiscard]] Vec3f meanColor(const Image& image, bool linear);
 [[nodiscard]] bool isPlaced(const Image& image);
 
 }  // namespace tessera

@@ -3,14 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <map>
-#include <set>
 
+#include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
 #include "common/export/LeavingPictures.h"
+#include "common/export/UniqueNames.h"
 #include "common/export/WorldMeshes.h"
 
 namespace tessera {
@@ -27,41 +27,32 @@ std::string objName(std::string_view name) {
 
 class ObjWriter {
 public:
-    explicit ObjWriter(const LeavingScene& leaving) : leaving_(leaving), path_(leaving.path) {}
+    explicit ObjWriter(const LeavingScene& leaving) : leaving_(leaving), companions_(leaving.path) {}
 
     Expected<LeavingFiles> run() {
         const Expected<std::vector<WorldMesh>> meshes = worldMeshes(leaving_);
         if (!meshes) return tl::unexpected(meshes.error());
-        const std::string library = objName(path_.stem().string()) + ".mtl";
-        std::string head = "# +Y up, lengths in metres\n";
         bool hasLooks = false;
         for (const WorldMesh& mesh : *meshes)
             hasLooks = hasLooks || mesh.arrays.kind == MeshKind::kTriangles || mesh.material;
-        if (hasLooks) head += fmt::format("mtllib {}\n", library);
-        parts_.push_back(sliceOfText(std::move(head)));
+        parts_.emplace_back();  // the head, which lists what the others add
         for (const WorldMesh& mesh : *meshes)
             if (Expected<void> added = add(mesh); !added) return tl::unexpected(added.error());
-        if (hasLooks) beside(library, {sliceOfText(std::move(materials_))});
+        std::string library;
+        if (hasLooks)
+            library = fmt::format("mtllib {}\n", companions_.add("mtl", {sliceOfText(std::move(materials_))}, files_));
+        parts_.front() = sliceOfText(fmt::format("# +Y up, lengths in metres\n# {}\n{}", companions_.mark(), library));
         files_.files.push_back({.path = leaving_.path, .parts = std::move(parts_)});
         return std::move(files_);
     }
 
 private:
-    void beside(const std::string& name, std::vector<ByteSlice> parts) {
-        files_.files.push_back({.path = (path_.parent_path() / name).string(), .parts = std::move(parts)});
-    }
-
     /// Parts of a mesh are called as their node is; no name stands twice.
     std::string nameOf(const SelectedNode& node) {
         std::string_view name = node.node->name;
-        if (name.starts_with("part ") && node.parent != SelectedNode::kNone)
-            name = leaving_.selection.nodes[node.parent].node->name;
-        const std::string plain = objName(name);
-        std::string unique = plain;
-        for (std::size_t i = ++named_[plain]; i > 1 && !taken_.insert(unique).second; ++i)
-            unique = fmt::format("{}.{}", plain, i);
-        taken_.insert(unique);
-        return unique;
+        const bool automatic = name.empty() || name == "geometry" || name.starts_with("part ");
+        if (automatic && node.parent != SelectedNode::kNone) name = leaving_.selection.nodes[node.parent].node->name;
+        return unique_.take(objName(name));
     }
 
     Expected<void> add(const WorldMesh& mesh) {
@@ -131,8 +122,13 @@ private:
         if (!isNew) return known->second;
         const Material m = materialOf(leaving_.scene, mesh.material);
         const auto three = [](const Vec3f& c) { return fmt::format("{} {} {}", c[0], c[1], c[2]); };
+        if (m.transmission > 0) leaving_.notes.add("light that goes through materials is left out", mesh.node->id);
+        if (m.occlusionImage) leaving_.notes.add("images of occlusion are left out", mesh.node->id);
+        if (!m.layers.empty() || m.program || !m.passes.empty())
+            leaving_.notes.add("layers, passes and programs of materials are left out", mesh.node->id);
+        const bool blends = m.alphaMode == Material::kBlend || m.alphaMode == Material::kAutoAlpha;
         materials_ += fmt::format("newmtl {}\nKd {}\nKe {}\nd {}\nNs {}\nPr {}\nPm {}\nillum 2\n", known->second,
-                                  three(m.baseColor.head<3>()), three(m.emissive), m.baseColor[3],
+                                  three(m.baseColor.head<3>()), three(m.emissive), blends ? m.baseColor[3] : 1.0f,
                                   2 / std::pow(std::max(m.roughness, 0.05f), 4.0f) - 2, m.roughness, m.metallic);
         const auto map = [&](std::string_view word, ObjectId id) {
             if (const std::string file = picture(id, mesh.node->id); !file.empty())
@@ -154,23 +150,17 @@ private:
         if (!isNew) return known->second;
         std::optional<Bytes> png = pngOf(*image, leaving_.notes, node);
         if (!png) return {};
-        std::string stem = objName(path_.stem().string());
-        for (char& c : stem)
-            if (c == ' ') c = '_';  // options of maps are parted by blanks
-        known->second = fmt::format("{}.{}.png", stem, pictures_.size() - 1);
-        beside(known->second, {ByteSlice(std::move(*png))});
-        return known->second;
+        return known->second = companions_.addPicture(std::move(*png), files_);
     }
 
     const LeavingScene& leaving_;
-    std::filesystem::path path_;
+    Companions companions_;
     LeavingFiles files_;
     std::vector<ByteSlice> parts_;
     std::string materials_;
     std::map<ObjectId, std::string> known_;
     std::map<BlobId, std::string> pictures_;
-    std::map<std::string, std::size_t> named_;
-    std::set<std::string> taken_;
+    UniqueNames unique_{"."};
     std::size_t vertices_ = 0, texcoords_ = 0, normals_ = 0;
     std::uint64_t bytes_ = 0;
 };

@@ -31,6 +31,7 @@ Expected<LeavingFiles> writeStl(const LeavingScene& leaving) {
             continue;
         }
         ++files.nodes;
+        if (mesh.material) leaving.notes.add("materials and their images are left out", mesh.node->id);
         std::vector<std::byte> bytes(kEach * mesh.triangles());
         for (std::size_t t = 0; t < mesh.triangles(); ++t) {
             const std::array<std::uint32_t, 3> corners = mesh.corners(t);

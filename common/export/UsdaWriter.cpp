@@ -8,17 +8,18 @@
 #include <iterator>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "common/cores/Material.h"
 #include "common/cores/Skin.h"
 #include "common/cores/SubdivisionSurface.h"
+#include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
 #include "common/export/LeavingMeshes.h"
 #include "common/export/LeavingPictures.h"
 #include "common/export/NodeTracks.h"
 #include "common/export/PlannedTree.h"
+#include "common/export/UniqueNames.h"
 #include "common/export/WorldMeshes.h"
 #include "common/field/LightSource.h"
 #include "common/geometry/MeshCopies.h"
@@ -80,8 +81,8 @@ class UsdaWriter {
 public:
     explicit UsdaWriter(const LeavingScene& leaving)
         : leaving_(leaving),
-          path_(leaving.path),
-          top_(primName(path_.stem().string())),
+          companions_(leaving.path),
+          top_(primName(std::filesystem::path(leaving.path).stem().string())),
           tree_(planTree(leaving.scene, leaving.selection, leaving.notes)),
           meshes_(leaving.scene, leaving.options.tolerance, leaving.notes) {}
 
@@ -93,10 +94,11 @@ public:
             }
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
-        std::set<std::string> taken{"Looks", "Shapes"};
+        UniqueNames taken("_");
+        for (const char* own : {"Looks", "Shapes"}) taken.take(own);
         for (const int top : tree_.tops)
             if (Expected<void> done = addNode(top, 1, taken); !done) return tl::unexpected(done.error());
-        std::string head = "#usda 1.0\n(\n";
+        std::string head = fmt::format("#usda 1.0\n# {}\n(\n", companions_.mark());
         head += fmt::format("    defaultPrim = \"{}\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n", top_);
         if (!tracks_.empty())
             head += fmt::format(
@@ -120,14 +122,9 @@ private:
 
     [[nodiscard]] const SelectedNode& selected(std::size_t index) const { return leaving_.selection.nodes[index]; }
     static std::string indent(std::size_t depth) { return std::string(4 * depth, ' '); }
-    static std::string uniqueName(std::string_view name, std::set<std::string>& taken) {
-        const std::string plain = primName(name);
-        std::string unique = plain;
-        for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", plain, i);
-        return unique;
-    }
+    static std::string uniqueName(std::string_view name, UniqueNames& taken) { return taken.take(primName(name)); }
 
-    Expected<void> addNode(int index, std::size_t depth, std::set<std::string>& siblings) {
+    Expected<void> addNode(int index, std::size_t depth, UniqueNames& siblings) {
         const PlannedNode& node = tree_.nodes[static_cast<std::size_t>(index)];
         const std::string name = uniqueName(node.name, siblings);
         const std::string in = indent(depth + 1);
@@ -136,7 +133,7 @@ private:
             text_ += fmt::format(" (\n{}displayName = {}\n{})", in, usdQuoted(node.name), indent(depth));
         text_ += fmt::format("\n{}{{\n", indent(depth));
         addPlace(index, node, in);
-        std::set<std::string> taken;
+        UniqueNames taken("_");
         for (const std::size_t shape : node.shapes)
             if (Expected<void> done = addShape(selected(shape), depth + 1, taken); !done) return done;
         if (node.glyphs)
@@ -192,7 +189,7 @@ private:
     }
 
     /// A mesh of its own, or a reference to the one that others have too.
-    Expected<void> addShape(const SelectedNode& node, std::size_t depth, std::set<std::string>& taken) {
+    Expected<void> addShape(const SelectedNode& node, std::size_t depth, UniqueNames& taken) {
         const Expected<MeshArrays> arrays = meshes_.of(node);
         if (!arrays) return tl::unexpected(arrays.error());
         if (arrays->positions.empty()) return {};
@@ -309,7 +306,7 @@ private:
         return text;
     }
 
-    Expected<void> addGlyphs(const SelectedNode& node, std::size_t depth, std::set<std::string>& taken) {
+    Expected<void> addGlyphs(const SelectedNode& node, std::size_t depth, UniqueNames& taken) {
         const Expected<MeshArrays> arrays = meshes_.of(node);
         if (!arrays) return tl::unexpected(arrays.error());
         const std::span<const MeshCopy> copies = arrays->copies.as<MeshCopy>();
@@ -322,7 +319,7 @@ private:
         }
         if (places.empty()) return {};
         if (!arrays->colors.empty()) leaving_.notes.add("colours of glyphs are left out", node.id);
-        files_.triangles += arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t));
+        files_.triangles += places.size() / 3 * (arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t)));
         const std::string in = indent(depth), more = indent(depth + 1);
         const std::string name = uniqueName("glyphs", taken);
         text_ += fmt::format("{}def PointInstancer \"{}\"\n{}{{\n", in, name, in);
@@ -338,23 +335,30 @@ private:
         return {};
     }
 
-    void addLight(const SelectedNode& node, const std::string& name, std::size_t depth, std::set<std::string>& taken) {
+    void addLight(const SelectedNode& node, const std::string& name, std::size_t depth, UniqueNames& taken) {
         const LightSource light = node.core.info().light(node.core.data());
         const bool directional = light.kind == LightSource::Kind::kDirectional;
         const bool spot = light.kind == LightSource::Kind::kSpot;
         const float strongest = std::max(light.radiance.maxCoeff(), 0.0f);
         const Vec3f color = strongest > 0 ? Vec3f(light.radiance / strongest) : Vec3f(Vec3f::Ones());
+        // UsdLux, normalised: a sphere's intensity is four times what a surface at 1 m gets, a sun's is what it gets.
+        // Ours is that over pi.
+        const float power = (directional ? 1 : 4) * std::numbers::pi_v<float>;
         const std::string in = indent(depth), more = indent(depth + 1);
         text_ += fmt::format("{}def {} \"{}\"", in, directional ? "DistantLight" : "SphereLight",
                              uniqueName(name.empty() ? "light" : name, taken));
         if (spot) text_ += fmt::format(" (\n{}prepend apiSchemas = [\"ShapingAPI\"]\n{})", more, in);
         text_ += fmt::format("\n{}{{\n{}color3f inputs:color = {}\n{}float inputs:intensity = {}\n", in, more,
-                             tuple(color), more, light.on ? strongest : 0.0f);
+                             tuple(color), more, light.on ? strongest * power : 0.0f);
+        text_ += fmt::format("{}bool inputs:normalize = 1\n", more);
         if (!directional) text_ += fmt::format("{}bool treatAsPoint = 1\n{}float inputs:radius = 0.01\n", more, more);
         if (spot)
             text_ += fmt::format("{}float inputs:shaping:cone:angle = {}\n{}float inputs:shaping:cone:softness = {}\n",
                                  more, light.outerAngle * 180 / std::numbers::pi_v<float>, more,
                                  light.outerAngle > 0 ? 1 - light.innerAngle / light.outerAngle : 0.0f);
+        if (!directional && light.attenuation != Vec3f(0, 0, 1))
+            leaving_.notes.add("lights weaken with the square of the distance: their own falloff is left out", node.id);
+        if (!directional && light.range > 0) leaving_.notes.add("ranges of lights are left out", node.id);
         if (light.scope) leaving_.notes.add("lights shine on everything: what they are for is left out", node.id);
         text_ += in + "}\n";
     }
@@ -463,14 +467,11 @@ private:
         if (!isNew) return known->second;
         std::optional<Bytes> png = pngOf(image, leaving_.notes, node);
         if (!png) return {};
-        known->second = fmt::format("{}.{}.png", top_, pictures_.size() - 1);
-        files_.files.push_back(
-            {.path = (path_.parent_path() / known->second).string(), .parts = {ByteSlice(std::move(*png))}});
-        return known->second;
+        return known->second = companions_.addPicture(std::move(*png), files_);
     }
 
     const LeavingScene& leaving_;
-    std::filesystem::path path_;
+    Companions companions_;
     std::string top_;
     PlannedTree tree_;
     LeavingMeshes meshes_;

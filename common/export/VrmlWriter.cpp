@@ -4,19 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <map>
 #include <set>
 
 #include "common/cores/Material.h"
 #include "common/cores/Skin.h"
+#include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
 #include "common/export/LeavingMeshes.h"
 #include "common/export/LeavingPictures.h"
 #include "common/export/NodeTracks.h"
 #include "common/export/PlannedTree.h"
+#include "common/export/UniqueNames.h"
 #include "common/export/WorldMeshes.h"
 #include "common/field/LightSource.h"
 #include "common/math/Srgb.h"
@@ -62,7 +63,7 @@ class VrmlWriter {
 public:
     explicit VrmlWriter(const LeavingScene& leaving)
         : leaving_(leaving),
-          path_(leaving.path),
+          companions_(leaving.path),
           tree_(planTree(leaving.scene, leaving.selection, leaving.notes)),
           meshes_(leaving.scene, leaving.options.tolerance, leaving.notes) {}
 
@@ -70,13 +71,14 @@ public:
         if (!leaving_.options.still) tracks_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
-        text_ = "#VRML V2.0 utf8\n";
         for (const int top : tree_.tops)
             if (Expected<void> done = addNode(top, 0); !done) return tl::unexpected(done.error());
         addMotion();
-        if (Expected<void> fits = checkFileBytes(text_.size(), leaving_.options); !fits)
+        std::string head = fmt::format("#VRML V2.0 utf8\n# {}\n", companions_.mark());
+        if (Expected<void> fits = checkFileBytes(head.size() + text_.size(), leaving_.options); !fits)
             return tl::unexpected(fits.error());
-        files_.files.push_back({.path = leaving_.path, .parts = {sliceOfText(std::move(text_))}});
+        files_.files.push_back(
+            {.path = leaving_.path, .parts = {sliceOfText(std::move(head)), sliceOfText(std::move(text_))}});
         files_.nodes = tree_.nodes.size();
         return std::move(files_);
     }
@@ -98,15 +100,15 @@ private:
             "TRUE", "FALSE", "NULL",  "field",       "eventIn", "eventOut", "exposedField"};
         const bool begins = !name.empty() && !(name.front() >= '0' && name.front() <= '9');
         if (begins && !kWords.contains(name)) plain.erase(0, 2);
-        std::string unique = plain;
-        for (int i = 2; !taken_.insert(unique).second; ++i) unique = fmt::format("{}_{}", plain, i);
-        return unique;
+        return unique_.take(plain);
     }
 
     Expected<void> addNode(int index, std::size_t depth) {
         const PlannedNode& node = tree_.nodes[static_cast<std::size_t>(index)];
         const std::string in = indent(depth), more = indent(depth + 1);
         const std::string& name = names_.emplace(index, uniqueName(node.name)).first->second;
+        if (name != node.name && !node.name.empty())
+            leaving_.notes.add("names have other letters, or a number behind, where VRML takes them not as they are");
         text_ += fmt::format("{}DEF {} Transform {{\n", in, name);
         const auto three = [](const Vec3d& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
         if (node.translation != Vec3d::Zero()) text_ += more + "translation " + three(node.translation) + '\n';
@@ -202,14 +204,24 @@ private:
         const Material m = materialOf(leaving_.scene, id);
         const bool blends = m.alphaMode == Material::kBlend || m.alphaMode == Material::kAutoAlpha;
         const Vec3f base = m.baseColor.head<3>();
+        // What pictures that stay behind say, as one value each.
+        const auto meanOf = [&](ObjectId of, bool linear) {
+            const auto* said = of ? leaving_.scene.get<Image>(of) : nullptr;
+            return said ? meanColor(*said, linear) : Vec3f(Vec3f::Ones());
+        };
+        const Vec3f metalRough = meanOf(m.metallicRoughnessImage, false);
+        const float metallic = m.metallic * metalRough[2], roughness = m.roughness * metalRough[1];
+        const Vec3f emissive = m.emissive.cwiseProduct(meanOf(m.emissiveImage, true));
+        const Vec3f mirrored = base.cwiseProduct(mapped ? meanOf(m.baseColorImage, true) : Vec3f(Vec3f::Ones()));
+        if (std::max(emissive.maxCoeff(), base.maxCoeff()) > 1) leaving_.notes.add("colours above 1 are 1", node);
         const bool glows = unlit || m.unlit;
         std::string text = fmt::format("DEF {} Appearance {{\n{}  material Material {{ ", known->second, in);
         text += fmt::format("diffuseColor {} emissiveColor {} ", glows ? "0 0 0" : vrmlColor(base),
-                            vrmlColor(glows ? base : m.emissive));
-        const float mirrors = glows ? 0.0f : 0.04f + (1 - 0.04f) * m.metallic;
+                            vrmlColor(glows ? base : emissive));
+        const float mirrors = glows ? 0.0f : 0.04f + (1 - 0.04f) * metallic;
         text += fmt::format("specularColor {} shininess {} transparency {} }}\n",
-                            vrmlColor(Vec3f(mirrors * (m.metallic > 0.5f ? base : Vec3f(Vec3f::Ones())))),
-                            std::clamp(1 - m.roughness, 0.01f, 1.0f), blends ? 1 - m.baseColor[3] : 0.0f);
+                            vrmlColor(Vec3f(mirrors * (metallic > 0.5f ? mirrored : Vec3f(Vec3f::Ones())))),
+                            std::clamp(1 - roughness, 0.01f, 1.0f), blends ? 1 - m.baseColor[3] : 0.0f);
         const auto* image = m.baseColorImage ? leaving_.scene.get<Image>(m.baseColorImage) : nullptr;
         if (const std::string file = image && mapped ? picture(*image, node) : std::string(); !file.empty()) {
             const auto repeats = [](std::int64_t wrap) { return wrap == Image::kClamp ? "FALSE" : "TRUE"; };
@@ -228,10 +240,7 @@ private:
         if (!isNew) return known->second;
         std::optional<Bytes> png = pngOf(image, leaving_.notes, node);
         if (!png) return {};
-        known->second = fmt::format("{}.{}.png", path_.stem().string(), pictures_.size() - 1);
-        files_.files.push_back(
-            {.path = (path_.parent_path() / known->second).string(), .parts = {ByteSlice(std::move(*png))}});
-        return known->second;
+        return known->second = companions_.addPicture(std::move(*png), files_);
     }
 
     void addLight(const SelectedNode& node, const std::string& in) {
@@ -239,8 +248,8 @@ private:
         const float strongest = std::max(light.radiance.maxCoeff(), 0.0f);
         if (strongest > 1) leaving_.notes.add("lights are as strong as VRML has them, 1 at most", node.id);
         const Vec3f color = strongest > 0 ? Vec3f(light.radiance / strongest) : Vec3f(Vec3f::Ones());
-        const std::string common = fmt::format("on {} color {} {} {} intensity {}", light.on ? "TRUE" : "FALSE",
-                                               color[0], color[1], color[2], std::min(strongest, 1.0f));
+        const std::string common = fmt::format("on {} color {} intensity {}", light.on ? "TRUE" : "FALSE",
+                                               vrmlColor(color), std::min(strongest, 1.0f));
         if (light.kind == LightSource::Kind::kDirectional) {
             leaving_.notes.add("directional lights shine on what is below their node alone", node.id);
             text_ += fmt::format("{}DirectionalLight {{ {} direction 0 0 -1 }}\n", in, common);
@@ -256,12 +265,14 @@ private:
             text_ += fmt::format("{}PointLight {{ {} }}\n", in, falls);
     }
 
-    /// One clock for all, and an interpolator for each property that moves.
+    /// One clock for all, and an interpolator for each property that moves. ROUTEs come behind the last node: some
+    /// readers take none between nodes.
     void addMotion() {
         double end = 0;
         for (const NodeTrack& track : tracks_) end = std::max(end, track.times.back());
         if (!(end > 0)) return;
         const std::string clock = uniqueName("Clock");
+        std::string routes;
         text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop TRUE }}\n", clock, end);
         for (const NodeTrack& track : tracks_) {
             const auto moved = names_.find(track.node);
@@ -275,16 +286,16 @@ private:
                 values += (i == 0 ? "" : ", ") + (turns ? axisAndAngle(Quatd(v[0], v[1], v[2], v[3]))
                                                         : fmt::format("{} {} {}", v[0], v[1], v[2]));
             }
-            text_ += fmt::format(
-                "DEF {} {} {{ key [{}] keyValue [{}] }}\nROUTE {}.fraction_changed TO {}.set_fraction\n"
-                "ROUTE {}.value_changed TO {}.set_{}\n",
-                name, turns ? "OrientationInterpolator" : "PositionInterpolator", keys, values, clock, name, name,
-                moved->second, track.field);
+            text_ += fmt::format("DEF {} {} {{ key [{}] keyValue [{}] }}\n", name,
+                                 turns ? "OrientationInterpolator" : "PositionInterpolator", keys, values);
+            routes += fmt::format("ROUTE {}.fraction_changed TO {}.set_fraction\nROUTE {}.value_changed TO {}.set_{}\n",
+                                  clock, name, name, moved->second, track.field);
         }
+        text_ += routes;
     }
 
     const LeavingScene& leaving_;
-    std::filesystem::path path_;
+    Companions companions_;
     PlannedTree tree_;
     LeavingMeshes meshes_;
     LeavingFiles files_;
@@ -294,7 +305,7 @@ private:
     std::map<std::tuple<ObjectId, bool, bool>, std::string> looks_;
     std::map<BlobId, std::string> pictures_;
     std::map<int, std::string> names_;
-    std::set<std::string> taken_;
+    UniqueNames unique_{"_"};
     std::string text_;
 };
 

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/cores/Animation.h"
+#include "common/cores/Camera.h"
+#include "common/cores/Environment.h"
+#include "common/cores/Motion.h"
 #include "common/export/LeavingMeshes.h"
 #include "common/math/Srgb.h"
 
@@ -25,10 +29,24 @@ std::array<std::uint32_t, 3> WorldMesh::corners(std::size_t triangle) const {
     return mirrors() ? std::array{c[0], c[2], c[1]} : std::array{c[0], c[1], c[2]};
 }
 
+namespace {
+
+/// What formats without nodes have no word for.
+void noteTreeless(const SelectedNode& node, ExportNotes& notes) {
+    if (node.isWay || !node.core) return;
+    if (node.core.info().light != nullptr) notes.add("lights are left out", node.id);
+    if (node.core.is<Camera>()) notes.add("cameras are left out", node.id);
+    if (node.core.is<Animation>() || node.core.is<Motion>()) notes.add("animations are left out", node.id);
+    if (node.core.is<Environment>()) notes.add("surroundings are left out", node.id);
+}
+
+}  // namespace
+
 Expected<std::vector<WorldMesh>> worldMeshes(const LeavingScene& leaving) {
     std::vector<WorldMesh> all;
     LeavingMeshes meshes(leaving.scene, leaving.options.tolerance, leaving.notes);
     for (const SelectedNode& node : leaving.selection.nodes) {
+        noteTreeless(node, leaving.notes);
         Expected<MeshArrays> arrays = meshes.of(node);
         if (arrays && arrays->kind == MeshKind::kGlyphs) arrays = expandedCopies(*arrays);
         if (!arrays) return tl::unexpected(arrays.error());

@@ -295,7 +295,8 @@ std::string cell(const Kind& kind, const std::string& ending) {
     kind.build(built);
     const std::string path = scratch.path("out." + ending);
     const Aspect scene = built.take();
-    if (const Expected<ExportReport> report = exportScene(path, scene); !report) return report.error().message;
+    if (const Expected<ExportReport> report = exportScene(path, scene); !report)
+        return report.error().code == ErrorCode::kRefused ? "-" : report.error().message;
     if (ending == "csv") {
         std::ifstream file(path, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -143,7 +143,7 @@ TEST(MeshFormats, AnObjHasNamesMaterialsAndPictures) {
     const Aspect scene = built.take();
     const Expected<ExportReport> report = exportScene(scratch.path("my box.obj"), scene);
     ASSERT_TRUE(report);
-    EXPECT_EQ(report->files, (std::vector<std::string>{scratch.path("my_box.0.png"), scratch.path("my box.mtl"),
+    EXPECT_EQ(report->files, (std::vector<std::string>{scratch.path("my_box.obj.0.png"), scratch.path("my_box.obj.mtl"),
                                                        scratch.path("my box.obj")}));
     const ImportedAspect again = readBack(scratch.path("my box.obj"));
     std::set<std::string> names;

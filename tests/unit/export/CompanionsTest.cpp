@@ -1,0 +1,217 @@
+/// Files beside the one that was asked for: whose they are, and what happens to those of others.
+#include "common/cores/DirectionalLight.h"
+#include "common/cores/Image.h"
+#include "common/cores/PointLight.h"
+#include "common/export/UniqueNames.h"
+#include "tests/unit/export/BuiltScene.h"
+#include "tests/unit/export/ExportFixture.h"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string textOf(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A metal triangle with a grey picture of colour, and with one that makes it a rough half-metal.
+Aspect pictured(int pictures, const Material& like = {}) {
+    BuiltScene built;
+    Material material = like;
+    for (int i = 0; i < pictures; ++i) {
+        Image image;
+        image.pixels = blobOf<std::uint8_t>({static_cast<std::uint8_t>(100 + i), 204, 51, 255});
+        image.widthPx = image.heightPx = 1;
+        (i == 0   ? material.baseColorImage
+         : i == 1 ? material.metallicRoughnessImage
+                  : material.emissiveImage) = built.add(image);
+    }
+    Geometry geometry = triangleGeometry();
+    geometry.texcoords = blobOf<float>({0, 0, 1, 0, 0, 1});
+    geometry.material = built.add(material);
+    built.node("chair", built.add(geometry));
+    return built.take();
+}
+
+TEST(Companions, OfSeveralFormatsStandBesideEachOther) {
+    const Scratch scratch;
+    const Aspect scene = pictured(3);
+    std::set<std::string> all;
+    std::map<std::string, std::string> contents;
+    for (const char* ending : {"usda", "wrl", "obj", "gltf"}) {
+        const Expected<ExportReport> report = exportScene(scratch.path(std::string("chair.") + ending), scene);
+        ASSERT_TRUE(report) << report.error().message;
+        for (const std::string& file : report->files) {
+            EXPECT_TRUE(all.insert(file).second) << file;
+            contents[file] = textOf(file);
+        }
+    }
+    for (const auto& [file, content] : contents) EXPECT_EQ(textOf(file), content) << file;
+    EXPECT_TRUE(all.contains(scratch.path("chair.usda.0.png")) && all.contains(scratch.path("chair.gltf.bin")));
+}
+
+TEST(Companions, AFileOfAPersonsIsNeverOverwritten) {
+    const std::pair<const char*, const char*> theirs[] = {{"chair.usda", "chair.usda.0.png"},
+                                                          {"chair.wrl", "chair.wrl.0.png"},
+                                                          {"chair.obj", "chair.obj.mtl"},
+                                                          {"chair.gltf", "chair.gltf.bin"}};
+    for (const auto& [out, beside] : theirs) {
+        const Scratch scratch;
+        const std::string kept = scratch.write(beside, "mine"), path = scratch.write(out, "old");
+        for (const char* other : {"chair.mtl", "chair.bin", "chair.0.png"}) (void)scratch.write(other, "mine");
+        const Expected<ExportReport> refused = exportScene(path, pictured(3));
+        ASSERT_FALSE(refused) << out;
+        EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+        EXPECT_EQ(refused.error().message.find(kept + ": this file is there"), 0u) << refused.error().message;
+        EXPECT_EQ(textOf(kept), "mine");
+        EXPECT_EQ(textOf(path), "old");
+        fs::remove(kept);
+        ASSERT_TRUE(exportScene(path, pictured(3))) << out;
+        for (const char* other : {"chair.mtl", "chair.bin", "chair.0.png"})
+            EXPECT_EQ(textOf(scratch.path(other)), "mine");
+    }
+}
+
+TEST(Companions, TheNextSaveReplacesItsOwnAndRemovesWhatIsLeftOver) {
+    for (const char* out : {"chair.usda", "chair.obj"}) {
+        const Scratch scratch;
+        const std::string path = scratch.path(out);
+        ASSERT_TRUE(exportScene(path, pictured(3)));
+        (void)scratch.write(std::string(out) + ".7.png", "mine");
+        const Expected<ExportReport> again = exportScene(path, pictured(1));
+        ASSERT_TRUE(again) << again.error().message;
+        EXPECT_TRUE(fs::exists(path + ".0.png"));
+        EXPECT_FALSE(fs::exists(path + ".1.png") || fs::exists(path + ".2.png")) << out;
+        EXPECT_EQ(textOf(path + ".7.png"), "mine");
+    }
+}
+
+TEST(Companions, AListThatAnotherHandWroteLeadsNowhere) {
+    const Scratch scratch;
+    const std::string kept = scratch.write("chair.usda.txt", "mine");
+    const std::string path =
+        scratch.write("chair.usda", "#usda 1.0\n# written by Tessera, beside it: txt ../x .png 0.png/../txt\n");
+    ASSERT_TRUE(exportScene(path, pictured(1)));
+    EXPECT_EQ(textOf(kept), "mine");
+}
+
+TEST(Companions, ALinkToNothingYetIsFollowed) {
+    const Scratch scratch;
+    const std::string path = scratch.path("link.stl");
+    fs::create_directory(scratch.path("far"));
+    fs::create_symlink("far/chair.stl", path);
+    ASSERT_TRUE(exportScene(path, pictured(0)));
+    EXPECT_TRUE(fs::is_symlink(path));
+    EXPECT_TRUE(fs::is_regular_file(scratch.path("far/chair.stl")));
+    fs::create_symlink("b.stl", scratch.path("a.stl"));
+    fs::create_symlink("a.stl", scratch.path("b.stl"));
+    EXPECT_FALSE(exportScene(scratch.path("a.stl"), pictured(0)));
+}
+
+TEST(UniqueNames, AreCountedOnForEachName) {
+    UniqueNames names("_");
+    EXPECT_EQ(names.take("a"), "a");
+    EXPECT_EQ(names.take("a_2"), "a_2");
+    EXPECT_EQ(names.take("a"), "a_3");
+    EXPECT_EQ(names.take("a"), "a_4");
+}
+
+/// Counting from 2 for each would take thousands of millions of looks.
+TEST(UniqueNames, OfManyEqualSiblingsAreFoundAtOnce) {
+    const Scratch scratch;
+    BuiltScene built;
+    for (int i = 0; i < 60'000; ++i) built.node(i % 2 == 0 ? "" : "bolt");
+    const Aspect scene = built.take();
+    for (const char* out : {"many.usda", "many.wrl"}) ASSERT_TRUE(exportScene(scratch.path(out), scene));
+}
+
+TEST(ExportedLights, ComeBackAsStrongAsTheyWere) {
+    const Scratch scratch;
+    BuiltScene built;
+    PointLight lamp;
+    lamp.color = Vec3f(1, 0.5f, 0.25f);
+    lamp.intensity = 3.5f;
+    built.node("lamp", built.add(lamp));
+    DirectionalLight sun;
+    sun.intensity = 0.75f;
+    built.node("sun", built.add(sun));
+    built.node("triangle", built.add(triangleGeometry()));
+    const Aspect scene = built.take();
+    for (const char* out : {"out.usda", "out.wrl"}) {
+        ASSERT_TRUE(exportScene(scratch.path(out), scene));
+        const ImportedAspect again = readBack(scratch.path(out));
+        const bool vrml = std::string_view(out) == "out.wrl";
+        int found = 0;
+        for (const ObjectId id : again->ids()) {
+            if (const auto* read = again->get<PointLight>(id)) {
+                const Vec3f expected = (vrml ? 1.0f : 3.5f) * Vec3f(1, 0.5f, 0.25f);
+                EXPECT_TRUE((read->color * read->intensity).isApprox(expected, 1e-3f)) << out << read->intensity;
+                ++found;
+            } else if (const auto* shine = again->get<DirectionalLight>(id)) {
+                EXPECT_NEAR(shine->intensity * shine->color[0], 0.75f, 1e-4f) << out;
+                ++found;
+            }
+        }
+        EXPECT_EQ(found, 2) << out;
+    }
+}
+
+TEST(ExportedLooks, OfVrmlHaveTheMeanOfPicturesThatStayBehind) {
+    const Scratch scratch;
+    Material metal;
+    metal.metallic = metal.roughness = 1;
+    metal.emissive = Vec3f::Ones();
+    ASSERT_TRUE(exportScene(scratch.path("chair.wrl"), pictured(3, metal)));
+    const std::string text = textOf(scratch.path("chair.wrl"));
+    EXPECT_EQ(text.find("emissiveColor 1 1 1"), std::string::npos);
+    EXPECT_EQ(text.find("specularColor 1 1 1"), std::string::npos);
+    EXPECT_NE(text.find("shininess 0.19"), std::string::npos) << text;  // 1 - 204 / 255
+}
+
+TEST(ExportedLooks, OfObjAreSolidWhereAMaskIs) {
+    const Scratch scratch;
+    Material leaf;
+    leaf.baseColor[3] = 0.5f;
+    leaf.alphaMode = Material::kMask;
+    ASSERT_TRUE(exportScene(scratch.path("leaf.obj"), pictured(0, leaf)));
+    EXPECT_NE(textOf(scratch.path("leaf.obj.mtl")).find("\nd 1\n"), std::string::npos);
+    leaf.alphaMode = Material::kBlend;
+    ASSERT_TRUE(exportScene(scratch.path("glass.obj"), pictured(0, leaf)));
+    EXPECT_NE(textOf(scratch.path("glass.obj.mtl")).find("\nd 0.5\n"), std::string::npos);
+}
+
+TEST(ExportedMotion, OfVrmlHasItsRoutesBehindAllNodes) {
+    const Scratch scratch;
+    const ImportedAspect arm = readBack(std::string(TESSERA_SOURCE_DIR) + "/tests/data/models/arm.glb");
+    ASSERT_TRUE(exportScene(scratch.path("arm.wrl"), *arm));
+    const std::string text = textOf(scratch.path("arm.wrl"));
+    const std::size_t first = text.find("\nROUTE ");
+    ASSERT_NE(first, std::string::npos);
+    EXPECT_EQ(text.find("DEF ", first), std::string::npos);
+}
+
+TEST(ExportedNotes, OfFormatsWithoutNodesNameWhatTheseWouldBear) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("lamp", built.add(PointLight()));
+    built.node("triangle", built.add(triangleGeometry()));
+    const Aspect scene = built.take();
+    for (const char* out : {"out.obj", "out.stl", "out.ply"}) {
+        const Expected<ExportReport> report = exportScene(scratch.path(out), scene);
+        ASSERT_TRUE(report);
+        EXPECT_TRUE(std::ranges::count(report->notes, "lights are left out: /lamp") == 1) << out;
+    }
+}
+
+TEST(ExportedNames, OfObjAreThoseOfTheNodeAboveAnAutomaticOne) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("geometry", built.add(triangleGeometry()), built.node("hook"));
+    ASSERT_TRUE(exportScene(scratch.path("crane.obj"), built.take()));
+    EXPECT_NE(textOf(scratch.path("crane.obj")).find("\no hook\n"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
