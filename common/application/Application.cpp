@@ -275,8 +275,8 @@ Expected<answer::Loaded> Application::load(const std::string& path, ObjectId par
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
     const bool again = reload == Reload::kIfThere;
     if (path.starts_with(kAsset))
-        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again, placing.variants}, timeout, {},
-                          meanwhile);
+        return impl_->ask(request::LoadAsset{path.substr(kAsset.size()), parent, placing, again, placing.variants},
+                          timeout, {}, meanwhile);
     return impl_->ask(request::LoadFile{path, parent, placing, again, placing.variants}, timeout, {}, meanwhile);
 }
 
