@@ -75,6 +75,11 @@ TEST_F(ApiWall, EachExampleOfThePageIsGranted) {
             EXPECT_NE(answer.dump().find("this link is of no panel"), std::string::npos) << answer;
             continue;
         }
+        // No file is on its way here: python.loads cancels some.
+        if (name == "CancelLoad") {
+            EXPECT_NE(answer.dump().find("no load 7 is on its way"), std::string::npos) << answer;
+            continue;
+        }
         EXPECT_FALSE(answer.contains("error")) << name << " " << text << ": " << answer;
         EXPECT_EQ(answer["answer"], request["answer"]) << name;
         // Those that pick have something to find.
