@@ -259,18 +259,19 @@ Expected<answer::Loaded> Application::load(const std::string& path, ObjectId par
                                            const Placing& placing, Reload reload,
                                            const std::function<bool(const LoadState&)>& tell) {
     std::function<void()> meanwhile;
-    bool cancelled = false;
+    bool isWanted = true, isCancelled = false;
     if (tell)
         meanwhile = [&] {
-            if (cancelled) return;
+            if (isCancelled) return;
             // A server of an older version tells nothing, and reads the file all the same.
             const Expected<answer::Loads> told = loads();
             LoadState own{.path = path};
             if (told)
                 for (const LoadState& one : told->loads)
                     if (one.yours && one.path == path) own = one;
-            cancelled = !tell(own);
-            if (cancelled) (void)cancelLoad(own.load);
+            isWanted = isWanted && tell(own);
+            // Before the server tells of the load there is nothing to cancel yet.
+            isCancelled = !isWanted && own.load != 0 && cancelLoad(own.load).has_value();
         };
     constexpr std::string_view kAsset = request::LoadAsset::kPrefix;
     const bool again = reload == Reload::kIfThere;

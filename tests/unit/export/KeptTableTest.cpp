@@ -295,8 +295,10 @@ std::string cell(const Kind& kind, const std::string& ending) {
     kind.build(built);
     const std::string path = scratch.path("out." + ending);
     const Aspect scene = built.take();
-    if (const Expected<ExportReport> report = exportScene(path, scene); !report)
-        return report.error().code == ErrorCode::kRefused ? "-" : report.error().message;
+    if (const Expected<ExportReport> report = exportScene(path, scene); !report) {
+        const std::string& why = report.error().message;
+        return why.find("nothing of the scene can be written") != std::string::npos ? "-" : why;
+    }
     if (ending == "csv") {
         std::ifstream file(path, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(file), {}};
