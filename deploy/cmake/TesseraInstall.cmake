@@ -56,7 +56,8 @@ endforeach()
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/deploy/real-screens.md
   ${CMAKE_SOURCE_DIR}/deploy/test-picture.png ${CMAKE_SOURCE_DIR}/deploy/changes.md
   ${CMAKE_SOURCE_DIR}/deploy/security.md ${CMAKE_SOURCE_DIR}/deploy/troubleshooting.md
-  ${CMAKE_SOURCE_DIR}/server/import/WRITING.md DESTINATION share/tessera COMPONENT share)
+  ${CMAKE_SOURCE_DIR}/server/import/WRITING.md ${CMAKE_SOURCE_DIR}/server/import/FORMATS.md
+  DESTINATION share/tessera COMPONENT share)
 install(FILES ${CMAKE_SOURCE_DIR}/deploy/installed.md DESTINATION share/tessera COMPONENT share RENAME README.md)
 
 # An entry in the desktop's menu: the demonstration in windows.
