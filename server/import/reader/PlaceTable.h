@@ -19,7 +19,7 @@ public:
     [[nodiscard]] std::uint32_t numberOf(const float* xyz) {
         const Key key = {std::bit_cast<std::uint32_t>(xyz[0] + 0.0f), std::bit_cast<std::uint32_t>(xyz[1] + 0.0f),
                          std::bit_cast<std::uint32_t>(xyz[2] + 0.0f)};
-        if (3 * (keys_.size() + 1) > 2 * slots_.size()) grow();
+        if (3 * (keys_.size() + 1) > 2 * slots_.size()) grow(2 * slots_.size());
         const std::uint32_t hash = hashOf(key);
         const std::size_t mask = slots_.size() - 1;
         for (std::size_t at = slotOf(hash);; at = (at + 1) & mask) {
@@ -31,6 +31,11 @@ public:
             }
             if (slot.hash == hash && keys_[slot.number - 1] == key) return slot.number - 1;
         }
+    }
+    /// Takes the memory of so many places at once.
+    void reserve(std::size_t places) {
+        keys_.reserve(places);
+        if (places > 0 && 3 * places > 2 * slots_.size()) grow(std::bit_ceil(3 * places / 2 + 1));
     }
     [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(keys_.size()); }
     void appendPlace(std::uint32_t number, std::vector<float>& positions) const {
@@ -56,10 +61,9 @@ private:
     [[nodiscard]] std::size_t slotOf(std::uint32_t hash) const {
         return static_cast<std::size_t>(std::uint64_t{hash} * slots_.size() >> 32);
     }
-    void grow() {
+    void grow(std::size_t slots) {
         constexpr std::size_t kFirst = 16;
-        const std::size_t slots = std::max(kFirst, 2 * slots_.size());
-        const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(slots));
+        const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(std::max(kFirst, slots)));
         const std::size_t mask = slots_.size() - 1;
         for (const Slot& slot : before) {
             if (slot.number == 0) continue;

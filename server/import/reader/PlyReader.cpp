@@ -162,6 +162,14 @@ private:
             if (slots[p] != Slot::kNone) columns.push_back({length, type, static_cast<std::size_t>(slots[p])});
             length += type.bytes;
         }
+        if (isPlaces(columns.size(), slots, element)) {
+            if (element.count > numbers_.rest().size() / length) return false;
+            const char* const rows = numbers_.pass(element.count * length);
+            mesh.positions.resize(3 * element.count);
+            for (std::uint64_t row = 0; row < element.count; ++row)
+                std::memcpy(&mesh.positions[3 * row], rows + row * length, kPlace);
+            return true;
+        }
         std::array<double, kSlots + 1> values{};
         for (std::uint64_t row = 0; row < element.count; ++row) {
             const char* const begin = numbers_.pass(length);
@@ -169,6 +177,16 @@ private:
             for (const Column& column : columns)
                 values[column.slot] = numbers_.numberAt(begin + column.offset, column.type);
             append(values, scales, hasAlpha, mesh);
+        }
+        return true;
+    }
+    static constexpr std::size_t kPlace = 3 * sizeof(float);
+    /// Whether nothing else is wanted, and x, y and z stand in front, as they are in memory.
+    [[nodiscard]] bool isPlaces(std::size_t wanted, const std::vector<Slot>& slots, const PlyElement& element) const {
+        if (file_.isBigEndian() || wanted != 3) return false;
+        for (std::size_t p = 0; p < 3; ++p) {
+            const PlyType& type = element.properties[p].number;
+            if (slots[p] != static_cast<Slot>(p) || !type.isFloat || type.bytes != sizeof(float)) return false;
         }
         return true;
     }
@@ -203,7 +221,7 @@ private:
     bool readPlainFaces(const PlyElement& element, PlyMesh& mesh) {
         constexpr std::size_t kCorner = sizeof(std::uint32_t);
         mesh.isSigned = mesh.isSigned || element.properties.front().number.isSigned;
-        for (std::uint64_t row = 0; row < element.count; ++row) {
+        for (std::uint64_t row = readTriangles<Length>(element, mesh); row < element.count; ++row) {
             Length corners = 0;
             const char* const said = numbers_.pass(sizeof(corners));
             if (said == nullptr) return false;
@@ -216,6 +234,26 @@ private:
             addLength(before, corners, mesh);
         }
         return true;
+    }
+    /// Those in front, while there has been nothing else; how many.
+    template <typename Length>
+    std::uint64_t readTriangles(const PlyElement& element, PlyMesh& mesh) {
+        constexpr std::size_t kCorners = 3 * sizeof(std::uint32_t), kRow = sizeof(Length) + kCorners;
+        if (!mesh.lengths.empty()) return 0;
+        const std::string_view rows = numbers_.rest();
+        const std::uint64_t most = std::min<std::uint64_t>(element.count, rows.size() / kRow);
+        const std::size_t before = mesh.corners.size();
+        mesh.corners.resize(before + 3 * most);
+        std::uint64_t triangles = 0;
+        for (const char* row = rows.data(); triangles < most; ++triangles, row += kRow) {
+            Length corners = 0;
+            std::memcpy(&corners, row, sizeof(corners));
+            if (corners != 3) break;
+            std::memcpy(&mesh.corners[before + 3 * triangles], row + sizeof(corners), kCorners);
+        }
+        mesh.corners.resize(before + 3 * triangles);
+        (void)numbers_.pass(triangles * kRow);
+        return triangles;
     }
     static void addLength(std::size_t before, std::size_t corners, PlyMesh& mesh) {
         if (corners != 3 && mesh.lengths.empty()) mesh.lengths.assign(before / 3, 3);
@@ -234,20 +272,25 @@ private:
             if (isWhole && length.bytes == 1 && !length.isSigned) return readPlainFaces<std::uint8_t>(element, mesh);
             if (isWhole && length.bytes == 4) return readPlainFaces<std::uint32_t>(element, mesh);
         }
+        enum class Use : std::uint8_t { kCorners, kTexcoords, kNone };
+        std::vector<Use> uses;
+        for (const PlyProperty& property : element.properties)
+            uses.push_back(namesCorners(property)                           ? Use::kCorners
+                           : property.isList && property.name == "texcoord" ? Use::kTexcoords
+                                                                            : Use::kNone);
         std::vector<float> texcoords;
         for (std::uint64_t row = 0; row < element.count; ++row) {
             sayRow(row);
             if (!numbers_.beginRow()) return false;
             const std::size_t before = mesh.corners.size();
             texcoords.clear();
-            for (const PlyProperty& property : element.properties) {
+            for (std::size_t p = 0; p < uses.size(); ++p) {
+                const PlyProperty& property = element.properties[p];
                 double ignored = 0;
-                const bool isCorners = namesCorners(property);
-                const bool isTexcoords = property.isList && property.name == "texcoord";
-                const bool isRead = isCorners         ? readCorners(property, mesh)
-                                    : isTexcoords     ? readTexcoords(property, texcoords)
-                                    : property.isList ? skipList(property)
-                                                      : numbers_.next(property.number, ignored);
+                const bool isRead = uses[p] == Use::kCorners     ? readCorners(property, mesh)
+                                    : uses[p] == Use::kTexcoords ? readTexcoords(property, texcoords)
+                                    : property.isList            ? skipList(property)
+                                                                 : numbers_.next(property.number, ignored);
                 if (!isRead) return false;
             }
             if (numbers_.endRow() && isStrict_) return false;

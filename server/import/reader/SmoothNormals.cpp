@@ -17,20 +17,20 @@ Vec3f normalOrZero(const float* a, const float* b, const float* c) {
     const Vec3d origin(a[0], a[1], a[2]);
     const Vec3d normal = (Vec3d(b[0], b[1], b[2]) - origin).cross(Vec3d(c[0], c[1], c[2]) - origin);
     const double length = normal.norm();
-    return length > 0 && std::isfinite(length) ? Vec3f((normal / length).cast<float>()) : Vec3f(Vec3f::Zero());
+    return length > 0 && std::isfinite(length) ? Vec3f((normal * (1 / length)).cast<float>()) : Vec3f(Vec3f::Zero());
 }
 
-/// Of a triangle at its first corner, in radians.
-float angleAt(const float* a, const float* b, const float* c) {
-    const Vec3f corner(a[0], a[1], a[2]);
-    const Vec3f one = Vec3f(b[0], b[1], b[2]) - corner, other = Vec3f(c[0], c[1], c[2]) - corner;
-    const float angle = std::atan2(one.cross(other).norm(), one.dot(other));
-    return std::isfinite(angle) ? angle : 0;
+/// Of a cosine, in radians, to 7e-5: Abramowitz and Stegun, Handbook of Mathematical Functions, 4.4.45.
+float arcCosine(float cosine) {
+    const float x = std::min(std::abs(cosine), 1.0f);
+    const float angle = std::sqrt(1 - x) * (((-0.0187293f * x + 0.0742610f) * x - 0.2121144f) * x + 1.5707288f);
+    return cosine < 0 ? std::numbers::pi_v<float> - angle : angle;
 }
 
-/// For each vertex the number of its place.
-std::vector<std::uint32_t> placesOf(std::span<const float> positions, std::uint32_t& count) {
+/// For each vertex the number of its place. `expected`: how many places there are likely to be.
+std::vector<std::uint32_t> placesOf(std::span<const float> positions, std::size_t expected, std::uint32_t& count) {
     PlaceTable table;
+    table.reserve(expected);
     std::vector<std::uint32_t> places(positions.size() / 3);
     for (std::size_t v = 0; v < places.size(); ++v) places[v] = table.numberOf(&positions[3 * v]);
     count = table.size();
@@ -50,11 +50,20 @@ struct Facet {
 
     Facet() = default;
     Facet(const float* a, const float* b, const float* c) : normal(normalOrZero(a, b, c)) {
+        const Vec3f one = sideOf(a, b), two = sideOf(b, c), three = sideOf(c, a);
+        const float atA = arcCosine(-one.dot(three)), atB = arcCosine(-one.dot(two));
         std::size_t corner = 0;
-        for (const float angle : {angleAt(a, b, c), angleAt(b, c, a), angleAt(c, a, b)}) {
-            const auto steps = std::lround(angle / std::numbers::pi_v<float> * 1023);
-            angles |= static_cast<std::uint32_t>(std::clamp(steps, 1L, 1023L)) << 10 * corner++;
+        for (const float angle : {atA, atB, std::numbers::pi_v<float> - atA - atB}) {
+            constexpr float kSteps = 1023;
+            // What is no number compares with none.
+            const float steps = std::min(kSteps, std::max(1.0f, angle / std::numbers::pi_v<float> * kSteps + 0.5f));
+            angles |= static_cast<std::uint32_t>(steps) << 10 * corner++;
         }
+    }
+    /// Of length 1.
+    static Vec3f sideOf(const float* from, const float* to) {
+        const Vec3f side = Vec3f(to[0], to[1], to[2]) - Vec3f(from[0], from[1], from[2]);
+        return side * (1 / side.norm());
     }
     [[nodiscard]] Vec3f weighed(std::size_t corner) const {
         return normal * static_cast<float>(angles >> 10 * corner & 1023);
@@ -213,7 +222,9 @@ Vec3f facetNormal(const float* a, const float* b, const float* c) {
 
 void setSmoothNormals(MeshData& mesh, double creaseAngle) {
     std::uint32_t places = 0;
-    std::vector<std::uint32_t> placeOf = placesOf(mesh.positions, places);
+    // On a surface are half as many places as triangles.
+    const std::size_t expected = std::min(mesh.positions.size() / 3, mesh.indices.size() / 6);
+    std::vector<std::uint32_t> placeOf = placesOf(mesh.positions, expected, places);
     // The corners of each place, one place after the other.
     std::vector<std::uint32_t> ends(std::size_t{places} + 1, 0), corners(mesh.indices.size());
     for (const std::uint32_t vertex : mesh.indices) ++ends[placeOf[vertex] + 1];

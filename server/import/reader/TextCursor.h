@@ -1,8 +1,10 @@
 /// Numbers and words of a text, as fast as they come.
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -41,6 +43,7 @@ public:
     bool number(float& value) {
         if (!toWord()) return false;
         if (*at_ == '+' && at_ + 1 < end_ && at_[1] != '-') ++at_;
+        if (shortDecimal(value)) return true;
         const auto [stopped, error] = std::from_chars(at_, end_, value);
         if (error == std::errc::result_out_of_range && !isSmall(stopped, value)) return false;
         if (error == std::errc::invalid_argument) return false;
@@ -86,6 +89,33 @@ public:
     static bool isBlank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 private:
+    /// Digits with a point among them or none, and no more than a float holds exactly: then one division by a power of
+    /// ten that a float holds too is rounded once. Clinger, How to read floating point numbers accurately, 1990.
+    bool shortDecimal(float& value) {
+        constexpr std::array<float, 9> kTens = {1e0f, 1e1f, 1e2f, 1e3f, 1e4f, 1e5f, 1e6f, 1e7f, 1e8f};
+        constexpr std::uint32_t kExact = 1 << 24;
+        const char* c = at_;
+        const bool isNegative = *c == '-';
+        if (isNegative) ++c;
+        std::uint32_t digits = 0;
+        std::size_t count = 0, behindPoint = 0;
+        bool isBehindPoint = false;
+        for (; c < end_ && !isBlank(*c); ++c) {
+            if (*c == '.' && !isBehindPoint) {
+                isBehindPoint = true;
+            } else if (*c >= '0' && *c <= '9' && ++count < kTens.size()) {
+                digits = 10 * digits + static_cast<std::uint32_t>(*c - '0');
+                behindPoint += isBehindPoint ? 1 : 0;
+            } else {
+                return false;
+            }
+        }
+        if (count == 0 || digits > kExact) return false;
+        value = static_cast<float>(digits) / kTens[behindPoint];
+        if (isNegative) value = -value;
+        at_ = c;
+        return true;
+    }
     /// `at_` to `stopped` is a number out of a float's range.
     bool isSmall(const char* stopped, float& value) const {
         double wide = 0;

@@ -372,5 +372,17 @@ TEST(PlyRows, BehindTheLastOneAreNamed) {
     EXPECT_EQ(shownPly(cloud).points, 6u);
 }
 
+/// 12 bytes for each of 2^62 + 1 vertices are as many as for one, where sixty-four bits wrap around.
+TEST(PlyRows, MoreThanMemoryCanCountAreCut) {
+    const std::string rows(12, '\0');
+    const ShownPly shown = shownPly(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4611686018427387905\nproperty float x\n"
+        "property float y\nproperty float z\nend_header\n" +
+        rows);
+    EXPECT_FALSE(shown.refused) << shown.said;
+    EXPECT_EQ(shown.points, 1u);
+    EXPECT_TRUE(shown.says("4611686018427387905")) << shown.said;
+}
+
 }  // namespace
 }  // namespace tessera
