@@ -302,7 +302,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                          "Of fit a node (the whole scene), as it stands now;\nof bookmark 1 to 9");
     when(navigate, [&] { return navigateVerb(in); });
 
-    CLI::App* bookmark = app.add_subcommand("bookmark", "Goes to a place that was kept, or keeps this one");
+    CLI::App* bookmark = app.add_subcommand(
+        "bookmark", "Goes to a place that was kept, else to the scene's\ncamera N; or keeps this one");
     bookmark->add_option("N", in.bookmark, "1 to 9")->required()->check(CLI::Range(1, 9));
     bookmark->add_flag("--keep", in.keep, "Where the wall stands now");
     when(bookmark, [&] { return verb::Navigate{bookmarkWish(in.bookmark, in.keep), {}}; });

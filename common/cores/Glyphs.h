@@ -7,10 +7,10 @@
 namespace tessera {
 
 /// Arrows of a flow, boxes and balls of measurements. Arrays have one element per glyph, or are empty. A glyph is lit,
-/// casts shadows and lies where its place is: arrows begin there, other shapes have their origin there. Its Y axis is
-/// turned the shortest way to its vector. Nobody collides with glyphs. A ray meets the box around each shape, turned
-/// with it: a face that a pick names, divided by 12, is the glyph's number. Transparent ones are not sorted among each
-/// other.
+/// casts shadows and lies where its place is: arrows begin there, other shapes have their origin there. Its own turn
+/// turns it; where glyphs have none, its Y axis is turned the shortest way to its vector. Nobody collides with glyphs.
+/// A ray meets the box around each shape, turned with it: a face that a pick names, divided by 12, is the glyph's
+/// number. Transparent ones are not sorted among each other.
 struct Glyphs {
     static constexpr ObjectType kType{39};
     static constexpr std::int64_t kArrow = 0, kBox = 1, kBall = 2, kMesh = 3;
@@ -35,6 +35,7 @@ struct Glyphs {
     Blob transfer;
     double low = 0, high = 1;
     ObjectId material;  ///< its base colour multiplies all colours; images of kMesh have no texture coordinates
+    Blob turns;         ///< float[4], a quaternion (x, y, z, w) of any length but 0; empty: vectors turn
 };
 template <>
 inline constexpr auto kSaid<Glyphs> = []<typename T>(Describing<T>) {
@@ -62,7 +63,8 @@ inline constexpr auto kSaid<Glyphs> = []<typename T>(Describing<T>) {
         field<&T::transfer>(13, "transfer").integers(4, 1).affects(Effect::kShape),
         field<&T::low>(14, "low").between(-1e30, 1e30).affects(Effect::kShape),
         field<&T::high>(15, "high").between(-1e30, 1e30).affects(Effect::kShape),
-        field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook));
+        field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook),
+        field<&T::turns>(17, "turns").floats(4).affects(Effect::kShape));
 };
 
 }  // namespace tessera

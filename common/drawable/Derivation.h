@@ -15,6 +15,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -71,6 +72,9 @@ struct Derivation {
     /// A box around whatever is ever there, in the object's own coordinates, without the arrays; what is drawn around
     /// places included. Null: it is as its arrays are.
     Box (*bounds)(const void*) = nullptr;
+    /// How many triangles are shown, without the arrays; 0 of what `check` does not let pass. Null: as many as there
+    /// are.
+    std::uint64_t (*triangles)(const void*) = nullptr;
     /// Nobody collides with it: whoever asks for that takes no arrays.
     bool meetsNobody = false;
 };

@@ -87,7 +87,10 @@ public:
     /// Nobody collides with it, whatever its arrays are.
     [[nodiscard]] bool meetsNobody() const { return type_->derivation && type_->derivation->meetsNobody; }
     /// As it is shown and as its arrays say, wherever their bytes are. 0 of what would be derived from absent ones.
-    [[nodiscard]] std::uint64_t triangleCount() const { return tessera::triangleCount(arrays()); }
+    [[nodiscard]] std::uint64_t triangleCount() const {
+        return derived() && type_->derivation->triangles ? type_->derivation->triangles(core_)
+                                                         : tessera::triangleCount(arrays());
+    }
     /// Whether its arrays fit together; nothing at all is fine. Where they came by edits of ranges from `sound`, a mesh
     /// that was found sound before, this costs what the ranges hold; where its points have another radius, nothing. Of
     /// a derived drawable: whether its fields fit together, and nothing is derived.

@@ -20,6 +20,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kGlyphPlaceBytes = 3 * sizeof(float);
+constexpr std::size_t kGlyphTurnBytes = 4 * sizeof(float);
 constexpr std::size_t kTrianglesPerGlyphBox = 12;
 /// What a copy's scale may be: what a Geometry's points may have as radius.
 constexpr double kGreatestGlyph = 1e12;
@@ -30,9 +31,9 @@ const Glyphs& glyphsOf(const void* core) {
 std::size_t glyphCount(const Glyphs& g) {
     return static_cast<std::size_t>(g.positions.sizeBytes() / kGlyphPlaceBytes);
 }
-std::array<const Blob*, 8> arraysOfGlyphs(const Glyphs& g) {
-    return {&g.positions, &g.vectors,        &g.scalars,      &g.colors,
-            &g.transfer,  &g.shapePositions, &g.shapeNormals, &g.shapeIndices};
+std::array<const Blob*, 9> arraysOfGlyphs(const Glyphs& g) {
+    return {&g.positions,      &g.vectors,      &g.scalars,      &g.colors, &g.transfer,
+            &g.shapePositions, &g.shapeNormals, &g.shapeIndices, &g.turns};
 }
 bool glyphsAreHere(const Glyphs& g) {
     return std::ranges::all_of(arraysOfGlyphs(g), [](const Blob* blob) { return blob->empty() || blob->resident(); });
@@ -145,7 +146,7 @@ Expected<void> checkGlyphs(const void* core) {
         std::size_t bytesEach;
     };
     for (const Own& own : {Own{&g.vectors, "vectors", kGlyphPlaceBytes}, Own{&g.scalars, "scalars", sizeof(float)},
-                           Own{&g.colors, "colors", 4}})
+                           Own{&g.colors, "colors", 4}, Own{&g.turns, "turns", kGlyphTurnBytes}})
         if (!own.blob->empty() && own.blob->sizeBytes() != count * own.bytesEach)
             return badGlyphs(fmt::format("{} has {} bytes: {} glyphs have {} of {} each, or none at all", own.name,
                                          own.blob->sizeBytes(), count, count * own.bytesEach, own.bytesEach));
@@ -157,6 +158,11 @@ Expected<void> checkGlyphs(const void* core) {
     if (Expected<void> good = checkGlyphNumbers(g.positions.as<float>(), 3, "the position"); !good) return good;
     if (Expected<void> good = checkGlyphNumbers(g.vectors.as<float>(), 3, "the vector"); !good) return good;
     if (Expected<void> good = checkGlyphNumbers(g.scalars.as<float>(), 1, "the scalar"); !good) return good;
+    if (Expected<void> good = checkGlyphNumbers(g.turns.as<float>(), 4, "the turn"); !good) return good;
+    const std::span<const float> turns = g.turns.as<float>();
+    for (std::size_t i = 0; i + 4 <= turns.size(); i += 4)
+        if (std::ranges::all_of(turns.subspan(i, 4), [](float part) { return part == 0; }))
+            return badGlyphs(fmt::format("the turn of glyph {} is 0, 0, 0, 0, which is no turn", i / 4));
     return checkShape(g, count);
 }
 
@@ -170,6 +176,7 @@ public:
           places_(g.positions.as<float>()),
           vectors_(g.vectors.as<float>()),
           scalars_(g.scalars.as<float>()),
+          turns_(g.turns.as<float>()),
           colors_(g.colors.as<std::uint8_t>()),
           stops_(g.transfer.as<std::uint8_t>()) {}
 
@@ -180,7 +187,10 @@ public:
         MeshCopy copy{.place = {places_[3 * i], places_[3 * i + 1], places_[3 * i + 2]},
                       .width = scale(glyphs_.widthBy, i, norm),
                       .length = scale(glyphs_.lengthBy, i, norm)};
-        if (norm > 0) copy.turn = turnTo(vector / norm);
+        if (!turns_.empty())
+            copy.turn = turnOf(i);
+        else if (norm > 0)
+            copy.turn = turnTo(vector / norm);
         if (copy.width == 0 || copy.length == 0) copy.width = copy.length = 0;
         return copy;
     }
@@ -223,6 +233,15 @@ private:
     [[nodiscard]] float scale(std::int64_t by, std::size_t i, double norm) const {
         return static_cast<float>(std::clamp(glyphs_.size * number(by, i, norm), 0.0, kGreatestGlyph));
     }
+    [[nodiscard]] std::array<float, 4> turnOf(std::size_t i) const {
+        const std::span<const float, 4> said(&turns_[4 * i], 4);
+        double squares = 0;
+        for (const float part : said) squares += static_cast<double>(part) * static_cast<double>(part);
+        const double norm = std::sqrt(squares);
+        std::array<float, 4> turn{};
+        std::ranges::transform(said, turn.begin(), [&](float part) { return static_cast<float>(part / norm); });
+        return turn;
+    }
     /// The shortest turn from +Y to that direction; square roots alone, which processors agree on.
     [[nodiscard]] static std::array<float, 4> turnTo(const Vec3d& direction) {
         const double w = std::sqrt(std::max(0.0, (1 + direction.y()) / 2));
@@ -232,7 +251,7 @@ private:
     }
 
     const Glyphs& glyphs_;
-    std::span<const float> places_, vectors_, scalars_;
+    std::span<const float> places_, vectors_, scalars_, turns_;
     std::span<const std::uint8_t> colors_, stops_;
 };
 
@@ -298,6 +317,24 @@ MeshArrays boxesOfGlyphs(const Glyphs& g) {
     return boxes.toArrays();
 }
 
+/// As that around all boxes: of what is rounded to them.
+Box boundsOfGlyphs(const void* core) {
+    const Glyphs& g = glyphsOf(core);
+    Box bounds;
+    if (!checkGlyphs(core)) return bounds;
+    const GlyphLooks looks(g);
+    const Box shape = boundsOf(shapeOfGlyphs(g).positions.as<float>());
+    for (std::size_t i = 0; i < glyphCount(g); ++i)
+        for (const Vec3d& corner : cornersOfCopy(looks.copy(i), shape))
+            bounds.extend(corner.cast<float>().cast<double>());
+    return bounds;
+}
+
+std::uint64_t trianglesOfGlyphs(const void* core) {
+    const Glyphs& g = glyphsOf(core);
+    return checkGlyphs(core) ? glyphCount(g) * triangleCount(shapeOfGlyphs(g)) : 0;
+}
+
 Hash128 recipeOfGlyphs(const Glyphs& g, const Fineness& fineness) {
     const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
     std::vector<Hash128> parts{Hash128{Glyphs::kType.value, fineness.steps},
@@ -327,6 +364,8 @@ constinit const Derivation kGlyphDerivation{
     .source = &sourceOfGlyphs,
     .derive = &deriveGlyphs,
     .resident = [](const void* core) { return glyphsAreHere(glyphsOf(core)); },
+    .bounds = &boundsOfGlyphs,
+    .triangles = &trianglesOfGlyphs,
     .meetsNobody = true,
 };
 

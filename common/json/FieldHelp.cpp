@@ -287,6 +287,7 @@ constexpr std::pair<std::string_view, std::string_view> kHelp[] = {
     {"Glyphs.transfer", "Colours from low to high, four bytes each; empty: white."},
     {"Glyphs.low", "The number that gets the first colour of transfer."},
     {"Glyphs.high", "The number that gets the last colour of transfer."},
+    {"Glyphs.turns", "A quaternion for each glyph: x, y, z, w; empty: vectors turn it."},
     {"Volume", "A block of numbers in space: a scan, a simulation."},
     {"Volume.voxels", "The numbers, along x first, then y, then z."},
     {"Volume.format", "What each number is."},

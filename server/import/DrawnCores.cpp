@@ -9,7 +9,6 @@
 #include "common/cores/Geometry.h"
 #include "common/cores/Text.h"
 #include "common/drawable/Drawable.h"
-#include "common/drawable/GlyphArrays.h"
 #include "server/import/DeformedCores.h"
 #include "server/import/NurbsCores.h"
 #include "server/import/SurfaceCores.h"
@@ -58,11 +57,9 @@ Expected<DrawnCores::Core> DrawnCores::derived(LoadedFile& file, Surface surface
     surface.material = *material;
     const Drawable drawable = drawableOf(Object::of(surface));
     if (Expected<void> sound = drawable.check(); !sound) return tl::unexpected(sound.error());
-    // Each surface is bounded; a file of thousands of them is too. Glyphs are never made into triangles: what counts
-    // is what screens draw.
-    constexpr bool kGlyphs = std::is_same_v<Surface, Glyphs>;
-    const std::uint64_t triangles = kGlyphs ? drawable.at(kGlyphsOnScreens).triangleCount() : drawable.triangleCount();
-    if (!kGlyphs) derivedTriangles_ += triangles;
+    // Each surface is bounded; a file of thousands of them is too. Glyphs are never made into triangles.
+    const std::uint64_t triangles = drawable.triangleCount();
+    if (!std::is_same_v<Surface, Glyphs>) derivedTriangles_ += triangles;
     if (derivedTriangles_ > kMostDerivedTriangles)
         return fail(ErrorCode::kLimit, fmt::format("what the scene makes of few numbers (surfaces by control points, "
                                                    "text, particles, skins) has more than {} triangles: a lower level "

@@ -29,9 +29,10 @@ constexpr FormatRow kTable[] = {
      "layers, references, payloads, inherits, specializes, variants (--variant PRIM:SET=NAME chooses others), files "
      "without defaultPrim, all transforms and their samples as an Animation, units and up axis, visibility, polygons "
      "with every interpolation, inherited primvars, subsets, subdivision surfaces, points, curves as lines, six "
-     "shapes, instances, UsdPreviewSurface with its pictures, displayColor, lights, cameras",
+     "shapes, instances (beyond 10,000 of small meshes as Glyphs), UsdPreviewSurface with its pictures, displayColor, "
+     "lights, cameras",
      "skeletons, blend shapes, MaterialX, NURBS, widths of curves, volumes, value clips, relocates, splines, "
-     "collections, colour temperature, points that move, texture coordinates of subdivision surfaces (a mesh with "
+     "collections, points that move, texture coordinates of subdivision surfaces (a mesh with "
      "pictures is shown as its polygons), what lies outside the file's folder"},
     {"Wavefront OBJ", "obj", "our own; material libraries by assimp",
      "objects, groups, polygons, lines, points, texture coordinates, normals, colours of vertices, materials with "
@@ -96,7 +97,8 @@ constexpr FormatRow kTable[] = {
      "VRML 1 and 2, X3D as XML and in the classic encoding, Inventor in text and binary, all in gzip too: groups, DEF "
      "and USE as shared meshes, PROTO and EXTERNPROTO, Switch and LOD with all children, Inline and File of the "
      "folder, Billboard, all shapes of these (of X3D the 3D and 2D ones) as triangles, lines and points, colours of "
-     "corners, text, materials, pictures (also within the file) with TextureTransform, lights, viewpoints as cameras, "
+     "corners, text, materials, pictures (also within the file) with TextureTransform, lights, viewpoints as cameras "
+     "(bookmarks 1 to 9), "
      "the colours of a background; interpolators of Transform, Material and lights that a TimeSensor drives, an "
      "animation for each sensor",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "

@@ -7,12 +7,10 @@
 
 #include "common/cores/Camera.h"
 #include "common/cores/DistanceLOD.h"
-#include "common/cores/Glyphs.h"
 #include "common/cores/Inline.h"
 #include "common/cores/Movie.h"
 #include "common/cores/ProxyGroup.h"
 #include "common/drawable/Drawable.h"
-#include "common/drawable/GlyphArrays.h"
 #include "common/scene/ChildChoice.h"
 #include "common/scene/MaterialParts.h"
 #include "common/scenefile/SavedReader.h"
@@ -60,7 +58,7 @@ Expected<void> SavedObjects::place(LoadedFile& file, const Spot& spot) {
             if (Expected<void> sound = drawable.check(); !sound) return sound;
             if (const FieldEntry* material = spot.paint.over ? findField(type, "material") : nullptr)
                 material->store(object, spot.paint.over);
-            triangles[id] = (seen.is<Glyphs>() ? drawable.at(kGlyphsOnScreens) : drawable).triangleCount();
+            triangles[id] = drawable.triangleCount();
             draft_.countDrawable(triangles[id]);
         } else if (const DistanceLOD* lod = seen.as<DistanceLOD>()) {
             return checkRanges(*lod);

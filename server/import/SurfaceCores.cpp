@@ -58,6 +58,7 @@ Expected<Glyphs> readGlyphs(const proto::scene::Glyphs& message) {
     glyphs->shapeNormals = blobOfNumbers(message.shape_normals());
     glyphs->shapeIndices = blobOfNumbers(message.shape_indices());
     glyphs->transfer = blobOfColors(message.transfer());
+    glyphs->turns = blobOfNumbers(message.turns());
     return glyphs;
 }
 

@@ -51,13 +51,15 @@ struct Ranked {
     }
 };
 
-/// Sorts what was sorted a frame ago: an eye that moves changes little.
+/// Sorts what was sorted a frame ago: an eye that moves changes little. What stands out of order is taken out, sorted
+/// by itself and merged with the rest, however far it goes: Ernerfeldt's drop-merge sort.
 class FormerOrder {
 public:
     /// `ranked` into its order. The order that comes out is that of the elements, whatever came before.
     void sort(std::vector<Ranked>& ranked, std::size_t slots) {
-        begin(ranked, slots);
-        insert(ranked);
+        divide(ranked, slots);
+        std::sort(loose_.begin(), loose_.end());
+        std::merge(kept_.begin(), kept_.end(), loose_.begin(), loose_.end(), ranked.begin());
         order_.clear();
         for (const Ranked& one : ranked) order_.push_back(one.item);
     }
@@ -65,42 +67,43 @@ public:
 private:
     static constexpr std::uint32_t kGone = 0xffffffffu;
 
-    /// As they stood, then those that are new.
-    void begin(std::vector<Ranked>& ranked, std::size_t slots) {
+    /// All of `ranked` into those that still stand in order, and the others.
+    void divide(const std::vector<Ranked>& ranked, std::size_t slots) {
         places_.resize(std::max(places_.size(), slots), kGone);
         for (std::uint32_t i = 0; i < ranked.size(); ++i) places_[ranked[i].item] = i;
-        former_.clear();
+        kept_.clear();
+        loose_.clear();
+        looseInARow_ = 0;
         for (const std::uint32_t item : order_)
             if (const std::uint32_t place = item < slots ? std::exchange(places_[item], kGone) : kGone; place != kGone)
-                former_.push_back(ranked[place]);
-        const std::size_t known = former_.size();
+                put(ranked[place]);
         for (const Ranked& one : ranked)
-            if (std::exchange(places_[one.item], kGone) != kGone) former_.push_back(one);
-        std::sort(former_.begin() + static_cast<std::ptrdiff_t>(known), former_.end());
-        ranked.swap(former_);
-        known_ = known;
+            if (std::exchange(places_[one.item], kGone) != kGone) loose_.push_back(one);
     }
-    /// Each to its place among those before it; where that takes long they are sorted as if nothing were known.
-    void insert(std::vector<Ranked>& ranked) {
-        const auto known = ranked.begin() + static_cast<std::ptrdiff_t>(known_);
-        std::size_t moves = 0;
-        const std::size_t most = kMovesEach * ranked.size();
-        for (auto at = ranked.begin(); at != known && moves <= most; ++at) {
-            if (at == ranked.begin() || !(*at < *(at - 1))) continue;
-            const Ranked one = *at;
-            auto to = at;
-            for (; to != ranked.begin() && one < *(to - 1); --to, ++moves) *to = *(to - 1);
-            *to = one;
+    void put(const Ranked& one) {
+        if (kept_.empty() || !(one < kept_.back())) {
+            kept_.push_back(one);
+        } else if (kept_.size() < 2 || !(one < kept_[kept_.size() - 2])) {
+            // The one before has moved: this stands in order without it.
+            loose_.push_back(std::exchange(kept_.back(), one));
+        } else if (looseInARow_ < kMostInARow) {
+            ++looseInARow_;
+            return loose_.push_back(one);
+        } else {
+            // Or it has moved together with its neighbours, and all behind them only seem to have.
+            loose_.push_back(kept_.back());
+            kept_.pop_back();
+            looseInARow_ = 0;
+            return put(one);
         }
-        if (moves > most) return std::sort(ranked.begin(), ranked.end());
-        std::inplace_merge(ranked.begin(), known, ranked.end());
+        looseInARow_ = 0;
     }
 
-    static constexpr std::size_t kMovesEach = 4;
+    static constexpr std::size_t kMostInARow = 8;
     std::vector<std::uint32_t> order_;   ///< items, as they stood
     std::vector<std::uint32_t> places_;  ///< by item, while it is sorted
-    std::vector<Ranked> former_;
-    std::size_t known_ = 0;
+    std::vector<Ranked> kept_, loose_;
+    std::size_t looseInARow_ = 0;
 };
 
 /// Asks for what will be read, so many elements ahead.

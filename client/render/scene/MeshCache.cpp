@@ -51,7 +51,8 @@ const RenderMesh* MeshCache::acquire(const Drawable& drawable) {
     mesh.drawn = drawn;
     if (!prepareFromOrigin(mesh, arrays)) prepare(mesh, *drawn);
     drawn->sound = !mesh.refused;
-    if (drawable.hasOwnBounds() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
+    // Copies have boxes as single precision places them.
+    if (drawable.hasOwnBounds() && arrays.copies.empty() && !mesh.bounds.empty()) mesh.bounds = drawable.bounds();
     return &mesh;
 }
 

@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include "common/base/Hash.h"
+#include "common/base/Utf8.h"
 #include "common/math/Srgb.h"
 #include "server/import/coin/CoinIndices.h"
 #include "server/import/coin/CoinNodes.h"
@@ -496,7 +497,8 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
         where = source.position.getValue();
         turn = source.orientation.getValue();
         angle = source.fieldOfView.getValue();
-        std::string words = lettersOf(source.description.getValue()).substr(0, 100);
+        constexpr std::size_t kLongestWords = 100;
+        std::string words(cutUtf8(lettersOf(source.description.getValue()), kLongestWords));
         std::ranges::replace(words, '/', '_');
         if (!words.empty()) name = words;
     } else {

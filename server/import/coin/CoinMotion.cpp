@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/Utf8.h"
 #include "common/math/Srgb.h"
 #include "server/import/reader/MovingParts.h"
 
@@ -53,9 +54,13 @@ void appendRotation(std::vector<double>& values, const SbRotation& rotation) {
 
 std::string nameOf(const SoNode& node) {
     std::string name = node.getName().getString();
-    for (char& c : name)
-        if (c == '/' || static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '_';
-    return name.substr(0, 200);
+    const bool isOurs = isUtf8(name);
+    for (char& c : name) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == '/' || byte < 0x20 || byte == 0x7f || (!isOurs && byte >= 0x80)) c = '_';
+    }
+    constexpr std::size_t kLongestName = 200;
+    return std::string(cutUtf8(name, kLongestName));
 }
 
 bool CoinMotion::hold(SoNode& node) {

@@ -553,10 +553,8 @@ void CoinWalk::finish() {
         view.wall->mutable_camera()->set_disabled(&view != &views_.front());
     }
     if (views_.size() > 1)
-        scene_.note(
-            fmt::format("of {} viewpoints the wall stands at the first; the others are cameras that are not "
-                        "enabled",
-                        views_.size()));
+        scene_.note(fmt::format(
+            "of {} viewpoints the wall stands at the first; bookmarks (keys 1 to 9) go to the others", views_.size()));
     materials_.finish();
     motion_.finish();
     leftOut_.writeTo(scene_);

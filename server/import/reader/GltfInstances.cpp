@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
+#include <optional>
+#include <utility>
 
 #include "common/math/Compose.h"
 #include "server/import/reader/GltfReader.h"
+#include "server/import/reader/GlyphPlaces.h"
 
 namespace tessera {
 namespace {
@@ -74,13 +78,31 @@ void GltfReader::addParts(const std::vector<Part>& parts, proto::scene::Node& no
     }
 }
 
+std::vector<std::size_t> GltfReader::withoutGlyphs(const std::vector<Part>& parts, const std::vector<Instance>& places,
+                                                   proto::scene::Node& placed) {
+    std::vector<std::size_t> all(places.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    if (places.size() <= kMostPlacedNodes) return all;
+    std::vector<proto::scene::Glyphs> glyphs;
+    for (const Part& part : parts) {
+        std::optional<proto::scene::Glyphs> glyph = glyphOf(scene_, part.mesh, part.material, Affine3d::Identity());
+        if (!glyph) return all;
+        glyphs.push_back(std::move(*glyph));
+    }
+    if (glyphs.empty()) return all;
+    const auto placeOf = [&](std::size_t i) {
+        return CopyPlace{places[i].translation, places[i].rotation, places[i].scale};
+    };
+    return addGlyphs(all, placeOf, glyphs, [&] { return placed.add_node(); });
+}
+
 Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {
     const Expected<std::vector<Part>> parts = meshParts(node);
     if (!parts) return tl::unexpected(parts.error());
     const Expected<std::vector<Instance>> places = instances(node);
     if (!places) return tl::unexpected(places.error());
     if (places->empty()) addParts(*parts, placed);
-    for (std::size_t i = 0; i < places->size(); ++i) {
+    for (const std::size_t i : withoutGlyphs(*parts, *places, placed)) {
         const Instance& instance = (*places)[i];
         proto::scene::Node* child = placed.add_node();
         child->set_name(fmt::format("instance {}", i));

@@ -77,6 +77,10 @@ private:
     /// Empty: the node has none, and its mesh is at the node itself.
     Expected<std::vector<Instance>> instances(const tinygltf::Node& node);
     static void addParts(const std::vector<Part>& parts, proto::scene::Node& node);
+    /// Glyphs for as many places as can be some, where there are very many; the others.
+    [[nodiscard]] std::vector<std::size_t> withoutGlyphs(const std::vector<Part>& parts,
+                                                         const std::vector<Instance>& places,
+                                                         proto::scene::Node& placed);
     /// The node's mesh, at each of its places.
     Expected<void> addMesh(const tinygltf::Node& node, proto::scene::Node& placed);
 

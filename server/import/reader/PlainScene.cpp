@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/base/Utf8.h"
 #include "common/geometry/Points.h"
 #include "common/geometry/TriangleOrder.h"
 #include "common/math/Decompositions.h"
@@ -90,8 +91,9 @@ void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const Read
 
 std::string foreignName(std::string_view name, const char* otherwise) {
     std::string text(name.substr(0, name.find('\0')));
+    const bool isOurs = isUtf8(text);
     for (char& c : text)
-        if (static_cast<unsigned char>(c) >= 0x80) c = '_';
+        if (!isOurs && static_cast<unsigned char>(c) >= 0x80) c = '_';
     return text.empty() ? otherwise : text;
 }
 

@@ -48,7 +48,8 @@ struct PlainScene {
     void addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits);
 };
 
-/// Names in old formats may be in any encoding; ours are UTF-8. `otherwise`: of what has none.
+/// Names in old formats may be in any encoding: of those that are not UTF-8, as ours are, ASCII stays. `otherwise`: of
+/// what has none.
 [[nodiscard]] std::string foreignName(std::string_view name, const char* otherwise);
 
 void setTransform(proto::scene::Transform& message, const Vec3d& translation, const Quatd& rotation,

@@ -30,6 +30,33 @@ Vec3d lightColor(const UsdComposedPrim& prim) {
     return Vec3d::Ones();
 }
 
+/// Of a black body, linear Rec. 709, of luminance 1, no channel below 0: Planck's law seen by the CIE's observer of
+/// 1931, as Wyman, Sloan and Shirley fitted it (Simple Analytic Approximations to the CIE XYZ Color Matching Functions,
+/// 2013).
+Vec3d blackBodyColor(double kelvin) {
+    struct Lobe {
+        int channel;
+        double height, middle, below, above;  ///< nanometres
+    };
+    static constexpr Lobe kLobes[] = {{0, 0.362, 442.0, 16.0, 26.7},  {0, 1.056, 599.8, 37.9, 31.0},
+                                      {0, -0.065, 501.1, 20.4, 26.2}, {1, 0.821, 568.8, 46.9, 40.5},
+                                      {1, 0.286, 530.9, 16.3, 31.1},  {2, 1.217, 437.0, 11.8, 36.0},
+                                      {2, 0.681, 459.0, 26.0, 13.8}};
+    constexpr double kSecondRadiation = 1.438776877e7;  // nm K
+    Vec3d seen = Vec3d::Zero();
+    for (int nm = 380; nm <= 780; nm += 5) {
+        const double power = std::pow(nm / 560.0, -5) / std::expm1(kSecondRadiation / (nm * kelvin));
+        for (const Lobe& lobe : kLobes) {
+            const double off = (nm - lobe.middle) / (nm < lobe.middle ? lobe.below : lobe.above);
+            seen[lobe.channel] += power * lobe.height * std::exp(-0.5 * off * off);
+        }
+    }
+    Mat3d rgb_T_xyz;
+    rgb_T_xyz << 3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108, 0.0415560, 0.0556434, -0.2040259, 1.0572252;
+    const Vec3d color = (rgb_T_xyz * (seen / seen.y())).cwiseMax(0);
+    return color / color.dot(Vec3d(0.2126, 0.7152, 0.0722));
+}
+
 template <typename Message>
 void setLight(Message& message, const Vec3d& color, double intensity) {
     message.mutable_color()->set_r(static_cast<float>(color.x()));
@@ -52,7 +79,9 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
             remarks_.add("lights that change over time shine as they do first", prim.path());
     const double said = lightNumber(prim, "intensity", type == "DistantLight" ? 50000 : 1) *
                         std::exp2(std::clamp(lightNumber(prim, "exposure", 0), -60.0, 60.0));
-    const Vec3d color = lightColor(prim);
+    Vec3d color = lightColor(prim);
+    if (lightNumber(prim, "enableColorTemperature", 0) != 0)
+        color = color.cwiseProduct(blackBodyColor(std::clamp(lightNumber(prim, "colorTemperature", 6500), 1e3, 1e4)));
     if (!(said >= 0 && said <= kUtmostRadiance)) {
         remarks_.add("lights whose intensity is no number from 0 to 1e15 are left out", prim.path());
         return true;
@@ -62,8 +91,6 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
     const auto length = [&](const char* name, double otherwise) {
         return std::clamp(std::abs(lightNumber(prim, name, otherwise)) * scale, 0.0, 1e9);
     };
-    if (lightNumber(prim, "enableColorTemperature", 0) != 0)
-        remarks_.add("colour temperatures of lights are left out", prim.path());
     const auto lit = [&](double intensity, bool directional) {
         if (inside.hidden) return;
         lights_.push_back(

@@ -77,8 +77,8 @@ private:
         std::size_t nodes = 0;
         Box bounds;
     };
-    /// Its shape, where it is simple enough for one.
-    [[nodiscard]] std::optional<proto::scene::Glyphs> glyphOf(const proto::scene::Definition& definition) const;
+    /// Its shapes, where they are simple enough for glyphs; none: they are not.
+    [[nodiscard]] std::vector<proto::scene::Glyphs> glyphsOf(const proto::scene::Definition& definition) const;
     Expected<Prototype> prototype(const std::string& path, const Above& inside);
 
     UsdStage& stage_;

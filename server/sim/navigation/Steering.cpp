@@ -48,8 +48,9 @@ Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& 
     if (wish.deed == Deed::kFit && wish.node && !scene.get<Node>(wish.node))
         return fail(ErrorCode::kNotFound, fmt::format("there is no node #{}", wish.node.value));
     const std::size_t bookmark = wish.bookmark - 1;
-    if (wish.deed == Deed::kGoToBookmark && (bookmark >= kBookmarks || !around_.view.bookmarks()[bookmark]))
-        return fail(ErrorCode::kNotFound, fmt::format("nobody has kept a bookmark {}", wish.bookmark));
+    Expected<View> goal = *now;
+    if (wish.deed == Deed::kGoToBookmark) goal = around_.view.bookmark(scene, bookmark);
+    if (!goal) return tl::unexpected(goal.error());
     wanted_ = true;
     if (wish.mode) navigator_.setMode(*wish.mode);
     switch (wish.deed) {
@@ -66,7 +67,7 @@ Expected<void> Steering::asked(std::uint64_t application, const NavigationWish& 
             break;
         }
         case Deed::kGoToBookmark:
-            navigator_.goTo(*around_.view.bookmarks()[bookmark]);
+            navigator_.goTo(*goal);
             break;
         case Deed::kKeepBookmark:
             around_.view.keepBookmark(bookmark, *now);
@@ -202,8 +203,9 @@ NavigationScene Steering::scene() {
         return home ? std::optional(*home) : std::nullopt;
     };
     asked.homeKnown = [&source] { return source.homeKnown(); };
-    asked.bookmark = [&source](std::size_t number) -> std::optional<View> {
-        return number < source.bookmarks().size() ? source.bookmarks()[number] : std::nullopt;
+    asked.bookmark = [&simulation, &source](std::size_t number) -> std::optional<View> {
+        const Expected<View> view = source.bookmark(simulation.scene(), number);
+        return view ? std::optional(*view) : std::nullopt;
     };
     asked.keepBookmark = [&source](std::size_t number, const View& view) { source.keepBookmark(number, view); };
     return asked;

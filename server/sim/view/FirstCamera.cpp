@@ -11,11 +11,6 @@
 namespace tessera {
 namespace {
 
-bool isEnabledCamera(const Aspect& scene, const Node& node) {
-    const Camera* camera = scene.coreOf<Camera>(node);
-    return camera && camera->enabled;
-}
-
 std::size_t indexOf(const Node& parent, ObjectId child) {
     return parent.children.indexOf(child);
 }
@@ -28,7 +23,14 @@ void FirstCamera::update(const Aspect& scene, const ChangeList* list) {
     else if (const bool others = noteBearers(scene, *list); !others && !concerns(scene, *list))
         return;
     watch(scene);
-    first_ = watched_.contains(kRootNode) ? firstBelow(scene, kRootNode) : ObjectId();
+    first_ = watched_.contains(kRootNode)
+                 ? findBelow(scene, kRootNode, [&](const Node& node) { return scene.coreOf<Camera>(node)->enabled; })
+                 : ObjectId();
+}
+
+ObjectId FirstCamera::numbered(const Aspect& scene, std::size_t number) const {
+    if (!watched_.contains(kRootNode)) return {};
+    return findBelow(scene, kRootNode, [&](const Node&) { return number-- == 0; });
 }
 
 void FirstCamera::findBearers(const Aspect& scene) {
@@ -98,11 +100,11 @@ void FirstCamera::watch(const Aspect& scene) {
     }
 }
 
-/// In document order through what is watched and shown; none where no camera is. The tree's depth bounds the recursion.
-ObjectId FirstCamera::firstBelow(const Aspect& scene, ObjectId id) {
+// The tree's depth bounds the recursion.
+ObjectId FirstCamera::findBelow(const Aspect& scene, ObjectId id, const std::function<bool(const Node&)>& isIt) const {
     ++visited_;
     const Node& node = *scene.get<Node>(id);
-    if (isEnabledCamera(scene, node)) return id;
+    if (scene.coreOf<Camera>(node) && isIt(node)) return id;
     std::vector<std::pair<std::size_t, ObjectId>> children;
     for (const ObjectId child : watched_.at(id)) children.emplace_back(0, child);
     const auto some = seenChildren(node.core ? scene.find(node.core) : Object(), node.children.size());
@@ -112,7 +114,7 @@ ObjectId FirstCamera::firstBelow(const Aspect& scene, ObjectId id) {
         std::erase_if(children, [&](const auto& child) { return !std::ranges::binary_search(*some, child.first); });
     std::ranges::sort(children);
     for (const auto& [index, child] : children)
-        if (const ObjectId found = firstBelow(scene, child)) return found;
+        if (const ObjectId found = findBelow(scene, child, isIt)) return found;
     return {};
 }
 

@@ -1,7 +1,8 @@
-/// The camera in use: the first enabled one in document order, followed through the scene's lists.
+/// The camera in use: the first enabled one in document order, followed through the scene's lists; and those after it.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -21,6 +22,9 @@ public:
 
     /// The node that bears it; none: no camera is enabled and shown.
     [[nodiscard]] ObjectId node() const { return first_; }
+    /// The camera of that number, from 0, enabled or not; none: fewer are shown. Costs as much as there are watched
+    /// nodes.
+    [[nodiscard]] ObjectId numbered(const Aspect& scene, std::size_t number) const;
     /// Nodes looked at since the beginning, to find bearers or the first of them.
     [[nodiscard]] std::uint64_t nodesVisited() const { return visited_; }
 
@@ -31,7 +35,9 @@ private:
     /// Whether another camera may be the first, the bearers being the same.
     [[nodiscard]] bool concerns(const Aspect& scene, const ChangeList& list) const;
     void watch(const Aspect& scene);
-    [[nodiscard]] ObjectId firstBelow(const Aspect& scene, ObjectId id);
+    /// In document order through what is watched and shown, until `isIt` says of a camera's node that it is.
+    [[nodiscard]] ObjectId findBelow(const Aspect& scene, ObjectId id,
+                                     const std::function<bool(const Node&)>& isIt) const;
 
     std::unordered_set<ObjectId> bearers_;  ///< in the tree or not, enabled or not
     /// Bearers and all nodes above them → the watched ones among their children, in any order.
@@ -40,7 +46,7 @@ private:
     std::unordered_map<ObjectId, std::size_t> switchNodes_;
     std::unordered_set<ObjectId> switchCores_;
     ObjectId first_;
-    std::uint64_t visited_ = 0;
+    mutable std::uint64_t visited_ = 0;
 };
 
 }  // namespace tessera

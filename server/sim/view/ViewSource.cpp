@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 /// The rigid part of a camera node's pose; scale on the way to the camera is not the camera's.
-Expected<std::optional<View>> viewOf(const Aspect& scene, ObjectId node, const Camera& camera) {
+Expected<View> viewOf(const Aspect& scene, ObjectId node, const Camera& camera) {
     const Affine3d world_T_camera = worldTransform(scene, node);
     if (!world_T_camera.matrix().allFinite())
         return fail(ErrorCode::kBadInput,
@@ -36,10 +36,8 @@ ViewSource::ViewSource(const Wall& wall, const std::string& cameraPath, FirstVie
 }
 
 void ViewSource::update(const Aspect& scene, const ChangeList* list) {
-    if (named_)
-        named_->update(scene, list);
-    else
-        first_.update(scene, list);
+    if (named_) named_->update(scene, list);
+    first_.update(scene, list);
     camera_ = cameraView(scene);
 }
 
@@ -129,6 +127,15 @@ void ViewSource::letGo() {
     if (!override_) return;
     override_.reset();
     ++version_;
+}
+
+Expected<View> ViewSource::bookmark(const Aspect& scene, std::size_t number) const {
+    if (number < bookmarks_.size() && bookmarks_[number]) return *bookmarks_[number];
+    const ObjectId node = number < bookmarks_.size() ? first_.numbered(scene, number) : ObjectId();
+    if (!node)
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("nobody has kept a bookmark {0}, and the scene has no camera {0}", number + 1));
+    return viewOf(scene, node, *scene.coreOf<Camera>(*scene.get<Node>(node)));
 }
 
 void ViewSource::keepBookmark(std::size_t number, const View& stand) {

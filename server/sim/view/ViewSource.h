@@ -18,7 +18,8 @@
 
 namespace tessera {
 
-/// Places that people keep, 1 to 9. Their users do not count.
+/// Places that people keep, 1 to 9. Their users do not count. Where nobody has kept one, the scene's camera of that
+/// number in document order stands for it, enabled or not.
 using Bookmarks = std::array<std::optional<View>, 9>;
 
 /// Where a wall stands that nobody has moved and no camera leads. kOfScene: where all of the scene is seen; kOfWall:
@@ -81,7 +82,8 @@ public:
     /// The scene's camera counts again.
     void letGo();
 
-    [[nodiscard]] const Bookmarks& bookmarks() const { return bookmarks_; }
+    /// `number` from 0. Fails where nobody has kept one, and the scene has fewer cameras or none that stands soundly.
+    [[nodiscard]] Expected<View> bookmark(const Aspect& scene, std::size_t number) const;
     /// `number` from 0. What checkStand refuses is not kept.
     void keepBookmark(std::size_t number, const View& stand);
 

@@ -31,6 +31,7 @@ Glyphs someGlyphs(Random& random, std::size_t count) {
     g.shape = static_cast<std::int64_t>(below(random, 3));
     g.size = 0.5;
     if (!oneIn(random, 3)) g.vectors = numbers(3, -2, 2);
+    if (oneIn(random, 3)) g.turns = numbers(4, -3, 3);
     if (!oneIn(random, 3)) g.scalars = numbers(1, -0.2, 3);
     g.lengthBy = static_cast<std::int64_t>(below(random, 3));
     g.widthBy = static_cast<std::int64_t>(below(random, 3));
@@ -80,6 +81,11 @@ TEST(Glyphs, AreOnScreensWhatTheirFieldsSay) {
             EXPECT_FLOAT_EQ(copy.length, shown ? static_cast<float>(length) : 0.0F);
             const Quatd turn(copy.turn[3], copy.turn[0], copy.turn[1], copy.turn[2]);
             EXPECT_NEAR(turn.norm(), 1, 1e-6);
+            if (const std::span<const float> said = g.turns.as<float>(); !said.empty()) {
+                const Quatd own(said[4 * i + 3], said[4 * i], said[4 * i + 1], said[4 * i + 2]);
+                EXPECT_LT((turn.coeffs() - own.normalized().coeffs()).norm(), 1e-6);
+                continue;
+            }
             Vec3d direction = Vec3d::UnitY();
             if (const std::span<const float> v = g.vectors.as<float>(); !v.empty())
                 direction = Vec3f(v[3 * i], v[3 * i + 1], v[3 * i + 2]).cast<double>().normalized();
@@ -142,6 +148,9 @@ TEST(Glyphs, ForRaysEachIsTheBoxAroundItsShape) {
         const Glyphs g = someGlyphs(random, count);
         const Drawable drawable = drawableOf(Object::of(g));
         EXPECT_TRUE(drawable.meetsNobody());
+        EXPECT_EQ(drawable.triangleCount(), triangleCount(onScreens(g))) << "without making any";
+        EXPECT_EQ(drawable.bounds().lower, shownBounds(drawable.arrays()).lower);
+        EXPECT_EQ(drawable.bounds().upper, shownBounds(drawable.arrays()).upper);
         const MeshArrays boxes = drawable.arrays();
         ASSERT_TRUE(checkMesh(boxes));
         ASSERT_EQ(triangleCount(boxes), 12 * count);
@@ -202,6 +211,14 @@ TEST(Glyphs, WhatDoesNotFitIsRefusedInWords) {
                   g.vectors = glyphBlob<float>({1, 2, 3, 4, NAN, 6});
               }),
               "the vector of glyph 1 is nan: it has to be from -1e30 to 1e30");
+    EXPECT_EQ(problem([](Glyphs& g) {
+                  g.turns = glyphBlob<float>({0, 0, 0, 1});
+              }),
+              "turns has 16 bytes: 2 glyphs have 32 of 16 each, or none at all");
+    EXPECT_EQ(problem([](Glyphs& g) {
+                  g.turns = glyphBlob<float>({0, 0, 0, 1, 0, 0, 0, 0});
+              }),
+              "the turn of glyph 1 is 0, 0, 0, 0, which is no turn");
     EXPECT_EQ(problem([](Glyphs& g) { g.low = 2; }), "low is 2 and high 1: colours need low below high");
     EXPECT_EQ(problem([](Glyphs& g) { g.positions = glyphBlob(std::vector<float>(3 * 1'000'001)); }),
               "1000001 glyphs, at most 1000000 are allowed");

@@ -223,6 +223,23 @@ TEST(StlFiles, AFacetOfMoreThanThreeCornersIsShownWhole) {
 }
 
 // Assimp joins what is nearer than 1e-5 to each other.
+/// Names in UTF-8 stay; of those in an older encoding nobody knows which letters they are.
+TEST(ObjFiles, KeepTheirNamesInUtf8) {
+    const auto nameOfFirst = [](const std::string& name) {
+        const Scratch scratch;
+        Expected<ImportedScene> scene = importScene(
+            scratch.write("a.obj", "o " + name + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), kRootNode, importOptions());
+        EXPECT_TRUE(scene) << messageOf(scene);
+        if (!scene) return std::string();
+        const ImportedAspect aspect(std::move(*scene));
+        for (const std::string& wanted : {std::string("Geh\xc3\xa4use"), std::string("Geh_use")})
+            if (findNode(*aspect, "/a/" + wanted)) return wanted;
+        return std::string();
+    };
+    EXPECT_EQ(nameOfFirst("Geh\xc3\xa4use"), "Geh\xc3\xa4use");
+    EXPECT_EQ(nameOfFirst("Geh\xe4use"), "Geh_use");
+}
+
 TEST(ObjFiles, VerticesThatDifferStayApartHoweverSmallTheModelIs) {
     constexpr int kSide = 5;
     for (const double spacing : {1.0, 1e-4, 1e-5, 1e-6, 1e-8, 1e6}) {

@@ -1,8 +1,10 @@
 // What USD's prims become: shapes, meshes and their values, places, materials, lights, motion.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "common/cores/Animation.h"
 #include "common/cores/Camera.h"
@@ -14,6 +16,10 @@
 #include "common/cores/SpotLight.h"
 #include "common/cores/SubdivisionSurface.h"
 #include "common/cores/Switch.h"
+#include "common/drawable/Drawable.h"
+#include "common/drawable/GlyphArrays.h"
+#include "common/geometry/MeshCopies.h"
+#include "tests/property/Seeds.h"
 #include "tests/unit/import/UsdFixture.h"
 
 namespace tessera {
@@ -222,9 +228,71 @@ TEST(UsdInstancer, OfVeryManyPlacesOfASmallMeshIsGlyphs) {
     const auto glyphs = scene.all<Glyphs>();
     ASSERT_EQ(glyphs.size(), 1u);
     EXPECT_EQ(glyphs.front()->positions.sizeBytes() / 12, 10'000u);
+    EXPECT_TRUE(glyphs.front()->turns.empty());
     EXPECT_EQ(scene.all<Geometry>().size(), 1u) << "those that no glyph can stand for share a mesh";
     EXPECT_TRUE(scene.has("/I/instance 1"));
     EXPECT_FALSE(scene.has("/I/instance 2"));
+}
+
+/// Trees of two meshes, turned freely, higher or wider or slimmer: each corner of each where USD's formula puts it.
+TEST(UsdInstancer, GlyphsStandAsTheirPlacesSay) {
+    constexpr std::size_t kPlaces = 12'000;
+    Random random(11);
+    const auto number = [&](double low, double high) {
+        return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+    };
+    std::string indices, positions, scales, orientations;
+    std::vector<Quatd> turns;
+    std::vector<Vec3d> sizes;
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+        indices += "0,";
+        positions += fmt::format("({}, {}, 0),", i, i % 7);
+        turns.push_back(Quatd(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1)).normalized());
+        const Vec4d q = turns.back().coeffs();
+        orientations += fmt::format("({}, {}, {}, {}),", q[3], q[0], q[1], q[2]);
+        const double size = static_cast<float>(number(0.5, 2)), odd = static_cast<float>(number(0.5, 2));
+        sizes.push_back(Vec3d::Constant(size));
+        if (i % 4 < 3) sizes.back()[static_cast<Eigen::Index>(i % 4)] = odd;
+        scales += fmt::format("({}, {}, {}),", sizes[i].x(), sizes[i].y(), sizes[i].z());
+    }
+    const auto mesh = [](const char* name, const std::string& points, const char* place) {
+        return fmt::format(
+            "def Mesh \"{}\" {{ int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n "
+            "uniform token subdivisionScheme = \"none\"\n point3f[] points = [{}]\n {} }}\n",
+            name, points, place);
+    };
+    const UsdScene scene(
+        "def PointInstancer \"I\" {\n int[] protoIndices = [" + indices + "]\n point3f[] positions = [" + positions +
+        "]\n quatf[] orientationsf = [" + orientations + "]\n float3[] scales = [" + scales +
+        "]\n rel prototypes = [</I/P>]\n def Xform \"P\" {\n" + mesh("Trunk", "(0, 0, 0), (1, 0, 0), (0, 1, 0)", "") +
+        mesh("Leaves", "(0, 0, 0), (2, 0, 0), (0, 0, 3)",
+             "double3 xformOp:translate = (0, 5, 0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]") +
+        "} }\n");
+    EXPECT_TRUE(scene.all<Geometry>().empty());
+    const std::array<std::array<Vec3d, 3>, 2> parts = {
+        std::array<Vec3d, 3>{Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(0, 1, 0)},
+        std::array<Vec3d, 3>{Vec3d(0, 5, 0), Vec3d(2, 5, 0), Vec3d(0, 5, 3)}};
+    std::array<std::size_t, 2> seen{};
+    for (const Glyphs* glyphs : scene.all<Glyphs>()) {
+        const MeshArrays arrays = drawableOf(Object::of(*glyphs)).at(kGlyphsOnScreens).arrays();
+        const std::span<const float> corners = arrays.positions.as<float>();
+        ASSERT_EQ(corners.size(), 9u);
+        const std::size_t part = std::abs(Vec3f(corners[0], corners[1], corners[2]).norm()) < 1e-6F ? 0 : 1;
+        for (const MeshCopy& copy : arrays.copies.as<MeshCopy>()) {
+            const auto i = static_cast<std::size_t>(std::lround(copy.place[0]));
+            ++seen[part];
+            const Quatd turn(copy.turn[3], copy.turn[0], copy.turn[1], copy.turn[2]);
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                const float* const p = &corners[3 * corner];
+                const Vec3d at = Vec3d(copy.place[0], copy.place[1], copy.place[2]) +
+                                 turn * Vec3d(copy.width * p[0], copy.length * p[1], copy.width * p[2]);
+                const Vec3d expected = Vec3d(static_cast<double>(i), static_cast<double>(i % 7), 0) +
+                                       turns[i] * sizes[i].cwiseProduct(parts[part][corner]);
+                ASSERT_LT((at - expected).norm(), 1e-5) << "place " << i << ", part " << part;
+            }
+        }
+    }
+    EXPECT_EQ(seen, (std::array<std::size_t, 2>{kPlaces, kPlaces}));
 }
 
 TEST(UsdMaterial, HasItsPicturesAndTheirPlaces) {
@@ -349,6 +417,29 @@ def Camera "Eye" { float focalLength = 35
     ASSERT_EQ(scene.all<Environment>().size(), 1u);
     EXPECT_EQ(scene.all<Environment>().front()->sky, Vec3f(0.5F, 0.5F, 0.5F));
     EXPECT_EQ(scene.all<Camera>().size(), 1u);
+}
+
+/// Chromaticities of CIE 15:2004: illuminant A; Planck's of 6500 K and of 10,000 K (Wyszecki and Stiles, Color
+/// Science).
+TEST(UsdLights, HaveTheColoursOfTheirTemperatures) {
+    struct Known {
+        double kelvin, x, y;
+    };
+    Mat3d xyz_T_rgb;
+    xyz_T_rgb << 0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522, 0.0721750, 0.0193339, 0.1191920, 0.9503041;
+    for (const Known& known : {Known{2856, 0.4476, 0.4074}, Known{6500, 0.3135, 0.3237}, Known{10000, 0.2807, 0.2884},
+                               Known{99999, 0.2807, 0.2884}}) {
+        const UsdScene scene(
+            fmt::format("def Sphere \"S\" {{}}\ndef DistantLight \"Sun\" {{ bool inputs:enableColorTemperature = 1\n "
+                        "float inputs:colorTemperature = {} }}\n",
+                        known.kelvin));
+        const auto suns = scene.all<DirectionalLight>();
+        ASSERT_EQ(suns.size(), 1u);
+        const Vec3d seen = xyz_T_rgb * suns.front()->color.cast<double>();
+        EXPECT_NEAR(seen.x() / seen.sum(), known.x, 0.005) << known.kelvin;
+        EXPECT_NEAR(seen.y() / seen.sum(), known.y, 0.005) << known.kelvin;
+        EXPECT_NEAR(seen.y(), 1, 1e-3) << "as bright as without";
+    }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 
+#include "common/cores/Camera.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/navigation/Steering.h"
 #include "tests/unit/sim/SceneForTests.h"
@@ -299,9 +300,48 @@ TEST(Steering, BookmarksAreInWhatAServerGoesOnFrom) {
     yard.frames(10);
     EXPECT_GT(yard.view.version(), version) << "a journal hears of a flight";
     next.view.goOnFrom(yard.view.state());
-    ASSERT_TRUE(next.view.bookmarks()[8]);
-    EXPECT_EQ(next.view.bookmarks()[8]->position, Vec3d(0, 0.5, 0));
+    const Expected<View> kept = next.view.bookmark(next.simulation.scene(), 8);
+    ASSERT_TRUE(kept);
+    EXPECT_EQ(kept->position, Vec3d(0, 0.5, 0));
     EXPECT_EQ(next.now().position, yard.now().position);
+}
+
+/// As a file's viewpoints are: the first is where the wall begins, the others are not enabled.
+TEST(Steering, CamerasOfTheSceneAreTheBookmarksThatNobodyHasKept) {
+    Yard yard(2);
+    ListMaker make;
+    const auto camera = [&](const char* name, const Vec3d& place, bool enabled) {
+        const ObjectId lens = make.create<Camera>();
+        setField<&Camera::enabled>(make.builder, lens, enabled);
+        (void)make.node(name, make.node("", kRootNode, make.transform(place)), lens);
+    };
+    camera("gate", Vec3d(1, 2, 3), true);
+    camera("roof", Vec3d(0, 9, 0), false);
+    yard.frames(1, {Edit{.list = make.builder.take()}});
+    using Deed = NavigationWish::Deed;
+    const auto goTo = [&](std::uint32_t number) {
+        const Expected<void> went = yard.steering.asked(1, {.deed = Deed::kGoToBookmark, .bookmark = number});
+        return went ? std::string() : went.error().message;
+    };
+    EXPECT_EQ(goTo(2), "");
+    yard.seconds(5);
+    EXPECT_TRUE(yard.now().position.isApprox(Vec3d(0, 9, 0), 1e-6)) << yard.now().position.transpose();
+    InputState keys;
+    yard.steering.received("only", {keys});
+    yard.frames(1);
+    keys.ask(InputAction::kGoTo1);
+    yard.steering.received("only", {keys});
+    yard.seconds(5);
+    EXPECT_TRUE(yard.now().position.isApprox(Vec3d(1, 2, 3), 1e-6)) << yard.now().position.transpose();
+    EXPECT_EQ(goTo(3), "nobody has kept a bookmark 3, and the scene has no camera 3");
+    EXPECT_EQ(goTo(10), "nobody has kept a bookmark 10, and the scene has no camera 10");
+    // What somebody keeps counts before what a file says.
+    EXPECT_TRUE(yard.steering.asked(1, {.deed = Deed::kKeepBookmark, .bookmark = 2}));
+    EXPECT_EQ(goTo(1), "");
+    yard.seconds(5);
+    EXPECT_EQ(goTo(2), "");
+    yard.seconds(5);
+    EXPECT_TRUE(yard.now().position.isApprox(Vec3d(1, 2, 3), 1e-6)) << yard.now().position.transpose();
 }
 
 /// In the middle of the wall, whose user looks at the sheet.

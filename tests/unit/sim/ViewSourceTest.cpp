@@ -47,6 +47,17 @@ Seen firstByWalking(const Aspect& scene) {
     return seen;
 }
 
+std::vector<ObjectId> allByWalking(const Aspect& scene) {
+    std::vector<ObjectId> all;
+    Action action;
+    action.on<Camera>([&](const Visit& visit, const Camera&) {
+        all.push_back(visit.nodeId);
+        return Descend::kInto;
+    });
+    action.run(scene);
+    return all;
+}
+
 bool sameBits(const View& view, const Seen& seen) {
     const Vec3d position = seen.world.translation();
     const Quatd orientation = Quatd(seen.world.rotation()).normalized();
@@ -56,7 +67,7 @@ bool sameBits(const View& view, const Seen& seen) {
 }
 
 TEST(ViewSource, TheFirstCameraIsTheOneThatAWalkFindsAfterAnyHistory) {
-    std::size_t cameras = 0, none = 0, several = 0, changes = 0;
+    std::size_t cameras = 0, none = 0, several = 0, changes = 0, many = 0;
     forSeeds(30, [&](Random& random) {
         RandomTree tree(random);
         ViewSource eachList(oneScreen(), ""), eachFrame(oneScreen(), "");
@@ -69,6 +80,11 @@ TEST(ViewSource, TheFirstCameraIsTheOneThatAWalkFindsAfterAnyHistory) {
                 eachList.update(tree.scene(), oneIn(random, 30) ? nullptr : list.get());
                 const Seen seen = firstByWalking(tree.scene());
                 ASSERT_EQ(eachList.firstCamera().node(), seen.node) << "frame " << frame;
+                std::vector<ObjectId> all = allByWalking(tree.scene());
+                many += all.size() > 1;
+                all.push_back({});
+                for (std::size_t i = 0; i < all.size(); ++i)
+                    ASSERT_EQ(eachList.firstCamera().numbered(tree.scene(), i), all[i]) << "frame " << frame;
                 if (seen.node) {
                     ASSERT_TRUE(sameBits(eachList.view(tree.scene()).value(), seen)) << "frame " << frame;
                 }
@@ -92,6 +108,7 @@ TEST(ViewSource, TheFirstCameraIsTheOneThatAWalkFindsAfterAnyHistory) {
     EXPECT_GT(none, 100u);
     EXPECT_GT(several, 15u);
     EXPECT_GT(changes, 200u);
+    EXPECT_GT(many, 200u);
 }
 
 TEST(ViewSource, TheNamedNodeIsTheOneThatTheSceneSaysAfterAnyHistory) {
