@@ -8,6 +8,7 @@
 
 #include "common/math/Compose.h"
 #include "server/import/reader/GltfReader.h"
+#include "server/import/reader/GlyphShape.h"
 
 namespace tessera {
 namespace {
@@ -80,6 +81,20 @@ Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Nod
     const Expected<std::vector<Instance>> places = instances(node);
     if (!places) return tl::unexpected(places.error());
     if (places->empty()) addParts(*parts, placed);
+    // Files of our own have glyphs so.
+    if (scene_.file.by_tessera() && parts->size() == 1 && !places->empty()) {
+        const auto place = [](const Instance& i) { return GlyphPlace{i.translation, i.rotation, i.scale}; };
+        const bool fit = std::ranges::all_of(*places, isGlyphPlace, place);
+        auto glyphs =
+            fit ? glyphsOf(scene_, parts->front().mesh, parts->front().material, Affine3d::Identity()) : std::nullopt;
+        if (glyphs && places->size() <= mostPlacesOf(*glyphs)) {
+            for (const Instance& instance : *places) tessera::addPlace(*glyphs, place(instance));
+            proto::scene::Node* child = placed.add_node();
+            child->set_name("part 0");
+            *child->mutable_glyphs() = *std::move(glyphs);
+            return {};
+        }
+    }
     for (std::size_t i = 0; i < places->size(); ++i) {
         const Instance& instance = (*places)[i];
         proto::scene::Node* child = placed.add_node();

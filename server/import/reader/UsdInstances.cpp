@@ -8,11 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <set>
 
 #include "common/math/Compose.h"
+#include "server/import/reader/GlyphShape.h"
 #include "server/import/reader/UsdReader.h"
 
 namespace tessera {
@@ -40,6 +40,7 @@ struct InstancePlaces {
         const Quatd q(orientations[4 * i + 3], orientations[4 * i], orientations[4 * i + 1], orientations[4 * i + 2]);
         return q.coeffs().allFinite() && q.norm() > 1e-6 ? q.normalized() : Quatd::Identity();
     }
+    [[nodiscard]] GlyphPlace place(std::size_t i) const { return {position(i), orientation(i), scale(i)}; }
     [[nodiscard]] Vec3d scale(std::size_t i) const {
         if (scales.empty()) return Vec3d::Ones();
         const Vec3d s(scales[3 * i], scales[3 * i + 1], scales[3 * i + 2]);
@@ -49,41 +50,22 @@ struct InstancePlaces {
 
 /// As many are worth a node each.
 constexpr std::size_t kMostNodes = 10'000;
-// common/drawable/GlyphArrays.h and MeshLimits say what a core of them may have.
-constexpr std::size_t kMostGlyphsOfACore = 1'000'000, kMostGlyphVertices = 1024, kMostGlyphTriangles = 2048,
-                      kMostTrianglesOfACore = 64'000'000;
-
-/// Whether a glyph, whose Y axis is turned the shortest way to its vector, stands as this place does.
-bool isGlyphPlace(const InstancePlaces& places, std::size_t i) {
-    const Vec3d scale = places.scale(i);
-    if (scale.x() != scale.z() || !(scale.minCoeff() > 0)) return false;
-    const Quatd turn = places.orientation(i);
-    const Quatd shortest = Quatd::FromTwoVectors(Vec3d::UnitY(), turn * Vec3d::UnitY());
-    return std::abs(turn.dot(shortest)) > 1 - 1e-6;
-}
 
 /// Without those that are glyphs now: what is left to be nodes is `shown`.
 void addGlyphs(InstancePlaces& places, std::size_t prototype, const proto::scene::Glyphs& shape,
-               const std::function<proto::scene::Node*()>& make) {
-    const std::size_t triangles = std::max<std::size_t>(static_cast<std::size_t>(shape.shape_indices_size()) / 3, 1);
-    const std::size_t most = std::min(kMostGlyphsOfACore, kMostTrianglesOfACore / triangles);
+               const std::function<proto::scene::Node*(std::size_t first)>& make) {
+    const std::size_t most = mostPlacesOf(shape);
     proto::scene::Glyphs* glyphs = nullptr;
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i] || static_cast<std::size_t>(places.prototypes[i]) != prototype || !places.stands(i) ||
-            !isGlyphPlace(places, i))
+            !isGlyphPlace(places.place(i)))
             continue;
         if (glyphs == nullptr || static_cast<std::size_t>(glyphs->scalars_size()) >= most) {
-            proto::scene::Node& node = *make();
-            node.set_name(fmt::format("instances {}", i));
-            glyphs = node.mutable_glyphs();
+            glyphs = make(i)->mutable_glyphs();
             *glyphs = shape;
         }
         places.shown[i] = false;
-        const Vec3d at = places.position(i), scale = places.scale(i);
-        const Vec3d along = scale.y() * (places.orientation(i) * Vec3d::UnitY());
-        for (int axis = 0; axis < 3; ++axis) glyphs->add_positions(static_cast<float>(at[axis]));
-        for (int axis = 0; axis < 3; ++axis) glyphs->add_vectors(static_cast<float>(along[axis]));
-        glyphs->add_scalars(static_cast<float>(scale.x()));
+        addPlace(*glyphs, places.place(i));
     }
 }
 
@@ -160,55 +142,16 @@ std::optional<proto::scene::Glyphs> UsdReader::glyphOf(const proto::scene::Defin
     if (definition.node_size() != 1) return std::nullopt;
     const Node& node = definition.node(0);
     if (!node.has_geometry() || node.node_size() > 0 || node.key() != 0) return std::nullopt;
-    const auto mesh = std::ranges::find(scene_.file.mesh(), node.geometry().mesh(), &proto::scene::Mesh::name);
-    if (mesh == scene_.file.mesh().end() || mesh->primitive() != proto::scene::Mesh::TRIANGLES) return std::nullopt;
-    const auto material =
-        std::ranges::find(scene_.file.material(), node.geometry().material(), &proto::scene::Material::name);
-    if (mesh->colors_blob() != 0 ||
-        (material != scene_.file.material().end() && material->ByteSizeLong() > 0 &&
-         !(material->base_color_image() + material->normal_image() + material->metallic_roughness_image() +
-           material->occlusion_image() + material->emissive_image())
-              .empty()))
-        return std::nullopt;
-    const auto numbersIn = [&]<typename Number>(std::uint32_t blob, std::vector<Number> numbers) {
-        if (blob == 0 || blob > scene_.blobs.size()) return numbers;
-        const Bytes& bytes = scene_.blobs[blob - 1];
-        numbers.resize(bytes.size() / sizeof(Number));
-        std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
-        return numbers;
-    };
-    const std::vector<float> positions = numbersIn(mesh->positions_blob(), std::vector<float>()),
-                             normals = numbersIn(mesh->normals_blob(), std::vector<float>());
-    const std::vector<std::uint32_t> indices = numbersIn(mesh->indices_blob(), std::vector<std::uint32_t>());
-    if (positions.size() / 3 > kMostGlyphVertices || indices.size() / 3 > kMostGlyphTriangles || indices.empty())
-        return std::nullopt;
     const proto::scene::Transform& t = node.transform();
     const proto::scene::Quaternion& q = t.rotation().quaternion();
-    const Affine3d place =
+    return glyphsOf(
+        scene_, node.geometry().mesh(), node.geometry().material(),
         composeTransform(Vec3d(t.translation().x(), t.translation().y(), t.translation().z()),
                          t.has_rotation() ? Quatd(q.w(), q.x(), q.y(), q.z()) : Quatd::Identity(),
-                         t.has_scale() ? Vec3d(t.scale().x(), t.scale().y(), t.scale().z()) : Vec3d(Vec3d::Ones()));
-    if (!(place.linear().determinant() > 1e-12)) return std::nullopt;  // a mirror would turn its faces
-    const Mat3d turned = place.linear().inverse().transpose();
-    proto::scene::Glyphs glyphs;
-    glyphs.set_shape(proto::scene::Glyphs::MESH);
-    glyphs.set_size(1);
-    glyphs.set_length_by(proto::scene::Glyphs::VECTOR);
-    glyphs.set_width_by(proto::scene::Glyphs::SCALAR);
-    glyphs.set_color_by(proto::scene::Glyphs::NOTHING);
-    glyphs.set_material(node.geometry().material());
-    for (std::size_t v = 0; v + 2 < positions.size(); v += 3)
-        for (const double part : place* Vec3d(positions[v], positions[v + 1], positions[v + 2]))
-            glyphs.add_shape_positions(static_cast<float>(part));
-    for (std::size_t v = 0; v + 2 < normals.size(); v += 3) {
-        const Vec3d normal = (turned * Vec3d(normals[v], normals[v + 1], normals[v + 2])).normalized();
-        for (int axis = 0; axis < 3; ++axis) glyphs.add_shape_normals(static_cast<float>(normal[axis]));
-    }
-    for (const std::uint32_t index : indices) glyphs.add_shape_indices(index);
-    return glyphs;
+                         t.has_scale() ? Vec3d(t.scale().x(), t.scale().y(), t.scale().z()) : Vec3d(Vec3d::Ones())));
 }
 
-Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside) {
+Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes) {
     const std::vector<std::string> targets = prim.targets("prototypes");
     InstancePlaces places = instancePlacesOf(prim, remarks_);
     std::vector<Prototype> prototypes;
@@ -223,10 +166,18 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
             places.shown[i] && places.prototypes[i] >= 0 && which < prototypes.size() && places.stands(i))
             bounds_.extend(prototypes[which].bounds.transformed(
                 inside.world_T_parent * composeTransform(places.position(i), places.orientation(i), places.scale(i))));
-    for (std::size_t which = 0; which < prototypes.size() && places.count() > kMostNodes; ++which)
+    // Files of our own have glyphs so, in their node itself.
+    const bool ours = scene_.file.by_tessera();
+    const auto make = [&](std::size_t first) {
+        if (ours && !ownNodes && node.content_case() == Node::CONTENT_NOT_SET) return &node;
+        Node* const made = inside.make();
+        made->set_name(fmt::format("instances {}", first));
+        return made;
+    };
+    for (std::size_t which = 0; which < prototypes.size() && (ours || places.count() > kMostNodes); ++which)
         if (!prototypes[which].definition.empty())
             if (const auto glyph = glyphOf(scene_.file.definition(prototypes[which].number)))
-                addGlyphs(places, which, *glyph, inside.make);
+                addGlyphs(places, which, *glyph, make);
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i]) continue;
         const auto which = static_cast<std::size_t>(places.prototypes[i]);
@@ -237,10 +188,10 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
         const Prototype& prototype = prototypes[which];
         if (prototype.definition.empty()) continue;
         if (Expected<void> counted = countNodes(1 + prototype.nodes); !counted) return counted;
-        Node& node = *inside.make();
-        node.set_name(fmt::format("instance {}", i));
-        setTransform(*node.mutable_transform(), places.position(i), places.orientation(i), places.scale(i));
-        node.set_instance(prototype.definition);
+        Node& placed = *inside.make();
+        placed.set_name(fmt::format("instance {}", i));
+        setTransform(*placed.mutable_transform(), places.position(i), places.orientation(i), places.scale(i));
+        placed.set_instance(prototype.definition);
     }
     if (lost > 0)
         scene_.noteMissing(fmt::format("{}: {} of {} instances are left out, as they have no prototype or no place",
