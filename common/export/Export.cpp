@@ -1,13 +1,17 @@
 #include "common/export/Export.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <set>
 #include <sstream>
 
+#include "common/base/FileHandle.h"
 #include "common/base/LowerCase.h"
 #include "common/base/NewFile.h"
 #include "common/export/Companions.h"
@@ -97,9 +101,23 @@ const Writer* writerFor(std::string_view path) {
     return nullptr;
 }
 
+/// Saves into one folder wait for each other while it is held, so that files which belong together stay together. Where
+/// a file system has no locks nobody waits.
+FileHandle lockOfFolder(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    FileHandle handle(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    while (handle.get() >= 0 && ::flock(handle.get(), LOCK_EX) != 0 && errno == EINTR) {
+    }
+    return handle;
+}
+
 /// All are beside before the first takes its place. Those of the save before that nothing names any more go.
 Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFile>& files) {
     std::uint64_t bytes = 0;
+    // Before anybody looks into what is there: it may be a pipe.
+    const Expected<FilePlace> own = placeOfFile(path);
+    if (!own) return tl::unexpected(own.error());
+    const FileHandle lock = lockOfFolder(own->path);
     std::set<std::string> known = Companions(path).known();
     for (const LeavingFile& file : files) {
         if (known.erase(file.path) > 0 || file.path == path) continue;

@@ -78,7 +78,12 @@ std::string_view usdShapeType(const MeshArrays& arrays) {
 }
 
 std::string usdShape(const SelectedNode& node, const MeshArrays& arrays, const std::string& in, ExportNotes& notes) {
-    if (const auto* surface = node.core.as<SubdivisionSurface>()) return smoothShape(*surface, in);
+    if (const auto* surface = node.core.as<SubdivisionSurface>()) {
+        const SubdivisionSurface usual;
+        if (surface->level != usual.level || surface->creaseMethod != usual.creaseMethod)
+            notes.add("how finely, and by which rule of creases, subdivision surfaces are drawn is left out", node.id);
+        return smoothShape(*surface, in);
+    }
     const std::span<const float> positions = arrays.positions.as<float>();
     std::string text;
     std::vector<std::uint32_t> all(positions.size() / 3);

@@ -71,7 +71,6 @@ public:
         files_.files.push_back(
             {.path = leaving_.path,
              .parts = {sliceOfText(std::move(head)), sliceOfText(std::move(text_)), sliceOfText("}\n")}});
-        files_.nodes = tree_.nodes.size();
         return std::move(files_);
     }
 
@@ -88,6 +87,7 @@ private:
               std::string_view more = {}, bool says = false) {
         const std::string own = siblings.take(usdIdentifier(name)), in = usdIndent(depth);
         place_ += '/' + own;
+        ++files_.nodes;
         text_ += fmt::format("{}def {} \"{}\"", in, type, own);
         std::string said(more);
         if (says || (own != name && !name.empty()))

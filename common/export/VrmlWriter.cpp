@@ -92,7 +92,6 @@ public:
             return tl::unexpected(fits.error());
         files_.files.push_back(
             {.path = leaving_.path, .parts = {sliceOfText(std::move(head)), sliceOfText(std::move(text_))}});
-        files_.nodes = tree_.nodes.size();
         return std::move(files_);
     }
 
@@ -117,6 +116,7 @@ private:
 
     /// "DEF name ", of what has this name; VRML's own, where that is another one, is listed.
     std::string def(const std::string& name) {
+        ++files_.nodes;
         const std::string own = uniqueName(name);
         if (own != name) otherNames_.push_back(fmt::format("{}={}", own, name));
         return fmt::format("DEF {} ", own);

@@ -91,7 +91,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     if (!count) return tl::unexpected(count.error());
     if (!nodes_.hasRoomFor(*count)) return failWith(path, draft_.tooManyNodes());
     if (const Expected<void> done = placeFile(file, spot); !done) return done;
-    if (!file.isScene && draft_.drawn() == drawnBefore) {
+    if (!file.hasOwnTops && draft_.drawn() == drawnBefore) {
         // What was left away tells why.
         std::string why;
         int left = 3;

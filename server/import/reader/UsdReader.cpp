@@ -290,11 +290,16 @@ Expected<PlainScene> UsdReader::read() {
     above.parent_T_above = Affine3d(Eigen::Scaling(metersPerUnit_));
     above.world_T_parent = above.parent_T_above;
     Expected<UsdStage::Prim> top = *root;
-    scene_.file.set_by_tessera(isByTessera(stage_));
-    // All is below one prim, which is named after the file, as USD wants it.
-    if (const std::vector<std::string> names = (*root)->childNames(); scene_.file.by_tessera() && names.size() == 1)
-        top = stage_.child(**root, names.front());
-    if (!top) return tl::unexpected(top.error());
+    // Of our own files all is below one prim that is named after the file, as USD wants it, and says nothing else.
+    if (const std::vector<std::string> names = (*root)->childNames(); isByTessera(stage_) && names.size() == 1) {
+        const Expected<UsdStage::Prim> only = stage_.child(**root, names.front());
+        if (!only) return tl::unexpected(only.error());
+        const std::set<std::string> said = (*only)->propertyNames();
+        if ((*only)->specifier() == UsdPrim::Specifier::kDef && (*only)->type() == "Xform" && said.empty()) {
+            scene_.file.set_by_tessera(true);
+            top = *only;
+        }
+    }
     if (Expected<void> done = walkChildren(**top, above); !done) return tl::unexpected(done.error());
     addCameras();
     addAnimation();
