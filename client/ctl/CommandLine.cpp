@@ -451,14 +451,17 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
                      "it:\n" +
                          exportEndings())
         ->required();
-    save->add_option("--under", in.save.leaves.under,
-                     "For other programs: this node and what is below\nit alone, where it stands")
-        ->type_name("NODE");
+    const CLI::Option* under =
+        save->add_option("--under", in.save.leaves.under,
+                         "For other programs: this node and what is below\nit alone, where it stands")
+            ->type_name("NODE");
     save->add_flag("--still", in.save.leaves.still, "For other programs: without animations");
     save->add_option("--tolerance", in.save.leaves.tolerance,
                      "For other programs: how far triangles may be off\nsmooth surfaces and letters")
-        ->type_name("METRES");
-    when(save, [&]() -> Expected<Verb> {
+        ->type_name("METRES")
+        ->check(CLI::Validator(CLI::Number).description(""));
+    when(save, [&, under]() -> Expected<Verb> {
+        if (under->count() > 0 && in.save.leaves.under.empty()) return fail(ErrorCode::kUsage, kNoUnder);
         // Before the scene is fetched, not after it.
         const Expected<bool> foreign = leadsOut(in.save.file, in.save.leaves);
         if (!foreign) return tl::unexpected(foreign.error());

@@ -327,8 +327,8 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
 Expected<Answer> saveForOthers(Application& application, const verb::Save& save) {
     const Expected<ExportReport> report = exportScene(save.file, application.scene(), save.leaves);
     if (!report) return tl::unexpected(report.error());
-    Answer answer{fmt::format("{}: {} nodes, {} triangles, {} bytes, change {}\n", save.file, report->nodes,
-                              report->triangles, report->bytes, application.sequence().value),
+    Answer answer{fmt::format("{}: {} nodes, {} triangles where they stand, {} bytes, change {}\n", save.file,
+                              report->nodes, report->triangles, report->bytes, application.sequence().value),
                   {{"file", save.file},
                    {"files", report->files},
                    {"nodes", report->nodes},

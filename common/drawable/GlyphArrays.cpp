@@ -237,8 +237,9 @@ private:
         const std::span<const float, 4> said(&turns_[4 * i], 4);
         double squares = 0;
         for (const float part : said) squares += static_cast<double>(part) * static_cast<double>(part);
-        const double norm = std::sqrt(squares);
         std::array<float, 4> turn{};
+        // What is as near to 1 as single precision can be stays: written and read again it is the same.
+        const double norm = std::abs(squares - 1) < 1e-6 ? 1 : std::sqrt(squares);
         std::ranges::transform(said, turn.begin(), [&](float part) { return static_cast<float>(part / norm); });
         return turn;
     }

@@ -1,17 +1,22 @@
 #include "common/export/Export.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <set>
 #include <sstream>
 
+#include "common/base/FileHandle.h"
 #include "common/base/LowerCase.h"
 #include "common/base/NewFile.h"
 #include "common/export/Companions.h"
 #include "common/export/Formats.h"
+#include "common/export/LeavingMeshes.h"
 #include "common/scenefile/SceneFile.h"
 
 namespace tessera {
@@ -36,20 +41,23 @@ constexpr Writer kWriters[] = {
     {{.name = "glTF 2.0, text and a .bin", .endings = "gltf", .keeps = kGltfKeeps, .lost = kGltfLost}, writeGltf},
     {{.name = "USD in text, with pictures",
       .endings = "usda",
-      .keeps = "hierarchy, names (as displayName where USD allows no such), places, shared meshes as references, "
-               "subdivision surfaces as they are, materials (UsdPreviewSurface) with their images and these images' "
-               "places, lights, cameras, animations of places as time samples, lines, points, colours of vertices, "
-               "glyphs (PointInstancer)",
+      .keeps = "hierarchy, names (as displayName where USD allows no such), places, shared meshes (in full wherever "
+               "they stand, beyond 16 MiB of repeats as references), subdivision surfaces as they are, materials "
+               "(UsdPreviewSurface) with their images and these images' places, lights and which cast shadows, "
+               "cameras, animations of places as time samples, lines, points, colours of vertices, glyphs "
+               "(PointInstancer)",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), "
-              "transmission, surroundings, what glTF loses too"},
+              "transmission, tints of reflections, ranges and falloffs of lights, widths of lines, opacities of "
+              "vertices, how images are filtered, surroundings, what glTF loses too"},
      writeUsda},
     {{.name = "VRML 2.0, with pictures",
       .endings = "wrl",
-      .keeps = "hierarchy, names, places, shared meshes by DEF and USE, materials as Phong's with images of colour, "
+      .keeps = "hierarchy, names (in a WorldInfo where VRML allows no such), places, shared meshes by DEF and USE, "
+               "materials as Phong's with images of colour, "
                "lights as strong as 1, viewpoints, animations of places as interpolators, lines, points, colours of "
                "vertices, glyphs as triangles",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), other "
-              "images and where these lie, metal and roughness, surroundings"},
+              "images and where these lie, metal and roughness, which lights cast shadows, surroundings"},
      writeVrml},
     {{.name = "Wavefront OBJ, with .mtl and pictures",
       .endings = "obj",
@@ -93,9 +101,23 @@ const Writer* writerFor(std::string_view path) {
     return nullptr;
 }
 
+/// Saves into one folder wait for each other while it is held, so that files which belong together stay together. Where
+/// a file system has no locks nobody waits.
+FileHandle lockOfFolder(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    FileHandle handle(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    while (handle.get() >= 0 && ::flock(handle.get(), LOCK_EX) != 0 && errno == EINTR) {
+    }
+    return handle;
+}
+
 /// All are beside before the first takes its place. Those of the save before that nothing names any more go.
 Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFile>& files) {
     std::uint64_t bytes = 0;
+    // Before anybody looks into what is there: it may be a pipe.
+    const Expected<FilePlace> own = placeOfFile(path);
+    if (!own) return tl::unexpected(own.error());
+    const FileHandle lock = lockOfFolder(own->path);
     std::set<std::string> known = Companions(path).known();
     for (const LeavingFile& file : files) {
         if (known.erase(file.path) > 0 || file.path == path) continue;
@@ -211,6 +233,8 @@ Expected<ExportReport> exportScene(const std::string& path, const Aspect& scene,
     ExportNotes notes;
     const Expected<Selection> selection = selectNodes(scene, options.under, notes);
     if (!selection) return tl::unexpected(selection.error());
+    if (options.tolerance > 0 && std::ranges::none_of(selection->nodes, isSmooth, &SelectedNode::core))
+        notes.add("the tolerance counts for nothing: there are no smooth surfaces and no letters");
     const Expected<LeavingFiles> files =
         writer->write({.scene = scene, .selection = *selection, .options = options, .path = path, .notes = notes});
     if (!files) return failWith(path, files.error());

@@ -33,12 +33,15 @@ struct ExportOptions {
     std::uint64_t maxFileBytes = 0xffffffff;
 };
 
+/// What a command says to --under "".
+inline constexpr const char* kNoUnder = "--under: it has to name a node, as /hall; without it all is written";
+
 struct ExportReport {
     std::vector<std::string> files;  ///< the one asked for last
     std::vector<std::string> notes;  ///< what is lost, ten lines at most and how many more
     std::size_t nodes = 0;
-    std::size_t triangles = 0;
-    std::uint64_t bytes = 0;  ///< of all files
+    std::size_t triangles = 0;  ///< as often as nodes and glyphs place them, however the format shares them
+    std::uint64_t bytes = 0;    ///< of all files
 };
 
 /// Before anything is read or fetched for it: whether `path` names a foreign format, to which the options apply; false:

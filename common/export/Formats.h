@@ -31,7 +31,7 @@ struct LeavingFile {
 struct LeavingFiles {
     std::vector<LeavingFile> files;  ///< those that others name before those that name them
     std::size_t nodes = 0;           ///< none: there is nothing to write
-    std::size_t triangles = 0;
+    std::size_t triangles = 0;       ///< as in ExportReport
 };
 
 /// kLimit: a file of so many bytes would be too large.

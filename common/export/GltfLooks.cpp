@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/export/LeavingLooks.h"
 #include "common/export/LeavingPictures.h"
 
 namespace tessera {
@@ -34,12 +35,6 @@ int minificationWord(std::int64_t filter) {
     }
 }
 
-/// The roughness whose highlight is about as wide as Blinn's with this exponent (Walter et al. 2007, "Microfacet Models
-/// for Refraction through Rough Surfaces": exponent = 2 / alpha² - 2, alpha = roughness²).
-float roughnessOfShininess(float shininess) {
-    return std::pow(2.0f / (std::max(shininess, 0.0f) + 2.0f), 0.25f);
-}
-
 }  // namespace
 
 int GltfLooks::material(ObjectId id, GltfCoordinates coordinates, ObjectId node) {
@@ -49,15 +44,6 @@ int GltfLooks::material(ObjectId id, GltfCoordinates coordinates, ObjectId node)
     const int made = parts_.materials.add(describe(known ? *known : Material(), coordinates, node));
     materials_.emplace(std::pair(id, coordinates), made);
     return made;
-}
-
-void GltfLooks::noteLosses(const Material& material, ObjectId node) {
-    if (material.shading == Material::kPhong) notes_.add("Phong's highlights are written as roughness", node);
-    if (material.fill != Material::kFilled) notes_.add("edges and corners of materials are written as surfaces", node);
-    if (!material.layers.empty()) notes_.add("layers of images are left out", node);
-    if (!material.passes.empty()) notes_.add("further passes of materials are left out", node);
-    if (material.program) notes_.add("programs of materials are left out", node);
-    if (material.coarser) notes_.add("coarser materials for far away are left out", node);
 }
 
 void GltfLooks::describeReflection(const Material& m, JsonObject& pbr, JsonObject& extensions) {
@@ -95,7 +81,7 @@ void GltfLooks::describeReflection(const Material& m, JsonObject& pbr, JsonObjec
 }
 
 std::string GltfLooks::describe(const Material& m, GltfCoordinates coordinates, ObjectId node) {
-    noteLosses(m, node);
+    noteLostLooks(m, notes_, node);
     JsonObject material, pbr, extensions;
     const std::array<double, 4> base{m.baseColor[0], m.baseColor[1], m.baseColor[2], m.baseColor[3]};
     pbr.numbers("baseColorFactor", base);

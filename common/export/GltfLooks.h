@@ -29,7 +29,6 @@ public:
 private:
     [[nodiscard]] std::string describe(const Material& material, GltfCoordinates coordinates, ObjectId node);
     void describeReflection(const Material& material, JsonObject& pbr, JsonObject& extensions);
-    void noteLosses(const Material& material, ObjectId node);
     /// Nothing: there is none, or it cannot be said.
     [[nodiscard]] std::optional<JsonObject> texture(ObjectId image, GltfCoordinates coordinates, ObjectId node);
     [[nodiscard]] std::optional<int> picture(const Image& image, ObjectId node);

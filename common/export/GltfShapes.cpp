@@ -81,7 +81,8 @@ int GltfShapes::colors(const Blob& blob) {
                                               "VEC4", count, normalizedMember());
 }
 
-Expected<std::optional<int>> GltfShapes::mesh(std::span<const SelectedNode* const> nodes, bool skinned) {
+Expected<std::optional<int>> GltfShapes::mesh(std::span<const SelectedNode* const> nodes, bool skinned,
+                                              std::size_t times) {
     std::vector<Worn> key;
     std::string list;
     std::size_t triangles = 0;
@@ -94,7 +95,7 @@ Expected<std::optional<int>> GltfShapes::mesh(std::span<const SelectedNode* cons
         triangles += made->triangles;
     }
     if (key.empty()) return std::nullopt;
-    triangles_ += triangles;
+    triangles_ += times * triangles;
     const auto [known, isNew] = known_.try_emplace(std::move(key), std::nullopt);
     if (isNew) {
         JsonObject mesh;
@@ -236,10 +237,10 @@ int GltfShapes::inverseBinds(const Skin& skin) {
     return known->second = parts_.floats(std::move(matrices), "MAT4", 16, false, kGltfNoTarget);
 }
 
-Expected<std::string> GltfShapes::instances(const SelectedNode& node) {
+Expected<GltfShapes::Instances> GltfShapes::instances(const SelectedNode& node) {
     const Expected<MeshArrays> arrays = meshes_.of(node);
     if (!arrays) return tl::unexpected(arrays.error());
-    if (arrays->kind != MeshKind::kGlyphs) return std::string();
+    if (arrays->kind != MeshKind::kGlyphs) return Instances();
     const std::span<const MeshCopy> copies = arrays->copies.as<MeshCopy>();
     const std::span<const std::uint8_t> colored = arrays->colors.as<std::uint8_t>();
     std::vector<float> places, turns, scales;
@@ -252,7 +253,8 @@ Expected<std::string> GltfShapes::instances(const SelectedNode& node) {
         scales.insert(scales.end(), {copy.width, copy.length, copy.width});
         if (!colored.empty()) kept.insert(kept.end(), &colored[4 * i], &colored[4 * i] + 4);
     }
-    if (places.empty()) return std::string();
+    if (places.empty()) return Instances();
+    const std::size_t count = places.size() / 3;
     parts_.extensions.insert("EXT_mesh_gpu_instancing");
     JsonObject attributes, extension;
     attributes.number("TRANSLATION", parts_.floats(std::move(places), "VEC3", 3, false, kGltfNoTarget))
@@ -262,7 +264,7 @@ Expected<std::string> GltfShapes::instances(const SelectedNode& node) {
         const Blob blob = Blob::of(std::span<const std::uint8_t>(kept));
         attributes.number("_COLOR_0", colors(blob));
     }
-    return extension.json("attributes", attributes.done()).done();
+    return Instances{extension.json("attributes", attributes.done()).done(), count};
 }
 
 }  // namespace tessera

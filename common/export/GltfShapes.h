@@ -19,13 +19,19 @@ public:
 
     /// The mesh of which these are the primitives, the same for nodes that share their cores and materials. Nothing:
     /// there is nothing to be seen. `skinned`: Skins are written at rest, with their joints and morph targets; else as
-    /// they stand.
-    [[nodiscard]] Expected<std::optional<int>> mesh(std::span<const SelectedNode* const> primitives, bool skinned);
-    /// EXT_mesh_gpu_instancing of a node with Glyphs; empty: it has none, or none is shown.
-    [[nodiscard]] Expected<std::string> instances(const SelectedNode& node);
+    /// they stand. `times`: at how many places a node draws it.
+    [[nodiscard]] Expected<std::optional<int>> mesh(std::span<const SelectedNode* const> primitives, bool skinned,
+                                                    std::size_t times = 1);
+    /// EXT_mesh_gpu_instancing of a node with Glyphs, and how many there are; 0: none is shown.
+    struct Instances {
+        std::string json;
+        std::size_t count = 0;
+    };
+    [[nodiscard]] Expected<Instances> instances(const SelectedNode& node);
     /// The inverse bind matrices of a Skin.
     [[nodiscard]] int inverseBinds(const Skin& skin);
 
+    /// As often as nodes and glyphs place them.
     [[nodiscard]] std::size_t triangles() const { return triangles_; }
 
 private:

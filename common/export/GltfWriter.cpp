@@ -106,19 +106,21 @@ private:
 
     Expected<void> addMesh(const PlannedNode& node, JsonObject& made, JsonObject& extensions) {
         std::vector<const SelectedNode*> primitives;
+        std::size_t times = 1;
         for (const std::size_t shape : node.shapes) primitives.push_back(&selected(shape));
         if (node.glyphs) {
             primitives.push_back(&selected(*node.glyphs));
-            const Expected<std::string> instances = shapes_.instances(*primitives.front());
+            const auto instances = shapes_.instances(*primitives.front());
             if (!instances) return tl::unexpected(instances.error());
-            if (instances->empty()) return {};
-            extensions.json("EXT_mesh_gpu_instancing", *instances);
+            if (instances->count == 0) return {};
+            extensions.json("EXT_mesh_gpu_instancing", instances->json);
+            times = instances->count;
         }
         if (primitives.empty()) return {};
         const auto* skin = primitives.front()->core.as<Skin>();
         const bool skinned = skin && hasItsJoints(*primitives.front(), tree_, leaving_.selection);
         if (skin && !skinned) leaving_.notes.add("skins without their joints stand still", primitives.front()->id);
-        const Expected<std::optional<int>> mesh = shapes_.mesh(primitives, skinned);
+        const Expected<std::optional<int>> mesh = shapes_.mesh(primitives, skinned, times);
         if (!mesh) return tl::unexpected(mesh.error());
         if (!*mesh) return {};
         made.number("mesh", **mesh);

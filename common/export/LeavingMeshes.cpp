@@ -18,22 +18,27 @@
 namespace tessera {
 namespace {
 
+/// How a tolerance was met.
+enum class Fit { kAsAsked, kFinerAnyway, kTooFine };
+
 /// Triangles of `core` that are within the tolerance, or the finest there are. Its own fields may ask for no other
 /// fineness: a copy does.
 template <typename Core>
-MeshArrays withinTolerance(const Core& core, double tolerance, bool& within) {
+MeshArrays withinTolerance(const Core& core, double tolerance, Fit& fit) {
     Core asked = core;
     asked.screenError = 1;
     const Drawable drawable = drawableOf(Object::of(asked));
     const unsigned finest = drawable.finest();
     for (unsigned steps = 0; steps <= finest; ++steps) {
         const Drawable finer = drawable.at(Fineness(steps));
-        within = finer.deviation() <= tolerance;
-        if (within || steps == finest) {
-            MeshArrays arrays = finer.arrays();
-            if (!arrays.positions.empty() || steps == 0) return arrays;
-            return drawable.at(Fineness(steps - 1)).arrays();
-        }
+        const bool within = finer.deviation() <= tolerance;
+        if (!within && steps < finest) continue;
+        fit = !within ? Fit::kTooFine : steps == 0 ? Fit::kFinerAnyway : Fit::kAsAsked;
+        MeshArrays arrays = finer.arrays();
+        if (!arrays.positions.empty() || steps == 0) return arrays;
+        // So many triangles are not made.
+        fit = Fit::kTooFine;
+        return drawable.at(Fineness(steps - 1)).arrays();
     }
     return {};
 }
@@ -48,6 +53,10 @@ bool isHere(const MeshArrays& arrays) {
 
 }  // namespace
 
+bool isSmooth(const Object& core) {
+    return core.is<SubdivisionSurface>() || core.is<NurbsSurfaceCore>() || core.is<Text>();
+}
+
 Expected<MeshArrays> LeavingMeshes::of(const SelectedNode& node) {
     if (node.isWay || !node.core || !isDrawable(node.core.info().type)) return MeshArrays();
     double tolerance = 0;
@@ -55,9 +64,7 @@ Expected<MeshArrays> LeavingMeshes::of(const SelectedNode& node) {
         const double stretch = singularStretchOf(node.world_T_node.linear()).most;
         tolerance = stretch > 0 ? tolerance_ / stretch : 0;
     }
-    const bool isSmooth =
-        node.core.is<SubdivisionSurface>() || node.core.is<NurbsSurfaceCore>() || node.core.is<Text>();
-    const std::pair<ObjectId, double> key{node.node->core, isSmooth ? tolerance : 0};
+    const std::pair<ObjectId, double> key{node.node->core, isSmooth(node.core) ? tolerance : 0};
     if (const auto found = made_.find(key); found != made_.end()) return found->second;
     Expected<MeshArrays> made = make(node, key.second);
     if (made) made_.emplace(key, *made);
@@ -77,20 +84,23 @@ Expected<MeshArrays> LeavingMeshes::make(const SelectedNode& node, double tolera
     if (!drawable.resident())
         return fail(ErrorCode::kRefused, pathOf(scene_, node.id) + ": an array of it is not here");
     MeshArrays arrays;
-    bool within = true;
+    Fit fit = Fit::kAsAsked;
     if (tolerance > 0) {
         if (const auto* surface = node.core.as<SubdivisionSurface>())
-            arrays = withinTolerance(*surface, tolerance, within);
+            arrays = withinTolerance(*surface, tolerance, fit);
         else if (const auto* nurbs = node.core.as<NurbsSurfaceCore>())
-            arrays = withinTolerance(*nurbs, tolerance, within);
+            arrays = withinTolerance(*nurbs, tolerance, fit);
         else if (const auto* text = node.core.as<Text>())
-            arrays = withinTolerance(*text, tolerance, within);
+            arrays = withinTolerance(*text, tolerance, fit);
     } else if (node.core.is<Glyphs>()) {
         arrays = drawable.at(Fineness(kGlyphsOnScreens)).arrays();
     } else {
         arrays = drawable.arrays();
     }
-    if (!within) notes_.add("surfaces are as fine as they can be, not within the tolerance", node.id);
+    if (fit == Fit::kTooFine)
+        notes_.add("surfaces and letters are as fine as they can be, not within the tolerance", node.id);
+    if (fit == Fit::kFinerAnyway)
+        notes_.add("surfaces and letters are as fine as the scene draws them, finer than the tolerance", node.id);
     if (!isHere(arrays)) return fail(ErrorCode::kRefused, pathOf(scene_, node.id) + ": an array of it is not here");
     if (arrays.positions.empty()) return MeshArrays();
     if (const Expected<void> sound = checkMesh(arrays); !sound) {

@@ -9,6 +9,9 @@
 
 namespace tessera {
 
+/// Whether a tolerance counts for it: a surface by control points, or letters.
+[[nodiscard]] bool isSmooth(const Object& core);
+
 /// Makes each core's arrays once. One thread.
 class LeavingMeshes {
 public:

@@ -159,7 +159,8 @@ private:
             }
         }
         Places places = placesOf(selection_, node);
-        places.outer.name = node.node->name;
+        // As readers call those without a name.
+        places.outer.name = node.node->name.empty() ? "node" : node.node->name;
         const int outer = newNode(std::move(places.outer));
         int inner = outer;
         if (places.inner) {
@@ -169,6 +170,7 @@ private:
         }
         tree_.moved[index] = outer;
         tree_.inner[index] = inner;
+        tree_.nodes[static_cast<std::size_t>(inner)].own = index;
         if (!node.isWay) addContent(index, inner);
         const std::size_t folded = foldParts(index, inner);
         for (std::size_t i = folded; i < node.children.size(); ++i)
@@ -215,7 +217,7 @@ private:
         if (beacon < 0) return notes_.add("lights whose beacon is left out are left out", node.id);
         PlannedNode lamp;
         lamp.name = lamp.lightName = node.node->name;
-        lamp.light = index;
+        lamp.light = lamp.own = index;
         const int made = newNode(std::move(lamp));
         tree_.nodes[static_cast<std::size_t>(beacon)].children.push_back(made);
     }
@@ -228,7 +230,16 @@ private:
         if (node.isWay || !planned.shapes.empty() || planned.glyphs) return 0;
         std::optional<unsigned> last;
         const auto leaf = [&](std::size_t child) -> const SelectedNode& { return selection_.nodes[child]; };
+        if (!node.children.empty()) {
+            const std::size_t first = node.children.front();
+            if (leaf(first).core.is<Glyphs>() && leaf(first).children.empty() && partNumber(leaf(first).node->name)) {
+                planned.glyphs = first;
+                tree_.moved[first] = tree_.inner[first] = at;
+                ++folded;
+            }
+        }
         for (const std::size_t child : node.children) {
+            if (planned.glyphs) break;
             const std::optional<unsigned> part = partNumber(leaf(child).node->name);
             if (!part || (last && *part <= *last) || !leaf(child).children.empty() || !isShape(leaf(child))) break;
             if (!planned.shapes.empty() && !fitTogether(leaf(planned.shapes.front()).core, leaf(child).core)) break;

@@ -26,7 +26,20 @@ struct PlannedNode {
     std::optional<std::size_t> glyphs;  ///< one that is drawn at many places
     std::optional<std::size_t> light, camera;
     std::string lightName, cameraName;
-    double yfov = 0;  ///< of the camera, in radians
+    double yfov = 0;                 ///< of the camera, in radians
+    std::optional<std::size_t> own;  ///< in Selection::nodes: what it is made of
+
+    [[nodiscard]] bool isLeaf() const { return children.empty(); }
+    /// Whether its one content is its own core's, which then places nothing.
+    [[nodiscard]] bool bearsItself(const std::vector<std::size_t>& content) const {
+        return content.size() == 1 && bearsItself(std::optional(content.front()));
+    }
+    [[nodiscard]] bool bearsItself(std::optional<std::size_t> content) const {
+        return content && content == own &&
+               shapes.size() + std::size_t{glyphs.has_value()} + std::size_t{light.has_value()} +
+                       std::size_t{camera.has_value()} ==
+                   1;
+    }
 };
 
 struct PlannedTree {

@@ -1,90 +1,48 @@
-// A scene as USD in text: Xforms, meshes that instances refer to, UsdPreviewSurface, lights, cameras, time samples.
+// A scene as USD in text: prims of nodes and what they bear, time samples; looks and shapes in files of their own.
+//
+// A node that bears one thing and nothing else is one prim, as our importer makes one node of that. So what was read
+// and written again has the same nodes.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <numbers>
 
-#include "common/cores/Material.h"
+#include "common/base/WrittenByTessera.h"
 #include "common/cores/Skin.h"
 #include "common/cores/SubdivisionSurface.h"
+#include "common/drawable/Drawable.h"
 #include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
 #include "common/export/LeavingMeshes.h"
-#include "common/export/LeavingPictures.h"
 #include "common/export/NodeTracks.h"
 #include "common/export/PlannedTree.h"
 #include "common/export/UniqueNames.h"
+#include "common/export/UsdaLooks.h"
+#include "common/export/UsdaShapes.h"
+#include "common/export/UsdaText.h"
 #include "common/export/WorldMeshes.h"
 #include "common/field/LightSource.h"
 #include "common/geometry/MeshCopies.h"
-#include "common/math/Srgb.h"
 
 namespace tessera {
 namespace {
-
-/// USD's identifiers: letters, digits, '_', no digit first.
-std::string primName(std::string_view name) {
-    std::string plain;
-    for (const char c : name) {
-        const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-        plain += good ? c : '_';
-    }
-    if (plain.empty()) plain = "node";
-    if (plain.front() >= '0' && plain.front() <= '9') plain.insert(0, 1, '_');
-    return plain;
-}
-
-std::string usdQuoted(std::string_view text) {
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            (quoted += '\\') += c;
-        else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-            quoted += fmt::format("\\x{:02x}", c);
-        else
-            quoted += c;
-    }
-    return quoted += '"';
-}
-
-/// "(1, 2, 3)"
-template <typename Vector>
-std::string tuple(const Vector& v) {
-    return fmt::format("({})", fmt::join(v.begin(), v.end(), ", "));
-}
-
-/// "[(0, 0, 0), …]"; numbers that are none are 0.
-std::string tuples(std::span<const float> values, std::size_t each) {
-    std::string text = "[";
-    auto to = std::back_inserter(text);
-    for (std::size_t i = 0; i + each <= values.size(); i += each) {
-        text += i == 0 ? "(" : ", (";
-        for (std::size_t k = 0; k < each; ++k)
-            fmt::format_to(to, "{}{}", k == 0 ? "" : ", ", std::isfinite(values[i + k]) ? values[i + k] : 0.0f);
-        text += ')';
-    }
-    return text += ']';
-}
-
-template <typename Numbers>
-std::string numberList(const Numbers& values) {
-    return fmt::format("[{}]", fmt::join(values, ", "));
-}
 
 class UsdaWriter {
 public:
     explicit UsdaWriter(const LeavingScene& leaving)
         : leaving_(leaving),
           companions_(leaving.path),
-          top_(primName(std::filesystem::path(leaving.path).stem().string())),
+          top_(usdIdentifier(std::filesystem::path(leaving.path).stem().string())),
           tree_(planTree(leaving.scene, leaving.selection, leaving.notes)),
-          meshes_(leaving.scene, leaving.options.tolerance, leaving.notes) {}
+          meshes_(leaving.scene, leaving.options.tolerance, leaving.notes),
+          drawn_(leaving.scene, 0, leaving.notes),
+          looks_(leaving, fmt::format("/{}/Looks", top_)),
+          place_('/' + top_) {}
 
     Expected<LeavingFiles> run() {
         if (!leaving_.options.still)
@@ -95,10 +53,11 @@ public:
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
         UniqueNames taken("_");
-        for (const char* own : {"Looks", "Shapes"}) taken.take(own);
+        taken.take("Looks");
         for (const int top : tree_.tops)
             if (Expected<void> done = addNode(top, 1, taken); !done) return tl::unexpected(done.error());
         std::string head = fmt::format("#usda 1.0\n# {}\n(\n", companions_.mark());
+        head += fmt::format("    customLayerData = {{\n        string creator = {}\n    }}\n", usdQuoted(kWriterName));
         head += fmt::format("    defaultPrim = \"{}\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n", top_);
         if (!tracks_.empty())
             head += fmt::format(
@@ -106,48 +65,74 @@ public:
                 "    framesPerSecond = {}\n",
                 end_ * kCodesPerSecond, kCodesPerSecond, kCodesPerSecond);
         head += fmt::format(")\n\ndef Xform \"{}\" (\n    kind = \"assembly\"\n)\n{{\n", top_);
-        if (!shapes_.empty()) head += "    class Scope \"Shapes\"\n    {\n" + shapes_ + "    }\n";
-        if (!looks_.empty()) head += "    def Scope \"Looks\"\n    {\n" + looks_ + "    }\n";
+        if (!looks_.text().empty()) head += "    def Scope \"Looks\"\n    {\n" + looks_.text() + "    }\n";
         const std::uint64_t bytes = head.size() + text_.size() + 2;
         if (Expected<void> fits = checkFileBytes(bytes, leaving_.options); !fits) return tl::unexpected(fits.error());
         files_.files.push_back(
             {.path = leaving_.path,
              .parts = {sliceOfText(std::move(head)), sliceOfText(std::move(text_)), sliceOfText("}\n")}});
-        files_.nodes = tree_.nodes.size();
         return std::move(files_);
     }
 
 private:
     static constexpr double kCodesPerSecond = 60;
+    /// Of text that says again what stands before: programs that follow no references show shared shapes, too.
+    static constexpr std::size_t kMostRepeatedBytes = std::size_t{16} << 20;
 
     [[nodiscard]] const SelectedNode& selected(std::size_t index) const { return leaving_.selection.nodes[index]; }
-    static std::string indent(std::size_t depth) { return std::string(4 * depth, ' '); }
-    static std::string uniqueName(std::string_view name, UniqueNames& taken) { return taken.take(primName(name)); }
+
+    /// The head of a prim, and its opening brace. `more`: lines of metadata. `says`: its name whatever it is, as what
+    /// it refers to may say another one.
+    void open(std::string_view type, std::string_view name, std::size_t depth, UniqueNames& siblings,
+              std::string_view more = {}, bool says = false) {
+        const std::string own = siblings.take(usdIdentifier(name)), in = usdIndent(depth);
+        place_ += '/' + own;
+        ++files_.nodes;
+        text_ += fmt::format("{}def {} \"{}\"", in, type, own);
+        std::string said(more);
+        if (says || (own != name && !name.empty()))
+            said += fmt::format("{}displayName = {}\n", usdIndent(depth + 1), usdQuoted(name));
+        if (!said.empty()) text_ += fmt::format(" (\n{}{})", said, in);
+        text_ += fmt::format("\n{}{{\n", in);
+    }
+    void close(std::size_t depth) {
+        text_ += usdIndent(depth) + "}\n";
+        place_.erase(place_.rfind('/'));
+    }
 
     Expected<void> addNode(int index, std::size_t depth, UniqueNames& siblings) {
         const PlannedNode& node = tree_.nodes[static_cast<std::size_t>(index)];
-        const std::string name = uniqueName(node.name, siblings);
-        const std::string in = indent(depth + 1);
-        text_ += fmt::format("{}def Xform \"{}\"", indent(depth), name);
-        if (name != node.name && !node.name.empty())
-            text_ += fmt::format(" (\n{}displayName = {}\n{})", in, usdQuoted(node.name), indent(depth));
-        text_ += fmt::format("\n{}{{\n", indent(depth));
-        addPlace(index, node, in);
+        if (node.isLeaf()) {
+            // Such cores place nothing, so the node stands where its parent does.
+            if (node.bearsItself(node.shapes) || node.bearsItself(node.glyphs)) {
+                const Expected<bool> shown = node.glyphs ? addGlyphs(selected(*node.glyphs), depth, siblings)
+                                                         : addShape(selected(node.shapes.front()), depth, siblings);
+                if (!shown) return tl::unexpected(shown.error());
+                if (*shown) return {};
+            }
+            if (node.bearsItself(node.light)) {
+                addLight(selected(*node.light), node.name, depth, siblings);
+                return {};
+            }
+            if (node.camera && !node.light && node.shapes.empty() && !node.glyphs) {
+                addCamera(node, node.name, index, depth, siblings);
+                return {};
+            }
+        }
+        open("Xform", node.name, depth, siblings);
+        addPlace(index, node, usdIndent(depth + 1));
         UniqueNames taken("_");
         for (const std::size_t shape : node.shapes)
-            if (Expected<void> done = addShape(selected(shape), depth + 1, taken); !done) return done;
+            if (Expected<bool> done = addShape(selected(shape), depth + 1, taken); !done)
+                return tl::unexpected(done.error());
         if (node.glyphs)
-            if (Expected<void> done = addGlyphs(selected(*node.glyphs), depth + 1, taken); !done) return done;
+            if (Expected<bool> done = addGlyphs(selected(*node.glyphs), depth + 1, taken); !done)
+                return tl::unexpected(done.error());
         if (node.light) addLight(selected(*node.light), node.lightName, depth + 1, taken);
-        if (node.camera)
-            text_ += fmt::format(
-                "{}def Camera \"{}\"\n{}{{\n{}float focalLength = {}\n{}float verticalAperture = 24\n"
-                "{}float horizontalAperture = {}\n{}float2 clippingRange = (0.01, 100000)\n{}}}\n",
-                in, uniqueName(node.cameraName, taken), in, in + "    ", 12 / std::tan(0.5 * node.yfov), in + "    ",
-                in + "    ", 24.0 * 16 / 9, in + "    ", in);
+        if (node.camera) addCamera(node, node.cameraName, -1, depth + 1, taken);
         for (const int child : node.children)
             if (Expected<void> done = addNode(child, depth + 1, taken); !done) return done;
-        text_ += indent(depth) + "}\n";
+        close(depth);
         return {};
     }
 
@@ -159,10 +144,10 @@ private:
         };
         const Quatd& q = node.rotation;
         Part parts[] = {
-            {"translation", "translate", "double3", tuple(node.translation), node.translation != Vec3d::Zero()},
+            {"translation", "translate", "double3", usdTuple(node.translation), node.translation != Vec3d::Zero()},
             {"rotation", "orient", "quatd", fmt::format("({}, {}, {}, {})", q.w(), q.x(), q.y(), q.z()),
              std::abs(q.w()) < 1},
-            {"scale", "scale", "double3", tuple(node.scale), node.scale != Vec3d::Ones()}};
+            {"scale", "scale", "double3", usdTuple(node.scale), node.scale != Vec3d::Ones()}};
         std::string order;
         const auto moving = tracks_.find(index);
         for (Part& part : parts) {
@@ -188,125 +173,49 @@ private:
         text_ += in + "}\n";
     }
 
-    /// A mesh of its own, or a reference to the one that others have too.
-    Expected<void> addShape(const SelectedNode& node, std::size_t depth, UniqueNames& taken) {
-        const Expected<MeshArrays> arrays = meshes_.of(node);
+    /// The first time in full. The next ones say the same again, or refer to the first where that would be too long.
+    /// False: there is nothing to be seen.
+    Expected<bool> addShape(const SelectedNode& node, std::size_t depth, UniqueNames& siblings) {
+        const bool asItIs = node.core.is<SubdivisionSurface>();
+        if (asItIs && leaving_.options.tolerance > 0)
+            leaving_.notes.add("subdivision surfaces are written as they are, whatever the tolerance", node.id);
+        const Expected<MeshArrays> arrays = (asItIs ? drawn_ : meshes_).of(node);
         if (!arrays) return tl::unexpected(arrays.error());
-        if (arrays->positions.empty()) return {};
+        if (arrays->positions.empty()) return false;
         if (node.core.is<Skin>()) leaving_.notes.add("skins stand still", node.id);
-        const std::string kind = kindOf(*arrays);
-        const std::string in = indent(depth), more = indent(depth + 1);
-        const ObjectId material = node.materialFor(drawableOf(node.core).material());
         files_.triangles += arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t));
-        text_ += fmt::format("{}def {} \"{}\" (\n", in, kind, uniqueName(node.node->name, taken));
-        const bool shared = uses_[node.node->core] > 1;
-        if (shared) {
-            auto [known, isNew] = known_.try_emplace(node.node->core, fmt::format("shape_{}", known_.size()));
-            if (isNew)
-                shapes_ += fmt::format("        def {} \"{}\"\n        {{\n{}        }}\n", kind, known->second,
-                                       shape(node, *arrays, indent(3)));
-            text_ += fmt::format("{}prepend references = </{}/Shapes/{}>\n", more, top_, known->second);
+        const std::string more = usdIndent(depth + 1);
+        const ObjectId core = node.node->core;
+        const ObjectId material = node.materialFor(drawableOf(node.core).material());
+        // What is referred to says whether it has a look: so that has to be the same.
+        const bool looks = material || arrays->kind == MeshKind::kTriangles;
+        const auto [known, isNew] = known_.try_emplace({core, looks}, Written());
+        std::string said;
+        if (isNew || !known->second.text.empty()) {
+            said = isNew ? usdShape(node, *arrays, kShapeIndent, leaving_.notes) : known->second.text;
+            if (!isNew && said.size() > repeatable_) said.clear();
+            if (!isNew) repeatable_ -= said.size();
+            if (isNew && uses_[core] > 1 && said.size() <= repeatable_) known->second.text = said;
         }
-        text_ += fmt::format("{}prepend apiSchemas = [\"MaterialBindingAPI\"]\n{})\n{}{{\n", more, in, in);
-        if (!shared) text_ += shape(node, *arrays, more);
-        if (material || arrays->kind == MeshKind::kTriangles) {
-            text_ += fmt::format("{}rel material:binding = </{}/Looks/{}>\n", more, top_, look(material, node.id));
-            if (materialOf(leaving_.scene, material).doubleSided)
-                text_ += fmt::format("{}uniform bool doubleSided = 1\n", more);
+        std::string metadata = fmt::format("{}prepend apiSchemas = [\"MaterialBindingAPI\"]\n", more);
+        if (said.empty()) {
+            leaving_.notes.add("shared meshes are references, which some programs do not follow", node.id);
+            metadata += fmt::format("{}prepend references = <{}>\n", more, known->second.path);
         }
-        text_ += in + "}\n";
-        return {};
+        open(usdShapeType(*arrays), node.node->name, depth, siblings, metadata, said.empty());
+        if (isNew) known->second.path = place_;
+        text_ += said;
+        if (looks) {
+            text_ += fmt::format("{}rel material:binding = <{}>\n", more,
+                                 looks_.path(material, node.id, companions_, files_));
+            text_ += fmt::format("{}uniform bool doubleSided = {}\n", more,
+                                 materialOf(leaving_.scene, material).doubleSided ? 1 : 0);
+        }
+        close(depth);
+        return true;
     }
 
-    static std::string kindOf(const MeshArrays& arrays) {
-        const bool lines = arrays.kind == MeshKind::kLines || arrays.kind == MeshKind::kStreaks;
-        return arrays.kind == MeshKind::kTriangles || arrays.kind == MeshKind::kGlyphs ? "Mesh"
-               : lines                                                                 ? "BasisCurves"
-                                                                                       : "Points";
-    }
-
-    std::string shape(const SelectedNode& node, const MeshArrays& arrays, const std::string& in) {
-        if (const auto* surface = node.core.as<SubdivisionSurface>()) return smoothShape(*surface, in);
-        const std::span<const float> positions = arrays.positions.as<float>();
-        std::string text;
-        const std::string kind = kindOf(arrays);
-        if (kind == "Points") {
-            text += fmt::format("{}point3f[] points = {}\n", in, tuples(positions, 3));
-            if (arrays.pointRadius > 0)
-                text += fmt::format("{}float[] widths = [{}] (\n{}    interpolation = \"constant\"\n{})\n", in,
-                                    2 * arrays.pointRadius, in, in);
-            return text + colors(arrays, in);
-        }
-        if (kind == "BasisCurves") {
-            std::vector<float> ends;
-            for (const std::uint32_t corner : arrays.lines.as<std::uint32_t>())
-                ends.insert(ends.end(), &positions[std::size_t{3} * corner], &positions[std::size_t{3} * corner] + 3);
-            text +=
-                fmt::format("{}uniform token type = \"linear\"\n{}point3f[] points = {}\n", in, in, tuples(ends, 3));
-            const std::vector<int> counts(ends.size() / 6, 2);
-            return text + fmt::format("{}int[] curveVertexCounts = {}\n", in, numberList(counts));
-        }
-        const std::span<const std::uint32_t> corners = arrays.indices.as<std::uint32_t>();
-        const std::vector<int> counts(corners.size() / 3, 3);
-        text += fmt::format("{}uniform token subdivisionScheme = \"none\"\n{}point3f[] points = {}\n", in, in,
-                            tuples(positions, 3));
-        text += fmt::format("{}int[] faceVertexCounts = {}\n{}int[] faceVertexIndices = {}\n", in, numberList(counts),
-                            in, numberList(corners.first(3 * counts.size())));
-        if (!arrays.normals.empty())
-            text += fmt::format("{}normal3f[] normals = {} (\n{}    interpolation = \"vertex\"\n{})\n", in,
-                                tuples(arrays.normals.as<float>(), 3), in, in);
-        for (const auto& [blob, name] : {std::pair(&arrays.texcoords, "st"), std::pair(&arrays.texcoords1, "st1")}) {
-            if (blob->empty() || arrays.kind == MeshKind::kGlyphs) continue;
-            std::vector<float> uv(blob->as<float>().begin(), blob->as<float>().end());
-            for (std::size_t i = 1; i < uv.size(); i += 2) uv[i] = 1 - uv[i];  // from the lower left
-            text += fmt::format("{}texCoord2f[] primvars:{} = {} (\n{}    interpolation = \"vertex\"\n{})\n", in, name,
-                                tuples(uv, 2), in, in);
-        }
-        return text + (arrays.kind == MeshKind::kGlyphs ? std::string() : colors(arrays, in));
-    }
-
-    static std::string colors(const MeshArrays& arrays, const std::string& in) {
-        if (arrays.colors.empty()) return {};
-        std::vector<float> linear;
-        const std::span<const std::uint8_t> bytes = arrays.colors.as<std::uint8_t>();
-        for (std::size_t i = 0; i < bytes.size(); ++i)
-            if (i % 4 != 3) linear.push_back(linearOfSrgb(static_cast<float>(bytes[i]) / 255));
-        return fmt::format("{}color3f[] primvars:displayColor = {} (\n{}    interpolation = \"vertex\"\n{})\n", in,
-                           tuples(linear, 3), in, in);
-    }
-
-    /// USD's words are OpenSubdiv's, as ours.
-    static std::string smoothShape(const SubdivisionSurface& s, const std::string& in) {
-        const auto word = [](std::int64_t number, std::initializer_list<const char*> words) {
-            return *(words.begin() + std::clamp<std::int64_t>(number, 0, static_cast<std::int64_t>(words.size()) - 1));
-        };
-        std::string text = fmt::format("{}uniform token subdivisionScheme = \"{}\"\n", in,
-                                       word(s.scheme, {"catmullClark", "loop", "bilinear"}));
-        text += fmt::format("{}uniform token interpolateBoundary = \"{}\"\n", in,
-                            word(s.boundary, {"none", "edgeOnly", "edgeAndCorner"}));
-        text += fmt::format("{}uniform token triangleSubdivisionRule = \"{}\"\n", in,
-                            word(s.triangles, {"catmullClark", "smooth"}));
-        text += fmt::format("{}point3f[] points = {}\n{}int[] faceVertexCounts = {}\n{}int[] faceVertexIndices = {}\n",
-                            in, tuples(s.points.as<float>(), 3), in, numberList(s.faceSizes.as<std::uint32_t>()), in,
-                            numberList(s.faceVertices.as<std::uint32_t>()));
-        const auto sharpness = [](const Blob& said, std::size_t count) {
-            const std::span<const float> values = said.as<float>();
-            return values.empty() ? std::vector<float>(count, 10) : std::vector<float>(values.begin(), values.end());
-        };
-        if (const auto creases = s.creases.as<std::uint32_t>(); !creases.empty())
-            text += fmt::format(
-                "{}int[] creaseIndices = {}\n{}int[] creaseLengths = {}\n{}float[] creaseSharpnesses = {}\n", in,
-                numberList(creases), in, numberList(std::vector<int>(creases.size() / 2, 2)), in,
-                numberList(sharpness(s.creaseSharpness, creases.size() / 2)));
-        if (const auto corners = s.corners.as<std::uint32_t>(); !corners.empty())
-            text += fmt::format("{}int[] cornerIndices = {}\n{}float[] cornerSharpnesses = {}\n", in,
-                                numberList(corners), in, numberList(sharpness(s.cornerSharpness, corners.size())));
-        if (const auto holes = s.holes.as<std::uint32_t>(); !holes.empty())
-            text += fmt::format("{}int[] holeIndices = {}\n", in, numberList(holes));
-        return text;
-    }
-
-    Expected<void> addGlyphs(const SelectedNode& node, std::size_t depth, UniqueNames& taken) {
+    Expected<bool> addGlyphs(const SelectedNode& node, std::size_t depth, UniqueNames& siblings) {
         const Expected<MeshArrays> arrays = meshes_.of(node);
         if (!arrays) return tl::unexpected(arrays.error());
         const std::span<const MeshCopy> copies = arrays->copies.as<MeshCopy>();
@@ -317,25 +226,39 @@ private:
             turns.insert(turns.end(), {copy.turn[3], copy.turn[0], copy.turn[1], copy.turn[2]});
             scales.insert(scales.end(), {copy.width, copy.length, copy.width});
         }
-        if (places.empty()) return {};
-        if (!arrays->colors.empty()) leaving_.notes.add("colours of glyphs are left out", node.id);
+        if (places.empty()) return false;
         files_.triangles += places.size() / 3 * (arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t)));
-        const std::string in = indent(depth), more = indent(depth + 1);
-        const std::string name = uniqueName("glyphs", taken);
-        text_ += fmt::format("{}def PointInstancer \"{}\"\n{}{{\n", in, name, in);
-        text_ += fmt::format("{}rel prototypes = <shape>\n{}int[] protoIndices = {}\n", more, more,
-                             numberList(std::vector<int>(places.size() / 3, 0)));
-        text_ += fmt::format("{}point3f[] positions = {}\n{}quath[] orientations = {}\n{}float3[] scales = {}\n", more,
-                             tuples(places, 3), more, tuples(turns, 4), more, tuples(scales, 3));
-        text_ += fmt::format("{}def Mesh \"shape\" (\n{}    prepend apiSchemas = [\"MaterialBindingAPI\"]\n{})\n{}{{\n",
-                             more, more, more, more);
-        text_ += shape(node, *arrays, indent(depth + 2));
-        text_ += fmt::format("{}rel material:binding = </{}/Looks/{}>\n{}}}\n{}}}\n", indent(depth + 2), top_,
-                             look(node.materialFor(drawableOf(node.core).material()), node.id), more, in);
-        return {};
+        const std::string in = usdIndent(depth + 1);
+        open("PointInstancer", node.node->name, depth, siblings);
+        text_ += fmt::format("{}rel prototypes = <shape>\n{}int[] protoIndices = {}\n", in, in,
+                             usdList(std::vector<int>(places.size() / 3, 0)));
+        text_ += fmt::format("{}point3f[] positions = {}\n{}quath[] orientations = {}\n{}float3[] scales = {}\n", in,
+                             usdTuples(places, 3), in, usdTuples(turns, 4), in, usdTuples(scales, 3));
+        UniqueNames below("_");
+        open("Mesh", "shape", depth + 1, below,
+             usdIndent(depth + 2) + "prepend apiSchemas = [\"MaterialBindingAPI\"]\n");
+        text_ += usdShape(node, *arrays, usdIndent(depth + 2), leaving_.notes);
+        const ObjectId material = node.materialFor(drawableOf(node.core).material());
+        text_ += fmt::format("{}rel material:binding = <{}>\n", usdIndent(depth + 2),
+                             looks_.path(material, node.id, companions_, files_));
+        close(depth + 1);
+        close(depth);
+        return true;
     }
 
-    void addLight(const SelectedNode& node, const std::string& name, std::size_t depth, UniqueNames& taken) {
+    void addCamera(const PlannedNode& node, const std::string& name, int placed, std::size_t depth,
+                   UniqueNames& siblings) {
+        const std::string in = usdIndent(depth + 1);
+        open("Camera", name, depth, siblings);
+        if (placed >= 0) addPlace(placed, node, in);
+        text_ += fmt::format(
+            "{}float focalLength = {}\n{}float verticalAperture = 24\n{}float horizontalAperture = {}\n"
+            "{}float2 clippingRange = (0.01, 100000)\n",
+            in, 12 / std::tan(0.5 * node.yfov), in, in, 24.0 * 16 / 9, in);
+        close(depth);
+    }
+
+    void addLight(const SelectedNode& node, const std::string& name, std::size_t depth, UniqueNames& siblings) {
         const LightSource light = node.core.info().light(node.core.data());
         const bool directional = light.kind == LightSource::Kind::kDirectional;
         const bool spot = light.kind == LightSource::Kind::kSpot;
@@ -344,144 +267,48 @@ private:
         // UsdLux, normalised: a sphere's intensity is four times what a surface at 1 m gets, a sun's is what it gets.
         // Ours is that over pi.
         const float power = (directional ? 1 : 4) * std::numbers::pi_v<float>;
-        const std::string in = indent(depth), more = indent(depth + 1);
-        text_ += fmt::format("{}def {} \"{}\"", in, directional ? "DistantLight" : "SphereLight",
-                             uniqueName(name.empty() ? "light" : name, taken));
-        if (spot) text_ += fmt::format(" (\n{}prepend apiSchemas = [\"ShapingAPI\"]\n{})", more, in);
-        text_ += fmt::format("\n{}{{\n{}color3f inputs:color = {}\n{}float inputs:intensity = {}\n", in, more,
-                             tuple(color), more, light.on ? strongest * power : 0.0f);
-        text_ += fmt::format("{}bool inputs:normalize = 1\n", more);
-        if (!directional) text_ += fmt::format("{}bool treatAsPoint = 1\n{}float inputs:radius = 0.01\n", more, more);
+        const std::string in = usdIndent(depth + 1);
+        open(directional ? "DistantLight" : "SphereLight", name.empty() ? "light" : name, depth, siblings,
+             fmt::format("{}prepend apiSchemas = [{}\"ShadowAPI\"]\n", in, spot ? "\"ShapingAPI\", " : ""));
+        text_ += fmt::format("{}color3f inputs:color = {}\n{}float inputs:intensity = {}\n", in, usdTuple(color), in,
+                             light.on ? strongest * power : 0.0f);
+        text_ += fmt::format("{}bool inputs:normalize = 1\n{}bool inputs:shadow:enable = {}\n", in, in,
+                             light.shadows ? 1 : 0);
+        if (!directional) text_ += fmt::format("{}bool treatAsPoint = 1\n{}float inputs:radius = 0.01\n", in, in);
         if (spot)
             text_ += fmt::format("{}float inputs:shaping:cone:angle = {}\n{}float inputs:shaping:cone:softness = {}\n",
-                                 more, light.outerAngle * 180 / std::numbers::pi_v<float>, more,
+                                 in, light.outerAngle * 180 / std::numbers::pi_v<float>, in,
                                  light.outerAngle > 0 ? 1 - light.innerAngle / light.outerAngle : 0.0f);
+        if (!light.on) leaving_.notes.add("lights that are off have no intensity", node.id);
         if (!directional && light.attenuation != Vec3f(0, 0, 1))
             leaving_.notes.add("lights weaken with the square of the distance: their own falloff is left out", node.id);
         if (!directional && light.range > 0) leaving_.notes.add("ranges of lights are left out", node.id);
         if (light.scope) leaving_.notes.add("lights shine on everything: what they are for is left out", node.id);
-        text_ += in + "}\n";
+        close(depth);
     }
 
-    /// The name of a material.
-    std::string look(ObjectId id, ObjectId node) {
-        const auto [known, isNew] = materials_.try_emplace(id, fmt::format("material_{}", materials_.size()));
-        if (!isNew) return known->second;
-        const Material m = materialOf(leaving_.scene, id);
-        const std::string here = fmt::format("/{}/Looks/{}", top_, known->second);
-        const std::string in = indent(4);
-        std::string shaders;
-        std::string surface = fmt::format("{}uniform token info:id = \"UsdPreviewSurface\"\n", in);
-        const auto input = [&](std::string_view type, std::string_view name, ObjectId image, std::string_view channel,
-                               const std::string& value, const std::string& scale, const std::string& bias) {
-            if (!image || !addTexture(here, name, channel, image, scale, bias, node, shaders)) {
-                if (!value.empty()) surface += fmt::format("{}{} inputs:{} = {}\n", in, type, name, value);
-                return;
-            }
-            surface +=
-                fmt::format("{}{} inputs:{}.connect = <{}/{}.outputs:{}>\n", in, type, name, here, name, channel);
-        };
-        const Vec3f base = m.baseColor.head<3>();
-        const auto four = [](const Vec3f& c, float a) { return fmt::format("({}, {}, {}, {})", c[0], c[1], c[2], a); };
-        input("color3f", m.unlit ? "emissiveColor" : "diffuseColor", m.baseColorImage, "rgb", tuple(base),
-              four(base, m.baseColor[3]), {});
-        if (m.unlit) surface += fmt::format("{}color3f inputs:diffuseColor = (0, 0, 0)\n", in);
-        if (!m.unlit)
-            input("color3f", "emissiveColor", m.emissiveImage, "rgb", tuple(m.emissive), four(m.emissive, 1), {});
-        const std::string scale = fmt::format("(1, {}, {}, 1)", m.roughness, m.metallic);
-        input("float", "roughness", m.metallicRoughnessImage, "g", fmt::format("{}", m.roughness), scale, {});
-        input("float", "metallic", m.metallicRoughnessImage, "b", fmt::format("{}", m.metallic), scale, {});
-        input("float", "occlusion", m.occlusionImage, "r", {}, "(1, 1, 1, 1)", {});
-        // From -1 to 1; green goes the other way from below.
-        input("normal3f", "normal", m.normalImage, "rgb", {}, "(2, 2, 2, 1)", "(-1, -1, -1, 0)");
-        const bool blends =
-            m.alphaMode == Material::kBlend || (m.alphaMode == Material::kAutoAlpha && m.baseColor[3] < 1);
-        if (blends || m.alphaMode == Material::kMask)
-            input("float", "opacity", m.baseColorImage, "a", fmt::format("{}", m.baseColor[3]),
-                  four(base, m.baseColor[3]), {});
-        if (m.alphaMode == Material::kMask)
-            surface += fmt::format("{}float inputs:opacityThreshold = {}\n", in, m.alphaCutoff);
-        surface += fmt::format(
-            "{}float inputs:clearcoat = {}\n{}float inputs:clearcoatRoughness = {}\n"
-            "{}float inputs:ior = {}\n{}token outputs:surface\n",
-            in, m.clearcoat, in, m.clearcoatRoughness, in, m.ior, in);
-        if (m.transmission > 0) leaving_.notes.add("light that goes through materials is left out", node);
-        if (!m.layers.empty() || m.program || !m.passes.empty())
-            leaving_.notes.add("layers, passes and programs of materials are left out", node);
-        if (!shaders.empty())
-            for (const char* set : {"st", "st1"})
-                if (shaders.find(fmt::format("/{}.outputs:result>", set)) != std::string::npos)
-                    shaders += fmt::format(
-                        "            def Shader \"{}\"\n            {{\n{}uniform token info:id = "
-                        "\"UsdPrimvarReader_float2\"\n{}string inputs:varname = \"{}\"\n"
-                        "{}float2 outputs:result\n            }}\n",
-                        set, in, in, set, in);
-        looks_ += fmt::format(
-            "        def Material \"{}\"\n        {{\n            token outputs:surface.connect = "
-            "<{}/surface.outputs:surface>\n            def Shader \"surface\"\n            {{\n{}"
-            "            }}\n{}        }}\n",
-            known->second, here, surface, shaders);
-        return known->second;
-    }
-
-    bool addTexture(const std::string& material, std::string_view name, std::string_view channel, ObjectId id,
-                    const std::string& scale, const std::string& bias, ObjectId node, std::string& shaders) {
-        const auto* image = leaving_.scene.get<Image>(id);
-        const std::string file = image ? picture(*image, node) : std::string();
-        if (file.empty()) return false;
-        const auto wrap = [](std::int64_t how) {
-            return how == Image::kClamp ? "clamp" : how == Image::kMirror ? "mirror" : "repeat";
-        };
-        const std::string in = indent(4);
-        const char* set = image->texcoordSet == 1 ? "st1" : "st";
-        std::string from = fmt::format("<{}/{}.outputs:result>", material, set);
-        if (isPlaced(*image)) {
-            // Ours count v from above: 1 - v goes in, and comes out.
-            const float c = std::cos(image->rotation), s = std::sin(image->rotation);
-            const Vec2f at(image->offset[0] + s * image->scale[1], 1 - image->offset[1] - c * image->scale[1]);
-            shaders += fmt::format(
-                "            def Shader \"{}_place\"\n            {{\n{}uniform token info:id = \"UsdTransform2d\"\n"
-                "{}float2 inputs:in.connect = {}\n{}float inputs:rotation = {}\n{}float2 inputs:scale = ({}, {})\n"
-                "{}float2 inputs:translation = ({}, {})\n{}float2 outputs:result\n            }}\n",
-                name, in, in, from, in, image->rotation * 180 / std::numbers::pi_v<float>, in, image->scale[0],
-                image->scale[1], in, at[0], at[1], in);
-            from = fmt::format("<{}/{}_place.outputs:result>", material, name);
-        }
-        shaders += fmt::format(
-            "            def Shader \"{}\"\n            {{\n{}uniform token info:id = \"UsdUVTexture\"\n"
-            "{}asset inputs:file = @{}@\n{}float2 inputs:st.connect = {}\n"
-            "{}token inputs:wrapS = \"{}\"\n{}token inputs:wrapT = \"{}\"\n",
-            name, in, in, file, in, from, in, wrap(image->wrapU), in, wrap(image->wrapV));
-        shaders += fmt::format("{}float4 inputs:scale = {}\n", in, scale);
-        if (!bias.empty()) shaders += fmt::format("{}float4 inputs:bias = {}\n", in, bias);
-        const bool color = channel == "rgb" && bias.empty();
-        shaders +=
-            fmt::format("{}token inputs:sourceColorSpace = \"{}\"\n{}{} outputs:{}\n            }}\n", in,
-                        color || channel == "a" ? "sRGB" : "raw", in, channel == "rgb" ? "float3" : "float", channel);
-        return true;
-    }
-
-    std::string picture(const Image& image, ObjectId node) {
-        if (image.pixels.empty()) return {};
-        const auto [known, isNew] = pictures_.try_emplace(image.pixels.id(), std::string());
-        if (!isNew) return known->second;
-        std::optional<Bytes> png = pngOf(image, leaving_.notes, node);
-        if (!png) return {};
-        return known->second = companions_.addPicture(std::move(*png), files_);
-    }
+    struct Written {
+        std::string path;
+        std::string text;  ///< as it may be repeated; empty: it is too long, or stands once
+    };
+    /// Of all shapes, wherever they stand: what is repeated is the same text.
+    static constexpr const char* kShapeIndent = "    ";
 
     const LeavingScene& leaving_;
     Companions companions_;
     std::string top_;
     PlannedTree tree_;
     LeavingMeshes meshes_;
+    LeavingMeshes drawn_;  ///< without a tolerance
+    UsdaLooks looks_;
     LeavingFiles files_;
     std::map<int, std::vector<NodeTrack>> tracks_;
     double end_ = 0;  ///< s
     std::map<ObjectId, std::size_t> uses_;
-    std::map<ObjectId, std::string> known_, materials_;
-    std::map<BlobId, std::string> pictures_;
-    std::string shapes_, looks_, text_;
+    std::map<std::pair<ObjectId, bool>, Written> known_;
+    std::size_t repeatable_ = kMostRepeatedBytes;
+    std::string place_;  ///< the path of the prim that is written
+    std::string text_;
 };
 
 }  // namespace

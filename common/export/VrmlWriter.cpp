@@ -1,4 +1,7 @@
 // A scene as VRML 2.0 (ISO/IEC 14772-1): Transforms, Shapes by DEF and USE, lights, viewpoints, interpolators.
+//
+// A node that bears one thing and nothing else is that thing, as our importer makes one node of it. A WorldInfo lists
+// names that are no identifiers of VRML: "n_1st=1st".
 
 #include <fmt/format.h>
 
@@ -8,11 +11,13 @@
 #include <map>
 #include <set>
 
+#include "common/base/WrittenByTessera.h"
 #include "common/cores/Material.h"
 #include "common/cores/Skin.h"
 #include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
+#include "common/export/LeavingLooks.h"
 #include "common/export/LeavingMeshes.h"
 #include "common/export/LeavingPictures.h"
 #include "common/export/NodeTracks.h"
@@ -52,6 +57,10 @@ std::string axisAndAngle(const Quatd& turn) {
     return fmt::format("{} {} {} {}", a.axis()[0], a.axis()[1], a.axis()[2], a.angle());
 }
 
+std::string three(const Vec3d& v) {
+    return fmt::format("{} {} {}", v[0], v[1], v[2]);
+}
+
 std::string vrmlColor(const Vec3f& linear) {
     std::string text;
     for (int i = 0; i < 3; ++i)
@@ -69,17 +78,20 @@ public:
 
     Expected<LeavingFiles> run() {
         if (!leaving_.options.still) tracks_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
+        for (const NodeTrack& track : tracks_) moving_.insert(track.node);
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
         for (const int top : tree_.tops)
             if (Expected<void> done = addNode(top, 0); !done) return tl::unexpected(done.error());
         addMotion();
-        std::string head = fmt::format("#VRML V2.0 utf8\n# {}\n", companions_.mark());
+        std::string head =
+            fmt::format("#VRML V2.0 utf8\n# {}\nWorldInfo {{ info [ {}", companions_.mark(), vrmlQuoted(kWriterName));
+        for (const std::string& name : otherNames_) head += ", " + vrmlQuoted(name);
+        head += " ] }\n";
         if (Expected<void> fits = checkFileBytes(head.size() + text_.size(), leaving_.options); !fits)
             return tl::unexpected(fits.error());
         files_.files.push_back(
             {.path = leaving_.path, .parts = {sliceOfText(std::move(head)), sliceOfText(std::move(text_))}});
-        files_.nodes = tree_.nodes.size();
         return std::move(files_);
     }
 
@@ -91,8 +103,7 @@ private:
     std::string uniqueName(std::string_view name) {
         std::string plain = "n_";  // of what begins as no identifier may, or is a word of VRML's
         for (const char c : name) {
-            const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-                              static_cast<unsigned char>(c) >= 0x80;
+            const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
             plain += good ? c : '_';
         }
         static const std::set<std::string, std::less<>> kWords = {
@@ -103,52 +114,82 @@ private:
         return unique_.take(plain);
     }
 
+    /// "DEF name ", of what has this name; VRML's own, where that is another one, is listed.
+    std::string def(const std::string& name) {
+        ++files_.nodes;
+        const std::string own = uniqueName(name);
+        if (own != name) otherNames_.push_back(fmt::format("{}={}", own, name));
+        return fmt::format("DEF {} ", own);
+    }
+
     Expected<void> addNode(int index, std::size_t depth) {
         const PlannedNode& node = tree_.nodes[static_cast<std::size_t>(index)];
         const std::string in = indent(depth), more = indent(depth + 1);
-        const std::string& name = names_.emplace(index, uniqueName(node.name)).first->second;
-        if (name != node.name && !node.name.empty())
-            leaving_.notes.add("names have other letters, or a number behind, where VRML takes them not as they are");
-        text_ += fmt::format("{}DEF {} Transform {{\n", in, name);
-        const auto three = [](const Vec3d& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
+        if (node.isLeaf()) {
+            // Such cores place nothing, so the node stands where its parent does.
+            if (node.bearsItself(node.shapes) || node.bearsItself(node.glyphs)) {
+                const Expected<bool> shown =
+                    addShape(selected(node.glyphs ? *node.glyphs : node.shapes.front()), depth);
+                if (!shown) return tl::unexpected(shown.error());
+                if (*shown) return {};
+            }
+            if (node.bearsItself(node.light)) {
+                addLight(selected(*node.light), node.name, in);
+                return {};
+            }
+            if (node.camera && !node.light && node.shapes.empty() && !node.glyphs && node.scale == Vec3d::Ones() &&
+                !moving_.contains(index)) {
+                addViewpoint(node, node.name, in, true);
+                return {};
+            }
+        }
+        const std::string called = def(node.name);
+        names_.emplace(index, called.substr(4, called.size() - 5));
+        text_ += fmt::format("{}{}Transform {{\n", in, called);
         if (node.translation != Vec3d::Zero()) text_ += more + "translation " + three(node.translation) + '\n';
         if (std::abs(node.rotation.w()) < 1) text_ += more + "rotation " + axisAndAngle(node.rotation) + '\n';
         if (node.scale != Vec3d::Ones()) text_ += more + "scale " + three(node.scale) + '\n';
         text_ += more + "children [\n";
-        for (const std::size_t shape : node.shapes)
-            if (Expected<void> done = addShape(selected(shape), depth + 2); !done) return done;
-        if (node.glyphs)
-            if (Expected<void> done = addShape(selected(*node.glyphs), depth + 2); !done) return done;
-        if (node.light) addLight(selected(*node.light), indent(depth + 2));
-        if (node.camera)
-            text_ += fmt::format("{}Viewpoint {{ position 0 0 0 fieldOfView {} description {} }}\n", indent(depth + 2),
-                                 node.yfov, vrmlQuoted(node.cameraName));
+        std::vector<std::size_t> shapes = node.shapes;
+        if (node.glyphs) shapes.push_back(*node.glyphs);
+        for (const std::size_t shape : shapes)
+            if (Expected<bool> done = addShape(selected(shape), depth + 2); !done) return tl::unexpected(done.error());
+        if (node.light) addLight(selected(*node.light), node.lightName, indent(depth + 2));
+        if (node.camera) addViewpoint(node, node.cameraName, indent(depth + 2), false);
         for (const int child : node.children)
             if (Expected<void> done = addNode(child, depth + 2); !done) return done;
         text_ += fmt::format("{}]\n{}}}\n", more, in);
         return {};
     }
 
-    Expected<void> addShape(const SelectedNode& node, std::size_t depth) {
+    /// `placed`: where the node stands; else in its parent, which stands there.
+    void addViewpoint(const PlannedNode& node, const std::string& name, const std::string& in, bool placed) {
+        text_ += fmt::format("{}{}Viewpoint {{ position {} orientation {} fieldOfView {} description {} }}\n", in,
+                             def(name), three(placed ? node.translation : Vec3d(Vec3d::Zero())),
+                             axisAndAngle(placed ? node.rotation : Quatd::Identity()), node.yfov, vrmlQuoted(name));
+    }
+
+    /// False: there is nothing to be seen.
+    Expected<bool> addShape(const SelectedNode& node, std::size_t depth) {
         Expected<MeshArrays> arrays = meshes_.of(node);
         if (arrays && arrays->kind == MeshKind::kGlyphs) arrays = expandedCopies(*arrays);
         if (!arrays) return tl::unexpected(arrays.error());
-        if (arrays->positions.empty()) return {};
+        if (arrays->positions.empty()) return false;
         const bool triangles = arrays->kind == MeshKind::kTriangles;
         if (!triangles && arrays->kind != MeshKind::kLines && arrays->kind != MeshKind::kPoints) {
             leaving_.notes.add("particles are left out", node.id);
-            return {};
+            return false;
         }
         if (node.core.is<Skin>()) leaving_.notes.add("skins stand still", node.id);
         files_.triangles += arrays->indices.sizeBytes() / (3 * sizeof(std::uint32_t));
         const std::string in = indent(depth), more = indent(depth + 1);
         const ObjectId material = node.materialFor(drawableOf(node.core).material());
-        text_ += in + "Shape {\n";
+        text_ += fmt::format("{}{}Shape {{\n", in, def(node.node->name.empty() ? "node" : node.node->name));
         if (material || triangles) text_ += more + "appearance " + appearance(material, *arrays, node.id, more) + '\n';
         const auto known = shapes_.find(node.node->core);
         if (known != shapes_.end()) {
             text_ += fmt::format("{}geometry USE {}\n{}}}\n", more, known->second, in);
-            return {};
+            return true;
         }
         std::string called;
         if (uses_[node.node->core] > 1) {
@@ -158,7 +199,7 @@ private:
         }
         text_ += fmt::format("{}geometry {}{}\n{}}}\n", more, called,
                              geometry(*arrays, materialOf(leaving_.scene, material), more), in);
-        return {};
+        return true;
     }
 
     static std::string geometry(const MeshArrays& arrays, const Material& material, const std::string& in) {
@@ -203,6 +244,7 @@ private:
         known->second = uniqueName("look");
         const Material m = materialOf(leaving_.scene, id);
         const bool blends = m.alphaMode == Material::kBlend || m.alphaMode == Material::kAutoAlpha;
+        noteLosses(m, node);
         const Vec3f base = m.baseColor.head<3>();
         // What pictures that stay behind say, as one value each.
         const auto meanOf = [&](ObjectId of, bool linear) {
@@ -218,10 +260,14 @@ private:
         std::string text = fmt::format("DEF {} Appearance {{\n{}  material Material {{ ", known->second, in);
         text += fmt::format("diffuseColor {} emissiveColor {} ", glows ? "0 0 0" : vrmlColor(base),
                             vrmlColor(glows ? base : emissive));
-        const float mirrors = glows ? 0.0f : 0.04f + (1 - 0.04f) * metallic;
-        text += fmt::format("specularColor {} shininess {} transparency {} }}\n",
-                            vrmlColor(Vec3f(mirrors * (metallic > 0.5f ? mirrored : Vec3f(Vec3f::Ones())))),
-                            std::clamp(1 - roughness, 0.01f, 1.0f), blends ? 1 - m.baseColor[3] : 0.0f);
+        const bool phong = m.shading == Material::kPhong;
+        const float mirrors = 0.04f + (1 - 0.04f) * metallic;
+        const Vec3f highlight = glows   ? Vec3f(Vec3f::Zero())
+                                : phong ? Vec3f(m.specular * m.specularColor)
+                                        : Vec3f(mirrors * (metallic > 0.5f ? mirrored : Vec3f(Vec3f::Ones())));
+        text += fmt::format("specularColor {} shininess {} transparency {} }}\n", vrmlColor(highlight),
+                            std::clamp(phong ? m.shininess / 128 : 1 - roughness, 0.01f, 1.0f),
+                            blends ? 1 - m.baseColor[3] : 0.0f);
         const auto* image = m.baseColorImage ? leaving_.scene.get<Image>(m.baseColorImage) : nullptr;
         if (const std::string file = image && mapped ? picture(*image, node) : std::string(); !file.empty()) {
             const auto repeats = [](std::int64_t wrap) { return wrap == Image::kClamp ? "FALSE" : "TRUE"; };
@@ -234,6 +280,20 @@ private:
         return text + in + '}';
     }
 
+    void noteLosses(const Material& m, ObjectId node) {
+        ExportNotes& notes = leaving_.notes;
+        Material lost = m;
+        lost.shading = Material::kMetalRoughness;  // Phong's is VRML's own
+        noteLostLooks(lost, notes, node);
+        if (m.shading == Material::kPhong) return;
+        if (m.metallic > 0) notes.add("metals are written as what mirrors their colour", node);
+        if (m.clearcoat > 0) notes.add("clear coats are left out", node);
+        if (m.transmission > 0) notes.add("light that goes through materials is left out", node);
+        if (m.alphaMode == Material::kMask) notes.add("masks of opacity are left out", node);
+        if (m.specular != 1 || m.specularColor != Vec3f::Ones() || m.ior != 1.5f)
+            notes.add("how much what is no metal reflects, and how tinted, is left out", node);
+    }
+
     std::string picture(const Image& image, ObjectId node) {
         if (image.pixels.empty()) return {};
         const auto [known, isNew] = pictures_.try_emplace(image.pixels.id(), std::string());
@@ -243,26 +303,29 @@ private:
         return known->second = companions_.addPicture(std::move(*png), files_);
     }
 
-    void addLight(const SelectedNode& node, const std::string& in) {
+    void addLight(const SelectedNode& node, const std::string& name, const std::string& in) {
         const LightSource light = node.core.info().light(node.core.data());
         const float strongest = std::max(light.radiance.maxCoeff(), 0.0f);
         if (strongest > 1) leaving_.notes.add("lights are as strong as VRML has them, 1 at most", node.id);
         const Vec3f color = strongest > 0 ? Vec3f(light.radiance / strongest) : Vec3f(Vec3f::Ones());
         const std::string common = fmt::format("on {} color {} intensity {}", light.on ? "TRUE" : "FALSE",
                                                vrmlColor(color), std::min(strongest, 1.0f));
+        if (light.scope) leaving_.notes.add("lights shine on everything: what they are for is left out", node.id);
+        if (light.shadows) leaving_.notes.add("which lights cast shadows is left out", node.id);
+        const std::string called = def(name.empty() ? "light" : name);
         if (light.kind == LightSource::Kind::kDirectional) {
             leaving_.notes.add("directional lights shine on what is below their node alone", node.id);
-            text_ += fmt::format("{}DirectionalLight {{ {} direction 0 0 -1 }}\n", in, common);
+            text_ += fmt::format("{}{}DirectionalLight {{ {} direction 0 0 -1 }}\n", in, called, common);
             return;
         }
         const std::string falls =
             fmt::format("{} attenuation {} {} {} radius {}", common, light.attenuation[0], light.attenuation[1],
                         light.attenuation[2], light.range > 0 ? light.range : 1e6f);
         if (light.kind == LightSource::Kind::kSpot)
-            text_ += fmt::format("{}SpotLight {{ {} direction 0 0 -1 cutOffAngle {} beamWidth {} }}\n", in, falls,
-                                 light.outerAngle, light.innerAngle);
+            text_ += fmt::format("{}{}SpotLight {{ {} direction 0 0 -1 cutOffAngle {} beamWidth {} }}\n", in, called,
+                                 falls, light.outerAngle, light.innerAngle);
         else
-            text_ += fmt::format("{}PointLight {{ {} }}\n", in, falls);
+            text_ += fmt::format("{}{}PointLight {{ {} }}\n", in, called, falls);
     }
 
     /// One clock for all, and an interpolator for each property that moves. ROUTEs come behind the last node: some
@@ -305,6 +368,8 @@ private:
     std::map<std::tuple<ObjectId, bool, bool>, std::string> looks_;
     std::map<BlobId, std::string> pictures_;
     std::map<int, std::string> names_;
+    std::set<int> moving_;
+    std::vector<std::string> otherNames_;  ///< "VRML's own=name"
     UniqueNames unique_{"_"};
     std::string text_;
 };

@@ -124,6 +124,7 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     file->isScene = isScene;
     if (options.placing) file->pointRadius = options.placing->pointRadius;
     file->content = std::move(*content);
+    file->hasOwnTops = isScene || file->content.by_tessera();
     file->blobs = std::move(output->blobs);
     file->meshes = indexByName(file->content.mesh());
     file->materials = indexByName(file->content.material());

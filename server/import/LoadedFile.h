@@ -22,7 +22,8 @@ namespace tessera {
 struct LoadedFile {
     std::string path;                   ///< canonical
     std::string label;                  ///< as it was named, for messages
-    bool isScene = false;               ///< .tsct or .tsc: its top-level nodes stand for themselves
+    bool isScene = false;               ///< .tsct or .tsc
+    bool hasOwnTops = false;            ///< as those have: its top-level nodes stand for themselves
     std::optional<double> pointRadius;  ///< of all its points, whatever it says
     bool hasPoints = false;             ///< among what was placed so far
     proto::scene::SceneFile content;

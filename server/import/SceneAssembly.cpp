@@ -72,8 +72,8 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     // A scene's names end at the file's own nodes, whatever holds them.
     const bool several = file.content.node_size() != 1 || !file.content.saved().empty();
     const bool placedByUs =
-        options.placing && (!file.isScene || options.placing->said() || (options.gathers && several));
-    if (!file.isScene || placedByUs) {
+        options.placing && (!file.hasOwnTops || options.placing->said() || (options.gathers && several));
+    if (!file.hasOwnTops || placedByUs) {
         const ObjectId place = placedByUs ? draft_.create(standOf(draft_, file, *options.placing)) : ObjectId{};
         const Expected<PlacedNode*> node = nodes_.make(readName(stemOf(file.path), "model"), place, spot);
         if (!node) return failWith(path, node.error());
@@ -91,7 +91,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     if (!count) return tl::unexpected(count.error());
     if (!nodes_.hasRoomFor(*count)) return failWith(path, draft_.tooManyNodes());
     if (const Expected<void> done = placeFile(file, spot); !done) return done;
-    if (!file.isScene && draft_.drawn() == drawnBefore) {
+    if (!file.hasOwnTops && draft_.drawn() == drawnBefore) {
         // What was left away tells why.
         std::string why;
         int left = 3;

@@ -83,7 +83,8 @@ Expected<void> writeForOthers(const std::string& path, const FileScene& file, co
     const Expected<ExportReport> report = exportScene(path, file.scene, options);
     if (!report) return tl::unexpected(report.error());
     for (const std::string& note : report->notes) fmt::print(stderr, "tessera-convert: note: {}: {}\n", path, note);
-    fmt::print("{}: {} nodes, {} triangles, {} bytes\n", path, report->nodes, report->triangles, report->bytes);
+    fmt::print("{}: {} nodes, {} triangles where they stand, {} bytes\n", path, report->nodes, report->triangles,
+               report->bytes);
     for (std::size_t i = 0; i + 1 < report->files.size(); ++i) fmt::print("{}: beside it\n", report->files[i]);
     return {};
 }
@@ -137,16 +138,19 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         .typeName("PATH")
         .oneEach();
     ExportOptions leaves;
-    commandLine
-        .option("--under", leaves.under,
+    const Option under =
+        commandLine
+            .option(
+                "--under", leaves.under,
                 "For other programs: this node and what is\nbelow it alone, where it stands; of those\nabove it the "
                 "places")
-        .typeName("PATH");
+            .typeName("PATH");
     commandLine.flag("--still", leaves.still, "For other programs: without animations");
     commandLine
         .option("--tolerance", leaves.tolerance,
                 "For other programs: how far triangles may\nbe off smooth surfaces and letters; 0: as\nthe scene says")
-        .typeName("METRES");
+        .typeName("METRES")
+        .number();
     const Expected<std::optional<std::string>> instead = commandLine.read(words);
     if (!instead) return fail(instead.error().code, instead.error().message + "; see --help");
     if (*instead) return ConvertHelp{**instead};
@@ -164,6 +168,7 @@ Expected<std::variant<ConvertArguments, ConvertHelp>> parseConvertArguments(cons
         if (optimise) return fail(ErrorCode::kUsage, "a wall is no scene: there is nothing to --optimise");
         return out;
     }
+    if (under.given() && leaves.under.empty()) return fail(ErrorCode::kUsage, kNoUnder);
     // Before a long import, not after it.
     const Expected<bool> foreign = leadsOut(out.out, leaves);
     if (!foreign) return tl::unexpected(foreign.error());

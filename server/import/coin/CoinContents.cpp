@@ -285,7 +285,7 @@ Expected<void> CoinWalk::placeParts(const SoNode& shape, const Parts& parts, Pla
         leaveOut(fmt::format("{} that shows nothing", shapeName(shape)), shape);
         return {};
     }
-    std::string name = nameOf(shape);
+    std::string name = calledName(shape);
     if (name.empty()) name = shapeName(shape);
     Place* in = &at;
     Expected<Opened> opened;
@@ -449,12 +449,20 @@ Expected<void> CoinWalk::addLight(const SoNode& node, Place& at) {
                        SbVec3f(1, 1, 1));
     SoModelMatrixElement::mult(&state, nullptr, place);
     const std::string parent = at.path;
-    Expected<Opened> opened = open(node, "light", at);
-    SoModelMatrixElement::set(&state, nullptr, before);
-    if (!opened || opened->node == nullptr) return opened ? Expected<void>() : tl::unexpected(opened.error());
-    if (Expected<void> room = takeNode(); !room) return room;
-    Message& light = *opened->node->add_node();
-    light.set_name("source");
+    Message* made = nullptr;
+    if (scene_.file.by_tessera() && modelMatrix().isApprox(Affine3d::Identity(), 0.0)) {
+        if (Expected<void> room = takeNode(); !room) return room;
+        made = make(calledName(node), at);
+        SoModelMatrixElement::set(&state, nullptr, before);
+    } else {
+        Expected<Opened> opened = open(node, "light", at);
+        SoModelMatrixElement::set(&state, nullptr, before);
+        if (!opened || opened->node == nullptr) return opened ? Expected<void>() : tl::unexpected(opened.error());
+        if (Expected<void> room = takeNode(); !room) return room;
+        made = opened->node->add_node();
+        made->set_name("source");
+    }
+    Message& light = *made;
     const auto fill = [&](auto& message) {
         message.mutable_color()->set_r(linearOfSrgb(std::clamp(color[0], 0.0f, 1.0f)));
         message.mutable_color()->set_g(linearOfSrgb(std::clamp(color[1], 0.0f, 1.0f)));
@@ -470,8 +478,8 @@ Expected<void> CoinWalk::addLight(const SoNode& node, Place& at) {
     };
     if (kind == kDirectional) {
         fill(*light.mutable_directional_light());
-        // VRML 2's lights what is below the group that it is in.
-        if (vrml2 && !parent.empty()) light.mutable_directional_light()->set_scope(parent);
+        // VRML 2's lights what is below the group that it is in; ours were for all.
+        if (vrml2 && !parent.empty() && !scene_.file.by_tessera()) light.mutable_directional_light()->set_scope(parent);
     } else if (kind == kPoint) {
         fill(*light.mutable_point_light());
         fade(*light.mutable_point_light());
@@ -490,7 +498,7 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
     SbVec3f where(0, 0, 0);
     SbRotation turn = SbRotation::identity();
     View view;
-    std::string name = nameOf(node);
+    std::string name = calledName(node);
     double angle = 0;
     if (is<SoVRMLViewpoint>(node)) {
         const auto& source = as<SoVRMLViewpoint>(node);
@@ -500,7 +508,7 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
         constexpr std::size_t kLongestWords = 100;
         std::string words(cutUtf8(lettersOf(source.description.getValue()), kLongestWords));
         std::ranges::replace(words, '/', '_');
-        if (!words.empty()) name = words;
+        if (!words.empty() && !scene_.file.by_tessera()) name = words;
     } else {
         const auto& source = as<SoCamera>(node);
         where = source.position.getValue();

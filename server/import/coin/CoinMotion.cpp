@@ -234,7 +234,7 @@ void CoinMotion::finish() {
         const bool waits = !loops || !sensor->enabled.getValue();
         animation.set_paused(waits);
         if (waits) ++waiting;
-        proto::scene::Node* node = scene_.file.add_node();
+        proto::scene::Node* node = scene_.addBeside();
         const std::string name = nameOf(*sensor);
         node->set_name(name.empty() ? "animation" : name);
         *node->mutable_animation() = std::move(animation);

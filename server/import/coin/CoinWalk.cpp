@@ -16,6 +16,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/Utf8.h"
+#include "common/base/WrittenByTessera.h"
 #include "server/import/coin/CoinNodes.h"
 #include "server/import/reader/CameraStand.h"
 
@@ -113,6 +115,7 @@ Expected<void> CoinWalk::walk(SoNode& root) {
             // VRML has no word for it; rounder than Inventor's half.
             SoComplexityElement::set(action->getState(), 0.8f);
             SoComplexityTypeElement::set(action->getState(), SoComplexityTypeElement::OBJECT_SPACE);
+            walk.readOwnNames(*node);
             std::set<std::string> names;
             Place top{[&] { return walk.scene_.file.add_node(); }, "", Affine3d::Identity(), &names, 1};
             walk.result_ = walk.visitChildren(const_cast<SoNode&>(*node), top);
@@ -122,6 +125,25 @@ Expected<void> CoinWalk::walk(SoNode& root) {
     action_.apply(&root);
     if (result_) finish();
     return result_;
+}
+
+void CoinWalk::readOwnNames(const SoNode& root) {
+    const SoChildList* const children = root.getChildren();
+    for (int i = 0; children != nullptr && i < children->getLength(); ++i) {
+        const SoNode& child = *(*children)[i];
+        if (!is<SoVRMLWorldInfo>(child)) continue;
+        const std::vector<std::string> info = stringsOf(as<SoVRMLWorldInfo>(child).info);
+        if (info.empty() || !isWrittenByTessera(info.front())) continue;
+        scene_.file.set_by_tessera(true);
+        for (const std::string& line : info)
+            if (const std::size_t end = line.find('='); end != std::string::npos && isUtf8(line))
+                ownNames_.emplace(line.substr(0, end), line.substr(end + 1));
+    }
+}
+
+std::string CoinWalk::calledName(const SoNode& node) const {
+    const auto other = ownNames_.find(node.getName().getString());
+    return other == ownNames_.end() ? nameOf(node) : other->second;
 }
 
 Expected<void> CoinWalk::visit(SoNode& node, Place& at) {
@@ -254,7 +276,8 @@ Expected<void> CoinWalk::addTransform(SoVRMLTransform& node, Place& at) {
                 in = &outer->place;
             }
         }
-        opened = openAt(nameOf(node).empty() ? "Transform" : nameOf(node), Affine3d::Identity(), *in);
+        const std::string name = calledName(node);
+        opened = openAt(name.empty() ? "Transform" : name, Affine3d::Identity(), *in);
         if (opened && opened->node != nullptr) {
             opened->place.world = in->world * affineOf(matrix);
             if (centred) {
@@ -497,7 +520,7 @@ Expected<CoinWalk::Opened> CoinWalk::open(const SoNode& node, const char* otherw
         leaveOut("what stands at no finite place, or beyond 1e15", node);
         return Opened{};
     }
-    const std::string name = nameOf(node);
+    const std::string name = calledName(node);
     Expected<Opened> opened = openAt(name.empty() ? otherwise : name, map, at);
     resetModelMatrix();
     return opened;
@@ -531,7 +554,8 @@ CoinWalk::Message* CoinWalk::make(const std::string& name, Place& at) {
     return node;
 }
 
-std::string CoinWalk::freeName(const std::string& wanted, std::set<std::string>& names) {
+std::string CoinWalk::freeName(const std::string& wanted, std::set<std::string>& names) const {
+    if (scene_.file.by_tessera()) return wanted;
     if (names.insert(wanted).second) return wanted;
     for (std::size_t number = names.size() + 1;; ++number)
         if (std::string name = fmt::format("{} {}", wanted, number); names.insert(name).second) return name;

@@ -90,7 +90,12 @@ private:
     Message* make(const std::string& name, Place& at);
     /// kLimit: there are too many.
     Expected<void> takeNode();
-    static std::string freeName(const std::string& wanted, std::set<std::string>& names);
+    /// Of a file of our own the name that was wanted.
+    [[nodiscard]] std::string freeName(const std::string& wanted, std::set<std::string>& names) const;
+    /// Takes the list of a file of our own.
+    void readOwnNames(const SoNode& root);
+    /// What people call it; empty: nobody does.
+    [[nodiscard]] std::string calledName(const SoNode& node) const;
     [[nodiscard]] Affine3d modelMatrix() const;
     void resetModelMatrix();
     std::string meshName(MeshData mesh);
@@ -108,9 +113,10 @@ private:
     SoNode* root_ = nullptr;
     Expected<void> result_;
 
-    std::vector<std::string> fileNow_;  ///< the innermost file, by its real path, last
-    std::set<const SoNode*> above_;     ///< whose children are walked now
-    const SoNode* texture_ = nullptr;   ///< of Inventor, in force
+    std::map<std::string, std::string> ownNames_;  ///< of what VRML has to call otherwise
+    std::vector<std::string> fileNow_;             ///< the innermost file, by its real path, last
+    std::set<const SoNode*> above_;                ///< whose children are walked now
+    const SoNode* texture_ = nullptr;              ///< of Inventor, in force
     std::size_t nodes_ = 0, mostNodes_;
 
     std::map<std::string, Box> meshes_;      ///< bounds by name, which is made of the arrays' hash

@@ -23,7 +23,7 @@ constexpr std::size_t kMostInstances = 1'000'000;
 }  // namespace
 
 Affine3d GltfReader::Instance::matrix() const {
-    return composeTransform(translation, rotation, scale);
+    return composeTransform(translation, rotation.normalized(), scale);
 }
 
 Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf::Node& node) {
@@ -64,7 +64,7 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
         if (values[1].empty()) continue;
         const float* turn = &values[1][4 * i];
         const Quatd rotation(turn[3], turn[0], turn[1], turn[2]);
-        if (rotation.norm() > 1e-12) all[i].rotation = rotation.normalized();
+        if (rotation.norm() > 1e-12) all[i].rotation = rotation;
     }
     return all;
 }
@@ -82,7 +82,9 @@ std::vector<std::size_t> GltfReader::withoutGlyphs(const std::vector<Part>& part
                                                    proto::scene::Node& placed) {
     std::vector<std::size_t> all(places.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    if (places.size() <= kMostPlacedNodes) return all;
+    // Files of our own have glyphs so.
+    const bool ours = scene_.file.by_tessera() && parts.size() == 1;
+    if (places.size() <= kMostPlacedNodes && !ours) return all;
     std::vector<proto::scene::Glyphs> glyphs;
     for (const Part& part : parts) {
         std::optional<proto::scene::Glyphs> glyph = glyphOf(scene_, part.mesh, part.material, Affine3d::Identity());
@@ -93,7 +95,11 @@ std::vector<std::size_t> GltfReader::withoutGlyphs(const std::vector<Part>& part
     const auto placeOf = [&](std::size_t i) {
         return CopyPlace{places[i].translation, places[i].rotation, places[i].scale};
     };
-    return addGlyphs(all, placeOf, glyphs, [&] { return placed.add_node(); });
+    return addGlyphs(all, placeOf, glyphs, [&](std::size_t first, std::size_t part) {
+        proto::scene::Node* const node = placed.add_node();
+        node->set_name(ours && first == 0 ? "part 0" : instancesName(first, part));
+        return node;
+    });
 }
 
 Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {
@@ -106,7 +112,7 @@ Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Nod
         const Instance& instance = (*places)[i];
         proto::scene::Node* child = placed.add_node();
         child->set_name(fmt::format("instance {}", i));
-        setTransform(*child->mutable_transform(), instance.translation, instance.rotation, instance.scale);
+        setTransform(*child->mutable_transform(), instance.translation, instance.rotation.normalized(), instance.scale);
         addParts(*parts, *child);
     }
     return {};

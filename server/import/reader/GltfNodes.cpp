@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/WrittenByTessera.h"
 #include "common/math/Compose.h"
 #include "server/import/reader/GltfReader.h"
 
@@ -241,6 +242,7 @@ void GltfReader::noteExtension(const std::string& name) {
 
 Expected<PlainScene> GltfReader::read() {
     scene_.file.set_up_axis(2);  // Y, as glTF 2.0 says (proto/scene.proto)
+    scene_.file.set_by_tessera(isWrittenByTessera(model_.asset.generator));
     for (const std::string& extension : model_.extensionsUsed) noteExtension(extension);
     if (model_.scenes.size() > 1) scene_.note("of several scenes, the file's own choice is shown");
     // The scene the file names, else its first, else every node that nobody holds.

@@ -68,7 +68,7 @@ private:
     /// A place of a mesh, in its node's coordinates.
     struct Instance {
         Vec3d translation = Vec3d::Zero();
-        Quatd rotation = Quatd::Identity();
+        Quatd rotation = Quatd::Identity();  ///< as the file says it
         Vec3d scale = Vec3d::Ones();
         [[nodiscard]] Affine3d matrix() const;
     };

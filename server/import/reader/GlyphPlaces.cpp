@@ -41,7 +41,7 @@ void turnShape(const Quatd& turn, google::protobuf::RepeatedField<float>& vector
 
 /// One part of the thing at all of `which`, in as many nodes as it takes.
 void addPart(std::span<const std::size_t> which, const std::function<CopyPlace(std::size_t)>& placeOf, std::size_t axis,
-             proto::scene::Glyphs shape, std::size_t part, const std::function<proto::scene::Node*()>& make) {
+             proto::scene::Glyphs shape, std::size_t part, const GlyphNodes& make) {
     const std::size_t triangles = std::max<std::size_t>(static_cast<std::size_t>(shape.shape_indices_size()) / 3, 1);
     const std::size_t most = std::min(kMostGlyphsOfACore, kMostTrianglesOfACore / triangles);
     const Quatd turned = toY(axis);
@@ -55,10 +55,7 @@ void addPart(std::span<const std::size_t> which, const std::function<CopyPlace(s
                           });
     if (isEven) shape.set_length_by(proto::scene::Glyphs::SCALAR);
     for (; !which.empty(); which = which.subspan(std::min(most, which.size()))) {
-        proto::scene::Node& node = *make();
-        node.set_name(part == 0 ? fmt::format("instances {}", which.front())
-                                : fmt::format("instances {} part {}", which.front(), part));
-        proto::scene::Glyphs& glyphs = *node.mutable_glyphs();
+        proto::scene::Glyphs& glyphs = *make(which.front(), part)->mutable_glyphs();
         glyphs = shape;
         for (const std::size_t i : which.first(std::min(most, which.size()))) {
             const CopyPlace place = placeOf(i);
@@ -124,10 +121,13 @@ std::optional<proto::scene::Glyphs> glyphOf(const PlainScene& scene, const std::
     return glyphs;
 }
 
+std::string instancesName(std::size_t first, std::size_t part) {
+    return part == 0 ? fmt::format("instances {}", first) : fmt::format("instances {} part {}", first, part);
+}
+
 std::vector<std::size_t> addGlyphs(std::span<const std::size_t> which,
                                    const std::function<CopyPlace(std::size_t)>& placeOf,
-                                   const std::vector<proto::scene::Glyphs>& parts,
-                                   const std::function<proto::scene::Node*()>& make) {
+                                   const std::vector<proto::scene::Glyphs>& parts, const GlyphNodes& make) {
     std::array<std::vector<std::size_t>, 3> byAxis;
     std::vector<std::size_t> left;
     for (const std::size_t i : which) {

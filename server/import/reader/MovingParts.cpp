@@ -45,7 +45,7 @@ void AnimationNodes::add(std::string name, proto::scene::Animation animation) {
     if (animation.channel().empty()) return;
     animation.set_paused(count_ > 0);
     ++count_;
-    proto::scene::Node* node = scene_.file.add_node();
+    proto::scene::Node* node = scene_.addBeside();
     node->set_name(std::move(name));
     *node->mutable_animation() = std::move(animation);
 }

@@ -24,6 +24,10 @@ Bytes bytesOf(std::vector<T>& values) {
 
 }  // namespace
 
+proto::scene::Node* PlainScene::addBeside() {
+    return file.by_tessera() && file.node_size() == 1 ? file.mutable_node(0)->add_node() : file.add_node();
+}
+
 void PlainScene::note(std::string text) {
     if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(std::move(text));
 }

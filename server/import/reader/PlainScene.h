@@ -33,6 +33,9 @@ struct PlainScene {
     std::vector<std::string> faults;   ///< what is wrong in a person's text, and was left away: "line:column: what"
     std::string plain;                 ///< the name of `plainMaterial`, once there is one
 
+    /// Where animations and the like stand, which are no part of the file's tree: at its top. Of a file of our own with
+    /// one top node below that one, so that there is still one.
+    proto::scene::Node* addBeside();
     void note(std::string text);
     void noteMissing(const std::string& text);
     /// A material that says nothing but that faces have two sides, for what a file says no looks of; made the first

@@ -36,10 +36,12 @@ struct InstancePlaces {
     [[nodiscard]] Vec3d position(std::size_t i) const {
         return {positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]};
     }
-    [[nodiscard]] Quatd orientation(std::size_t i) const {
+    [[nodiscard]] Quatd orientation(std::size_t i) const { return turn(i).normalized(); }
+    /// As the file says it.
+    [[nodiscard]] Quatd turn(std::size_t i) const {
         if (orientations.empty()) return Quatd::Identity();
         const Quatd q(orientations[4 * i + 3], orientations[4 * i], orientations[4 * i + 1], orientations[4 * i + 2]);
-        return q.coeffs().allFinite() && q.norm() > 1e-6 ? q.normalized() : Quatd::Identity();
+        return q.coeffs().allFinite() && q.norm() > 1e-6 ? q : Quatd::Identity();
     }
     [[nodiscard]] Vec3d scale(std::size_t i) const {
         if (scales.empty()) return Vec3d::Ones();
@@ -149,7 +151,7 @@ std::vector<proto::scene::Glyphs> UsdReader::glyphsOf(const proto::scene::Defini
     return isAll ? parts : std::vector<proto::scene::Glyphs>();
 }
 
-Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside) {
+Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes) {
     const std::vector<std::string> targets = prim.targets("prototypes");
     InstancePlaces places = instancePlacesOf(prim, remarks_);
     std::vector<Prototype> prototypes;
@@ -164,10 +166,17 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
             places.shown[i] && places.prototypes[i] >= 0 && which < prototypes.size() && places.stands(i))
             bounds_.extend(prototypes[which].bounds.transformed(
                 inside.world_T_parent * composeTransform(places.position(i), places.orientation(i), places.scale(i))));
-    const auto placeOf = [&](std::size_t i) {
-        return CopyPlace{places.position(i), places.orientation(i), places.scale(i)};
+    const auto placeOf = [&](std::size_t i) { return CopyPlace{places.position(i), places.turn(i), places.scale(i)}; };
+    // Files of our own have glyphs so, in their node itself.
+    const bool ours = scene_.file.by_tessera();
+    const auto make = [&](std::size_t first, std::size_t part) {
+        if (ours && !ownNodes && node.content_case() == Node::CONTENT_NOT_SET) return &node;
+        Node* const made = inside.make();
+        made->set_name(instancesName(first, part));
+        return made;
     };
-    for (std::size_t prototype = 0; prototype < prototypes.size() && places.count() > kMostPlacedNodes; ++prototype) {
+    const bool areMany = ours || places.count() > kMostPlacedNodes;
+    for (std::size_t prototype = 0; prototype < prototypes.size() && areMany; ++prototype) {
         if (prototypes[prototype].definition.empty()) continue;
         const auto parts = glyphsOf(scene_.file.definition(prototypes[prototype].number));
         if (parts.empty()) continue;
@@ -177,7 +186,7 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
                 which.push_back(i);
                 places.shown[i] = false;
             }
-        for (const std::size_t i : addGlyphs(which, placeOf, parts, inside.make)) places.shown[i] = true;
+        for (const std::size_t i : addGlyphs(which, placeOf, parts, make)) places.shown[i] = true;
     }
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i]) continue;
@@ -189,10 +198,10 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
         const Prototype& prototype = prototypes[which];
         if (prototype.definition.empty()) continue;
         if (Expected<void> counted = countNodes(1 + prototype.nodes); !counted) return counted;
-        Node& node = *inside.make();
-        node.set_name(fmt::format("instance {}", i));
-        setTransform(*node.mutable_transform(), places.position(i), places.orientation(i), places.scale(i));
-        node.set_instance(prototype.definition);
+        Node& placed = *inside.make();
+        placed.set_name(fmt::format("instance {}", i));
+        setTransform(*placed.mutable_transform(), places.position(i), places.orientation(i), places.scale(i));
+        placed.set_instance(prototype.definition);
     }
     if (lost > 0)
         scene_.noteMissing(fmt::format("{}: {} of {} instances are left out, as they have no prototype or no place",

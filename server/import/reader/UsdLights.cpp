@@ -58,18 +58,19 @@ Vec3d blackBodyColor(double kelvin) {
 }
 
 template <typename Message>
-void setLight(Message& message, const Vec3d& color, double intensity) {
+void setLight(Message& message, const Vec3d& color, double intensity, bool shadows) {
     message.mutable_color()->set_r(static_cast<float>(color.x()));
     message.mutable_color()->set_g(static_cast<float>(color.y()));
     message.mutable_color()->set_b(static_cast<float>(color.z()));
     message.set_intensity(static_cast<float>(intensity));
+    message.set_shadows(shadows);
 }
 
 }  // namespace
 
 /// UsdLux speaks of radiance: of a sun's disk, or of a surface that shines. Here a light's intensity is what makes a
 /// white surface white: irradiance, or candela, over pi.
-Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& inside, Node& node) {
+Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNode) {
     using std::numbers::pi;
     const std::string& type = prim.type();
     if (!type.ends_with("Light") && type != "DomeLight_1") return false;
@@ -96,6 +97,14 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
         lights_.push_back(
             {intensity * color.maxCoeff(), directional ? kNoFalloff : kInverseSquare, world_T_prim.translation()});
     };
+    // All lights of USD cast them unless they say otherwise; here few can. So it counts where a file says so.
+    const bool shadows = lightNumber(prim, "shadow:enable", 0) != 0;
+    const auto shining = [&]() -> Node& {
+        if (!ownNode) return node;
+        Node& below = *node.add_node();
+        below.set_name("light");
+        return below;
+    };
     if (type == "DomeLight" || type == "DomeLight_1") {
         if (inside.hidden) {
             remarks_.add("dome lights that are invisible are left out", prim.path());
@@ -108,9 +117,8 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
         const double half = std::clamp(lightNumber(prim, "angle", 0.53), 0.0, 360.0) * pi / 360;
         const double sine = std::sin(std::min(half, pi / 2));
         const double intensity = std::min(normalized || half == 0 ? said / pi : said * sine * sine, kUtmostRadiance);
-        Node& light = *node.add_node();
-        light.set_name("light");
-        setLight(*light.mutable_directional_light(), color, intensity);
+        Node& light = shining();
+        setLight(*light.mutable_directional_light(), color, intensity, shadows);
         lit(intensity, true);
         return true;
     }
@@ -138,11 +146,10 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
     const double intensity = std::min(said * share / pi, kUtmostRadiance);
     const double cone =
         usdNumber(prim, "inputs:shaping:cone:angle", usdNumber(prim, "shaping:cone:angle", flat ? 90 : 180));
-    Node& light = *node.add_node();
-    light.set_name("light");
+    Node& light = shining();
     if (flat || cone < 90) {
         proto::scene::SpotLight& spot = *light.mutable_spot_light();
-        setLight(spot, color, intensity);
+        setLight(spot, color, intensity, shadows);
         const double outer = std::clamp(cone, 0.0, 90.0);
         const double soft =
             std::clamp(usdNumber(prim, "inputs:shaping:cone:softness", flat && cone >= 90 ? 1 : 0), 0.0, 1.0);
@@ -150,7 +157,7 @@ Expected<bool> UsdReader::addLight(const UsdComposedPrim& prim, const Above& ins
         spot.set_inner_angle_deg(static_cast<float>(outer * (1 - soft)));
         if (flat) remarks_.add("flat lights shine from their middle", prim.path());
     } else {
-        setLight(*light.mutable_point_light(), color, intensity);
+        setLight(*light.mutable_point_light(), color, intensity, shadows);
     }
     lit(intensity, false);
     return true;

@@ -387,6 +387,25 @@ Expected<std::vector<UsdPart>> UsdMeshes::ofMesh(const UsdComposedPrim& prim, co
     return parts;
 }
 
+std::size_t UsdMeshes::numberOf(const UsdValuePtr& value) {
+    const auto [known, isNew] = numbers_.try_emplace(value, 0);
+    if (!isNew) return known->second;
+    Hash128 hash;
+    std::visit(
+        [&]<typename Data>(const Data& data) {
+            if constexpr (std::is_same_v<Data, UsdValue::Words>)
+                hash = hash128(asBytes(fmt::format("{}", fmt::join(data, "\n"))));
+            else if constexpr (requires { data.data(); })
+                hash = hash128(std::as_bytes(std::span(data)));
+        },
+        value->data);
+    std::vector<UsdValuePtr>& like = values_[hash];
+    for (const UsdValuePtr& other : like)
+        if (other->data == value->data && other->array == value->array) return known->second = numbers_.at(other);
+    like.push_back(value);
+    return known->second = numbers_.size();
+}
+
 Expected<std::vector<UsdPart>> UsdMeshes::parts(const UsdComposedPrim& prim, const UsdWorn& worn) {
     worn_ = worn;
     const std::string& material = worn_.material;
@@ -396,14 +415,14 @@ Expected<std::vector<UsdPart>> UsdMeshes::parts(const UsdComposedPrim& prim, con
     for (const std::string& name : prim.propertyNames()) {
         if (name.starts_with("xformOp") || name == "visibility" || name == "purpose") continue;
         const std::optional<UsdAttribute> attribute = prim.attribute(name);
-        if (attribute && attribute->value) key += fmt::format("\n{} {}", name, fmt::ptr(attribute->value.get()));
+        if (attribute && attribute->value) key += fmt::format("\n{} {}", name, numberOf(attribute->value));
     }
     for (const std::string& name : prim.childNames()) {
         const Expected<UsdStage::Prim> child = stage_.child(prim, name);
         if (!child) return tl::unexpected(child.error());
         if ((*child)->type() != "GeomSubset") continue;
         const std::optional<UsdAttribute> faces = (*child)->attribute("indices");
-        key += fmt::format("\n{} {}", fmt::ptr(faces && faces->value ? faces->value.get() : nullptr),
+        key += fmt::format("\n{} {}", faces && faces->value ? numberOf(faces->value) : 0,
                            lookOf(prim, usdBoundMaterial(**child), true).material);
     }
     if (const auto known = known_.find(key); known != known_.end()) return known->second;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/Hash.h"
 #include "common/math/Box.h"
 #include "server/import/reader/PlainScene.h"
 #include "server/import/reader/UsdMaterials.h"
@@ -30,7 +31,7 @@ struct UsdWorn {
     const UsdInherited* primvars = nullptr;
 };
 
-/// Makes each once: prims that share their values, as references do, share the mesh.
+/// Makes each once: prims of equal values share the mesh, whether one refers to the other or says the same again.
 class UsdMeshes {
 public:
     UsdMeshes(UsdStage& stage, PlainScene& scene, const ReadLimits& limits, UsdMaterials& materials,
@@ -60,6 +61,8 @@ private:
     /// Of vertices alone, as points and curves have them.
     void setColors(const UsdComposedPrim& prim, const UsdLook& look, const UsdElements& elements, MeshData& data);
     UsdLook lookOf(const UsdComposedPrim& prim, const std::string& material, bool surface);
+    /// From 1, the same of equal values.
+    std::size_t numberOf(const UsdValuePtr& value);
     std::vector<UsdPart> added(const UsdComposedPrim& prim, MeshData data, const UsdLook& look);
 
     UsdStage& stage_;
@@ -69,6 +72,8 @@ private:
     UsdRemarks& remarks_;
     UsdWorn worn_;                                       ///< by the prim that is looked at
     std::map<std::string, std::vector<UsdPart>> known_;  ///< by what they are made of
+    std::map<UsdValuePtr, std::size_t> numbers_;
+    std::map<Hash128, std::vector<UsdValuePtr>> values_;  ///< the first of each
 };
 
 /// Lines along cubic curves of `points`, or along straight ones; UsdCurves.cpp.

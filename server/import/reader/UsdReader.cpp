@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/Utf8.h"
+#include "common/base/WrittenByTessera.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -40,6 +42,21 @@ bool usdIsLight(const UsdComposedPrim& prim) {
 bool isUsdGroup(const std::string& type) {
     static const std::set<std::string> kTypes = {"", "Xform", "Scope", "SkelRoot", "Camera", "PointInstancer"};
     return kTypes.contains(type);
+}
+
+/// What people call it, which may be more than an identifier can say.
+std::string usdShownName(const UsdComposedPrim& prim) {
+    const UsdValue* said = prim.metadata("displayName");
+    const std::string* word = said != nullptr ? said->word() : nullptr;
+    return word != nullptr && !word->empty() && isUtf8(*word) ? *word : prim.name();
+}
+
+bool isByTessera(const UsdStage& stage) {
+    const UsdValue* data = stage.metadata("customLayerData");
+    const UsdValue::Dictionary* said = data != nullptr ? data->dictionary() : nullptr;
+    if (said == nullptr) return false;
+    const auto creator = said->find("creator");
+    return creator != said->end() && creator->second.word() != nullptr && isWrittenByTessera(*creator->second.word());
 }
 
 /// What says how others look or move, and is nothing by itself.
@@ -88,9 +105,23 @@ Expected<bool> UsdReader::showsBelow(const UsdComposedPrim& prim, std::size_t de
     return false;
 }
 
+Expected<bool> UsdReader::holdsLooksAlone(const UsdComposedPrim& prim) {
+    const std::vector<std::string> names = prim.childNames();
+    for (const std::string& name : names) {
+        const Expected<UsdStage::Prim> child = stage_.child(prim, name);
+        if (!child) return tl::unexpected(child.error());
+        if (!isNothingByItself((*child)->type())) return false;
+    }
+    return !names.empty();
+}
+
 Expected<bool> UsdReader::isLeftOut(const UsdComposedPrim& prim, Above& inside) {
     const std::string& type = prim.type();
     if (isNothingByItself(type)) return true;
+    if (type == "Scope") {
+        const Expected<bool> looks = holdsLooksAlone(prim);
+        if (!looks || *looks) return looks;
+    }
     inside.purpose = usdWord(prim, "purpose", inside.purpose.c_str());
     if (isUsdHelper(inside.purpose)) {
         const Expected<bool> shown = showsBelow(prim, inside.depth);
@@ -125,7 +156,7 @@ UsdReader::Node* UsdReader::place(const UsdComposedPrim& prim, const Above& abov
         remarks_.add("prims that leave out the transforms above follow what of these moves", prim.path());
     if (transform.moves() && !inPrototype_) {
         Node* const node = above.make();
-        node->set_name(prim.name());
+        node->set_name(usdShownName(prim));
         addKeys(prim, transform, before, *node);
         return node;
     }
@@ -138,16 +169,18 @@ UsdReader::Node* UsdReader::place(const UsdComposedPrim& prim, const Above& abov
     }
     if (map.matrix() == Affine3d::Identity().matrix()) {
         Node* const node = above.make();
-        node->set_name(prim.name());
+        node->set_name(usdShownName(prim));
         return node;
     }
-    return addPlacedNode(above.make, prim.name(), map);
+    return addPlacedNode(above.make, usdShownName(prim), map);
 }
 
-/// The first time as it is, then as instances of a definition of its own.
+/// As it is, equal ones become one core; of very many as instances of a definition of its own.
 void UsdReader::placeSurface(const UsdPart& part, Node& node) {
     const auto [known, isNew] = surfaces_.try_emplace(part.surface.get());
-    if (isNew) {
+    const std::size_t bytes = part.surface->ByteSizeLong();
+    if (isNew || bytes <= surfaceBytes_) {
+        if (!isNew) surfaceBytes_ -= bytes;
         *node.mutable_subdivision_surface() = *part.surface;
         return;
     }
@@ -230,7 +263,7 @@ Expected<void> UsdReader::walk(const UsdComposedPrim& prim, const Above& above) 
     if (prim.metadata("clips") != nullptr) remarks_.add("value clips are left out", prim.path());
     if (prim.type() == "PointInstancer") {
         inside.primvars = usdInheritedBelow(prim, above.primvars, remarks_);
-        return addInstances(prim, inside);
+        return addInstances(prim, inside, *node, ownNodes);
     }
     if (isUsdGeometry(prim.type())) {
         if (isUsdHelper(inside.purpose)) return walkChildren(prim, inside);
@@ -239,7 +272,7 @@ Expected<void> UsdReader::walk(const UsdComposedPrim& prim, const Above& above) 
     } else if (prim.type() == "Camera") {
         cameras_.push_back({std::make_shared<UsdComposedPrim>(prim), inside.world_T_parent, node});
     } else {
-        const Expected<bool> light = addLight(prim, inside, *node);
+        const Expected<bool> light = addLight(prim, inside, *node, ownNodes);
         if (!light) return tl::unexpected(light.error());
         if (!*light && !isUsdGroup(prim.type()))
             remarks_.add(fmt::format("of type {}, which is not read, are left out", prim.type()), prim.path());
@@ -256,7 +289,18 @@ Expected<PlainScene> UsdReader::read() {
     above.make = [this] { return scene_.file.add_node(); };
     above.parent_T_above = Affine3d(Eigen::Scaling(metersPerUnit_));
     above.world_T_parent = above.parent_T_above;
-    if (Expected<void> done = walkChildren(**root, above); !done) return tl::unexpected(done.error());
+    Expected<UsdStage::Prim> top = *root;
+    // Of our own files all is below one prim that is named after the file, as USD wants it, and says nothing else.
+    if (const std::vector<std::string> names = (*root)->childNames(); isByTessera(stage_) && names.size() == 1) {
+        const Expected<UsdStage::Prim> only = stage_.child(**root, names.front());
+        if (!only) return tl::unexpected(only.error());
+        const std::set<std::string> said = (*only)->propertyNames();
+        if ((*only)->specifier() == UsdPrim::Specifier::kDef && (*only)->type() == "Xform" && said.empty()) {
+            scene_.file.set_by_tessera(true);
+            top = *only;
+        }
+    }
+    if (Expected<void> done = walkChildren(**top, above); !done) return tl::unexpected(done.error());
     addCameras();
     addAnimation();
     for (const Light& light : lights_) light_.add(light.intensity, light.falloff, light.at, bounds_);

@@ -52,6 +52,8 @@ private:
     Expected<void> addGeometry(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes);
     /// What is not shown, by its type; false: it may have something below.
     Expected<bool> isLeftOut(const UsdComposedPrim& prim, Above& inside);
+    /// Whether there are children, and nothing but materials among them.
+    Expected<bool> holdsLooksAlone(const UsdComposedPrim& prim);
     /// Whether a prim below has a purpose of its own, to be seen.
     Expected<bool> showsBelow(const UsdComposedPrim& prim, std::size_t depth);
     Expected<void> countNodes(std::size_t nodes);
@@ -63,14 +65,15 @@ private:
     void addAnimation();
 
     // UsdLights.cpp
-    /// Whether the prim is a light.
-    Expected<bool> addLight(const UsdComposedPrim& prim, const Above& inside, Node& node);
+    /// Whether the prim is a light. `ownNode`: what shines is a node below.
+    Expected<bool> addLight(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNode);
     Expected<void> addDome(const UsdComposedPrim& prim, const Affine3d& world_T_prim, double strength,
                            const Vec3d& color);
     void addCameras();
 
     // UsdInstances.cpp
-    Expected<void> addInstances(const UsdComposedPrim& prim, const Above& inside);
+    /// `ownNodes`: what is shown are nodes below.
+    Expected<void> addInstances(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes);
     struct Prototype {
         std::string definition;  ///< empty: nothing to be seen
         int number = 0;          ///< of the file's definitions
@@ -117,8 +120,9 @@ private:
     std::size_t keysBetween_ = 100'000;            ///< that the file's samples have not: 8333 turns
     std::map<std::string, Prototype> prototypes_;  ///< by path, and the material above
     std::set<std::string> openPrototypes_;
-    /// Surfaces that stand at several places are written once.
+    /// Surfaces that stand at several places, with their definitions, once these have to be.
     std::map<const proto::scene::SubdivisionSurface*, std::string> surfaces_;
+    std::size_t surfaceBytes_ = std::size_t{16} << 20;  ///< that surfaces may still be repeated in
     bool inPrototype_ = false;
 };
 

@@ -142,6 +142,8 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(saved.leaves.under, "/crane");
     EXPECT_TRUE(saved.leaves.still);
     EXPECT_EQ(saved.leaves.tolerance, 0.01);
+    EXPECT_NE(refusal("--server a:1 save hall.glb --under=").find("--under"), std::string::npos);
+    EXPECT_NE(refusal("--server a:1 save hall.glb --tolerance=").find("--tolerance"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 save hall.step").find(".tsct (text) or .tsc (binary)"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 save hall.step").find(".glb, .gltf"), std::string::npos);
     EXPECT_NE(refusal("--server a:1 save hall.tsc --under /crane").find("a scene is saved whole"), std::string::npos);

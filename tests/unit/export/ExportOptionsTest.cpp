@@ -1,4 +1,6 @@
 /// What a person chooses: a part of the scene, without motion, how fine.
+#include <set>
+
 #include "common/cores/Camera.h"
 #include "common/cores/Glyphs.h"
 #include "common/cores/PointLight.h"
@@ -26,8 +28,8 @@ TEST(ExportOptions, UnderANodeIsWhatIsBelowItWhereItStands) {
     const std::string out = scratch.path("out.glb");
     ASSERT_TRUE(exportScene(out, scene, {.under = "/hall/crane"}));
     const ImportedAspect again = readBack(out);
-    EXPECT_FALSE(findNode(*again, "/out/hall/wall"));
-    const Expected<ObjectId> hook = findNode(*again, "/out/hall/crane/hook");
+    EXPECT_FALSE(findNode(*again, "/hall/wall"));
+    const Expected<ObjectId> hook = findNode(*again, "/hall/crane/hook");
     ASSERT_TRUE(hook) << hook.error().message;
     EXPECT_TRUE(worldTransform(*again, *hook).translation().isApprox(Vec3d(10, 5, 0)));
 
@@ -43,10 +45,43 @@ TEST(ExportOptions, StillHasNoAnimations) {
     const std::string out = scratch.path("out.glb");
     ASSERT_TRUE(exportScene(out, *scene, {.still = true}));
     const ImportedAspect again = readBack(out);
-    EXPECT_FALSE(findNode(*again, "/out/arm/wave"));
+    EXPECT_FALSE(findNode(*again, "/arm/wave"));
     ASSERT_TRUE(exportScene(out, *scene));
     const ImportedAspect moving = readBack(out);
-    EXPECT_TRUE(findNode(*moving, "/out/wave"));
+    EXPECT_TRUE(findNode(*moving, "/arm/wave"));
+}
+
+bool hasNote(const std::vector<std::string>& notes, std::string_view words) {
+    return std::ranges::any_of(notes, [&](const std::string& note) { return note.find(words) != note.npos; });
+}
+
+TEST(ExportOptions, AToleranceBeyondWhatIsMadeOfASurfaceIsSaid) {
+    const Scratch scratch;
+    const ImportedAspect scene = readBack(std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/16-nurbs.tsct");
+    const Expected<ExportReport> report = exportScene(scratch.path("out.stl"), *scene, {.tolerance = 1e-12});
+    ASSERT_TRUE(report);
+    EXPECT_TRUE(hasNote(report->notes, "as fine as they can be, not within the tolerance"));
+}
+
+TEST(ExportOptions, AToleranceOfNothingSmoothIsSaid) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("triangle", built.add(triangleGeometry()));
+    const Expected<ExportReport> report = exportScene(scratch.path("out.glb"), built.take(), {.tolerance = 1});
+    ASSERT_TRUE(report);
+    EXPECT_TRUE(hasNote(report->notes, "the tolerance counts for nothing"));
+}
+
+TEST(ExportOptions, TrianglesCountWhereTheyStandWhateverAFormatShares) {
+    const Scratch scratch;
+    const ImportedAspect scene = readBack(std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/64-glyphs.tsct");
+    std::set<std::size_t> counts;
+    for (const char* out : {"out.glb", "out.gltf", "out.usda", "out.wrl", "out.obj", "out.stl", "out.ply"}) {
+        const Expected<ExportReport> report = exportScene(scratch.path(out), *scene);
+        ASSERT_TRUE(report) << out;
+        counts.insert(report->triangles);
+    }
+    EXPECT_EQ(counts.size(), 1u) << fmt::format("{}", fmt::join(counts, ", "));
 }
 
 TEST(ExportOptions, AToleranceMakesSmoothSurfacesFiner) {
@@ -60,15 +95,26 @@ TEST(ExportOptions, AToleranceMakesSmoothSurfacesFiner) {
     cube.screenError = 0;
     built.node("ball", built.add(cube));
     const Aspect scene = built.take();
+    std::vector<std::string> notes;
     const auto triangles = [&](double tolerance) {
         const Expected<ExportReport> report = exportScene(scratch.path("out.stl"), scene, {.tolerance = tolerance});
         EXPECT_TRUE(report);
+        if (report) notes = report->notes;
         return report ? report->triangles : 0;
     };
     EXPECT_EQ(triangles(0), 48u);
+    EXPECT_FALSE(hasNote(notes, "surfaces and letters are"));
     EXPECT_EQ(triangles(1), 48u);
+    EXPECT_TRUE(hasNote(notes, "as fine as the scene draws them, finer than the tolerance: /ball"));
     EXPECT_GE(triangles(1e-3), 4 * 48u);
+    EXPECT_FALSE(hasNote(notes, "surfaces and letters are"));
     EXPECT_GT(triangles(1e-4), triangles(1e-2));
+    EXPECT_GT(triangles(1e-30), 48u);
+    EXPECT_TRUE(hasNote(notes, "as fine as they can be, not within the tolerance: /ball"));
+    const Expected<ExportReport> smooth = exportScene(scratch.path("out.usda"), scene, {.tolerance = 1});
+    ASSERT_TRUE(smooth);
+    EXPECT_TRUE(hasNote(smooth->notes, "written as they are, whatever the tolerance: /ball"));
+    EXPECT_FALSE(hasNote(smooth->notes, "surfaces and letters are"));
     const Expected<bool> negative = leadsOut("out.stl", {.tolerance = -1});
     ASSERT_FALSE(negative);
     EXPECT_EQ(negative.error().code, ErrorCode::kUsage);
@@ -103,11 +149,11 @@ TEST(ExportOptions, CamerasAndLightsOfOurOwnComeBackWhereTheyWere) {
     const std::string out = scratch.path("out.glb");
     ASSERT_TRUE(exportScene(out, scene));
     const ImportedAspect again = readBack(out);
-    const PointLight* read = again.core<PointLight>("/out/stand/lamp/lamp");
+    const PointLight* read = again.core<PointLight>("/stand/lamp/lamp");
     ASSERT_NE(read, nullptr);
     EXPECT_TRUE((read->color * read->intensity).isApprox(Vec3f(6, 3, 0)));
     // The eye is 2.4 m before the window's middle, as it was.
-    const Expected<ObjectId> camera = findNode(*again, "/out/stand/view/view/view/camera");
+    const Expected<ObjectId> camera = findNode(*again, "/stand/view/view/view/camera");
     ASSERT_TRUE(camera) << camera.error().message;
     const Camera* wall = again->coreOf<Camera>(*again->get<Node>(*camera));
     const Vec3d eye = worldTransform(*again, *camera) * Vec3d(Vec3d(0, 1.5, 2.4) * wall->worldUnitsPerMetre);
@@ -128,7 +174,7 @@ TEST(ExportOptions, GlyphsAreOneMeshAtManyPlaces) {
     const Box box = sceneBounds(*again);
     EXPECT_NEAR(box.upper.x(), 7, 1e-5);  // the second arrow is two long, and points along X
     EXPECT_NEAR(box.upper.y(), 1, 1e-5);
-    EXPECT_TRUE(findNode(*again, "/out/flow/instance 1/part 0"));
+    EXPECT_NE(again.core<Glyphs>("/flow/part 0"), nullptr);
 
     // As many places as turns, in numbers.
     std::ifstream file(scratch.path("out.gltf"), std::ios::binary);

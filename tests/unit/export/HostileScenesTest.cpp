@@ -1,6 +1,13 @@
 /// Scenes that nobody would write by hand: every format writes them, or says why not, and never half a file.
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <future>
+
 #include "common/cores/Image.h"
+#include "common/cores/PointLight.h"
 #include "common/cores/Transform.h"
+#include "common/drawable/SceneBounds.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
 
@@ -190,6 +197,85 @@ TEST(HostileScene, PlacesThatCannotBeWrittenAreNamed) {
     ASSERT_FALSE(ending);
     EXPECT_EQ(ending.error().code, ErrorCode::kUsage);
     EXPECT_NE(ending.error().message.find(".glb, .gltf"), std::string::npos) << ending.error().message;
+}
+
+/// Whoever opens a pipe to look into it waits for ever.
+TEST(HostileScene, NoPipeIsWaitedFor) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("triangle", built.add(triangleGeometry()));
+    const Aspect scene = built.take();
+    for (const std::string& ending : allEndings()) {
+        const std::string path = scratch.path("pipe" + ending);
+        ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+        // So that a failure of this test is one.
+        const int reader = ::open(path.c_str(), O_RDWR | O_NONBLOCK);
+        std::string filler("x");
+        ASSERT_EQ(::write(reader, filler.data(), 1), 1);
+        auto saved = std::async(std::launch::async, [&] { return exportScene(path, scene); });
+        const bool ended = saved.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
+        EXPECT_TRUE(ended) << ending;
+        ::close(reader);
+        const Expected<ExportReport> report = saved.get();
+        ASSERT_FALSE(report) << ending;
+        EXPECT_NE(report.error().message.find("pipe"), std::string::npos) << report.error().message;
+    }
+}
+
+TEST(HostileScene, FilesOfTwoSavesAtOnceBelongTogether) {
+    const Scratch scratch;
+    const std::string path = scratch.path("out.gltf");
+    const auto scene = [](int triangles) {
+        BuiltScene built;
+        for (int i = 0; i < triangles; ++i) {
+            Geometry geometry = triangleGeometry();
+            geometry.positions = blobOf<float>({0, 0, 0, 1, 0, 0, 0, 1, static_cast<float>(i)});
+            built.node("triangle", built.add(geometry));
+        }
+        return built.take();
+    };
+    const Aspect small = scene(1), large = scene(3);
+    for (int round = 0; round < 300; ++round) {
+        auto other = std::async(std::launch::async, [&] { return exportScene(path, small); });
+        const Expected<ExportReport> report = exportScene(path, large);
+        ASSERT_TRUE(report) << report.error().message;
+        ASSERT_TRUE(other.get());
+        const std::string said = fmt::format("\"byteLength\":{}}}]", fs::file_size(path + ".bin"));
+        ASSERT_NE(contentOf(path).find(said), std::string::npos) << "round " << round;
+    }
+}
+
+TEST(HostileScene, LightsAndViewsAloneComeBack) {
+    const Scratch scratch;
+    BuiltScene built;
+    built.node("lamp", built.add(PointLight()));
+    const Aspect scene = built.take();
+    for (const char* ending : {".glb", ".usda", ".wrl"}) {
+        const std::string path = scratch.path(std::string("out") + ending);
+        ASSERT_TRUE(exportScene(path, scene));
+        const Expected<ImportedScene> again = importScene(path, kRootNode, importOptions());
+        EXPECT_TRUE(again) << messageOf(again);
+    }
+}
+
+TEST(HostileScene, AUsdaOfOursThatSomebodyHasChangedKeepsAllItHas) {
+    const Scratch scratch;
+    const std::string head =
+        "#usda 1.0\n(\n    customLayerData = {\n        string creator = \"Tessera\"\n    }\n"
+        "    metersPerUnit = 1\n)\n";
+    const std::string mesh =
+        "{\n    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n    int[] faceVertexCounts = [3]\n"
+        "    int[] faceVertexIndices = [0, 1, 2]\n    uniform token subdivisionScheme = \"none\"\n}\n";
+    const std::string moved =
+        "def Xform \"top\"\n{\n    double3 xformOp:translate = (5, 0, 0)\n"
+        "    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n    def Mesh \"m\"\n    " +
+        mesh + "}\n";
+    for (const std::string& body : {"def Mesh \"m\"\n" + mesh, moved, "def Mesh \"m\"\n" + mesh + moved}) {
+        const ImportedAspect read = readBack(scratch.write("edited.usda", head + body));
+        const Box box = sceneBounds(*read);
+        EXPECT_EQ(box.upper.x(), body.find("translate") == std::string::npos ? 1 : 6);
+        EXPECT_EQ(box.lower.x(), body.starts_with("def Xform") ? 5 : 0);
+    }
 }
 
 }  // namespace

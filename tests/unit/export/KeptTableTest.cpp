@@ -184,6 +184,18 @@ std::vector<Kind> kinds() {
              return kNo;
          },
          "#bc89ff"},
+        {"shadows of lights",
+         [](BuiltScene& built) {
+             PointLight lamp;
+             lamp.shadows = true;
+             built.node("lamp", built.add(lamp));
+             built.node("a", built.add(triangleGeometry()));
+         },
+         [](const Aspect& s) {
+             const auto lights = allOf<PointLight>(s);
+             return yesIf(!lights.empty() && lights.front()->shadows);
+         },
+         nullptr},
         {"lights",
          [](BuiltScene& built) {
              built.node("lamp", built.add(PointLight()));
@@ -267,6 +279,7 @@ std::vector<Kind> kinds() {
              built.node("a", built.add(glyphs));
          },
          [](const Aspect& s) {
+             if (!allOf<Glyphs>(s).empty()) return kYes;
              std::size_t bearers = 0;
              for (const Node* node : allOf<Node>(s)) bearers += s.coreOf<Geometry>(*node) != nullptr;
              return bearers == 3 && allOf<Geometry>(s).size() == 1 ? kYes : hasTriangles(s) ? kTriangles : kNo;

@@ -82,14 +82,20 @@ TEST(Convert, WritesForOtherProgramsAndNamesWhatIsLost) {
     EXPECT_EQ(whole.code, 0) << whole.said;
     EXPECT_EQ(whole.said.find("tessera-convert: note: " + out + ": surroundings are left out: /sky\n" + out + ": "), 0u)
         << whole.said;
-    EXPECT_NE(whole.said.find(" 24 triangles, "), std::string::npos) << whole.said;
+    EXPECT_NE(whole.said.find(" 24 triangles where they stand, "), std::string::npos) << whole.said;
     const Ran part = run(program("tessera-convert") + " " + in + " " + out + " --under /hall");
-    EXPECT_NE(part.said.find(" 12 triangles, "), std::string::npos) << part.said;
+    EXPECT_NE(part.said.find(" 12 triangles where they stand, "), std::string::npos) << part.said;
     EXPECT_EQ(part.said.find("note"), std::string::npos) << part.said;
     const Ran missing = run(program("tessera-convert") + " " + in + " " + out + " --under /halls");
     EXPECT_EQ(missing.code, 3);
     EXPECT_NE(missing.said.find("halls"), std::string::npos) << missing.said;
     EXPECT_EQ(std::ranges::count(missing.said, '\n'), 1) << missing.said;
+    const Ran none = run(program("tessera-convert") + " " + in + " " + out + " --under ''");
+    EXPECT_EQ(none.code, 2);
+    EXPECT_NE(none.said.find("--under: it has to name a node"), std::string::npos) << none.said;
+    const Ran empty = run(program("tessera-convert") + " " + in + " " + out + " --tolerance ''");
+    EXPECT_EQ(empty.code, 2);
+    EXPECT_NE(empty.said.find("--tolerance"), std::string::npos) << empty.said;
     const Ran ours = run(program("tessera-convert") + " " + in + " " + scratch.path("out.tsc") + " --still");
     EXPECT_EQ(ours.code, 2);
     EXPECT_NE(ours.said.find("a scene is saved whole"), std::string::npos) << ours.said;

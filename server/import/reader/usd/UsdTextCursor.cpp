@@ -126,7 +126,15 @@ bool UsdTextCursor::string(std::string& out) {
         }
         const char escaped = text_[at_ + 1];
         at_ += 2;
-        out += escaped == 'n' ? '\n' : escaped == 't' ? '\t' : escaped == 'r' ? '\r' : escaped;
+        unsigned code = 0;
+        const char* const digits = text_.data() + at_;
+        const char* const end = digits + std::min<std::size_t>(2, text_.size() - at_);
+        if (const char* const read = std::from_chars(digits, end, code, 16).ptr; escaped == 'x' && read != digits) {
+            out += static_cast<char>(code);
+            at_ += static_cast<std::size_t>(read - digits);
+        } else {
+            out += escaped == 'n' ? '\n' : escaped == 't' ? '\t' : escaped == 'r' ? '\r' : escaped;
+        }
     }
     at_ = begin;
     return fault("this string has no end");
