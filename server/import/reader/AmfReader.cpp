@@ -116,10 +116,10 @@ private:
         constexpr AmfColor kWhite = 0xffffffff;
         for (std::size_t corner = 0; hasCorners && corner < mesh.indices.size(); ++corner) {
             const std::uint32_t vertex = mesh.indices[corner];
-            const std::optional<AmfColor> ofTriangle = volume.colors.empty() ? std::nullopt : volume.colors[corner / 3];
-            const std::optional<AmfColor> ofVertex =
-                vertex < object.colors.size() ? object.colors[vertex] : std::nullopt;
-            mesh.colors.push_back(ofTriangle ? *ofTriangle : ofVertex ? *ofVertex : ofAll.value_or(kWhite));
+            AmfColor color = ofAll.value_or(kWhite);
+            if (vertex < object.colors.size() && object.colors[vertex]) color = *object.colors[vertex];
+            if (!volume.colors.empty() && volume.colors[corner / 3]) color = *volume.colors[corner / 3];
+            mesh.colors.push_back(color);
         }
         // The vertices that are its own.
         std::vector<std::uint32_t> sources;

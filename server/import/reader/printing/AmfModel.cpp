@@ -266,7 +266,7 @@ void AmfParser::endColor() {
 }
 
 void AmfParser::endMetadata() {
-    if (!isName_) return;
+    if (!isName_) return remark("metadata but names is left out", letters_);
     const std::string name(withoutBlanks(letters_));
     switch (states_.back()) {
         case State::kAmf:

@@ -135,6 +135,7 @@ ThreeMfParser::State ThreeMfParser::beginInModel(std::string_view name, const Xm
     if (name != "metadata") return State::kOther;
     metadata_ = localName(attributes["name"]);
     letters_.clear();
+    if (metadata_ != "Title") remark("metadata but the title is left out", metadata_);
     return State::kMetadata;
 }
 
