@@ -93,8 +93,8 @@ std::vector<PrintedObject*> PrintedNodes::orderFrom(PrintedObject& object) {
         }
         PrintedObject* const below = current->places[next].object;
         if (below->state == State::kOpen) {
-            scene_.noteMissing(fmt::format("'{}' is a part of itself, as it holds '{}': it is left out there",
-                                           below->name, current->places[next].name));
+            scene_.noteMissing(
+                fmt::format("'{}' holds itself, by way of '{}': it is left out there", below->name, current->name));
             current->places.erase(current->places.begin() + static_cast<std::ptrdiff_t>(next));
             continue;
         }

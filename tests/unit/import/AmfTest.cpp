@@ -139,8 +139,8 @@ TEST(Amf, ArchivesAndTextsThatAreCutOffShowWhatIsThere) {
               std::string::npos);
 }
 
-/// Triangles as Python's xml.etree counts them; of the two with constellations through these by hand: test8 has 8 in
-/// two instances, test9 test8's twice, turned, and in all of that three times.
+/// Triangles as Python's xml.etree counts them; through constellations by hand: test8 has two instances of 8, test9 two
+/// of six instances of 8.
 TEST(Amf, FilesOfOthersHaveAsManyTrianglesAsAreInThem) {
     for (const auto& [file, triangles] : {std::pair("test1", 4u),
                                           {"test6", 4u},

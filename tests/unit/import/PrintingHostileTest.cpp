@@ -26,9 +26,6 @@ void expectPart(const std::string& text, std::string_view part) {
     EXPECT_NE(text.find(part), std::string::npos) << text << " lacks: " << part;
 }
 
-std::string threeMfObject(int id, const std::string& content) {
-    return fmt::format("<object id=\"{}\">{}</object>", id, content);
-}
 std::string threeMfComponents(int id, int of, int count = 1) {
     std::string text = "<components>";
     for (int i = 0; i < count; ++i) text += fmt::format("<component objectid=\"{}\"/>", of);
@@ -76,7 +73,7 @@ TEST(PrintingHostile, EntitiesOfAnyKindAreRefused) {
 TEST(PrintingHostile, WhatIsNoXmlOrAnotherOneIsNamedWithItsLine) {
     expectPart(printedSays("<html>\n</html>"), "line 1: it is no model of 3MF: it begins with the element 'html'");
     expectPart(printedSays("a.amf", "<html/>"), "line 1: it is no AMF");
-    expectPart(printedSays("a.amf", ""), "it is empty");
+    expectPart(printedSays("a.amf", ""), "the file is empty");
     expectPart(printedSays("<model>\n<resources>\n</build>"), "line 3: it is no XML that is sound (mismatched tag)");
     expectPart(printedSays("a.amf", "<amf>" + std::string(1'000'000, '<')), "line 1: it is no XML that is sound");
     std::string deep;
@@ -97,7 +94,7 @@ TEST(PrintingHostile, ComponentsThatMultiplyNestOrGoInCirclesAreBounded) {
         "<object id=\"2\"><components><component objectid=\"3\"/><component objectid=\"1\"/></components></object>" +
         threeMfComponents(3, 2);
     expectPart(printedSays(threeMfModel(circle, "<item objectid=\"2\"/>")),
-               "(imported) 'object 2' is a part of itself");
+               "'object 2' holds itself, by way of 'object 3': it is left out there");
     std::string constellations = "<amf><object id=\"1\"><mesh/></object>";
     for (int i = 2; i < 40; ++i)
         constellations += fmt::format(
@@ -118,7 +115,7 @@ TEST(PrintingHostile, WhatIsWrongInOnePlaceCostsThatPlace) {
         return printedSays(threeMfModel(threeMfObject(1, mesh), kOneItem));
     };
     expectPart(with("v3=\"3\"", "v3=\"4\""),
-               "(imported) object 1: 1 of 2 triangles is left out; the first, number 1, "
+               "object 1: 1 of 2 triangles is left out; the first, number 1, "
                "names vertex 4 of 4");
     expectPart(with("v3=\"3\"", "v3=\"-1\""), "1 of 2 triangles is left out");
     expectPart(with("v3=\"3\"", ""), "1 of 2 triangles is left out");
@@ -129,7 +126,7 @@ TEST(PrintingHostile, WhatIsWrongInOnePlaceCostsThatPlace) {
         return printedSays(
             threeMfModel(threeMfObject(1, squareMesh()) + threeMfObject(1, squareMesh()), kOneItem + items));
     };
-    expectPart(placed(""), "(imported) two objects of one number, or one without: the first of them counts");
+    expectPart(placed(""), "two objects of one number, or one without: the first of them counts");
     expectPart(placed("<item objectid=\"7\"/>"), "objects that do not exist are placed, and left out (the first: '7')");
     for (const char* transform : {"1 0 0 0 0 0 0 0 1 0 0 0", "1 2 3", "nan 0 0 0 1 0 0 0 1 0 0 0",
                                   "1e300 0 0 0 1 0 0 0 1 0 0 0", "1 0 0 0 1 0 0 0 1 0 0 0 0", "a"})

@@ -236,7 +236,7 @@ TEST(ThreeMf, FilesOfOthersHaveAsManyTrianglesAsPythonCounts) {
     const Expected<ImportedScene> large = importScene(counter, kRootNode, importOptions());
     ASSERT_TRUE(large) << messageOf(large);
     EXPECT_EQ(large->triangles, 83'750u);
-    EXPECT_EQ(large->geometries, 2u) << "a body, and a screw in five places";
+    EXPECT_EQ(large->geometries, 3u) << "a body of two looks, and a screw in five places";
 }
 
 }  // namespace
