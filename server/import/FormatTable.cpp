@@ -77,9 +77,18 @@ constexpr FormatRow kTable[] = {
     {"DirectX", "x", "assimp", "nodes, meshes, materials with pictures, skins, animations",
      "cameras and lights, which the format has not"},
     {"OpenGEX", "ogex", "assimp", "nodes, meshes, materials with pictures, cameras", "lights, skins, animations"},
-    {"3MF, AMF", "3mf amf", "assimp",
-     "objects and where they are built, colours, base materials; of AMF constellations and textures",
-     "of 3MF textures, lattices, slices; of AMF curved triangles, and volumes of an object but the first"},
+    {"3MF", "3mf", "our own; expat, zlib",
+     "packages of several models (production extension), units as metres, the title, objects by name or part number, "
+     "components and items as shared meshes, base materials, colours of corners, pictures, mixtures and layers of "
+     "these (materials extension), two sides where an object's type is no solid; objects of type other behind a Switch",
+     "beam lattices, slices, how materials shine (display properties), all but one picture on a triangle, what slicers "
+     "paint on triangles or keep beside the model, other metadata. A file that insists on another extension is "
+     "refused"},
+    {"AMF", "amf", "our own; expat, zlib",
+     "XML, or that in a zip archive: units as metres, names, objects with all their volumes, colours of triangles, "
+     "vertices, volumes, objects and materials, of which the earlier counts, constellations as shared meshes",
+     "curved triangles (edges, normals), pictures on triangles, colours by formula, mixtures of materials, other "
+     "metadata"},
     {"AC3D", "ac ac3d acc", "assimp",
      "nodes, surfaces, lines, materials, one picture an object, subdivision as triangles, lights", "files in UTF-16"},
     {"Buildings: IFC, STEP", "ifc ifczip step stp", "assimp",

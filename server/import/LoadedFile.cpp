@@ -50,14 +50,18 @@ std::uintmax_t arraysBeside(const std::string& path) {
     return unknown ? 0 : size;
 }
 
+constexpr std::size_t kOfMeshes = 6, kOfPacked = 20;
+
 /// Times its bytes that a file may take beyond what each may; 0: what it takes says nothing of them. A small object of
 /// a text takes about a kilobyte while it is parsed, sixteen times its letters. A mesh is mapped, read into pools, and
 /// three times the arrays that come out, which are no more than twice as many bytes. A drawing's circle becomes chords.
+/// Of a 3MF a triangle takes ten bytes, packed; an AMF may be a zip archive, too.
 std::size_t memoryPerByte(const std::string& extension) {
     if (extension == "tsct") return 16;
     if (extension == "tsc") return 4;
     if (extension == "dxf") return 10;
-    return extension == "obj" || extension == "stl" || extension == "ply" ? 6 : 0;
+    if (extension == "3mf" || extension == "amf") return kOfPacked;
+    return extension == "obj" || extension == "stl" || extension == "ply" ? kOfMeshes : 0;
 }
 
 /// What these files take to read follows their bytes.
@@ -75,7 +79,8 @@ ImportOptions withBoundsOf(const std::string& path, const std::string& extension
     const auto machine =
         static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
-    options.maxResultBytes = std::max(options.maxResultBytes, each == 6 ? 2 * bytes : bytes + bytes / 8);
+    const std::size_t result = each == kOfMeshes ? 2 * bytes : each == kOfPacked ? 8 * bytes : bytes + bytes / 8;
+    options.maxResultBytes = std::max(options.maxResultBytes, result);
     options.deadline += std::chrono::seconds(bytes >> 22);
     return options;
 }

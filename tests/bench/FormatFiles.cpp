@@ -5,13 +5,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <meshoptimizer.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <span>
+#include <utility>
 
 namespace tessera::bench {
 namespace {
@@ -26,6 +29,10 @@ public:
     template <typename... Args>
     void text(fmt::format_string<Args...> format, Args&&... args) {
         fmt::format_to(std::back_inserter(buffer_), format, std::forward<Args>(args)...);
+        if (buffer_.size() > 1 << 20) flush();
+    }
+    void raw(const std::string& bytes) {
+        buffer_ += bytes;
         if (buffer_.size() > 1 << 20) flush();
     }
     template <typename Value>
@@ -108,6 +115,92 @@ void writeObj(const std::string& path, const Waves& mesh, bool isWhole) {
         else
             out.text("f {} {} {}\n", a, b, c);
     }
+}
+
+namespace {
+
+/// One file in a zip archive.
+struct Packed {
+    std::string name, bytes;
+    std::size_t size = 0;
+    std::uint32_t sum = 0;
+};
+
+Packed packed(std::string name, const std::string& content) {
+    Packed part{.name = std::move(name), .size = content.size()};
+    const auto* const letters = reinterpret_cast<const Bytef*>(content.data());
+    part.sum = static_cast<std::uint32_t>(::crc32(0, letters, static_cast<uInt>(content.size())));
+    z_stream stream{};
+    if (::deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+        std::abort();
+    part.bytes.resize(::deflateBound(&stream, static_cast<uLong>(content.size())));
+    stream.next_in = const_cast<Bytef*>(letters);
+    stream.avail_in = static_cast<uInt>(content.size());
+    stream.next_out = reinterpret_cast<Bytef*>(part.bytes.data());
+    stream.avail_out = static_cast<uInt>(part.bytes.size());
+    (void)::deflate(&stream, Z_FINISH);
+    part.bytes.resize(stream.total_out);
+    ::deflateEnd(&stream);
+    return part;
+}
+
+}  // namespace
+
+void writeThreeMf(const std::string& path, const Waves& mesh) {
+    std::string model =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"meter\" "
+        "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources><object id=\"1\" "
+        "type=\"model\"><mesh><vertices>\n";
+    for (std::size_t at = 0; at < mesh.positions.size(); at += 3)
+        fmt::format_to(std::back_inserter(model), "<vertex x=\"{:.6f}\" y=\"{:.6f}\" z=\"{:.6f}\"/>\n",
+                       mesh.positions[at], mesh.positions[at + 1], mesh.positions[at + 2]);
+    model += "</vertices><triangles>\n";
+    for (std::size_t at = 0; at < mesh.indices.size(); at += 3)
+        fmt::format_to(std::back_inserter(model), "<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>\n", mesh.indices[at],
+                       mesh.indices[at + 1], mesh.indices[at + 2]);
+    model += "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build></model>\n";
+    const std::string relations =
+        "<?xml version=\"1.0\"?><Relationships "
+        "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship Id=\"r0\" "
+        "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\" "
+        "Target=\"/3D/3dmodel.model\"/></Relationships>";
+    Output out(path);
+    std::string list;
+    std::uint32_t at = 0;
+    const std::array<Packed, 2> parts = {packed("_rels/.rels", relations), packed("3D/3dmodel.model", model)};
+    // Heads of PKWARE's APPNOTE: signature, version, flags, method, time, sum, sizes, lengths of what follows.
+    const auto head = [](const Packed& part, bool isOfList) {
+        std::string bytes = isOfList ? std::string("PK\1\2\24\0\24\0\0\0\10\0\0\0\0\0", 16)
+                                     : std::string("PK\3\4\24\0\0\0\10\0\0\0\0\0", 14);
+        for (const std::size_t number : {std::size_t{part.sum}, part.bytes.size(), part.size, part.name.size()})
+            for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(number >> (8 * i)));
+        return bytes;  // no extra field: the upper two bytes of the name's length
+    };
+    for (const Packed& part : parts) {
+        const std::string own = head(part, false) + part.name + part.bytes;
+        list += head(part, true) + std::string(10, '\0');
+        for (int i = 0; i < 4; ++i) list.push_back(static_cast<char>(at >> (8 * i)));
+        list += part.name;
+        at += static_cast<std::uint32_t>(own.size());
+        out.raw(own);
+    }
+    out.raw(list + std::string("PK\5\6\0\0\0\0\2\0\2\0", 12));
+    out.value(static_cast<std::uint32_t>(list.size()));
+    out.value(at);
+    out.value(std::uint16_t{0});
+}
+
+void writeAmf(const std::string& path, const Waves& mesh) {
+    Output out(path);
+    out.text("<?xml version=\"1.0\"?>\n<amf unit=\"meter\"><object id=\"1\"><mesh><vertices>\n");
+    for (std::size_t at = 0; at < mesh.positions.size(); at += 3)
+        out.text("<vertex><coordinates><x>{:.6f}</x><y>{:.6f}</y><z>{:.6f}</z></coordinates></vertex>\n",
+                 mesh.positions[at], mesh.positions[at + 1], mesh.positions[at + 2]);
+    out.text("</vertices><volume>\n");
+    for (std::size_t at = 0; at < mesh.indices.size(); at += 3)
+        out.text("<triangle><v1>{}</v1><v2>{}</v2><v3>{}</v3></triangle>\n", mesh.indices[at], mesh.indices[at + 1],
+                 mesh.indices[at + 2]);
+    out.text("</volume></mesh></object></amf>\n");
 }
 
 void writePly(const std::string& path, const Waves& mesh, bool isText) {

@@ -22,6 +22,10 @@ void writeObj(const std::string& path, const Waves& waves, bool isWhole);
 void writePly(const std::string& path, const Waves& waves, bool isText);
 void writeStl(const std::string& path, const Waves& waves, bool isText);
 
+/// Places and corners; a 3MF deflated, as programs do.
+void writeThreeMf(const std::string& path, const Waves& waves);
+void writeAmf(const std::string& path, const Waves& waves);
+
 enum class GlbKind : std::uint8_t { kPlain, kDraco, kMeshopt, kQuantised };
 /// Places, normals, texture coordinates and corners.
 void writeGlb(const std::string& path, const Waves& waves, GlbKind kind);

@@ -1,7 +1,7 @@
 /// What files of a format cost to read, beside others that hold the same: compressed glTF beside its plain twin, and
-/// our own readers of OBJ, STL and PLY beside assimp. Processor time of a process of its own each, the median of some
-/// turns, both in each turn. `--json FILE`, `--triangles N` (3,000,000), `--turns N` (5); with `--large` instead the
-/// memory of 30,000,000 triangles, beside the arrays that come out.
+/// our own readers of OBJ, STL, PLY, 3MF and AMF beside assimp. Processor time of a process of its own each, the median
+/// of some turns, both in each turn. `--json FILE`, `--triangles N` (3,000,000), `--turns N` (5); with `--large`
+/// instead the memory of 30,000,000 triangles, beside the arrays that come out.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -154,6 +154,10 @@ int run(CaseFile file, std::size_t triangles, int turns, bool isLarge) {
     if (!isLarge)
         meshRow("text.stl", "STL in text", triangles / 3,
                 [](const auto& path, const auto& w) { writeStl(path, w, true); });
+    meshRow("packed.3mf", "3MF, deflated", triangles, [](const auto& path, const auto& w) { writeThreeMf(path, w); });
+    // Assimp takes the square of it.
+    if (!isLarge)
+        meshRow("text.amf", "AMF", triangles / 30, [](const auto& path, const auto& w) { writeAmf(path, w); });
     if (!isLarge) {
         const Waves mesh = waves(triangles / 3);
         const std::string plain = at("plain.glb");

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
-#include "server/import/coin/CountedNotes.h"
+#include "server/import/reader/CountedNotes.h"
 #include "server/import/reader/PlainScene.h"
 
 class SoField;

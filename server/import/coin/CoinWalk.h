@@ -16,7 +16,7 @@
 #include "server/import/coin/CoinMotion.h"
 #include "server/import/coin/CoinNormals.h"
 #include "server/import/coin/CoinShapes.h"
-#include "server/import/coin/CountedNotes.h"
+#include "server/import/reader/CountedNotes.h"
 #include "server/import/reader/PlainScene.h"
 
 class SoGroup;

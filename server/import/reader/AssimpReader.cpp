@@ -41,11 +41,6 @@ bool isDeformed(const aiMesh& mesh) {
     return mesh.HasBones() || mesh.mNumAnimMeshes > 0;
 }
 
-/// Assimp's reader of AMF gives a mesh that has no colours such: black, and nothing of it.
-bool saysNothing(std::span<const aiColor4D> colors) {
-    return std::ranges::all_of(colors, [](const aiColor4D& c) { return c.r == 0 && c.g == 0 && c.b == 0 && c.a == 0; });
-}
-
 class AssimpConverter {
 public:
     AssimpConverter(const aiScene& scene, const FolderFiles& files, const ReadLimits& limits, bool sidesUnknown,
@@ -150,7 +145,7 @@ private:
             if (mesh.HasTextureCoords(set))
                 for (const unsigned v : vertices)
                     texcoords->insert(texcoords->end(), {mesh.mTextureCoords[set][v].x, mesh.mTextureCoords[set][v].y});
-        if (mesh.HasVertexColors(0) && !saysNothing(std::span(mesh.mColors[0], mesh.mNumVertices)))
+        if (mesh.HasVertexColors(0))
             for (const unsigned v : vertices) {
                 const aiColor4D& c = mesh.mColors[0][v];
                 for (const float part : {c.r, c.g, c.b, c.a})
@@ -199,7 +194,7 @@ std::string firstLine(std::string text) {
     return text;
 }
 
-/// Never deleted: the process ends soon, and the destructor of assimp 5.2.5 crashes after some 3MF files.
+/// Never deleted: the process ends soon, and what hangUnderParents moves would be deleted twice.
 Assimp::Importer& newImporter(const FolderFiles& files, BeforeAssimp& before) {
     Assimp::Importer& importer = *new Assimp::Importer;
     importer.SetIOHandler(new FolderIo(files, &before));  // the importer owns and deletes it
@@ -250,19 +245,6 @@ bool lacksNormalsOfDeformed(const aiScene& scene) {
                                [](const aiMesh* mesh) { return isDeformed(*mesh) && !mesh->HasNormals(); });
 }
 
-/// Assimp 5.2.5 takes the first volume of an object of AMF, and says nothing.
-void noteLostVolumes(const std::string& path, std::size_t maxBytes, const aiScene& scene, PlainScene& to) {
-    const Expected<Bytes> bytes = readOrdinaryFile(path, maxBytes);
-    if (!bytes) return;
-    constexpr std::string_view kTriangle = "<triangle>";
-    const std::string_view text = asText(*bytes);
-    std::size_t said = 0, there = 0;
-    for (std::size_t at = text.find(kTriangle); at != text.npos; at = text.find(kTriangle, at + 1)) ++said;
-    for (const aiMesh* mesh : std::span(scene.mMeshes, scene.mNumMeshes)) there += mesh->mNumFaces;
-    if (there < said)
-        to.noteMissing(fmt::format("{} of its {} triangles are shown: of an object's volumes the first", there, said));
-}
-
 /// As proto/scene.proto has it, once assimp has read the file.
 std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     constexpr std::uint32_t kUnknown = 0, kY = 2, kZ = 3;
@@ -270,7 +252,7 @@ std::uint32_t upAxisOf(const aiScene& scene, const std::string& lowerEnding) {
     if (int axis = 0; scene.mMetaData != nullptr && scene.mMetaData->Get("UpAxis", axis))
         return axis == 2 ? kZ : axis == 1 ? kY : kUnknown;
     // Assimp turns these until Y is up, and not those, whose Z always is.
-    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask"}, notTurned = {".3mf", ".blend"};
+    static const std::set<std::string> turned = {".dae", ".3ds", ".ase", ".ask"}, notTurned = {".blend"};
     return turned.contains(lowerEnding) ? kY : notTurned.contains(lowerEnding) ? kZ : kUnknown;
 }
 
@@ -305,7 +287,8 @@ const aiScene* joinEqualVertices(Assimp::Importer& importer) {
 }  // namespace
 
 std::set<std::string> allEndings() {
-    std::set<std::string> endings = {".tsct", ".tsc", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz", ".dxf"};
+    std::set<std::string> endings = {".tsct", ".tsc",  ".gltf", ".glb", ".usd", ".usda",
+                                     ".usdc", ".usdz", ".dxf",  ".3mf", ".amf"};
     for (const std::string_view ending : volumeEndings()) endings.insert(fmt::format(".{}", ending));
     std::string all;
     Assimp::Importer().GetExtensionList(all);  // "*.3ds;*.dae;…"
@@ -387,7 +370,6 @@ Expected<PlainScene> readWithAssimp(const std::string& path, const ReadLimits& l
     for (const std::string& note : leftOut) converted->noteMissing(note);
     converted->missing.insert(converted->missing.end(), before.missing().begin(), before.missing().end());
     if (mended) converted->note(*mended);
-    if (lower == ".amf") noteLostVolumes(path, limits.maxFileBytes, *scene, *converted);
     if (lower == ".obj") noteObjMaterials(before.objNames(), path, files, *converted);
     converted->file.set_up_axis(upAxisOf(*scene, lower));
     return converted;

@@ -43,6 +43,8 @@ Expected<PlainScene> readByEnding(const std::string& path, const std::string& ex
     if (extension == "gltf" || extension == "glb" || beginsWith(path, "glTF")) return readGltf(path, limits);
     if (isUsdFile(extension)) return readUsd(path, limits);
     if (extension == "dxf") return readDxf(path, limits);
+    if (extension == "3mf") return readThreeMf(path, limits);
+    if (extension == "amf") return readAmf(path, limits);
     if (!limits.verbatim) {
         Expected<PlainScene> mesh = readMesh(path, extension, limits);
         if (mesh || mesh.error().code != ErrorCode::kUnsupported) return mesh;

@@ -22,6 +22,9 @@ namespace tessera {
 [[nodiscard]] Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits);
 /// DXF, in text and in binary.
 [[nodiscard]] Expected<PlainScene> readDxf(const std::string& path, const ReadLimits& limits);
+/// What 3D printers read: 3MF, and AMF as XML or zipped.
+[[nodiscard]] Expected<PlainScene> readThreeMf(const std::string& path, const ReadLimits& limits);
+[[nodiscard]] Expected<PlainScene> readAmf(const std::string& path, const ReadLimits& limits);
 /// STL and PLY. kUnsupported: what only readWithAssimp may know, or can refuse in words.
 [[nodiscard]] Expected<PlainScene> readStl(const std::string& path, const ReadLimits& limits);
 [[nodiscard]] Expected<PlainScene> readPly(const std::string& path, const ReadLimits& limits);

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <map>
 #include <string>
-#include <utility>
 
 #include "server/import/reader/PlainScene.h"
 
@@ -12,13 +11,18 @@ namespace tessera {
 
 class CountedNotes {
 public:
-    /// `name`: of the one that is left out, or empty.
-    void add(const std::string& what, const std::string& name);
+    /// `name`: of the one that is left out, or empty. `isMissing`: triangles, lines or points are not there.
+    void add(const std::string& what, const std::string& name, bool isMissing = false);
     /// At most ten notes, and how many kinds there are besides.
     void writeTo(PlainScene& scene) const;
 
 private:
-    std::map<std::string, std::pair<std::size_t, std::string>> kinds_;
+    struct Kind {
+        std::size_t count = 0;
+        std::string first;
+        bool isMissing = false;
+    };
+    std::map<std::string, Kind> kinds_;
 };
 
 }  // namespace tessera

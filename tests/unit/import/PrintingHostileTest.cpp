@@ -1,0 +1,251 @@
+// 3MF and AMF that lie, are cut off, multiply or go in circles: a clear message, or the sound part of it.
+#include <cstring>
+
+#include "server/import/reader/ReadScene.h"
+#include "tests/unit/import/Damage.h"
+#include "tests/unit/import/PrintingFixture.h"
+
+namespace tessera {
+namespace {
+
+/// A file within the child: within 2 s of its own time. What it says where it refuses, else its notes.
+std::string printedSays(const std::string& name, const std::string& bytes) {
+    const Scratch scratch;
+    ImportOptions options = importOptions();
+    if (!kSanitized) options.maxCpuTime = std::chrono::seconds(2);
+    const Expected<ImportedScene> scene = importScene(scratch.write(name, bytes), kRootNode, options);
+    if (!scene) return scene.error().message;
+    std::string notes = "(imported) ";
+    for (const std::string& note : scene->notes) notes += note + "\n";
+    return notes;
+}
+std::string printedSays(const std::string& model) {
+    return printedSays("model.3mf", threeMf(model));
+}
+void expectPart(const std::string& text, std::string_view part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text << " lacks: " << part;
+}
+
+std::string threeMfComponents(int id, int of, int count = 1) {
+    std::string text = "<components>";
+    for (int i = 0; i < count; ++i) text += fmt::format("<component objectid=\"{}\"/>", of);
+    return threeMfObject(id, text + "</components>");
+}
+const std::string kOneItem = "<item objectid=\"1\"/>";
+
+TEST(PrintingHostile, ArchivesThatAreNoneOrCutOffAreRefusedInWords) {
+    const std::string whole = threeMf(threeMfModel(threeMfObject(1, squareMesh()), kOneItem));
+    expectPart(printedSays("a.3mf", "hello"), "it is no zip archive");
+    expectPart(printedSays("a.3mf", whole.substr(0, 300)), "it is cut off after 300 bytes");
+    expectPart(printedSays("a.3mf", archiveOf({{"read.me", "x"}})), "it has no model (3D/3dmodel.model)");
+    expectPart(printedSays("a.amf", archiveOf({{"read.me", "x"}})), "the archive has no file that ends in .amf");
+    std::string damaged = whole;
+    damaged[damaged.find("3D/start.model") + 60] ^= 0x55;
+    expectPart(printedSays("a.3mf", damaged), "damaged");
+    std::string encrypted = whole;
+    encrypted[encrypted.rfind("PK\1\2") + 8] = 1;
+    expectPart(printedSays("a.3mf", encrypted), "'3D/start.model' is encrypted: save it without a password");
+}
+
+TEST(PrintingHostile, BombsAreRefusedBeforeTheyAreUnpacked) {
+    const std::string blanks(64 << 20, ' ');
+    const std::string text = threeMfModel(threeMfObject(1, squareMesh()) + blanks, kOneItem);
+    expectPart(printedSays(text),
+               "'3D/start.model' becomes 64 MiB, and with the other files in it more than 100 times its bytes");
+    expectPart(printedSays("a.amf", archiveOf({{"a.amf", "<amf>" + blanks + "</amf>"}})), "as zip bombs do");
+    // One that says it is small.
+    std::string liar = threeMf(text);
+    const std::size_t entry = liar.rfind("PK\1\2");
+    liar.replace(entry + 24, 4, std::string("\0\x10\0\0", 4));
+    expectPart(printedSays("a.3mf", liar), "'3D/start.model' is not of 4096 bytes, as the archive says");
+}
+
+TEST(PrintingHostile, EntitiesOfAnyKindAreRefused) {
+    for (const std::string entity : {"<!ENTITY a \"ha\">", "<!ENTITY a SYSTEM \"file:///etc/passwd\">"}) {
+        std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
+        model.insert(model.find("<model"), "<!DOCTYPE model [" + entity + "]>");
+        expectPart(printedSays(model), "line 2: it declares an entity, 'a'");
+        expectPart(printedSays("a.amf", "<!DOCTYPE amf [" + entity + "]><amf>&a;</amf>"),
+                   "line 1: it declares an entity, 'a'");
+    }
+}
+
+TEST(PrintingHostile, WhatIsNoXmlOrAnotherOneIsNamedWithItsLine) {
+    expectPart(printedSays("<html>\n</html>"), "line 1: it is no model of 3MF: it begins with the element 'html'");
+    expectPart(printedSays("a.amf", "<html/>"), "line 1: it is no AMF");
+    expectPart(printedSays("a.amf", ""), "the file is empty");
+    expectPart(printedSays("<model>\n<resources>\n</build>"), "line 3: it is no XML that is sound (mismatched tag)");
+    expectPart(printedSays("a.amf", "<amf>" + std::string(1'000'000, '<')), "line 1: it is no XML that is sound");
+    std::string deep;
+    for (int i = 0; i < 100'000; ++i) deep += "<a>";
+    expectPart(printedSays("a.amf", "<amf>" + deep), "its elements are nested deeper than 100 levels");
+    expectPart(printedSays("a.amf", "<amf name=\"" + std::string(10'000'000, 'x') + "\"/>"),
+               "a tag or a remark is longer than 4 MiB");
+}
+
+TEST(PrintingHostile, ComponentsThatMultiplyNestOrGoInCirclesAreBounded) {
+    std::string many = threeMfObject(1, squareMesh()), deep = many, circle = many;
+    for (int i = 2; i < 30; ++i) many += threeMfComponents(i, i - 1, 10);
+    expectPart(printedSays(threeMfModel(many, "<item objectid=\"29\"/>")), "there would be 1.11e+28 nodes, more than");
+    for (int i = 2; i <= 100'000; ++i) deep += threeMfComponents(i, i - 1);
+    expectPart(printedSays(threeMfModel(deep, "<item objectid=\"100000\"/>")),
+               "its objects hold others 99999 levels deep");
+    circle +=
+        "<object id=\"2\"><components><component objectid=\"3\"/><component objectid=\"1\"/></components></object>" +
+        threeMfComponents(3, 2);
+    expectPart(printedSays(threeMfModel(circle, "<item objectid=\"2\"/>")),
+               "'object 2' holds itself, by way of 'object 3': it is left out there");
+    std::string constellations = "<amf><object id=\"1\"><mesh/></object>";
+    for (int i = 2; i < 40; ++i)
+        constellations += fmt::format(
+            "<constellation id=\"{0}\"><instance objectid=\"{1}\"/><instance objectid=\"{1}\"/>"
+            "</constellation>",
+            i, i - 1);
+    expectPart(printedSays("a.amf", constellations + "</amf>"), "save fewer copies");
+    std::string items;
+    for (int i = 0; i < 500'001; ++i) items += kOneItem;
+    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)),
+               "more than 500000 components and items: save it in parts");
+}
+
+TEST(PrintingHostile, WhatIsWrongInOnePlaceCostsThatPlace) {
+    const auto with = [](const std::string& find, const std::string& by) {
+        std::string mesh = squareMesh();
+        mesh.replace(mesh.find(find), find.size(), by);
+        return printedSays(threeMfModel(threeMfObject(1, mesh), kOneItem));
+    };
+    expectPart(with("v3=\"3\"", "v3=\"4\""),
+               "object 1: 1 of 2 triangles is left out; the first, number 1, "
+               "names vertex 4 of 4");
+    expectPart(with("v3=\"3\"", "v3=\"-1\""), "1 of 2 triangles is left out");
+    expectPart(with("v3=\"3\"", ""), "1 of 2 triangles is left out");
+    // The fourth vertex.
+    expectPart(with("x=\"0\" y=\"1\"", "x=\"nan\" y=\"1\""), "number 1, has vertex 3, whose position is not finite");
+    expectPart(with("x=\"0\" y=\"1\"", "x=\"1e99\" y=\"1\""), "number 1, has vertex 3, whose position is not finite");
+    const auto placed = [](const std::string& items) {
+        return printedSays(
+            threeMfModel(threeMfObject(1, squareMesh()) + threeMfObject(1, squareMesh()), kOneItem + items));
+    };
+    expectPart(placed(""), "two objects of one number, or one without: the first of them counts");
+    expectPart(placed("<item objectid=\"7\"/>"), "objects that do not exist are placed, and left out (the first: '7')");
+    for (const char* transform : {"1 0 0 0 0 0 0 0 1 0 0 0", "1 2 3", "nan 0 0 0 1 0 0 0 1 0 0 0",
+                                  "1e300 0 0 0 1 0 0 0 1 0 0 0", "1 0 0 0 1 0 0 0 1 0 0 0 0", "a"})
+        expectPart(placed(fmt::format("<item objectid=\"1\" transform=\"{}\"/>", transform)),
+                   "objects whose transform is no twelve numbers, or flattens them, are left out");
+    expectPart(placed("<item objectid=\"1\" p:path=\"/../../etc/passwd\"/>"),
+               "model parts that are not in the package: what they hold is left out");
+    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), "")),
+               "its build places nothing: all its objects are shown");
+    expectPart(printedSays(threeMfModel("", kOneItem)),
+               "it has no triangles that can be shown: objects that do not exist are placed");
+    expectPart(
+        printedSays(threeMfModel("<object id=\"1\" pid=\"4\" pindex=\"0\">" + squareMesh() + "</object>", kOneItem)),
+        "properties that do not exist: their triangles are plain");
+}
+
+TEST(PrintingHostile, ExtensionsThatAreRequiredAndNotReadAreRefusedByName) {
+    const auto model = [](const std::string& attributes) {
+        return printedSays(threeMfModel(threeMfObject(1, squareMesh()), kOneItem, attributes));
+    };
+    expectPart(model("requiredextensions=\"v\" xmlns:v=\"http://schemas.3mf.io/volumetric/2022/01\""),
+               "it insists on an extension that is not read, 'v' (http://schemas.3mf.io/volumetric/2022/01)");
+    expectPart(model("requiredextensions=\"q\""), "'q' (which it does not declare)");
+    expectPart(model("requiredextensions=\"m p\""), "(imported)");
+}
+
+TEST(PrintingHostile, ManySmallThingsTakeTheirTimeOnce) {
+    // A volume for each triangle of very many vertices.
+    std::string vertices, volumes;
+    for (int i = 0; i < 20'000; ++i) {
+        vertices += fmt::format("<vertex><coordinates><x>{}</x><y>1</y><z>{}</z></coordinates></vertex>", i, i * i % 7);
+        volumes += "<volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume>";
+    }
+    expectPart(printedSays("a.amf", "<amf><object id=\"1\"><mesh><vertices>" + vertices + "</vertices>" + volumes +
+                                        "</mesh></object></amf>"),
+               "(imported)");
+}
+
+/// As whole as a file can be: all that the readers know.
+std::string allOfThreeMf() {
+    return threeMfModel(
+        "<basematerials id=\"5\"><base name=\"Red\" displaycolor=\"#FF0000\"/></basematerials><m:colorgroup id=\"3\">"
+        "<m:color color=\"#102030\"/><m:color color=\"#40506080\"/></m:colorgroup><m:texture2d id=\"7\" "
+        "path=\"/a.tga\" "
+        "contenttype=\"image/png\"/><m:texture2dgroup id=\"8\" texid=\"7\"><m:tex2coord u=\"0\" v=\"0.5\"/>"
+        "<m:tex2coord u=\"1\" v=\"1e0\"/></m:texture2dgroup><m:compositematerials id=\"6\" matid=\"5\" "
+        "matindices=\"0\"><m:composite values=\"0.5\"/></m:compositematerials><m:multiproperties id=\"9\" "
+        "pids=\"5 3 8\" blendmethods=\"multiply mix\"><m:multi pindices=\"0 1 1\"/></m:multiproperties>" +
+            threeMfObject(1, squareMesh("pid=\"3\" p1=\"0\" p2=\"1\" p3=\"1\"", "pid=\"9\" p1=\"0\"")) +
+            "<object id=\"2\" type=\"other\" pid=\"5\" pindex=\"0\">" + squareMesh() + "</object>" +
+            "<object id=\"4\"><components><component objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 1 2 3\"/><component "
+            "objectid=\"2\"/></components></object>",
+        "<item objectid=\"4\" partnumber=\"X\"/><item objectid=\"1\" p:path=\"/b.model\"/>",
+        "unit=\"inch\" requiredextensions=\"m p\"");
+}
+const std::string kWholeAmf =
+    "<?xml version=\"1.0\"?><amf unit=\"inch\"><metadata type=\"name\">All</metadata><material id=\"2\"><metadata "
+    "type=\"name\">M</metadata><color><r>0.1</r><g>1</g><b>0</b><a>0.5</a></color></material><object id=\"1\"><color>"
+    "<r>1</r></color><mesh><vertices><vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex><vertex>"
+    "<coordinates><x>1</x><y>0</y><z>0</z></coordinates><color><b>1</b></color></vertex><vertex><coordinates><x>0</x>"
+    "<y>1</y><z>1e0</z></coordinates></vertex></vertices><volume materialid=\"2\"><triangle><v1>0</v1><v2>1</v2><v3>2"
+    "</v3></triangle></volume><volume><triangle><color><g>1</g></color><v1>2</v1><v2>1</v2><v3>0</v3></triangle>"
+    "</volume></mesh></object><constellation id=\"3\"><instance objectid=\"1\"><deltax>1</deltax><rz>45</rz></instance>"
+    "<instance objectid=\"1\"/></constellation></amf>";
+
+/// The parts of a file in XML, or the bytes of an archive.
+enum class DamageTo : std::uint8_t { kThreeMfModel, kThreeMfArchive, kAmf, kAmfArchive };
+
+class PrintingDamage : public testing::TestWithParam<DamageTo> {};
+
+void expectSoundPrinted(const PlainScene& scene) {
+    for (const proto::scene::Mesh& made : scene.file.mesh()) {
+        const auto bytesOf = [&](std::uint32_t blob) { return blob == 0 ? 0 : scene.blobs.at(blob - 1).size(); };
+        const std::size_t vertices = bytesOf(made.positions_blob()) / 12;
+        ASSERT_GT(vertices, 0u);
+        EXPECT_EQ(bytesOf(made.normals_blob()), 12 * vertices);
+        if (made.texcoords_blob() != 0) EXPECT_EQ(bytesOf(made.texcoords_blob()), 8 * vertices);
+        if (made.colors_blob() != 0) EXPECT_EQ(bytesOf(made.colors_blob()), 4 * vertices);
+        const Bytes& indices = scene.blobs.at(made.indices_blob() - 1);
+        for (std::size_t at = 0; at < indices.size(); at += 4) {
+            std::uint32_t index = 0;
+            std::memcpy(&index, indices.data() + at, sizeof(index));
+            ASSERT_LT(index, vertices);
+        }
+    }
+}
+
+TEST_P(PrintingDamage, LeadsToASceneOrWords) {
+    const Scratch scratch;
+    const Seeds seeds;
+    const std::string_view letters = "0123456789-+.eE/<>\"&;# xyzvpm";
+    const ZipParts beside = {{"a.tga", pictureOf({{255, 0, 0, 255}, {0, 0, 255, 255}})},
+                             {"b.model", threeMfModel(threeMfObject(1, squareMesh()), "")}};
+    const std::string model = allOfThreeMf(), archive = threeMf(model, beside),
+                      amfArchive = archiveOf({{"a.amf", kWholeAmf}});
+    std::size_t read = 0;
+    for (unsigned seed = seeds.first; seed < seeds.end; ++seed) {
+        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/unit_import --gtest_filter=*PrintingDamage*", seed));
+        const bool isAmf = GetParam() == DamageTo::kAmf || GetParam() == DamageTo::kAmfArchive;
+        const std::string bytes = GetParam() == DamageTo::kThreeMfModel ? threeMf(damaged(model, letters, seed), beside)
+                                  : GetParam() == DamageTo::kThreeMfArchive ? damaged(archive, letters, seed)
+                                  : GetParam() == DamageTo::kAmf            ? damaged(kWholeAmf, letters, seed)
+                                                                            : damaged(amfArchive, letters, seed);
+        const std::string path = scratch.write(isAmf ? "a.amf" : "a.3mf", bytes);
+        const Expected<PlainScene> scene = isAmf ? readAmf(path, {}) : readThreeMf(path, {});
+        if (scene) {
+            ++read;
+            expectSoundPrinted(*scene);
+        } else {
+            EXPECT_FALSE(scene.error().message.empty());
+        }
+        if (testing::Test::HasFailure()) return;
+    }
+    if (seeds.end - seeds.first > 1000) EXPECT_GT(read, 0u) << "no damage lets anything through";
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, PrintingDamage,
+                         testing::Values(DamageTo::kThreeMfModel, DamageTo::kThreeMfArchive, DamageTo::kAmf,
+                                         DamageTo::kAmfArchive));
+
+}  // namespace
+}  // namespace tessera
