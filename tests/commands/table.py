@@ -174,6 +174,7 @@ ROWS = {
     "tessera-ctl requests --proto > proto/application.proto": Row(
         "Asked", "tessera-ctl requests --proto", says="RequestHead"),
     "tessera-ctl budget": asked("ctl budget"),
+    "tessera-ctl bookmark N": asked("ctl bookmark 3 --keep && ctl bookmark 3", says="bookmark 3 is here"),
     "tessera-ctl exposure": asked("ctl exposure", says="exposure"),
     "tessera-ctl exposure off --tone-map agx": asked("ctl exposure off --tone-map agx", says="agx"),
     "tessera-ctl contacts": asked("ctl contacts"),

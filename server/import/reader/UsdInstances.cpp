@@ -175,18 +175,17 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
         made->set_name(instancesName(first, part));
         return made;
     };
-    const bool areMany = ours || places.count() > kMostPlacedNodes;
-    for (std::size_t prototype = 0; prototype < prototypes.size() && areMany; ++prototype) {
-        if (prototypes[prototype].definition.empty()) continue;
+    std::vector<std::vector<std::size_t>> standing(prototypes.size());
+    for (std::size_t i = 0; i < places.count() && (ours || places.count() > kMostPlacedNodes); ++i)
+        if (const auto prototype = static_cast<std::size_t>(places.prototypes[i]);
+            places.shown[i] && prototype < standing.size() && places.stands(i))
+            standing[prototype].push_back(i);
+    for (std::size_t prototype = 0; prototype < prototypes.size(); ++prototype) {
+        if (standing[prototype].empty() || prototypes[prototype].definition.empty()) continue;
         const auto parts = glyphsOf(scene_.file.definition(prototypes[prototype].number));
         if (parts.empty()) continue;
-        std::vector<std::size_t> which;
-        for (std::size_t i = 0; i < places.count(); ++i)
-            if (places.shown[i] && static_cast<std::size_t>(places.prototypes[i]) == prototype && places.stands(i)) {
-                which.push_back(i);
-                places.shown[i] = false;
-            }
-        for (const std::size_t i : addGlyphs(which, placeOf, parts, make)) places.shown[i] = true;
+        for (const std::size_t i : standing[prototype]) places.shown[i] = false;
+        for (const std::size_t i : addGlyphs(standing[prototype], placeOf, parts, make)) places.shown[i] = true;
     }
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i]) continue;
