@@ -197,7 +197,7 @@ private:
     std::vector<PrintedPlace> topPlaces() {
         std::vector<PrintedPlace> places;
         for (PrintedObject* const object : all_) places.push_back({object->name, object, Affine3d::Identity()});
-        nodes_.dropPlacedElsewhere(places);
+        PrintedNodes::dropPlacedElsewhere(places);
         return places;
     }
 

@@ -56,7 +56,13 @@ void DxfReader::addPath(const DxfRecord& record, std::span<const Vec3d> path, bo
 void DxfReader::addLetters(const DxfRecord& record, std::optional<DxfLetters> letters, Reading& to) {
     if (!letters) return;
     if (letters->sheared) leftOut("the slant of letters");
+    // About a hundred triangles each, of the ten million that a scene may make of few numbers.
+    constexpr std::size_t kMostLetters = 60'000;
+    const std::size_t count = letters->text.text().size();
+    if (count > kMostLetters - std::min(letters_, kMostLetters))
+        return leftOut(fmt::format("texts beyond {} letters", kMostLetters));
     if (!takeRoomFor(1, 0)) return;
+    letters_ += count;
     bucketOf(record, to).addLetters(std::move(*letters));
 }
 

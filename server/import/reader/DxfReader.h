@@ -80,7 +80,7 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     std::map<std::string, std::size_t> leftOut_;  ///< how many, by what is said of them
-    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, places_ = 0, placedNodes_ = 0;
+    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, places_ = 0, placedNodes_ = 0, letters_ = 0;
     std::string firstUnsound_;
 
     using GuiseKey = std::tuple<const DxfBlock*, const DxfLayer*, DxfColor>;

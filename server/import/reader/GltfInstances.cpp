@@ -31,6 +31,7 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
     if (found == node.extensions.end() || !found->second.Has("attributes")) return std::vector<Instance>();
     const tinygltf::Value& attributes = found->second.Get("attributes");
     std::size_t count = 0;
+    bool haveBytes = false;
     std::vector<float> values[3];
     const std::pair<const char*, int> known[] = {{"TRANSLATION", 3}, {"ROTATION", 4}, {"SCALE", 3}};
     for (std::size_t i = 0; i < std::size(known); ++i) {
@@ -50,6 +51,13 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
                 return fail(ErrorCode::kBadInput, fmt::format("the {} of an instance is not finite", name));
         count = elements;
         values[i] = std::move(*read);
+        const tinygltf::Accessor& said = model_.accessors[static_cast<std::size_t>(accessor)];
+        haveBytes = haveBytes || said.bufferView >= 0 || said.sparse.isSparse;
+    }
+    // A few letters may say a million instances that all are the same one.
+    if (count > 1 && !haveBytes) {
+        scene_.note(fmt::format("its {} instances of no values stand at one place: one of them is shown", count));
+        count = 1;
     }
     for (const std::string& name : attributes.Keys())
         if (std::none_of(std::begin(known), std::end(known), [&](const auto& one) { return name == one.first; }))

@@ -120,6 +120,26 @@ void setTransform(proto::scene::Transform& message, const Vec3d& translation, co
     }
 }
 
+namespace {
+
+/// Of orthogonal columns, some of them 0, the axes: those of such columns stand across the others.
+Mat3d axesOf(const Mat3d& linear, const Vec3d& lengths) {
+    Mat3d axes = Mat3d::Identity();
+    const auto flat = (lengths.array() == 0).count();
+    if (flat == 3) return axes;
+    for (Eigen::Index i = 0; i < 3; ++i)
+        if (lengths[i] > 0) axes.col(i) = linear.col(i) / lengths[i];
+    Eigen::Index first = 0;
+    while (lengths[first] == 0) ++first;
+    if (flat == 2) axes.col((first + 1) % 3) = Vec3d(axes.col(first)).unitOrthogonal();
+    for (Eigen::Index i = 0; i < 3; ++i)
+        if (lengths[i] == 0 && (flat == 1 || i == (first + 2) % 3))
+            axes.col(i) = axes.col((i + 1) % 3).cross(axes.col((i + 2) % 3));
+    return axes;
+}
+
+}  // namespace
+
 proto::scene::Node* addPlacedNode(const std::function<proto::scene::Node*()>& make, const std::string& name,
                                   const Affine3d& map) {
     proto::scene::Node* node = make();
@@ -129,9 +149,10 @@ proto::scene::Node* addPlacedNode(const std::function<proto::scene::Node*()>& ma
     Vec3d lengths = linear.colwise().norm();
     const Mat3d gram = linear.transpose() * linear;
     const double offDiagonal = std::max({std::abs(gram(0, 1)), std::abs(gram(0, 2)), std::abs(gram(1, 2))});
-    if (offDiagonal <= 1e-6 * lengths.maxCoeff() * lengths.maxCoeff() && lengths.minCoeff() > 0.0) {
+    if (offDiagonal <= 1e-6 * lengths.maxCoeff() * lengths.maxCoeff()) {
         if (linear.determinant() < 0.0) lengths.x() = -lengths.x();
-        const Mat3d rotation = linear * lengths.cwiseInverse().asDiagonal();
+        const Mat3d rotation = lengths.cwiseAbs().minCoeff() > 0 ? Mat3d(linear * lengths.cwiseInverse().asDiagonal())
+                                                                 : axesOf(linear, lengths);
         // Matrices in files are floats: what is a rounding error away from no scale is no scale.
         for (double& length : lengths)
             if (std::abs(std::abs(length) - 1.0) < 1e-6) length = length < 0.0 ? -1.0 : 1.0;

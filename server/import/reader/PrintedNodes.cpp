@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -59,11 +60,30 @@ proto::scene::Node& PrintedNodes::addRoot(const std::string& name, double unitMe
     return root;
 }
 
-void PrintedNodes::dropPlacedElsewhere(std::vector<PrintedPlace>& places) const {
-    std::set<const PrintedObject*> placed;
-    for (const PrintedObject& object : objects_)
-        for (const PrintedPlace& place : object.places) placed.insert(place.object);
-    std::erase_if(places, [&](const PrintedPlace& place) { return placed.contains(place.object); });
+void PrintedNodes::dropPlacedElsewhere(std::vector<PrintedPlace>& places) {
+    std::set<const PrintedObject*> seen;
+    // Depth first, without recursion; what is done last is held by nothing, or by what it holds itself (Kosaraju).
+    const auto follow = [&](const PrintedObject* from, auto&& done) {
+        if (!seen.insert(from).second) return;
+        for (std::vector<std::pair<const PrintedObject*, std::size_t>> open = {{from, 0}}; !open.empty();) {
+            auto& [object, next] = open.back();
+            if (next == object->places.size()) {
+                done(object);
+                open.pop_back();
+            } else if (const PrintedObject* const below = object->places[next++].object; seen.insert(below).second) {
+                open.push_back({below, 0});
+            }
+        }
+    };
+    std::vector<const PrintedObject*> order;
+    for (const PrintedPlace& place : places) follow(place.object, [&](const auto* object) { order.push_back(object); });
+    seen.clear();
+    std::set<const PrintedObject*> first;
+    for (const PrintedObject* const object : std::ranges::reverse_view(order)) {
+        if (!seen.contains(object)) first.insert(object);
+        follow(object, [](const auto*) {});
+    }
+    std::erase_if(places, [&](const PrintedPlace& place) { return !first.contains(place.object); });
 }
 
 std::vector<PrintedObject*> PrintedNodes::orderFrom(PrintedObject& object) {

@@ -58,8 +58,8 @@ public:
     /// The node that holds all, in metres.
     [[nodiscard]] proto::scene::Node& addRoot(const std::string& name, double unitMetres);
 
-    /// Of these places those whose object is in no other one.
-    void dropPlacedElsewhere(std::vector<PrintedPlace>& places) const;
+    /// Of these places those whose object is in no other one, and of each circle that nothing else holds the first.
+    static void dropPlacedElsewhere(std::vector<PrintedPlace>& places);
     /// Writes what is placed there, a Definition for each object that is more than a mesh. Circles are cut, and noted.
     /// kLimit: there would be more nodes or levels than a scene may have; nothing is written then.
     [[nodiscard]] Expected<void> place(const std::vector<PrintedPlace>& places, proto::scene::Node& parent);

@@ -74,22 +74,30 @@ private:
         };
     }
 
-    [[nodiscard]] std::string startPart() {
+    /// Of a path of the package; null: there is none. Archives have percent signs as the path has them, or what they
+    /// stand for.
+    [[nodiscard]] const ZipEntry* entryOf(std::string_view path) const {
+        for (const bool isDecoded : {false, true})
+            if (const std::string name = partNameOf(path, isDecoded); !name.empty())
+                if (const ZipEntry* const entry = archive_.find(name)) return entry;
+        return nullptr;
+    }
+
+    [[nodiscard]] const ZipEntry* startPart() {
         if (const ZipEntry* const relations = archive_.find("_rels/.rels")) {
             const Expected<Bytes> bytes = archive_.read(*relations, std::size_t{4} << 20);
-            const std::string named = bytes ? startPartOf(*bytes) : std::string();
-            if (archive_.find(named) != nullptr) return named;
+            if (const ZipEntry* const named = entryOf(bytes ? startPartOf(*bytes) : std::string())) return named;
         }
         const ZipEntry* entry = archive_.find("3D/3dmodel.model");
         if (entry == nullptr) entry = archive_.firstWith(".model");
         if (entry != nullptr) notes_.add(kTakenOtherwise, entry->name);
-        return entry == nullptr ? std::string() : entry->name;
+        return entry;
     }
 
     /// The start part, and those that it names, each once.
     Expected<void> readParts() {
-        const std::string start = startPart();
-        if (start.empty())
+        const ZipEntry* const start = startPart();
+        if (start == nullptr)
             return fail(
                 ErrorCode::kBadInput,
                 "it has no model (3D/3dmodel.model): it is another zip archive, or lost it; save it anew as 3MF");
@@ -97,20 +105,19 @@ private:
         for (std::size_t next = 0; next < parts_.size(); ++next) {
             if (Expected<void> done = readPart(parts_[next]); !done) return done;
             for (std::size_t path = 1; path < parts_[next].model.paths.size(); ++path)
-                (void)partOf(partNameOf(parts_[next].model.paths[path]));
+                (void)partOf(entryOf(parts_[next].model.paths[path]));
         }
         return {};
     }
 
     /// The number of a part by its name; a new one where it is in the archive and has not been named.
-    std::optional<std::size_t> partOf(const std::string& name) {
-        const ZipEntry* const entry = name.empty() ? nullptr : archive_.find(name);
+    std::optional<std::size_t> partOf(const ZipEntry* entry) {
         if (entry == nullptr) return std::nullopt;
         const auto [known, isNew] = partNumbers_.try_emplace(entry, parts_.size());
         if (isNew) {
             if (parts_.size() == kMostParts) {
                 partNumbers_.erase(known);
-                notes_.add("model parts beyond 4096 are left out", foreignName(name, ""), true);
+                notes_.add("model parts beyond 4096 are left out", foreignName(entry->name, ""), true);
                 return std::nullopt;
             }
             parts_.emplace_back().name = entry->name;
@@ -212,11 +219,11 @@ private:
             return {};
         }
         const ThreeMfTexture& said = found->second;
-        const std::string path = partNameOf(said.path), shown = foreignName(said.path, "");
+        const std::string shown = foreignName(said.path, "");
         const std::string name = fmt::format("picture {} of part {}", texture, part);
         const Expected<proto::scene::Image*> image =
             pictures_.addImage(name, fmt::format("'{}'", shown), [&]() -> Expected<DecodedImage> {
-                const ZipEntry* const entry = path.empty() ? nullptr : archive_.find(path);
+                const ZipEntry* const entry = entryOf(said.path);
                 if (entry == nullptr) return fail(ErrorCode::kNotFound, "it is not in the package");
                 const Expected<Bytes> bytes = archive_.read(*entry, limits_.maxFileBytes);
                 if (!bytes) return tl::unexpected(bytes.error());
@@ -244,7 +251,7 @@ private:
         std::optional<std::size_t> part = static_cast<std::size_t>(&in - parts_.data());
         if (place.path != ThreeMfPlace::kHere) {
             const std::string& path = in.model.paths[place.path];
-            part = partOf(partNameOf(path));
+            part = partOf(entryOf(path));
             if (!part) {
                 notes_.add("model parts that are not in the package: what they hold is left out", foreignName(path, ""),
                            true);
@@ -295,7 +302,7 @@ private:
             for (std::size_t i = 0; i < part.objects.size(); ++i)
                 if (const auto known = part.model.objectOf.find(part.model.objects[i].id); known->second == i)
                     items.push_back({part.objects[i]->name, part.objects[i], Affine3d::Identity()});
-        nodes_.dropPlacedElsewhere(items);
+        PrintedNodes::dropPlacedElsewhere(items);
         return items;
     }
 

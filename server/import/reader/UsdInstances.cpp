@@ -97,7 +97,7 @@ Expected<UsdReader::Prototype> UsdReader::prototype(const std::string& path, con
         return made;
     }
     proto::scene::Definition definition;
-    definition.set_name(fmt::format("prototype {}", prototypes_.size()));
+    definition.set_name(fmt::format("prototype {}", prototypeNames_++));
     Above above = inside;
     above.make = [&] { return definition.add_node(); };
     above.world_T_parent = above.parent_T_above = Affine3d::Identity();

@@ -295,7 +295,8 @@ Expected<PlainScene> UsdReader::read() {
         const Expected<UsdStage::Prim> only = stage_.child(**root, names.front());
         if (!only) return tl::unexpected(only.error());
         const std::set<std::string> said = (*only)->propertyNames();
-        if ((*only)->specifier() == UsdPrim::Specifier::kDef && (*only)->type() == "Xform" && said.empty()) {
+        if ((*only)->specifier() == UsdPrim::Specifier::kDef && (*only)->active() && (*only)->type() == "Xform" &&
+            said.empty()) {
             scene_.file.set_by_tessera(true);
             top = *only;
         }

@@ -119,6 +119,7 @@ private:
     std::uint32_t keys_ = 0;
     std::size_t keysBetween_ = 100'000;            ///< that the file's samples have not: 8333 turns
     std::map<std::string, Prototype> prototypes_;  ///< by path, and the material above
+    std::size_t prototypeNames_ = 0;
     std::set<std::string> openPrototypes_;
     /// Surfaces that stand at several places, with their definitions, once these have to be.
     std::map<const proto::scene::SubdivisionSurface*, std::string> surfaces_;

@@ -65,17 +65,21 @@ private:
 
 SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
     CommittedList whole{.sequence = sequence, .stateHash = scene.stateHash(), .encoded = {}, .blobs = {}};
+    std::vector<Blob> arrays;
     {
         const ChangeList list = snapshot(scene);  // as large as the scene: gone before the rest is made
         whole.encoded = encodeChangeList(list);
-        for (const Blob& blob : blobsOf(list)) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+        arrays = blobsOf(list);
+        for (const Blob& blob : arrays) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
     }
     if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
-        return {.snapshot = {.list = share(std::move(whole))}};
+        return {.snapshot = {.list = share(std::move(whole))}, .content = {}, .arrays = std::move(arrays)};
     Blob content = encodeSnapshot(whole);
     const BlobInfo named{content.id(), content.sizeBytes()};
     CommittedListPtr place = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash});
-    return {.snapshot = {.list = std::move(place), .content = named}, .content = std::move(content)};
+    return {.snapshot = {.list = std::move(place), .content = named},
+            .content = std::move(content),
+            .arrays = std::move(arrays)};
 }
 
 }  // namespace
@@ -114,9 +118,21 @@ void Snapshots::follow(const CommittedFrame& committed) {
     forgetLast();
     pump(Room::kAsThereIs);
     if (!committed.list) return;
+    holdArrays(committed);
     fresh_.push_back(committed);
     freshBytes_ += memoryOf(*committed.list);
     if (fresh_.size() >= kMaxFresh || freshBytes_ >= kMaxFreshBytes) handOver();
+}
+
+void Snapshots::holdArrays(const CommittedFrame& committed) {
+    if (!last_ && !ordered_) return;
+    Named named{.sequence = committed.sent->sequence, .arrays = blobsOf(*committed.list)};
+    for (const RangeEdit& range : committed.list->ranges) named.arrays.push_back(range.result);
+    if (named.arrays.empty()) return;
+    for (const Blob& array : named.arrays) named.bytes += array.sizeBytes();
+    namedBytes_ += named.bytes;
+    named_.push_back(std::move(named));
+    if (namedBytes_ > kMostArrayBytes && last_) freeLast();
 }
 
 void Snapshots::handOver() {
@@ -172,6 +188,8 @@ ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {
     if (!snapshot.content.empty()) snapshot.content = blobs_.add(std::move(snapshot.content));
     if (last_) freeLast();
     last_ = std::make_shared<const SnapshotMade>(std::move(snapshot));
+    for (; !named_.empty() && named_.front().sequence <= last_->snapshot.list->sequence; named_.pop_front())
+        namedBytes_ -= named_.front().bytes;
     ServerActions actions;
     // Where too much has happened meanwhile the session asks again, and a newer one is made.
     for (const ConnectionId connection : std::exchange(waiting_, {})) append(actions, give(connection, now));
@@ -187,7 +205,12 @@ void Snapshots::forgetLast() {
 
 /// By the thread: of a large scene it takes longer than a frame.
 void Snapshots::freeLast() {
-    look(std::nullopt, [gone = std::exchange(last_, nullptr)](const Aspect*) {});
+    auto arrays = std::make_shared<std::deque<Named>>();
+    if (!ordered_) {
+        arrays->swap(named_);
+        namedBytes_ = 0;
+    }
+    look(std::nullopt, [gone = std::exchange(last_, nullptr), arrays = std::move(arrays)](const Aspect*) {});
 }
 
 ServerActions Snapshots::give(ConnectionId connection, TimePoint now) {

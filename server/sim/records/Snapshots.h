@@ -20,7 +20,8 @@ namespace tessera {
 /// What the thread of `Snapshots` has made.
 struct SnapshotMade {
     message::Snapshot snapshot;
-    Blob content;  ///< empty: the scene is small, and the snapshot holds it
+    Blob content;              ///< empty: the scene is small, and the snapshot holds it
+    std::vector<Blob> arrays;  ///< that it names: whoever is given it fetches them, whatever became of the scene
 };
 
 /// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the
@@ -30,11 +31,13 @@ struct SnapshotMade {
 ///
 /// Memory: the scene a second time; the lists that the thread has not taken yet (16 MiB as they came, or 16 lists where
 /// those are larger; what comes beyond is merged); those that it has not applied (kTrailing); and the last snapshot as
-/// long as somebody may be served with it.
+/// long as somebody may be served with it, with all arrays that it and the lists since then name: of these lists
+/// kMostArrayBytes, beyond which the next to join gets a newer one.
 class Snapshots {
 public:
     /// Scenes of up to so many bytes travel in the message itself.
     static constexpr std::size_t kSmallBytes = 64 * 1024;
+    static constexpr std::uint64_t kMostArrayBytes = std::uint64_t{256} << 20;
 
     /// `deliver` is called on the thread of its own; what it hands over comes back by `made`.
     Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver);
@@ -80,6 +83,7 @@ private:
     void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
     void forgetLast();
+    void holdArrays(const CommittedFrame& committed);
     void freeLast();
 
     ServerSession& session_;
@@ -93,6 +97,14 @@ private:
     std::uint64_t looks_ = 0;
     std::vector<ConnectionId> waiting_;
     std::shared_ptr<const SnapshotMade> last_;
+    /// What lists since the last snapshot name, or since the one that is being made was asked for.
+    struct Named {
+        Sequence sequence;
+        std::vector<Blob> arrays;
+        std::uint64_t bytes = 0;
+    };
+    std::deque<Named> named_;
+    std::uint64_t namedBytes_ = 0;
     bool ready_ = false;
     bool ordered_ = false;  ///< one is being made
     Channel<Order> orders_;

@@ -110,6 +110,18 @@ TEST(FixedPoint, NodesOfEveryKindBesideAndInsideEachOther) {
     expectFixed(built.take(), "kinds");
 }
 
+TEST(FixedPoint, NodesThatAreFlat) {
+    BuiltScene built;
+    const ObjectId mesh = built.add(triangleGeometry());
+    for (const Vec3d& scale : {Vec3d(0, 1, 1), Vec3d(1, 0, 2), Vec3d(0, 0, 1), Vec3d(0, -2, 0), Vec3d(0, 0, 0)}) {
+        Transform flat;
+        flat.scale = scale;
+        flat.rotation = Quatd(1, 0.25, -0.5, 0.75).normalized();
+        built.node("part", mesh, built.node("flat", built.add(flat)));
+    }
+    expectFixed(built.take(), "flat");
+}
+
 TEST(FixedPoint, NamesOfAllLettersComeBack) {
     const std::vector<std::string> names = {"plain",
                                             "two words",

@@ -147,5 +147,13 @@ TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
     EXPECT_EQ(line->geometries, 2u) << "the line, and as many letters as a line may have";
 }
 
+TEST(DxfHostile, MoreLettersThanASceneHoldsAreLeftOut) {
+    std::string texts;
+    for (int i = 0; i < 20'000; ++i) texts += fmt::format("0 TEXT\n10 {}\n40 1\n1 Room {:02}\n", i, i % 100);
+    const Expected<ImportedScene> many = importDxfWithin2s(groupsOf("0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n"));
+    ASSERT_TRUE(many) << messageOf(many);
+    EXPECT_TRUE(hasNote(*many, "texts beyond 60000 letters: 11429 left out"));
+}
+
 }  // namespace
 }  // namespace tessera

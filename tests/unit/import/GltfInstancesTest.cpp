@@ -67,6 +67,26 @@ TEST(GltfInstances, AreNodesWhereTheyAreFew) {
     EXPECT_TRUE(allOf<Glyphs>(scene).empty());
 }
 
+/// A few letters of a file, and a million nodes of nothing.
+TEST(GltfInstances, OfNoValuesAreOne) {
+    const Scratch scratch;
+    GltfText file;
+    const int positions = file.floats({0, 0, 0, 1, 0, 0, 0, 2, 0}, "VEC3", 3);
+    std::string text = file.text(fmt::format(
+        R"("extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{{"nodes":[0]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],
+        "nodes":[{{"mesh":0,"extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":1}}}}}}}}])",
+        positions));
+    const std::string last = R"("type":"VEC3"}],)";
+    const std::size_t at = text.find(last);
+    ASSERT_NE(at, std::string::npos);
+    text.replace(at, last.size(), R"("type":"VEC3"},{"componentType":5126,"count":1000000,"type":"VEC3"}],)");
+    Expected<ImportedScene> scene = importScene(scratch.write("many.gltf", text), kRootNode, importOptions());
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(hasNote(*scene, "its 1000000 instances of no values stand at one place: one of them is shown"));
+    EXPECT_EQ(scene->triangles, 1u);
+}
+
 TEST(GltfInstances, AreGlyphsWhereTheyAreVeryMany) {
     constexpr std::size_t kMany = 12'000;
     const Places places(kMany);

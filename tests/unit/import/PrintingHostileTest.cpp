@@ -247,5 +247,25 @@ INSTANTIATE_TEST_SUITE_P(Of, PrintingDamage,
                          testing::Values(DamageTo::kThreeMfModel, DamageTo::kThreeMfArchive, DamageTo::kAmf,
                                          DamageTo::kAmfArchive));
 
+TEST(PrintingHostile, CirclesThatNothingElseHoldsAreShownFromTheirFirst) {
+    const std::string circle = threeMfObject(1, squareMesh()) +
+                               threeMfObject(2,
+                                             "<components><component objectid=\"1\"/><component objectid=\"3\"/>"
+                                             "</components>") +
+                               threeMfObject(3, "<components><component objectid=\"2\"/></components>");
+    const PrintedScene package("model.3mf", threeMf(threeMfModel(circle, "")));
+    EXPECT_EQ(package.corners().size(), 6u);
+    EXPECT_TRUE(package.notes("holds itself"));
+    const PrintedScene amf(
+        "model.amf",
+        "<?xml version=\"1.0\"?><amf unit=\"meter\"><object "
+        "id=\"1\"><mesh><vertices><vertex><coordinates><x>0</x><y>0</y>"
+        "<z>0</z></coordinates></vertex><vertex><coordinates><x>1</x><y>0</y><z>0</z></coordinates></vertex><vertex>"
+        "<coordinates><x>0</x><y>1</y><z>0</z></coordinates></vertex></vertices><volume><triangle><v1>0</v1><v2>1</v2>"
+        "<v3>2</v3></triangle></volume></mesh></object><constellation id=\"2\"><instance objectid=\"3\"/><instance "
+        "objectid=\"1\"/></constellation><constellation id=\"3\"><instance objectid=\"2\"/></constellation></amf>");
+    EXPECT_EQ(amf.corners().size(), 3u);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -239,5 +239,20 @@ TEST(ThreeMf, FilesOfOthersHaveAsManyTrianglesAsPythonCounts) {
     EXPECT_EQ(large->geometries, 3u) << "a body of two looks, and a screw in five places";
 }
 
+/// Packages have percent signs in the names of parts, as OPC wants it; other archives what they stand for.
+TEST(ThreeMfParts, AreFoundByTheirPercentSigns) {
+    std::string relations = kThreeMfRelations;
+    const std::string start = "start.model";
+    relations.replace(relations.find(start), start.size(), "my%20model.model");
+    const std::string right = threeMfModel(threeMfObject(1, squareMesh(), "name=\"right\""), "<item objectid=\"1\"/>"),
+                      wrong = threeMfModel(threeMfObject(1, squareMesh(), "name=\"wrong\""), "<item objectid=\"1\"/>");
+    for (const char* const name : {"3D/my%20model.model", "3D/my model.model"}) {
+        const PrintedScene scene("model.3mf",
+                                 archiveOf({{"_rels/.rels", relations}, {"3D/3dmodel.model", wrong}, {name, right}}));
+        EXPECT_TRUE(scene.has("/model/right")) << name;
+        EXPECT_FALSE(scene.notes("does not say where its model is")) << name;
+    }
+}
+
 }  // namespace
 }  // namespace tessera

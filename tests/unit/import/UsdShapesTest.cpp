@@ -215,6 +215,28 @@ class "Lib" { def Cube "Box" { double size = 2 } }
     expectNear(scene.bounds().lower, Vec3d(-1, -2, -2), 1e-2);
 }
 
+TEST(UsdInstancer, MayStandInAPrototypeOfAnother) {
+    const UsdScene scene(R"(
+def PointInstancer "Forest" {
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, 0), (100, 0, 0)]
+    rel prototypes = [</Forest/Tree>]
+    def Xform "Tree" {
+        def Cube "Trunk" { double size = 2 }
+        def PointInstancer "Leaves" {
+            int[] protoIndices = [0, 0, 0]
+            point3f[] positions = [(0, 10, 0), (0, 20, 0), (0, 30, 0)]
+            rel prototypes = [</Forest/Tree/Leaves/Leaf>]
+            def Cube "Leaf" { double size = 1 }
+        }
+    }
+}
+)");
+    EXPECT_EQ(scene.corners().size(), 2u * 4u * 36u) << "two trees of a trunk and three leaves";
+    expectNear(scene.bounds().upper, Vec3d(101, 30.5, 1), 1e-6);
+    expectNear(scene.bounds().lower, Vec3d(-1, -1, -1), 1e-6);
+}
+
 TEST(UsdInstancer, OfVeryManyPlacesOfASmallMeshIsGlyphs) {
     std::string indices, positions, scales;
     for (int i = 0; i < 20'000; ++i) {

@@ -10,6 +10,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
+#include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "server/sim/commit/EditHistory.h"
@@ -84,6 +85,48 @@ TEST_F(SnapshotsOfAScene, WaitForTheSceneAndOneServesAllWhoCome) {
     EXPECT_EQ(server.sent<message::Snapshot>(b).at(0).content, content);
     EXPECT_EQ(server.sent<message::Snapshot>(app).at(0).content, content);
     EXPECT_EQ(server.sent<message::Changes>(app).size(), 1u);
+}
+
+/// A mesh's array is another one, and then another one, as when a file is read again; no history has any of them.
+TEST_F(SnapshotsOfAScene, HoldWhatTheyAndTheListsSinceName) {
+    const auto arrayOf = [this](float number) {
+        return blobs.add(Blob::of(std::span<const float>(std::vector(9, number))));
+    };
+    const auto commit = [this](ChangeList list) {
+        const auto applied = committer.apply(std::move(list));
+        ASSERT_TRUE(applied);
+        const CommittedFrame frame = committer.closeFrame();
+        snapshots.follow(frame);
+        (void)server.session.beginFrame({.frame = server.session.nextFrame(), .payload = nullptr, .list = frame.sent},
+                                        server.now);
+    };
+    grow(500);  // beside which the lists since are few
+    test::ListMaker maker;
+    const ObjectId shape = maker.create<Geometry>();
+    setField<&Geometry::positions>(maker.builder, shape, arrayOf(1));
+    commit(maker.builder.take());
+    ObjectId made;
+    for (const ObjectId id : committer.scene().ids())
+        if (committer.scene().get<Geometry>(id)) made = id;
+    snapshots.sceneReady();
+    (void)join("a");
+    give(wait());
+    for (const float number : {2.0f, 3.0f}) {
+        ChangeListBuilder another;
+        setField<&Geometry::positions>(another, made, arrayOf(number));
+        commit(another.take());
+    }
+    std::promise<void> gone;
+    snapshots.look(committer.sequence(), [&](const Aspect*) { gone.set_value(); });
+    gone.get_future().wait();
+    const ConnectionId b = join("b");
+    const auto told = server.sent<message::Snapshot>(b);
+    ASSERT_EQ(told.size(), 1u) << "the one that was made";
+    std::vector<BlobInfo> named = told[0].list->blobs;
+    for (const auto& changes : server.sent<message::Changes>(b))
+        named.insert(named.end(), changes.list->blobs.begin(), changes.list->blobs.end());
+    EXPECT_EQ(named.size(), 3u);
+    for (const BlobInfo& each : named) EXPECT_TRUE(blobs.find(each.id).resident()) << toHex(each.id);
 }
 
 TEST_F(SnapshotsOfAScene, AreMadeAnewWhenMoreHasHappenedThanTheyHold) {

@@ -26,15 +26,15 @@ std::string startPartOf(ByteSpan relations) {
     RelationReader reader;
     XmlStream stream(reader);
     if (!stream.feed(relations) || !stream.finish()) return {};
-    return partNameOf(reader.target);
+    return reader.target;
 }
 
-std::string partNameOf(std::string_view path) {
+std::string partNameOf(std::string_view path, bool isDecoded) {
     std::string name;
     for (std::size_t at = path.find_first_not_of('/'); at < path.size(); ++at) {
         unsigned char letter = 0;
         const char* const digits = path.data() + at + 1;
-        if (path[at] == '%' && path.size() - at > 2 &&
+        if (isDecoded && path[at] == '%' && path.size() - at > 2 &&
             std::from_chars(digits, digits + 2, letter, 16).ptr == digits + 2) {
             name += static_cast<char>(letter);
             at += 2;

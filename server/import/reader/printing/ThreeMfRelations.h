@@ -8,10 +8,10 @@
 
 namespace tessera {
 
-/// The name of the model part that a package's `_rels/.rels` names; empty: it names none, or is no XML.
+/// Where the model part is, as a package's `_rels/.rels` says it; empty: it says nothing of one, or is no XML.
 [[nodiscard]] std::string startPartOf(ByteSpan relations);
-/// A part's name as an archive has it: no slash in front, "%20" a blank. Empty: it is none, or leads out of the
-/// package.
-[[nodiscard]] std::string partNameOf(std::string_view path);
+/// A part's name as an archive has it, without a slash in front: with "%20" as it stands, or, decoded, a blank. Empty:
+/// it is none, or leads out of the package.
+[[nodiscard]] std::string partNameOf(std::string_view path, bool isDecoded);
 
 }  // namespace tessera
