@@ -283,6 +283,10 @@ void grantTimeFor(std::size_t bytes) {
     if (granting.given > 0) (void)limitResource(RLIMIT_CPU, std::min(more, granting.most), granting.most + 2);
 }
 
+std::uint64_t bytesGranted() {
+    return granting.readBytes;
+}
+
 std::vector<std::string> missingForConfinement() {
     std::vector<std::string> missing;
     const std::uint32_t kill = SECCOMP_RET_KILL_PROCESS;

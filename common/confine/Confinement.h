@@ -43,6 +43,8 @@ void renewTime(std::chrono::seconds more);
 /// Whoever has read so many bytes of a file has more time to make something of them. Before `boundProcessorTime`:
 /// nothing.
 void grantTimeFor(std::size_t bytes);
+/// All bytes that were told of so.
+[[nodiscard]] std::uint64_t bytesGranted();
 
 /// What this kernel lacks of what the children need, for a log: a line each, with what is therefore not done. Empty:
 /// all is there.

@@ -34,8 +34,9 @@ struct Glyphs {
     /// the outermost beyond; multiplied with `colors`. Empty: white.
     Blob transfer;
     double low = 0, high = 1;
-    ObjectId material;  ///< its base colour multiplies all colours; images of kMesh have no texture coordinates
-    Blob turns;         ///< float[4], a quaternion (x, y, z, w) of any length but 0; empty: vectors turn
+    ObjectId material;    ///< its base colour multiplies all colours; its images need shapeTexcoords
+    Blob turns;           ///< float[4], a quaternion (x, y, z, w) of any length but 0; empty: vectors turn
+    Blob shapeTexcoords;  ///< float[2] per vertex, of kMesh; empty: images are not shown
 };
 template <>
 inline constexpr auto kSaid<Glyphs> = []<typename T>(Describing<T>) {
@@ -64,7 +65,8 @@ inline constexpr auto kSaid<Glyphs> = []<typename T>(Describing<T>) {
         field<&T::low>(14, "low").between(-1e30, 1e30).affects(Effect::kShape),
         field<&T::high>(15, "high").between(-1e30, 1e30).affects(Effect::kShape),
         field<&T::material>(16, "material").to(typeOf<Material>()).affects(Effect::kLook),
-        field<&T::turns>(17, "turns").floats(4).affects(Effect::kShape));
+        field<&T::turns>(17, "turns").floats(4).affects(Effect::kShape),
+        field<&T::shapeTexcoords>(18, "shapeTexcoords").floats(2).affects(Effect::kShape));
 };
 
 }  // namespace tessera

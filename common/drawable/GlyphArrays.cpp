@@ -31,9 +31,9 @@ const Glyphs& glyphsOf(const void* core) {
 std::size_t glyphCount(const Glyphs& g) {
     return static_cast<std::size_t>(g.positions.sizeBytes() / kGlyphPlaceBytes);
 }
-std::array<const Blob*, 9> arraysOfGlyphs(const Glyphs& g) {
+std::array<const Blob*, 10> arraysOfGlyphs(const Glyphs& g) {
     return {&g.positions,      &g.vectors,      &g.scalars,      &g.colors, &g.transfer,
-            &g.shapePositions, &g.shapeNormals, &g.shapeIndices, &g.turns};
+            &g.shapePositions, &g.shapeNormals, &g.shapeIndices, &g.turns,  &g.shapeTexcoords};
 }
 bool glyphsAreHere(const Glyphs& g) {
     return std::ranges::all_of(arraysOfGlyphs(g), [](const Blob* blob) { return blob->empty() || blob->resident(); });
@@ -101,7 +101,10 @@ MeshArrays shapeOfGlyphs(const Glyphs& g) {
         case Glyphs::kBall:
             return kBall;
         case Glyphs::kMesh:
-            return {.positions = g.shapePositions, .normals = g.shapeNormals, .indices = g.shapeIndices};
+            return {.positions = g.shapePositions,
+                    .normals = g.shapeNormals,
+                    .texcoords = g.shapeTexcoords,
+                    .indices = g.shapeIndices};
         default:
             return kArrow;
     }

@@ -156,7 +156,7 @@ GltfShapes::Primitive GltfShapes::describe(const MeshArrays& arrays, const Selec
     if (!arrays.tangents.empty() && !arrays.normals.empty() && !lines && !points)
         attributes.number("TANGENT", unitVectors(arrays.tangents, 4));
     GltfCoordinates coordinates;
-    if (!particles && arrays.kind != MeshKind::kGlyphs) {
+    if (!particles) {
         coordinates = {.first = !arrays.texcoords.empty(), .second = !arrays.texcoords1.empty()};
         // Sets are numbered without gaps: the second alone has a first of the same.
         if (coordinates.first || coordinates.second)

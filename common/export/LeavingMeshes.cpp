@@ -115,6 +115,7 @@ Expected<MeshArrays> expandedCopies(const MeshArrays& glyphs) {
     const std::span<const float> corners = glyphs.positions.as<float>();
     const std::span<const std::uint32_t> faces = glyphs.indices.as<std::uint32_t>();
     const std::span<const std::uint8_t> colors = glyphs.colors.as<std::uint8_t>();
+    const std::span<const float> texcoords = glyphs.texcoords.as<float>();
     const std::size_t vertices = corners.size() / 3;
     if (copies.size() * vertices > std::numeric_limits<std::uint32_t>::max())
         return fail(ErrorCode::kLimit,
@@ -135,6 +136,7 @@ Expected<MeshArrays> expandedCopies(const MeshArrays& glyphs) {
             all.positions.insert(all.positions.end(), at.begin(), at.end());
             for (std::size_t k = 0; k < 4 && !colors.empty(); ++k) all.colors.push_back(colors[4 * i + k]);
         }
+        all.texcoords.insert(all.texcoords.end(), texcoords.begin(), texcoords.end());
         for (const std::uint32_t corner : faces) all.indices.push_back(first + corner);
     }
     return all.toArrays();

@@ -60,7 +60,9 @@ void noteLosses(const SelectedNode& node, const MeshArrays& arrays, ExportNotes&
     if (arrays.kind == MeshKind::kLines && arrays.lineWidth != 1) notes.add("widths of lines are left out", node.id);
     if (!arrays.tangents.empty()) notes.add("tangents of vertices are left out", node.id);
     if (arrays.kind == MeshKind::kGlyphs) {
-        if (!arrays.colors.empty()) notes.add("colours of glyphs are left out", node.id);
+        const std::span<const std::uint8_t> each = arrays.colors.as<std::uint8_t>();
+        for (std::size_t i = 3; i < each.size(); i += 4)
+            if (each[i] != 255) return notes.add("opacities of glyphs are left out", node.id);
         return;
     }
     const std::span<const std::uint8_t> colors = arrays.colors.as<std::uint8_t>();
@@ -117,7 +119,7 @@ std::string usdShape(const SelectedNode& node, const MeshArrays& arrays, const s
         text += fmt::format("{}normal3f[] normals = {} (\n{}    interpolation = \"vertex\"\n{})\n", in,
                             usdTuples(arrays.normals.as<float>(), 3), in, in);
     for (const auto& [blob, name] : {std::pair(&arrays.texcoords, "st"), std::pair(&arrays.texcoords1, "st1")}) {
-        if (blob->empty() || arrays.kind == MeshKind::kGlyphs) continue;
+        if (blob->empty()) continue;
         std::vector<float> uv(blob->as<float>().begin(), blob->as<float>().end());
         for (std::size_t i = 1; i < uv.size(); i += 2) uv[i] = 1 - uv[i];  // from the lower left
         text += fmt::format("{}texCoord2f[] primvars:{} = {} (\n{}    interpolation = \"vertex\"\n{})\n", in, name,

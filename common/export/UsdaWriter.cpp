@@ -28,6 +28,7 @@
 #include "common/export/WorldMeshes.h"
 #include "common/field/LightSource.h"
 #include "common/geometry/MeshCopies.h"
+#include "common/math/Srgb.h"
 
 namespace tessera {
 namespace {
@@ -219,9 +220,13 @@ private:
         const Expected<MeshArrays> arrays = meshes_.of(node);
         if (!arrays) return tl::unexpected(arrays.error());
         const std::span<const MeshCopy> copies = arrays->copies.as<MeshCopy>();
-        std::vector<float> places, turns, scales;
-        for (const MeshCopy& copy : copies) {
+        const std::span<const std::uint8_t> bytes = arrays->colors.as<std::uint8_t>();
+        std::vector<float> places, turns, scales, colors;
+        for (std::size_t i = 0; i < copies.size(); ++i) {
+            const MeshCopy& copy = copies[i];
             if (!(copy.width > 0) || !(copy.length > 0)) continue;
+            for (std::size_t k = 0; k < 3 && !bytes.empty(); ++k)
+                colors.push_back(linearOfSrgb(static_cast<float>(bytes[4 * i + k]) / 255));
             places.insert(places.end(), copy.place.begin(), copy.place.end());
             turns.insert(turns.end(), {copy.turn[3], copy.turn[0], copy.turn[1], copy.turn[2]});
             scales.insert(scales.end(), {copy.width, copy.length, copy.width});
@@ -234,6 +239,9 @@ private:
                              usdList(std::vector<int>(places.size() / 3, 0)));
         text_ += fmt::format("{}point3f[] positions = {}\n{}quath[] orientations = {}\n{}float3[] scales = {}\n", in,
                              usdTuples(places, 3), in, usdTuples(turns, 4), in, usdTuples(scales, 3));
+        if (!colors.empty())
+            text_ += fmt::format("{}color3f[] primvars:displayColor = {} (\n{}    interpolation = \"vertex\"\n{})\n",
+                                 in, usdTuples(colors, 3), in, in);
         UniqueNames below("_");
         open("Mesh", "shape", depth + 1, below,
              usdIndent(depth + 2) + "prepend apiSchemas = [\"MaterialBindingAPI\"]\n");

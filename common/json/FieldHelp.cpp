@@ -288,6 +288,7 @@ constexpr std::pair<std::string_view, std::string_view> kHelp[] = {
     {"Glyphs.low", "The number that gets the first colour of transfer."},
     {"Glyphs.high", "The number that gets the last colour of transfer."},
     {"Glyphs.turns", "A quaternion for each glyph: x, y, z, w; empty: vectors turn it."},
+    {"Glyphs.shapeTexcoords", "With shape mesh: two numbers for each vertex, for images of the material."},
     {"Volume", "A block of numbers in space: a scan, a simulation."},
     {"Volume.voxels", "The numbers, along x first, then y, then z."},
     {"Volume.format", "What each number is."},

@@ -96,7 +96,7 @@ public:
 
     void isReading(const ImportProgress& progress) {
         using enum ImportWatch::Stage;
-        say(progress.total == 0 ? kConverting : kReading, progress.done, progress.total);
+        say(progress.converting != 0 ? kConverting : kReading, progress.done, progress.total);
     }
     /// So much follows.
     void comes(std::uint64_t bytes) { comes_ = std::max<std::uint64_t>(1, bytes); }

@@ -17,19 +17,21 @@ constexpr FormatRow kTable[] = {
      "nodes, meshes of all modes, sparse accessors, two sets of texture coordinates, one of colours, tangents, "
      "materials, textures with their samplers, cameras, skins, morph targets, all animations. Extensions: "
      "KHR_draco_mesh_compression, EXT_meshopt_compression, KHR_meshopt_compression, KHR_mesh_quantization, "
-     "KHR_lights_punctual, KHR_texture_transform, EXT_mesh_gpu_instancing, EXT_texture_webp, MSFT_texture_dds, "
+     "KHR_lights_punctual, KHR_texture_transform, EXT_mesh_gpu_instancing (with _COLOR_0), EXT_texture_webp, "
+     "MSFT_texture_dds, "
      "KHR_materials_unlit, "
      "_emissive_strength, _ior, _specular, _clearcoat, _transmission (of these four the factors), and, as a plastic, "
      "_pbrSpecularGlossiness",
      "KHR_texture_basisu (refused by name; the texture's other image is shown), the textures of _specular, _clearcoat "
-     "and _transmission, other material extensions, colours of instances, KHR_materials_variants, scenes but the "
+     "and _transmission, other material extensions, KHR_materials_variants, scenes but the "
      "file's own choice. Of orthographic cameras a picture in perspective arrives. A file that insists on another "
      "extension is refused"},
     {"USD", "usd usda usdc usdz", "our own; liblz4",
      "layers, references, payloads, inherits, specializes, variants (--variant PRIM:SET=NAME chooses others), files "
      "without defaultPrim, all transforms and their samples as an Animation, units and up axis, visibility, polygons "
      "with every interpolation, inherited primvars, subsets, subdivision surfaces, points, curves as lines, six "
-     "shapes, instances (beyond 10,000 of small meshes as Glyphs), UsdPreviewSurface with its pictures, displayColor, "
+     "shapes, instances (beyond 10,000, or in colours of their own, of small meshes as Glyphs), UsdPreviewSurface with "
+     "its pictures, displayColor, "
      "lights, cameras",
      "skeletons, blend shapes, MaterialX, NURBS, widths of curves, volumes, value clips, relocates, splines, "
      "collections, points that move, texture coordinates of subdivision surfaces (a mesh with "

@@ -33,7 +33,8 @@ static_assert(sizeof(ImportRecord) == 24);
 
 /// The payload of an error: the number of an ErrorCode in one byte, then the message. Of a progress: this.
 struct ImportProgress {
-    std::uint64_t done = 0, total = 0;  ///< in what its reader counts; 0 of 0: all is read, and is being converted
+    std::uint64_t done = 0, total = 0;  ///< in what its reader counts; 0 of 0: nobody knows
+    std::uint64_t converting = 0;       ///< 1: all is read
 };
 /// That of a size: the bytes that follow it with the scene and the blobs, as a number of 8 bytes.
 

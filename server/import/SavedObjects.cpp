@@ -39,6 +39,7 @@ Expected<void> SavedObjects::place(LoadedFile& file, const Spot& spot) {
     options.maxObjects -= std::min(options.maxObjects, static_cast<std::size_t>(options.firstId - kFirstPlaceholder));
     options.maxDepth = draft_.options().maxDepth - spot.depth;
     options.look = [&](ObjectId id, const TypeInfo& type, void* object) -> Expected<void> {
+        if (Expected<void> wanted = draft_.goOn(); !wanted) return wanted;
         if (id == spot.parent) return {};
         const Object seen(type, object);
         ++(seen.is<Node>() ? draft_.scene().nodes : draft_.scene().cores);

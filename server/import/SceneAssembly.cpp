@@ -90,6 +90,7 @@ Expected<void> SceneAssembly::add(const std::string& path, ObjectId parent) {
     const Expected<std::size_t> count = count_.of(file, spot.depth);
     if (!count) return tl::unexpected(count.error());
     if (!nodes_.hasRoomFor(*count)) return failWith(path, draft_.tooManyNodes());
+    draft_.expect(*count);
     if (const Expected<void> done = placeFile(file, spot); !done) return done;
     if (!file.hasOwnTops && draft_.drawn() == drawnBefore) {
         // What was left away tells why.
@@ -128,6 +129,7 @@ Expected<void> SceneAssembly::placeFile(LoadedFile& file, const Spot& spot) {
 }
 
 Expected<void> SceneAssembly::placeNode(LoadedFile& file, const proto::scene::Node& node, const Spot& spot) {
+    if (const Expected<void> wanted = draft_.goOn(); !wanted) return failWith(file.label, wanted.error());
     const std::string_view otherwise = ContentCores::nameFor(node);
     const auto in = [&](const Error& error) {
         return failWith(

@@ -51,6 +51,16 @@ bool SceneDraft::enablesCamera(const LoadedFile& file, bool camerasEnabled, bool
     return wanted && camerasEnabled;
 }
 
+Expected<void> SceneDraft::goOn() {
+    constexpr std::size_t kStepsAtOnce = 64, kStepsATelling = std::size_t{1} << 14;
+    ImportWatch* const watch = options_.watch.get();
+    const std::size_t step = steps_++;
+    if (watch == nullptr || step % kStepsAtOnce != 0) return {};
+    if (std::optional<Error> why = watch->cancelled()) return tl::unexpected(*std::move(why));
+    if (step % kStepsATelling == 0) watch->at(ImportWatch::Stage::kBuilding, scene_.nodes, expected_);
+    return {};
+}
+
 Error SceneDraft::tooManyNodes() const {
     return {ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", options_.maxNodes)};
 }

@@ -48,6 +48,12 @@ public:
     /// Whether a camera that the file enables is to be so.
     bool enablesCamera(const LoadedFile& file, bool camerasEnabled, bool wanted);
 
+    /// Before each piece of work. Refused with the reason for which the import is not wanted any more; says how far it
+    /// is.
+    [[nodiscard]] Expected<void> goOn();
+    /// So many nodes come.
+    void expect(std::size_t nodes) { expected_ += nodes; }
+
     [[nodiscard]] Error tooManyNodes() const;
     [[nodiscard]] Error tooDeep() const;
 
@@ -70,7 +76,8 @@ private:
     ChangeListBuilder list_;
     ImportedScene scene_;
     std::uint64_t nextId_ = kFirstPlaceholder;
-    std::size_t drawn_ = 0;               ///< nodes that draw something, of model files
+    std::size_t drawn_ = 0;  ///< nodes that draw something, of model files
+    std::size_t steps_ = 0, expected_ = 0;
     std::vector<const TypeInfo*> types_;  ///< of what is created, by the place among the placeholders
     std::map<ObjectId, std::string> writtenAt_;
     std::set<std::string> noted_;

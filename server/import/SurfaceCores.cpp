@@ -59,6 +59,7 @@ Expected<Glyphs> readGlyphs(const proto::scene::Glyphs& message) {
     glyphs->shapeIndices = blobOfNumbers(message.shape_indices());
     glyphs->transfer = blobOfColors(message.transfer());
     glyphs->turns = blobOfNumbers(message.turns());
+    glyphs->shapeTexcoords = blobOfNumbers(message.shape_texcoords());
     return glyphs;
 }
 

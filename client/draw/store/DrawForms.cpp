@@ -251,7 +251,10 @@ void writeCopies(const MeshArrays& arrays, MeshStore store, const ByteRange& uni
     const auto corner = [&](std::uint64_t at) {
         const std::span<const float> of = at % kTexelsPerCorner == 0 ? corners.positions : corners.normals;
         const std::uint64_t i = 3 * (at / kTexelsPerCorner);
-        return i + 2 < of.size() ? texel(of[i], of[i + 1], of[i + 2], 0) : PointTexel{};
+        // One of its texture coordinates beside each: kTexelsPerCorner is how many there are of those, too.
+        const float beside = at < corners.texcoords.size() ? corners.texcoords[at] : 0;
+        return i + 2 < of.size() ? texel(of[i], of[i + 1], of[i + 2], std::bit_cast<std::uint32_t>(beside))
+                                 : PointTexel{0, 0, 0, std::bit_cast<std::uint32_t>(beside)};
     };
     tellUnits<PointTexel>(units, tell, [&](auto& to, std::uint64_t unit) {
         if (unit < fetched.before) {

@@ -11,8 +11,6 @@
 namespace tessera {
 namespace {
 
-/// Places of blocks and letters, and nodes with all that blocks hold.
-constexpr std::size_t kMostPlaces = 500'000, kMostNodes = 1'000'000;
 constexpr std::size_t kDeepest = 40;
 constexpr std::int64_t kShowNone = -2;  // common/cores/Switch.h
 
@@ -29,14 +27,12 @@ bool isMeshAlone(const proto::scene::Definition& definition) {
 }  // namespace
 
 bool DxfReader::takeRoomFor(std::size_t places, std::size_t nodesOfEach) {
-    const std::size_t mostNodes = std::min(kMostNodes, limits_.maxNodes);
-    const bool fits = places <= kMostPlaces - std::min(places_, kMostPlaces) && nodesOfEach <= mostNodes &&
-                      places * (nodesOfEach + 1) <= mostNodes - std::min(placedNodes_, mostNodes);
+    const std::size_t room = mostNodes_ - std::min(placedNodes_, mostNodes_);
+    const bool fits = places <= room && nodesOfEach < mostNodes_ && places * (nodesOfEach + 1) <= room;
     if (!fits) {
-        leftOut(fmt::format("places of blocks and letters beyond {}, or {} nodes", kMostPlaces, mostNodes));
+        leftOut(fmt::format("places of blocks and letters beyond {} nodes (--import-memory: more)", mostNodes_));
         return false;
     }
-    places_ += places;
     placedNodes_ += places * (nodesOfEach + 1);
     return true;
 }

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "server/import/reader/MappedFile.h"
+#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/ReadScene.h"
 
 namespace tessera {
@@ -52,7 +53,9 @@ const char* nameOfStranger(std::string_view type) {
 DxfReader::DxfReader(DxfDocument document, std::size_t fileBytes, const ReadLimits& limits)
     : document_(std::move(document)),
       limits_(limits),
-      mostBytesOfBlocks_(std::max<std::size_t>(std::size_t{32} << 20, 2 * fileBytes)) {}
+      fileBytes_(fileBytes),
+      mostBytesOfBlocks_(std::max<std::size_t>(std::size_t{32} << 20, 2 * fileBytes)),
+      mostNodes_(limits.nodesOf(fileBytes)) {}
 
 void DxfReader::leftOut(const std::string& what) {
     ++leftOut_[what];
@@ -135,6 +138,7 @@ DxfBucket& DxfReader::bucketOf(const DxfRecord& record, Reading& to) {
 Expected<void> DxfReader::readContent(Reading& to) {
     DxfGroups& groups = document_.groups();
     for (DxfRecord record; groups.next(record);) {
+        if (open_.empty()) sayProgress(groups.mark().at, fileBytes_);
         if (record.type == "ENDSEC" || record.type == "ENDBLK" || record.type == "SECTION") return {};
         if (Expected<void> added = addEntity(record, to); !added) return added;
     }

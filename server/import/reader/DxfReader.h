@@ -80,14 +80,14 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     std::map<std::string, std::size_t> leftOut_;  ///< how many, by what is said of them
-    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, places_ = 0, placedNodes_ = 0, letters_ = 0;
+    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0;
     std::string firstUnsound_;
 
     using GuiseKey = std::tuple<const DxfBlock*, const DxfLayer*, DxfColor>;
     std::map<GuiseKey, DxfGuise> guises_;
     std::map<const DxfBlock*, std::pair<bool, bool>> looks_;  ///< byLayer, byColor of blocks that were read
     std::set<const DxfBlock*> open_;
-    std::size_t bytesOfBlocks_ = 0, mostBytesOfBlocks_;
+    std::size_t fileBytes_, bytesOfBlocks_ = 0, mostBytesOfBlocks_, mostNodes_;
     std::map<std::pair<DxfColor, bool>, std::string> materials_;
 };
 

@@ -1,4 +1,4 @@
-// EXT_mesh_gpu_instancing: a node's mesh at many places.
+// EXT_mesh_gpu_instancing: a node's mesh at many places, and in many colours.
 
 #include <fmt/format.h>
 
@@ -6,10 +6,11 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
-#include <optional>
 #include <utility>
 
+#include "common/confine/Confinement.h"
 #include "common/math/Compose.h"
+#include "common/math/Srgb.h"
 #include "server/import/reader/GltfReader.h"
 #include "server/import/reader/GlyphPlaces.h"
 
@@ -17,8 +18,9 @@ namespace tessera {
 namespace {
 
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
-/// Of one node: each becomes a node, with a part for each primitive.
+/// Of one node: each becomes a node, with a part for each primitive, or a glyph of each.
 constexpr std::size_t kMostInstances = 1'000'000;
+constexpr std::uint32_t kWhite = 0xffffffff;
 
 }  // namespace
 
@@ -32,8 +34,9 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
     const tinygltf::Value& attributes = found->second.Get("attributes");
     std::size_t count = 0;
     bool haveBytes = false;
-    std::vector<float> values[3];
-    const std::pair<const char*, int> known[] = {{"TRANSLATION", 3}, {"ROTATION", 4}, {"SCALE", 3}};
+    std::vector<float> values[4];
+    // The last is no word of the extension: what exporters write, and three.js shows.
+    const std::pair<const char*, int> known[] = {{"TRANSLATION", 3}, {"ROTATION", 4}, {"SCALE", 3}, {"_COLOR_0", 4}};
     for (std::size_t i = 0; i < std::size(known); ++i) {
         const auto& [name, components] = known[i];
         const int accessor = static_cast<int>(gltfNumber(attributes, name, -1));
@@ -41,7 +44,7 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
         if (accessors_.count(accessor) > kMostInstances)
             return fail(ErrorCode::kLimit, fmt::format("a node has {} instances, {} at most are read",
                                                        accessors_.count(accessor), kMostInstances));
-        Expected<std::vector<float>> read = accessors_.floats(accessor, components);
+        Expected<std::vector<float>> read = accessors_.floats(accessor, components, i == 3 ? 1.0f : 0.0f);
         if (!read) return tl::unexpected(read.error());
         const std::size_t elements = read->size() / static_cast<std::size_t>(components);
         if (count > 0 && elements != count)
@@ -69,6 +72,11 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
         };
         if (!values[0].empty()) all[i].translation = three(values[0]);
         if (!values[2].empty()) all[i].scale = three(values[2]);
+        for (std::size_t k = 0; k < 4 && !values[3].empty(); ++k) {
+            const float part = values[3][4 * i + k];
+            const float signal = std::clamp(k == 3 ? part : srgbOfLinear(std::max(part, 0.0f)), 0.0f, 1.0f);
+            all[i].color = all[i].color << 8 | static_cast<std::uint32_t>(std::lround(signal * 255.0f));
+        }
         if (values[1].empty()) continue;
         const float* turn = &values[1][4 * i];
         const Quatd rotation(turn[3], turn[0], turn[1], turn[2]);
@@ -86,28 +94,40 @@ void GltfReader::addParts(const std::vector<Part>& parts, proto::scene::Node& no
     }
 }
 
-std::vector<std::size_t> GltfReader::withoutGlyphs(const std::vector<Part>& parts, const std::vector<Instance>& places,
-                                                   proto::scene::Node& placed) {
+std::vector<std::size_t> GltfReader::withoutGlyphs(const std::string& name, const std::vector<Part>& parts,
+                                                   const std::vector<Instance>& places, proto::scene::Node& placed) {
     std::vector<std::size_t> all(places.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     // Files of our own have glyphs so.
     const bool ours = scene_.file.by_tessera() && parts.size() == 1;
-    if (places.size() <= kMostPlacedNodes && !ours) return all;
-    std::vector<proto::scene::Glyphs> glyphs;
+    const bool colored = std::ranges::any_of(places, [](const Instance& one) { return one.color != kWhite; });
+    if (parts.empty() || !(ours || colored || areVeryMany(places.size(), parts.size()))) return all;
+    const auto areNodes = [&](std::size_t count, std::string_view why) {
+        if (colored)
+            scene_.note(fmt::format("{}: colours of {} instances are left out: {}", name, count, why));
+        else
+            scene_.note(noteOfPlacedNodes(name, count, why));
+    };
+    std::vector<GlyphPart> glyphs;
     for (const Part& part : parts) {
-        std::optional<proto::scene::Glyphs> glyph = glyphOf(scene_, part.mesh, part.material, Affine3d::Identity());
-        if (!glyph) return all;
+        Expected<GlyphPart> glyph = glyphOf(scene_, part.mesh, part.material, Affine3d::Identity());
+        if (!glyph) {
+            areNodes(all.size(), fmt::format("its mesh {}", glyph.error().message));
+            return all;
+        }
         glyphs.push_back(std::move(*glyph));
     }
-    if (glyphs.empty()) return all;
     const auto placeOf = [&](std::size_t i) {
-        return CopyPlace{places[i].translation, places[i].rotation, places[i].scale};
+        return CopyPlace{places[i].translation, places[i].rotation, places[i].scale, places[i].color};
     };
-    return addGlyphs(all, placeOf, glyphs, [&](std::size_t first, std::size_t part) {
+    noteUnsorted(scene_, name, glyphs);
+    std::vector<std::size_t> left = addGlyphs(all, placeOf, glyphs, [&](std::size_t first, std::size_t part) {
         proto::scene::Node* const node = placed.add_node();
         node->set_name(ours && first == 0 ? "part 0" : instancesName(first, part));
         return node;
     });
+    if (!left.empty()) areNodes(left.size(), kOddScales);
+    return left;
 }
 
 Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {
@@ -116,7 +136,11 @@ Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Nod
     const Expected<std::vector<Instance>> places = instances(node);
     if (!places) return tl::unexpected(places.error());
     if (places->empty()) addParts(*parts, placed);
-    for (const std::size_t i : withoutGlyphs(*parts, *places, placed)) {
+    const std::vector<std::size_t> nodes = withoutGlyphs(placed.name(), *parts, *places, placed);
+    placedNodes_ += nodes.size() * (parts->size() + 1);
+    if (placedNodes_ > limits_.nodesOf(bytesGranted()))
+        return fail(ErrorCode::kLimit, limits_.tooManyNodes(placedNodes_, bytesGranted()));
+    for (const std::size_t i : nodes) {
         const Instance& instance = (*places)[i];
         proto::scene::Node* child = placed.add_node();
         child->set_name(fmt::format("instance {}", i));

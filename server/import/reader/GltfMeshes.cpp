@@ -5,7 +5,6 @@
 
 #include "common/math/Srgb.h"
 #include "server/import/reader/GltfReader.h"
-#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/SoundParts.h"
 
 namespace tessera {
@@ -216,7 +215,6 @@ Expected<MeshData> GltfReader::primitive(const tinygltf::Node& node, const tinyg
 
     const std::string name =
         fmt::format("mesh {}, primitive {}", &mesh - model_.meshes.data(), &primitive - mesh.primitives.data());
-    sayProgress(static_cast<std::uint64_t>(&mesh - model_.meshes.data()), model_.meshes.size());
     const auto sound = [&] {
         if (const std::string leftOut = keepSoundParts(data, name); !leftOut.empty()) scene_.noteMissing(leftOut);
         return std::move(data);

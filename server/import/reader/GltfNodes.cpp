@@ -258,6 +258,13 @@ Expected<PlainScene> GltfReader::read() {
             return fail(ErrorCode::kBadInput, fmt::format("scene {} does not exist", chosen));
         roots = model_.scenes[chosen].nodes;
     }
+    for (const tinygltf::Mesh& mesh : model_.meshes)
+        for (const tinygltf::Primitive& part : mesh.primitives) {
+            const auto positions = part.attributes.find("POSITION");
+            const int accessor =
+                part.indices >= 0 || positions == part.attributes.end() ? part.indices : positions->second;
+            scene_.cornersToCome += std::min<std::size_t>(accessors_.count(accessor), 1'000'000'000);
+        }
     for (const int root : roots)
         if (Expected<void> done = walk(root, Affine3d::Identity(), 1); !done) return tl::unexpected(done.error());
     findAnimated();

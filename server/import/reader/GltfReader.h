@@ -70,6 +70,7 @@ private:
         Vec3d translation = Vec3d::Zero();
         Quatd rotation = Quatd::Identity();  ///< as the file says it
         Vec3d scale = Vec3d::Ones();
+        std::uint32_t color = 0xffffffff;  ///< 0xRRGGBBAA, sRGB
         [[nodiscard]] Affine3d matrix() const;
     };
 
@@ -77,8 +78,8 @@ private:
     /// Empty: the node has none, and its mesh is at the node itself.
     Expected<std::vector<Instance>> instances(const tinygltf::Node& node);
     static void addParts(const std::vector<Part>& parts, proto::scene::Node& node);
-    /// Glyphs for as many places as can be some, where there are very many; the others.
-    [[nodiscard]] std::vector<std::size_t> withoutGlyphs(const std::vector<Part>& parts,
+    /// Glyphs for as many places as can be some, where there are very many or of many colours; the others.
+    [[nodiscard]] std::vector<std::size_t> withoutGlyphs(const std::string& name, const std::vector<Part>& parts,
                                                          const std::vector<Instance>& places,
                                                          proto::scene::Node& placed);
     /// The node's mesh, at each of its places.
@@ -186,6 +187,7 @@ private:
     AnimationNodes animations_;
     ModelLight light_;
     Box bounds_;
+    std::size_t placedNodes_ = 0;       ///< of instances
     std::size_t withoutPositions_ = 0;  ///< as placed; left out
 };
 

@@ -13,6 +13,7 @@
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/ObjText.h"
 #include "server/import/reader/PlaceTable.h"
+#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/TextEncoding.h"
@@ -47,6 +48,8 @@ public:
 
 private:
     Expected<void> buildObjects() {
+        for (const ObjPart& part : text_.parts) scene_.cornersToCome += part.places.size();
+        sayConverting(0, scene_.cornersToCome);
         for (const ObjObject& object : text_.objects) {
             if (++nodes_ > limits_.maxNodes) return tooMany();
             proto::scene::Node& node = *scene_.file.add_node();

@@ -1,5 +1,7 @@
 #include "server/import/reader/PlainScene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -23,6 +25,15 @@ Bytes bytesOf(std::vector<T>& values) {
 }
 
 }  // namespace
+
+std::string ReadLimits::tooManyNodes(std::uint64_t nodes, std::uint64_t bytes) const {
+    const std::size_t most = nodesOf(bytes);
+    if (most == maxNodes) return fmt::format("the scene has more than {} nodes", most);
+    return fmt::format(
+        "what it places so often becomes {} nodes, and {} are read of {} bytes: fewer places, or parts joined into "
+        "one mesh, or more by --import-memory",
+        nodes, most, bytes);
+}
 
 proto::scene::Node* PlainScene::addBeside() {
     return file.by_tessera() && file.node_size() == 1 ? file.mutable_node(0)->add_node() : file.add_node();
@@ -80,7 +91,10 @@ proto::scene::Mesh& PlainScene::addMesh(const std::string& name, MeshData mesh) 
 }
 
 void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const ReadLimits& limits) {
-    sayConverting();
+    // Three steps: what the reader made of it, its order, the rest.
+    const std::uint64_t corners = mesh.indices.size();
+    const auto say = [&](std::uint64_t steps) { sayConverting(3 * cornersDone + steps * corners, 3 * cornersToCome); };
+    say(1);
     // Smaller ones are not drawn in parts.
     constexpr std::size_t kLarge = 1024;
     const std::size_t vertices = mesh.positions.size() / 3;
@@ -90,7 +104,9 @@ void PlainScene::addModelMesh(const std::string& name, MeshData mesh, const Read
         std::all_of(mesh.positions.begin(), mesh.positions.end(), [](float x) { return std::isfinite(x); });
     if (!limits.verbatim && sound && mesh.indices.size() >= 3 * kLarge)
         mesh.indices = inSpatialOrder(mesh.positions, mesh.indices);
+    say(2);
     addMesh(name, std::move(mesh));
+    cornersDone += corners;
 }
 
 std::string foreignName(std::string_view name, const char* otherwise) {

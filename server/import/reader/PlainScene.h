@@ -1,6 +1,8 @@
 /// What every reader produces: a scene in plain form. Shapes are meshes, repeats are written out, arrays are blobs.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -17,12 +19,22 @@ namespace tessera {
 struct ReadLimits {
     std::size_t maxFileBytes = 0x7fffffff;  ///< of one file, the ones it refers to included
     std::size_t maxNodes = limits::kMaxObjects;
+    /// Of few bytes: a node takes about a kilobyte, and an array of a few letters may place a thing very often.
+    std::size_t freeNodes = kFreeNodes;
+    static constexpr std::size_t kFreeNodes = 200'000, kBytesPerNode = 4;
     std::size_t maxDepth = 255;
     int maxImageSide = 4096;                           ///< pixels; larger images are halved until they fit
     std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded
     bool verbatim = false;                             ///< see ImportOptions
     bool whole = false;                                ///< see ImportOptions
     std::vector<std::string> variants;                 ///< see ImportOptions
+
+    /// What a model of so many bytes may become: those, and one for each kBytesPerNode.
+    [[nodiscard]] std::size_t nodesOf(std::uint64_t bytes) const {
+        return std::min<std::uint64_t>(maxNodes, freeNodes + bytes / kBytesPerNode);
+    }
+    /// What is refused, and what would help.
+    [[nodiscard]] std::string tooManyNodes(std::uint64_t nodes, std::uint64_t bytes) const;
 };
 
 struct PlainScene {
@@ -32,6 +44,8 @@ struct PlainScene {
     std::vector<std::string> missing;  ///< of the notes those that say that triangles, lines or points are not there
     std::vector<std::string> faults;   ///< what is wrong in a person's text, and was left away: "line:column: what"
     std::string plain;                 ///< the name of `plainMaterial`, once there is one
+    /// Of triangles in meshes of a model: those that are there, and all, where the reader knows. Progress says them.
+    std::uint64_t cornersDone = 0, cornersToCome = 0;
 
     /// Where animations and the like stand, which are no part of the file's tree: at its top. Of a file of our own with
     /// one top node below that one, so that there is still one.

@@ -364,6 +364,8 @@ public:
             addMesh(node, std::move(lines), material);
         }
         if (!source_.corners.empty()) {
+            scene_.cornersToCome = source_.corners.size();
+            sayConverting(0, scene_.cornersToCome);
             Expected<MeshData> mesh = triangles();
             if (!mesh) return tl::unexpected(mesh.error());
             addMesh(node, std::move(*mesh), material);

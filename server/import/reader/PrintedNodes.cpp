@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "common/confine/Confinement.h"
 #include "common/math/Srgb.h"
 
 namespace tessera {
@@ -176,11 +177,11 @@ Expected<void> PrintedNodes::place(const std::vector<PrintedPlace>& places, prot
             fmt::format("its objects hold others {} levels deep, more than the {} that a scene may have: save it "
                         "with its parts joined",
                         depth, limits_.maxDepth - std::min(kAbove, limits_.maxDepth)));
-    if (nodes > static_cast<double>(limits_.maxNodes))
+    if (const std::size_t most = limits_.nodesOf(bytesGranted()); nodes > static_cast<double>(most))
         return fail(ErrorCode::kLimit,
                     fmt::format("its objects hold others so often that there would be {:.3g} nodes, more than {}: save "
-                                "fewer copies, or their parts joined",
-                                nodes, limits_.maxNodes));
+                                "fewer copies, or their parts joined, or give it more by --import-memory",
+                                nodes, most));
     for (PrintedObject* const object : order) write(*object);
     write(places, [&] { return parent.add_node(); });
     return {};

@@ -7,7 +7,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void (*listening)(std::uint64_t, std::uint64_t) = nullptr;
+void (*listening)(std::uint64_t, std::uint64_t, bool) = nullptr;
 Clock::time_point next;
 bool isConverting = false;
 
@@ -19,16 +19,19 @@ void sayProgress(std::uint64_t done, std::uint64_t total) {
     if (now < next) return;
     next = now + std::chrono::milliseconds(100);
     isConverting = false;
-    listening(done, total);
+    listening(done, total, false);
 }
 
-void sayConverting() {
-    if (listening == nullptr || isConverting) return;
+void sayConverting(std::uint64_t done, std::uint64_t total) {
+    if (listening == nullptr) return;
+    const Clock::time_point now = Clock::now();
+    if (isConverting && (total == 0 || now < next)) return;
+    next = now + std::chrono::milliseconds(100);
     isConverting = true;
-    listening(0, 0);
+    listening(done, total, true);
 }
 
-void listenToProgress(void (*listener)(std::uint64_t, std::uint64_t)) {
+void listenToProgress(void (*listener)(std::uint64_t, std::uint64_t, bool)) {
     listening = listener;
 }
 

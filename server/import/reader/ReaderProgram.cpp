@@ -44,6 +44,9 @@ constexpr std::string_view kOptions =
     "  --endings            the endings of all files that are read, a line each\n"
     "  --help, --version\n";
 
+/// As many as there are by default of the 2 GiB.
+constexpr std::size_t kMemoryPerFreeNode = (std::size_t{2} << 30) / ReadLimits::kFreeNodes;
+
 struct Arguments {
     std::string file;
     ConfinementProfile profile = kImporterProfile;
@@ -140,6 +143,7 @@ std::optional<Arguments> parse(std::span<char*> arguments) {
         if (error != std::errc() || end != value.data() + value.size()) return std::nullopt;
         if (name == "--memory") {
             result.profile.memoryBytes = number;
+            result.limits.freeNodes = std::max(ReadLimits::kFreeNodes, number / kMemoryPerFreeNode);
         } else if (name == "--cpu") {
             result.time.given = std::chrono::seconds(number);
         } else if (name == "--cpu-per-mebibyte") {
@@ -178,8 +182,8 @@ void run(const ReaderProgram& program, const Arguments& arguments) {
         if (const Expected<void> bounded = bound(arguments); !bounded)
             return writeError(bounded.error().code, bounded.error().message);
         if (program.prepare) program.prepare();
-        listenToProgress([](std::uint64_t done, std::uint64_t total) {
-            const ImportProgress progress{done, total};
+        listenToProgress([](std::uint64_t done, std::uint64_t total, bool converting) {
+            const ImportProgress progress{done, total, converting ? 1U : 0U};
             writeRecord(ImportRecord::Kind::kProgress, std::as_bytes(std::span(&progress, 1)));
         });
         if (const Expected<void> confined = confineFor(arguments); !confined)

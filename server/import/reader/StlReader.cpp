@@ -12,6 +12,7 @@
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/PlaceTable.h"
+#include "server/import/reader/ReadProgress.h"
 #include "server/import/reader/ReadScene.h"
 #include "server/import/reader/SmoothNormals.h"
 #include "server/import/reader/SoundParts.h"
@@ -58,6 +59,7 @@ public:
         }
     }
     [[nodiscard]] const std::string& name() const { return name_; }
+    [[nodiscard]] std::size_t corners() const { return indices_.size(); }
     [[nodiscard]] bool isSmooth() const { return isSmooth_; }
     /// Of facets that cannot be shown, for a note; empty: there are none.
     [[nodiscard]] std::string leftOut() const { return leftOut_ ? leftOut_->text() : std::string(); }
@@ -180,6 +182,7 @@ public:
     Expected<void> build() && {
         std::size_t number = 0;
         std::string said;
+        for (const StlSolid& solid : solids_) scene_.cornersToCome += solid.corners();
         for (StlSolid& solid : solids_) {
             const std::size_t own = number++;
             const std::string name = solid.name(), leftOut = solid.leftOut();
@@ -212,7 +215,10 @@ private:
     /// Words, whatever lines they stand in.
     class Words {
     public:
-        explicit Words(std::string_view text) : at_(text.data()), end_(at_ + text.size()) {}
+        explicit Words(std::string_view text) : begin_(text.data()), at_(begin_), end_(at_ + text.size()) {}
+        void tellPassed() const {
+            sayProgress(static_cast<std::uint64_t>(at_ - begin_), static_cast<std::uint64_t>(end_ - begin_));
+        }
         bool next(std::string_view& word) {
             TextCursor cursor(at_, end_, false);
             word = cursor.toWord() ? cursor.word() : std::string_view();
@@ -248,6 +254,7 @@ private:
         }
 
     private:
+        const char* begin_;
         const char* at_;
         const char* end_;
     };
@@ -267,6 +274,8 @@ private:
                 if (!words.pass("vertex") || !words.numbers(&places[3 * corner])) return false;
             if (!words.pass("endloop") || !words.pass("endfacet")) return false;
             solid.add(normal.data(), places, 0, number);
+            constexpr std::size_t kSome = 4096;
+            if (solid.corners() % kSome == 0) words.tellPassed();
         }
         return false;  // without its end
     }

@@ -1,18 +1,18 @@
 // PointInstancer: prototypes at many places.
 //
-// A place is a node with the prototype's Definition below: prototypes may be whole trees, with materials and textures,
-// and anybody may move, pick and hit one. That is about a kilobyte each. Of very many places those of a few small
-// meshes without textures are Glyphs (GlyphPlaces.h).
+// A place is a node with the prototype's Definition below: prototypes may be whole trees, and anybody may move, pick
+// and hit one. That is about a kilobyte each. Of very many places, or where each has a colour of its own, those of a
+// few small meshes are Glyphs (GlyphPlaces.h).
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <set>
 
 #include "common/math/Compose.h"
+#include "common/math/Srgb.h"
 #include "server/import/reader/GlyphPlaces.h"
 #include "server/import/reader/UsdReader.h"
 
@@ -24,6 +24,7 @@ struct InstancePlaces {
     std::vector<std::int32_t> prototypes;
     std::vector<double> positions, orientations, scales;  ///< the last two may be empty
     std::vector<bool> shown;
+    std::vector<std::uint32_t> colors;  ///< 0xRRGGBBAA, sRGB; empty: none has one of its own
 
     [[nodiscard]] std::size_t count() const { return prototypes.size(); }
     /// Nothing: it stands nowhere.
@@ -80,6 +81,17 @@ InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks
     places.shown.assign(count, true);
     for (std::size_t i = 0; i < count && !hidden.empty(); ++i)
         places.shown[i] = !hidden.contains(ids.size() == count ? ids[i] : static_cast<double>(i));
+    // "vertex", "varying" or "uniform": one for each instance. "constant" ones are inherited.
+    const UsdElements elements{.faces = count, .vertices = count, .corners = count};
+    const auto colors = UsdPrimvar::of(prim, nullptr, "primvars:displayColor", 3, elements, remarks);
+    for (std::size_t i = 0; colors && colors->per() != UsdPrimvar::Per::kAll && i < count; ++i) {
+        std::uint32_t color = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const float light = std::clamp(colors->at(i, i, i)[k], 0.0F, 1.0F);  // of NaN 0
+            color = color << 8 | static_cast<std::uint32_t>(std::lround(255 * srgbOfLinear(light > 0 ? light : 0.0F)));
+        }
+        places.colors.push_back(color << 8 | 0xff);
+    }
     return places;
 }
 
@@ -119,18 +131,23 @@ Expected<UsdReader::Prototype> UsdReader::prototype(const std::string& path, con
     return made;
 }
 
-std::vector<proto::scene::Glyphs> UsdReader::glyphsOf(const proto::scene::Definition& definition) const {
+Expected<std::vector<GlyphPart>> UsdReader::glyphsOf(const proto::scene::Definition& definition) const {
     constexpr std::size_t kMostParts = 16;
     static constexpr int kPlainFields[] = {Node::kNameFieldNumber, Node::kTransformFieldNumber,
                                            Node::kGeometryFieldNumber, Node::kNodeFieldNumber};
-    std::vector<proto::scene::Glyphs> parts;
+    std::vector<GlyphPart> parts;
+    std::string why;
+    const auto refuse = [&](std::string said) {
+        why = std::move(said);
+        return false;
+    };
     const auto add = [&](const auto& self, const Node& node, const Affine3d& above) -> bool {
         std::vector<const google::protobuf::FieldDescriptor*> said;
         node.GetReflection()->ListFields(node, &said);
         const auto isPlain = [](const google::protobuf::FieldDescriptor* field) {
             return std::ranges::find(kPlainFields, field->number()) != std::end(kPlainFields);
         };
-        if (!std::ranges::all_of(said, isPlain)) return false;  // it is more than a shape at a place
+        if (!std::ranges::all_of(said, isPlain)) return refuse("their prototype is more than shapes at places");
         const proto::scene::Transform& t = node.transform();
         const proto::scene::Quaternion& q = t.rotation().quaternion();
         const Affine3d place =
@@ -139,16 +156,18 @@ std::vector<proto::scene::Glyphs> UsdReader::glyphsOf(const proto::scene::Defini
                              t.has_rotation() ? Quatd(q.w(), q.x(), q.y(), q.z()) : Quatd::Identity(),
                              t.has_scale() ? Vec3d(t.scale().x(), t.scale().y(), t.scale().z()) : Vec3d(Vec3d::Ones()));
         if (node.has_geometry()) {
-            std::optional<proto::scene::Glyphs> part =
-                glyphOf(scene_, node.geometry().mesh(), node.geometry().material(), place);
-            if (!part || parts.size() == kMostParts) return false;
+            Expected<GlyphPart> part = glyphOf(scene_, node.geometry().mesh(), node.geometry().material(), place);
+            if (!part) return refuse("a mesh of their prototype " + part.error().message);
+            if (parts.size() == kMostParts)
+                return refuse(fmt::format("their prototype has over {} meshes", kMostParts));
             parts.push_back(std::move(*part));
         }
         return std::ranges::all_of(node.node(), [&](const Node& below) { return self(self, below, place); });
     };
     const bool isAll =
         std::ranges::all_of(definition.node(), [&](const Node& node) { return add(add, node, Affine3d::Identity()); });
-    return isAll ? parts : std::vector<proto::scene::Glyphs>();
+    if (!isAll) return fail(ErrorCode::kUnsupported, why);
+    return parts;
 }
 
 Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above& inside, Node& node, bool ownNodes) {
@@ -166,7 +185,10 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
             places.shown[i] && places.prototypes[i] >= 0 && which < prototypes.size() && places.stands(i))
             bounds_.extend(prototypes[which].bounds.transformed(
                 inside.world_T_parent * composeTransform(places.position(i), places.orientation(i), places.scale(i))));
-    const auto placeOf = [&](std::size_t i) { return CopyPlace{places.position(i), places.turn(i), places.scale(i)}; };
+    const bool colored = !places.colors.empty();
+    const auto placeOf = [&](std::size_t i) {
+        return CopyPlace{places.position(i), places.turn(i), places.scale(i), colored ? places.colors[i] : 0xffffffff};
+    };
     // Files of our own have glyphs so, in their node itself.
     const bool ours = scene_.file.by_tessera();
     const auto make = [&](std::size_t first, std::size_t part) {
@@ -176,16 +198,48 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
         return made;
     };
     std::vector<std::vector<std::size_t>> standing(prototypes.size());
-    for (std::size_t i = 0; i < places.count() && (ours || places.count() > kMostPlacedNodes); ++i)
+    for (std::size_t i = 0; i < places.count(); ++i)
         if (const auto prototype = static_cast<std::size_t>(places.prototypes[i]);
             places.shown[i] && prototype < standing.size() && places.stands(i))
             standing[prototype].push_back(i);
     for (std::size_t prototype = 0; prototype < prototypes.size(); ++prototype) {
-        if (standing[prototype].empty() || prototypes[prototype].definition.empty()) continue;
-        const auto parts = glyphsOf(scene_.file.definition(prototypes[prototype].number));
-        if (parts.empty()) continue;
-        for (const std::size_t i : standing[prototype]) places.shown[i] = false;
-        for (const std::size_t i : addGlyphs(standing[prototype], placeOf, parts, make)) places.shown[i] = true;
+        const std::vector<std::size_t>& which = standing[prototype];
+        if (which.empty() || prototypes[prototype].definition.empty()) continue;
+        if (!ours && !colored && !areVeryMany(std::max(which.size(), places.count()), 0) &&
+            !areVeryMany(which.size(), prototypes[prototype].nodes))
+            continue;
+        const auto areNodes = [&](std::size_t count, std::string_view why) {
+            if (colored) remarks_.add(fmt::format("colours of instances are left out: {}", why), prim.path());
+            if (areVeryMany(count, prototypes[prototype].nodes))
+                scene_.note(noteOfPlacedNodes(prim.path(), count, why));
+        };
+        auto parts = glyphsOf(scene_.file.definition(prototypes[prototype].number));
+        if (!parts) {
+            areNodes(which.size(), parts.error().message);
+            continue;
+        }
+        if (parts->empty()) continue;
+        noteUnsorted(scene_, prim.path(), *parts);
+        // What has a material is of its colour.
+        for (GlyphPart& part : *parts)
+            if (colored && part.shape.material().empty())
+                part.shape.set_material(materials_.colored(false, false).material);
+        const auto isColored = [&](const GlyphPart& part) {
+            return ours || part.shape.material().starts_with(UsdMaterials::kColored);
+        };
+        const auto whitePlaceOf = [&](std::size_t i) {
+            CopyPlace place = placeOf(i);
+            place.color = 0xffffffff;
+            return place;
+        };
+        std::vector<GlyphPart> own, others;
+        for (GlyphPart& part : *parts) (colored && isColored(part) ? own : others).push_back(std::move(part));
+        for (const std::size_t i : which) places.shown[i] = false;
+        std::vector<std::size_t> left;
+        if (!own.empty()) left = addGlyphs(which, placeOf, own, make);
+        if (!others.empty()) left = addGlyphs(which, whitePlaceOf, others, make);
+        for (const std::size_t i : left) places.shown[i] = true;
+        if (!left.empty()) areNodes(left.size(), kOddScales);
     }
     for (std::size_t i = 0; i < places.count(); ++i) {
         if (!places.shown[i]) continue;

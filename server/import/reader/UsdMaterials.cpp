@@ -70,7 +70,7 @@ bool usdHasCollections(const UsdComposedPrim& prim) {
 
 UsdLook UsdMaterials::colored(bool doubleSided, bool transparent) {
     const std::string name =
-        fmt::format("display color{}{}", doubleSided ? ", two-sided" : "", transparent ? ", transparent" : "");
+        fmt::format("{}{}{}", kColored, doubleSided ? ", two-sided" : "", transparent ? ", transparent" : "");
     UsdLook& look = known_[{"\n" + name, doubleSided}];
     if (look.material.empty()) {
         proto::scene::Material& message = *scene_.file.add_material();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/import/reader/BoundedNumbers.h"
@@ -35,7 +36,8 @@ public:
 
     /// The material at a path, which may be empty.
     Expected<UsdLook> look(const std::string& path, bool doubleSided);
-    /// White, so that colours of vertices are what they are.
+    /// White, so that colours of vertices are what they are; of a name that begins so.
+    static constexpr std::string_view kColored = "display color";
     UsdLook colored(bool doubleSided, bool transparent);
     /// A picture of the surroundings; empty: it cannot be had.
     std::string surroundings(const UsdAttribute& file, const std::string& prim);

@@ -7,6 +7,7 @@
 
 #include "common/base/Utf8.h"
 #include "common/base/WrittenByTessera.h"
+#include "common/confine/Confinement.h"
 #include "server/import/reader/FolderFiles.h"
 #include "server/import/reader/ReadScene.h"
 
@@ -72,8 +73,8 @@ bool isNothingByItself(const std::string& type) {
 
 Expected<void> UsdReader::countNodes(std::size_t nodes) {
     nodes_ += nodes;
-    if (nodes_ > limits_.maxNodes)
-        return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
+    if (nodes_ > limits_.nodesOf(bytesGranted()))
+        return fail(ErrorCode::kLimit, limits_.tooManyNodes(nodes_, bytesGranted()));
     return {};
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/import/reader/GlyphPlaces.h"
 #include "server/import/reader/ModelView.h"
 #include "server/import/reader/PlainScene.h"
 #include "server/import/reader/UsdMaterials.h"
@@ -80,8 +81,8 @@ private:
         std::size_t nodes = 0;
         Box bounds;
     };
-    /// Its shapes, where they are simple enough for glyphs; none: they are not.
-    [[nodiscard]] std::vector<proto::scene::Glyphs> glyphsOf(const proto::scene::Definition& definition) const;
+    /// Its shapes, where they are simple enough for glyphs; else why not.
+    [[nodiscard]] Expected<std::vector<GlyphPart>> glyphsOf(const proto::scene::Definition& definition) const;
     Expected<Prototype> prototype(const std::string& path, const Above& inside);
 
     UsdStage& stage_;

@@ -6,7 +6,7 @@
 #include "common/drawable/Drawable.h"
 #include "common/drawable/GlyphArrays.h"
 #include "common/geometry/MeshCopies.h"
-#include "tests/unit/draw/RendererStage.h"
+#include "tests/unit/draw/MaterialStage.h"
 
 namespace tessera {
 namespace {
@@ -57,6 +57,8 @@ MeshData trianglesOf(const Glyphs& g) {
             add(mesh.normals, turned(Vec3f(length, width, length).cwiseProduct(normal)));
             for (std::size_t i = 0; i < 4; ++i) mesh.colors.push_back(arrays.colors.as<std::uint8_t>()[4 * k + i]);
         }
+        const std::span<const float> texcoords = arrays.texcoords.as<float>();
+        mesh.texcoords.insert(mesh.texcoords.end(), texcoords.begin(), texcoords.end());
         for (const std::uint32_t index : arrays.indices.as<std::uint32_t>())
             mesh.indices.push_back(static_cast<std::uint32_t>(count * k) + index);
     }
@@ -70,7 +72,9 @@ protected:
         TestScene scene;
         scene.setEnvironment(Vec3f(0.3F, 0.35F, 0.4F), Vec3f(0.1F, 0.1F, 0.1F), Vec3f(0.02F, 0.02F, 0.05F));
         scene.addDirectionalLight(Vec3d(-0.4, -1, -0.3), Vec3f::Ones(), 2, true);
-        const ObjectId look = scene.add(material);
+        Material worn = material;
+        if (worn.alphaMode == Material::kMask && worn.alphaCutoff < 1) worn.baseColorImage = scene.add(holes());
+        const ObjectId look = scene.add(worn);
         const ObjectId plain = scene.add(Material());
         scene.place(scene.add(makeBox({4, 0.1, 4}), plain), {0, -1.4, 0});
         // The scene is of one size, and so are the pixels of the sun's maps, whatever is known of the glyphs' boxes.
@@ -80,6 +84,14 @@ protected:
         const ObjectId core = asMesh ? scene.add(trianglesOf(glyphs), look) : scene.addCore(own);
         scene.place(core, {0.1, 0.05, -0.5}, Quatd(Eigen::AngleAxisd(0.3, Vec3d(1, 2, 3).normalized())), {1, 1.2, 0.9});
         return scene.take();
+    }
+    /// Squares of three colours, and of nothing.
+    static Image holes() {
+        return imageOf(64, [](int x, int y) {
+            static constexpr std::array<std::array<std::uint8_t, 4>, 4> kSquares{
+                {{255, 40, 30, 255}, {30, 200, 60, 255}, {255, 255, 255, 0}, {40, 60, 255, 255}}};
+            return kSquares[static_cast<std::size_t>(x / 16 % 2 + 2 * (y / 16 % 2))];
+        });
     }
     static Material painted() {
         Material material;
@@ -128,6 +140,27 @@ TEST_F(GlyphTest, LookAsOneGeometryOfTheirTriangles) {
         // Corners are rounded otherwise: some samples at edges, no more.
         EXPECT_LT(differing(ours, theirs, 3), 80u);
     }
+}
+
+/// Holes of the image are holes of their shadows, too.
+TEST_F(GlyphTest, WearImagesAsAGeometryDoes) {
+    restart({.samples = 4});
+    const MeshData box = makeBox(Vec3d(1, 1.5, 0.5));
+    Glyphs glyphs = someArrows(600, Glyphs::kMesh);
+    glyphs.shapePositions = Blob::of(std::span<const float>(box.positions));
+    glyphs.shapeNormals = Blob::of(std::span<const float>(box.normals));
+    glyphs.shapeIndices = Blob::of(std::span<const std::uint32_t>(box.indices));
+    glyphs.transfer = {};
+    glyphs.colors = Blob::of(std::span<const std::uint8_t>(std::vector<std::uint8_t>(std::size_t{4} * 600, 255)));
+    glyphs.shapeTexcoords = Blob::of(std::span<const float>(box.texcoords));
+    Material leaves = painted();
+    leaves.alphaMode = Material::kMask;
+    leaves.doubleSided = true;
+    const Picture ours = drawWhole(sceneOf(glyphs, false, leaves)), theirs = drawWhole(sceneOf(glyphs, true, leaves));
+    EXPECT_LT(differing(ours, theirs, 8), 200u);
+    glyphs.shapeTexcoords = {};
+    const Picture plain = drawWhole(sceneOf(glyphs, false, leaves));
+    EXPECT_GT(differing(ours, plain, 30), 20000u) << "of one colour";
 }
 
 TEST_F(GlyphTest, OnTilesTheyArePartsOfThePicture) {

@@ -190,6 +190,41 @@ TEST(ExportOptions, GlyphsAreOneMeshAtManyPlaces) {
         << refused.error().message;
 }
 
+/// A mesh of one's own, with an image, in colours: through both formats that know instances.
+TEST(ExportOptions, GlyphsKeepTheirImagesAndColours) {
+    for (const char* name : {"out.glb", "out.usda"}) {
+        SCOPED_TRACE(name);
+        const Scratch scratch;
+        BuiltScene built;
+        Glyphs glyphs;
+        glyphs.positions = blobOf<float>({0, 0, 0, 5, 0, 0});
+        glyphs.colors = blobOf<std::uint8_t>({255, 0, 0, 255, 0, 128, 255, 255});
+        glyphs.shape = Glyphs::kMesh;
+        glyphs.shapePositions = blobOf<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
+        glyphs.shapeNormals = blobOf<float>({0, 0, 1, 0, 0, 1, 0, 0, 1});
+        glyphs.shapeIndices = blobOf<std::uint32_t>({0, 1, 2});
+        glyphs.shapeTexcoords = blobOf<float>({0, 0, 1, 0, 0.25f, 0.75f});
+        Material material;
+        Image image;
+        image.pixels = blobOf<std::uint8_t>({9, 200, 30, 255});
+        image.widthPx = image.heightPx = 1;
+        material.baseColorImage = built.add(image);
+        glyphs.material = built.add(material);
+        built.node("leaves", built.add(glyphs));
+        ASSERT_TRUE(exportScene(scratch.path(name), built.take()));
+        const ImportedAspect again = readBack(scratch.path(name));
+        const Glyphs* read = nullptr;
+        for (const ObjectId id : again->ids())
+            if (const auto* found = again->get<Glyphs>(id)) read = found;
+        ASSERT_NE(read, nullptr);
+        const std::span<const float> uv = read->shapeTexcoords.as<float>();
+        EXPECT_EQ(std::vector<float>(uv.begin(), uv.end()), (std::vector<float>{0, 0, 1, 0, 0.25f, 0.75f}));
+        const std::span<const std::uint8_t> colors = read->colors.as<std::uint8_t>();
+        EXPECT_EQ(std::vector<std::uint8_t>(colors.begin(), colors.end()),
+                  (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 128, 255, 255}));
+    }
+}
+
 TEST(ExportOptions, NotesNameTenLossesAndCountTheOthers) {
     BuiltScene built;
     std::vector<ObjectId> nodes;

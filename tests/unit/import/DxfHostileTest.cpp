@@ -112,13 +112,18 @@ TEST(DxfHostile, BlocksThatHoldThemselvesOrMultiplyAreLeftOut) {
         for (int k = 0; k < 10; ++k) blocks += fmt::format("0 INSERT\n2 B{}\n10 {}\n", i - 1, k);
         blocks += "0 ENDBLK\n";
     }
-    const Expected<ImportedScene> many = importDxfWithin2s(blocksAndEntities(blocks, "0 INSERT\n2 B29\n"));
-    EXPECT_TRUE(dxfSays(messageOf(many), "places of blocks and letters beyond 500000, or 1000000 nodes: "))
-        << messageOf(many);
-    const Expected<ImportedScene> rows = importDxfWithin2s(blocksAndEntities(
-        "0 BLOCK\n2 A\n0 LINE\n11 1\n0 ENDBLK\n", "0 INSERT\n2 A\n70 32767\n71 32767\n0 LINE\n11 1\n"));
+    const auto beyond = [](const std::string& file) {
+        return fmt::format("places of blocks and letters beyond {} nodes (--import-memory: more): ",
+                           ReadLimits().nodesOf(file.size()));
+    };
+    std::string file = blocksAndEntities(blocks, "0 INSERT\n2 B29\n");
+    const Expected<ImportedScene> many = importDxfWithin2s(file);
+    EXPECT_TRUE(dxfSays(messageOf(many), beyond(file))) << messageOf(many);
+    file = blocksAndEntities("0 BLOCK\n2 A\n0 LINE\n11 1\n0 ENDBLK\n",
+                             "0 INSERT\n2 A\n70 32767\n71 32767\n0 LINE\n11 1\n");
+    const Expected<ImportedScene> rows = importDxfWithin2s(file);
     ASSERT_TRUE(rows) << messageOf(rows);
-    EXPECT_TRUE(hasNote(*rows, "places of blocks and letters beyond 500000, or 1000000 nodes: 1 left out"));
+    EXPECT_TRUE(hasNote(*rows, beyond(file) + "1 left out"));
     EXPECT_EQ(rows->geometries, 1u);
     // As many looks as there are colours, of a block that takes long to read.
     std::string large = "0 BLOCK\n2 A\n", inserts;

@@ -1,6 +1,8 @@
 // What a scene may hold may also be written down by hand.
 #include <fmt/format.h>
 
+#include <memory>
+
 #include "common/cores/Transform.h"
 #include "tests/unit/import/ImportFixture.h"
 
@@ -43,6 +45,28 @@ TEST(LargeFile, OfMoreThanEightMillionWordsAnd80MegabytesIsRead) {
     const auto* pose = aspect.core<Transform>("/group 7/7, 9");
     ASSERT_NE(pose, nullptr);
     EXPECT_NEAR((pose->translation - Vec3d(7, 10, 1)).norm(), 0, 1e-9);
+}
+
+/// Nobody waits for a list that nobody wants.
+TEST(LargeFile, IsLeftWhereItsListIsMadeOnceItIsCancelled) {
+    std::string text;
+    for (int node = 0; node < 20'000; ++node) text += fmt::format("node {{ name: \"{}\" }}\n", node);
+    const Scratch scratch;
+    ImportOptions options = importOptions();
+    for (const bool cancels : {false, true}) {
+        options.watch = std::make_shared<ImportWatch>();
+        std::vector<double> shares;
+        options.watch->tell = [&, watch = options.watch.get()](const ImportWatch::Progress& progress) {
+            if (progress.stage != ImportWatch::Stage::kBuilding) return;
+            shares.push_back(progress.part);
+            if (cancels) watch->cancel({ErrorCode::kFailed, "cancelled by ada"});
+        };
+        const Expected<ImportedScene> scene = importScene(scratch.write("wide.tsct", text), kRootNode, options);
+        ASSERT_EQ(scene.has_value(), !cancels) << messageOf(scene);
+        if (cancels) EXPECT_TRUE(messageOf(scene).ends_with("wide.tsct: cancelled by ada")) << messageOf(scene);
+        if (!cancels) EXPECT_GT(shares.back(), 0.8);
+        options.watch->tell = {};
+    }
 }
 
 }  // namespace

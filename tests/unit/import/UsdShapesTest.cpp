@@ -317,6 +317,34 @@ TEST(UsdInstancer, GlyphsStandAsTheirPlacesSay) {
     EXPECT_EQ(seen, (std::array<std::size_t, 2>{kPlaces, kPlaces}));
 }
 
+TEST(UsdInstancer, InColoursIsGlyphsHoweverFewWhereNoMaterialSaysOtherwise) {
+    const auto fileOf = [](const char* material) {
+        return fmt::format(
+            R"(def PointInstancer "I" {{
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, 0), (3, 0, 0)]
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 0, 0.5)] (interpolation = "vertex")
+    rel prototypes = [</I/P>]
+    def Cube "P" {{ {} }}
+}}
+def Material "M" {{
+    token outputs:surface.connect = </M/S.outputs:surface>
+    def Shader "S" {{ uniform token info:id = "UsdPreviewSurface"
+ token outputs:surface }}
+}}
+)",
+            material);
+    };
+    const UsdScene bare(fileOf(""));
+    ASSERT_EQ(bare.all<Glyphs>().size(), 1u);
+    const std::span<const std::uint8_t> colors = bare.all<Glyphs>().front()->colors.as<std::uint8_t>();
+    EXPECT_EQ(std::vector<std::uint8_t>(colors.begin(), colors.end()),
+              (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 0, 188, 255}));
+    const UsdScene worn(fileOf("rel material:binding = </M>"));
+    ASSERT_EQ(worn.all<Glyphs>().size(), 1u);
+    EXPECT_TRUE(worn.all<Glyphs>().front()->colors.empty()) << "as the material says";
+}
+
 TEST(UsdMaterial, HasItsPicturesAndTheirPlaces) {
     const std::string material = R"(
 def Mesh "M" {

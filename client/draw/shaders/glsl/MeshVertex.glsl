@@ -105,11 +105,13 @@ void fetch() {
     vec4 turn = uintBitsToFloat(texelFetch(fetched, copy + 1));
     int corner = copy - int(scale.z) + 2 * (gl_VertexID & ((1 << GLYPHS) - 1));
     vec2 widthAndLength = uintBitsToFloat(scale.xy);
-    position = uintBitsToFloat(place.xyz) +
-               turned(turn, widthAndLength.xyx * uintBitsToFloat(texelFetch(fetched, corner).xyz));
+    uvec4 point = texelFetch(fetched, corner);
+    position = uintBitsToFloat(place.xyz) + turned(turn, widthAndLength.xyx * uintBitsToFloat(point.xyz));
 #ifdef SURFACE
     // Of a length across a normal is divided by it: here by their product, times the other one.
-    normal = turned(turn, widthAndLength.yxy * uintBitsToFloat(texelFetch(fetched, corner + 1).xyz));
+    uvec4 aside = texelFetch(fetched, corner + 1);
+    normal = turned(turn, widthAndLength.yxy * uintBitsToFloat(aside.xyz));
+    texcoord = uintBitsToFloat(uvec2(point.w, aside.w));
     color = linearColor(place.w);
 #endif
 }
