@@ -178,7 +178,7 @@ CoinMaterials::Shown CoinMaterials::makePicture(const SoNode& texture, const std
 
 /// The first of them that is there. `key`: what it is called, one name for each file.
 Expected<DecodedImage> CoinMaterials::decodeFile(const std::vector<std::string>& names, const std::string& from,
-                                                 std::string& key) const {
+                                                 std::string& key) {
     Expected<DecodedImage> first = fail(ErrorCode::kNotFound, "it has no name");
     for (std::size_t i = 0; i < names.size(); ++i) {
         std::string name = names[i];
@@ -187,7 +187,7 @@ Expected<DecodedImage> CoinMaterials::decodeFile(const std::vector<std::string>&
         Expected<DecodedImage> decoded = tl::unexpected(path ? Error{} : path.error());
         if (path) {
             const Expected<Bytes> bytes = files_.read(*path);
-            decoded = bytes ? decodeImage(*bytes, limits_.maxImageSide) : tl::unexpected(bytes.error());
+            decoded = bytes ? pictures_.decode(*bytes) : tl::unexpected(bytes.error());
         }
         if (decoded) {
             key = "picture " + path->substr(files_.folder().size() + 1);

@@ -229,7 +229,7 @@ std::optional<ImageMessage> AssimpMaterials::look(const aiMaterial& material, ai
     return image;
 }
 
-Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
+Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) {
     const aiTexture* embedded = source_.GetEmbeddedTexture(file.c_str());
     if (embedded == nullptr) {
         std::string slashes = file;
@@ -239,17 +239,17 @@ Expected<DecodedImage> AssimpMaterials::decode(const std::string& file) const {
         if (!found->note.empty()) scene_.note("a texture: " + found->note);
         const Expected<Bytes> bytes = files_.readFound(*found);
         if (!bytes) return tl::unexpected(bytes.error());
-        return decodeImage(*bytes, limits_.maxImageSide);
+        return pictures_.decode(*bytes);
     }
     const auto* data = reinterpret_cast<const std::byte*>(embedded->pcData);
-    if (embedded->mHeight == 0) return decodeImage(ByteSpan(data, embedded->mWidth), limits_.maxImageSide);
+    if (embedded->mHeight == 0) return pictures_.decode(ByteSpan(data, embedded->mWidth));
     DecodedImage image = barePixels(*embedded);
     while (std::max(image.widthPx, image.heightPx) > limits_.maxImageSide && halve(image)) {
     }
     return image;
 }
 
-Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, const std::string& roughness) const {
+Expected<DecodedImage> AssimpMaterials::decodePacked(const std::string& metal, const std::string& roughness) {
     std::vector<PictureChannel> channels;  // glTF's green and blue
     for (const auto& [channel, file] : {std::pair<int, const std::string&>(1, roughness), {2, metal}}) {
         if (file.empty()) continue;

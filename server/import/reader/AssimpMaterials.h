@@ -46,9 +46,9 @@ private:
                         const std::function<Expected<DecodedImage>()>& decode);
     /// How the texture is taken; nothing, with a note, where that cannot be shown.
     std::optional<proto::scene::Image> look(const aiMaterial& material, aiTextureType kind);
-    Expected<DecodedImage> decode(const std::string& file) const;
+    Expected<DecodedImage> decode(const std::string& file);
     /// Metal and roughness as glTF packs them; either may be missing.
-    Expected<DecodedImage> decodePacked(const std::string& metal, const std::string& roughness) const;
+    Expected<DecodedImage> decodePacked(const std::string& metal, const std::string& roughness);
 
     const aiScene& source_;
     const FolderFiles& files_;

@@ -19,13 +19,13 @@ std::uint64_t byteOf(ByteSpan bytes, std::size_t at) {
 }
 
 /// All that lies behind the header.
-Expected<DecodedImage> decodeBehindHeader(TextureFile file, ByteSpan bytes) {
+Expected<DecodedImage> decodeBehindHeader(TextureFile file, ByteSpan bytes, const PictureBounds& bounds) {
     file.part = [&file, bytes](std::uint64_t, std::uint64_t, std::uint64_t size) -> Expected<ByteSpan> {
         if (size > bytes.size() - kBlockFileHeader)
             return fail(ErrorCode::kBadInput, fmt::format("{} that is cut off", file.kind));
         return bytes.subspan(kBlockFileHeader, size);
     };
-    return decodeTexture(file);
+    return decodeTexture(file, bounds);
 }
 
 /// Of a .pkm's number.
@@ -58,7 +58,7 @@ bool isAstcFile(ByteSpan bytes) {
     return bytes.size() >= 4 && std::memcmp(bytes.data(), "\x13\xab\xa1\x5c", 4) == 0;
 }
 
-Expected<DecodedImage> decodeAstcFile(ByteSpan bytes) {
+Expected<DecodedImage> decodeAstcFile(ByteSpan bytes, const PictureBounds& bounds) {
     constexpr const char* kKind = "an ASTC texture (.astc)";
     if (bytes.size() < kBlockFileHeader) return fail(ErrorCode::kBadInput, fmt::format("{} that is cut off", kKind));
     const unsigned width = static_cast<unsigned>(byteOf(bytes, 4)), height = static_cast<unsigned>(byteOf(bytes, 5));
@@ -76,21 +76,22 @@ Expected<DecodedImage> decodeAstcFile(ByteSpan bytes) {
                      .heightPx = number(10),
                      .depthPx = number(13)};
     if (file.depthPx > 1) file.shape = proto::scene::Image::SOLID;
-    return decodeBehindHeader(std::move(file), bytes);
+    return decodeBehindHeader(std::move(file), bytes, bounds);
 }
 
 bool isPkm(ByteSpan bytes) {
     return bytes.size() >= 6 && (asText(bytes.first(6)) == "PKM 10" || asText(bytes.first(6)) == "PKM 20");
 }
 
-Expected<DecodedImage> decodePkm(ByteSpan bytes) {
+Expected<DecodedImage> decodePkm(ByteSpan bytes, const PictureBounds& bounds) {
     constexpr const char* kKind = "an ETC texture (.pkm)";
     if (bytes.size() < kBlockFileHeader) return fail(ErrorCode::kBadInput, fmt::format("{} that is cut off", kKind));
     const auto number = [bytes](std::size_t at) { return byteOf(bytes, at) << 8 | byteOf(bytes, at + 1); };
     const std::optional<EtcFormat> format = pkmFormat(number(6));
     if (!format) return fail(ErrorCode::kBadInput, fmt::format("{} of kind {}, which is not read", kKind, number(6)));
     return decodeBehindHeader(
-        {.kind = kKind, .layout = TexelLayout::etc(*format), .widthPx = number(12), .heightPx = number(14)}, bytes);
+        {.kind = kKind, .layout = TexelLayout::etc(*format), .widthPx = number(12), .heightPx = number(14)}, bytes,
+        bounds);
 }
 
 }  // namespace tessera

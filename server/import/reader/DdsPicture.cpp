@@ -152,7 +152,7 @@ bool isDds(ByteSpan bytes) {
     return bytes.size() >= 4 && std::memcmp(bytes.data(), "DDS ", 4) == 0;
 }
 
-Expected<DecodedImage> decodeDds(ByteSpan bytes) {
+Expected<DecodedImage> decodeDds(ByteSpan bytes, const PictureBounds& bounds) {
     constexpr std::size_t kHeader = 128, kLaterHeader = 20;
     constexpr std::uint32_t kCube = 0x200, kAllFaces = 0xfc00, kVolume = 0x200000;
     if (bytes.size() < kHeader || ddsWord(bytes, 4) != 124) return badDds("whose header is cut off or damaged");
@@ -187,7 +187,7 @@ Expected<DecodedImage> decodeDds(ByteSpan bytes) {
         if (at > bytes.size() || size > bytes.size() - at) return badDds("that is cut off");
         return bytes.subspan(at, size);
     };
-    return decodeTexture(file);
+    return decodeTexture(file, bounds);
 }
 
 }  // namespace tessera

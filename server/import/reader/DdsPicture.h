@@ -1,7 +1,7 @@
 /// DirectX's textures (.dds): Microsoft, "DDS file layout" and "Programming guide for DDS"; the numbers of DXGI_FORMAT.
 #pragma once
 
-#include "server/import/reader/ImageDecoder.h"
+#include "server/import/reader/PictureFormats.h"
 
 namespace tessera {
 
@@ -10,6 +10,6 @@ namespace tessera {
 /// bc1 to bc7 as they are, with their mipmaps; pixels of up to 32 bits to RGBA, floats to RGBE. Flat ones, lines,
 /// cubes, solids. kBadInput or kLimit, with the reason: damaged, an array of textures, of a format that is none of
 /// these (named).
-[[nodiscard]] Expected<DecodedImage> decodeDds(ByteSpan bytes);
+[[nodiscard]] Expected<DecodedImage> decodeDds(ByteSpan bytes, const PictureBounds& bounds);
 
 }  // namespace tessera

@@ -107,13 +107,12 @@ unsigned linesAtOnce(Imf::Compression compression) {
 }
 
 /// Before any memory is taken for pixels.
-Expected<void> checkSizes(const Imf::Header& header, std::size_t fileBytes) {
+Expected<void> checkSizes(const Imf::Header& header, std::size_t fileBytes, const PictureBounds& bounds) {
     for (const Imath::Box2i& box : {header.dataWindow(), header.displayWindow()}) {
         const std::uint64_t width = Windows::width(box), height = Windows::height(box);
-        if (width == 0 || height == 0 || std::max(width, height) > kMaxPictureSide ||
-            width * height > kMaxPicturePixels || width * height > kMostExrPixelsPerByte * fileBytes)
-            return badExr(fmt::format("of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read", width,
-                                      height, fileBytes, kMaxPictureSide, kMaxPicturePixels));
+        if (Expected<void> allowed = bounds.allow("an OpenEXR picture", width, height); !allowed) return allowed;
+        if (width * height > kMostExrPixelsPerByte * fileBytes)
+            return badExr(fmt::format("of {} × {} pixels in {} bytes", width, height, fileBytes));
     }
     std::uint64_t pixelBytes = 0;
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel)
@@ -192,7 +191,7 @@ DecodedImage decodeLuminanceChroma(ByteSpan bytes, const Colours& colours, const
         [&](std::size_t x, std::byte* rgbe) { toRgbe(row[x].r, row[x].g, row[x].b, rgbe); });
 }
 
-Expected<DecodedImage> decodeParts(ByteSpan bytes) {
+Expected<DecodedImage> decodeParts(ByteSpan bytes, const PictureBounds& bounds) {
     ExrBytes stream(bytes);
     // What a file without its table of lines has is not looked for.
     Imf::MultiPartInputFile file(stream, kNoThreads, false);
@@ -211,7 +210,8 @@ Expected<DecodedImage> decodeParts(ByteSpan bytes) {
                 if (names.size() < 80) names += fmt::format("{}{}", names.empty() ? "" : ", ", channel.name());
             continue;
         }
-        if (Expected<void> sound = checkSizes(header, bytes.size()); !sound) return tl::unexpected(sound.error());
+        if (Expected<void> sound = checkSizes(header, bytes.size(), bounds); !sound)
+            return tl::unexpected(sound.error());
         const Windows windows{header.dataWindow(), header.displayWindow()};
         if (colours->kind == Colours::Kind::kLuminanceChroma) return decodeLuminanceChroma(bytes, *colours, windows);
         return decodeRgb(file, number, *colours, windows);
@@ -227,13 +227,13 @@ bool isExr(ByteSpan bytes) {
     return bytes.size() >= 4 && std::memcmp(bytes.data(), "\x76\x2f\x31\x01", 4) == 0;
 }
 
-Expected<DecodedImage> decodeExr(ByteSpan bytes) {
+Expected<DecodedImage> decodeExr(ByteSpan bytes, const PictureBounds& bounds) {
     if (!hasSoundExrHeaders(bytes)) return badExr("whose header is cut off or damaged");
     // The library has this for all files: they are the same for all here.
     Imf::Header::setMaxImageSize(kMaxPictureSide, kMaxPictureSide);
     Imf::Header::setMaxTileSize(kMaxPictureSide, kMaxPictureSide);
     try {
-        return decodeParts(bytes);
+        return decodeParts(bytes, bounds);
     } catch (const std::bad_alloc&) {
         return fail(ErrorCode::kLimit, "an OpenEXR picture that needs more memory than there is");
     } catch (const std::exception& exception) {

@@ -140,7 +140,7 @@ std::string GltfReader::imageName(const GltfTextureUse& use) {
                 if (encoded.empty() && !kept.uri.empty() && !kept.uri.starts_with("data:"))
                     if (const Expected<FolderFiles::Found> found = files_.find(kept.uri); !found)
                         return tl::unexpected(found.error());
-                return decodeImage(std::as_bytes(std::span(encoded)), limits_.maxImageSide);
+                return pictures_.decode(std::as_bytes(std::span(encoded)));
             });
         if (!image) {
             const bool isLast = source == sources.back();

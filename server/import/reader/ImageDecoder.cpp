@@ -15,6 +15,7 @@
 
 #include "server/import/reader/AnimatedPng.h"
 #include "server/import/reader/DdsPicture.h"
+#include "server/import/reader/HalvedRows.h"
 #include "server/import/reader/Ktx1Picture.h"
 #include "server/import/reader/Ktx2Picture.h"
 #include "server/import/reader/PictureFormats.h"
@@ -25,35 +26,13 @@ namespace {
 
 /// The one size below; of a cube or solid slice by slice.
 Bytes averaged(ByteSpan from, std::size_t width, std::size_t height, bool rgbe) {
-    const std::size_t w = std::max<std::size_t>(1, width / 2), h = std::max<std::size_t>(1, height / 2),
-                      slice = 4 * width * height;
-    Bytes small(from.size() / slice * w * h * 4);
-    std::size_t out = 0;
-    for (std::size_t start = 0; start < from.size(); start += slice)
-        for (std::size_t y = 0; y < h; ++y)
-            for (std::size_t x = 0; x < w; ++x, out += 4) {
-                std::array<const std::byte*, 4> texels{};
-                for (std::size_t k = 0; k < 4; ++k)
-                    texels[k] = from.data() + start +
-                                4 * (std::min(2 * y + k / 2, height - 1) * width + std::min(2 * x + k % 2, width - 1));
-                if (rgbe) {
-                    // Of exponents there is no mean: that of what they say.
-                    double sum[3] = {};
-                    for (const std::byte* texel : texels) {
-                        double rgb[3];
-                        rgbeToLinear(texel, rgb);
-                        for (int c = 0; c < 3; ++c) sum[c] += 0.25 * rgb[c];
-                    }
-                    linearToRgbe(sum, &small[out]);
-                    continue;
-                }
-                for (std::size_t c = 0; c < 4; ++c) {
-                    unsigned sum = 2;
-                    for (const std::byte* texel : texels) sum += std::to_integer<unsigned>(texel[c]);
-                    small[out + c] = static_cast<std::byte>(sum / 4);
-                }
-            }
-    return small;
+    const std::size_t slice = 4 * width * height, small = 4 * halvedSide(width, 1) * halvedSide(height, 1);
+    Bytes made(from.size() / slice * small);
+    for (std::size_t i = 0; i < from.size() / slice; ++i) {
+        HalvedRows rows(width, height, 1, rgbe, made.data() + i * small);
+        for (std::size_t y = 0; y < height; ++y) rows.add(from.data() + i * slice + 4 * width * y);
+    }
+    return made;
 }
 
 /// Of the largest mipmap, all slices or faces; of blocks.
@@ -69,6 +48,7 @@ std::size_t largestBytes(const DecodedImage& image) {
 std::string_view unreadFormat(ByteSpan bytes) {
     std::string text(16, '\0');
     std::memcpy(text.data(), bytes.data(), std::min(bytes.size(), text.size()));
+    if (text.substr(12, 4) == "CgBI") return "a PNG picture made for iPhones (CgBI)";
     if (text.starts_with("sB")) return "a Basis Universal texture";
     if (text.starts_with("\x8bJNG")) return "a JNG picture";
     if (text.substr(4, 8) == "ftypavif" || text.substr(4, 8) == "ftypheic") return "an AVIF or HEIC picture";
@@ -113,70 +93,106 @@ private:
     bool beyond_ = false;
 };
 
-Expected<DecodedImage> decodeByStb(ByteSpan encoded) {
+/// Each goes through all blocks of the picture once more, and may take a few bytes. Progressive ones have some ten.
+unsigned jpegScans(ByteSpan encoded) {
+    if (encoded[0] != std::byte{0xff}) return 0;
+    unsigned scans = 0;
+    const std::string_view text = asText(encoded);
+    for (std::size_t at = text.find("\xff\xda"); at != text.npos; at = text.find("\xff\xda", at + 2)) ++scans;
+    return scans;
+}
+
+/// Of rows that are there, halved until no side is larger than that.
+DecodedImage pictureOfRows(const std::byte* rgba, std::size_t width, std::size_t height, int maxSidePx) {
+    const int halvings = halvingsOf(width, height, maxSidePx);
+    DecodedImage image{.widthPx = static_cast<int>(halvedSide(width, halvings)),
+                       .heightPx = static_cast<int>(halvedSide(height, halvings))};
+    image.rgba.resize(4 * static_cast<std::size_t>(image.widthPx) * static_cast<std::size_t>(image.heightPx));
+    image.halved = halvings > 0;
+    HalvedRows rows(width, height, halvings, false, image.rgba.data());
+    for (std::size_t y = 0; y < height; ++y) rows.add(rgba + 4 * width * y);
+    return image;
+}
+
+Expected<DecodedImage> decodeByStb(ByteSpan encoded, const PictureBounds& bounds) {
     constexpr const char* kNone =
         "an image that cannot be decoded (PNG, JPEG, BMP, TGA, GIF, PIC, PNM, SGI, TIFF, WebP, MNG, .hdr, .exr, DDS, "
         "KTX, KTX2, .astc and .pkm can)";
-    // None of its formats says more pixels with a byte (PNG: 8 a byte before deflate, which reaches 1 : 1032): memory
-    // for others would be for nothing.
+    // None of its formats says more pixels with a byte: memory for others would be for nothing.
     constexpr std::size_t kMostPixelsPerByte = 8256, kFew = std::size_t{1} << 16;
     const auto* bytes = reinterpret_cast<const stbi_uc*>(encoded.data());
     const int size = static_cast<int>(encoded.size());
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(bytes, size, &width, &height, &channels) || width <= 0 || height <= 0)
         return fail(ErrorCode::kBadInput, kNone);
-    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    if (std::max<std::size_t>(static_cast<std::size_t>(width), static_cast<std::size_t>(height)) > kMaxPictureSide ||
-        pixels > kMaxPicturePixels || pixels > kFew + encoded.size() * kMostPixelsPerByte)
-        return fail(ErrorCode::kBadInput,
-                    fmt::format("an image of {} × {} pixels in {} bytes: up to {} a side and {} in all can be read",
-                                width, height, size, kMaxPictureSide, kMaxPicturePixels));
+    const auto rowPixels = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
+    const std::size_t pixels = rowPixels * rows;
+    // It keeps all that it has unpacked, and then the pixels.
+    if (Expected<void> allowed = bounds.allow("an image", rowPixels, rows, 2 + jpegScans(encoded) / 128); !allowed)
+        return tl::unexpected(allowed.error());
+    if (pixels > kFew + encoded.size() * kMostPixelsPerByte)
+        return fail(ErrorCode::kBadInput, fmt::format("an image of {} × {} pixels in {} bytes", width, height, size));
     AskedBytes asked(encoded);
     const stbi_io_callbacks callbacks{.read = &AskedBytes::read, .skip = &AskedBytes::skip, .eof = &AskedBytes::atEnd};
     const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> loaded(
         stbi_load_from_callbacks(&callbacks, &asked, &width, &height, &channels, 4), &stbi_image_free);
-    // JPEG and PNG say themselves what they miss; a JPEG may lack its end alone.
-    const bool saysItself = bytes[0] == 0xff || bytes[0] == 0x89;
+    // JPEG says itself what it misses, and may lack its end alone.
+    const bool saysItself = bytes[0] == 0xff;
     if (loaded && asked.askedBeyond() && !saysItself) return fail(ErrorCode::kBadInput, "an image that is cut off");
     // What it says first and then might differ in a file that means harm.
     if (!loaded || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) != pixels)
         return fail(ErrorCode::kBadInput, kNone);
-    DecodedImage image{.widthPx = width, .heightPx = height, .rgba = Bytes(4 * pixels)};
-    std::memcpy(image.rgba.data(), loaded.get(), image.rgba.size());
-    return image;
+    return pictureOfRows(reinterpret_cast<const std::byte*>(loaded.get()), rowPixels, rows, bounds.maxSidePx);
 }
 
-Expected<DecodedImage> decodeFrame(const PngFrame& frame) {
-    const Expected<DecodedImage> picture = decodeByStb(frame.png);
+/// Of an animation the frame, where it stands on the canvas.
+Expected<DecodedImage> decodeFrame(const PngFrame& frame, const PictureBounds& bounds) {
+    if (Expected<void> allowed =
+            bounds.allow("an animated PNG", std::size_t{frame.canvasWidthPx}, std::size_t{frame.canvasHeightPx});
+        !allowed)
+        return tl::unexpected(allowed.error());
+    const Expected<DecodedImage> picture =
+        decodePng(frame.png, {.maxSidePx = static_cast<int>(kMaxPictureSide), .pool = bounds.pool});
     return picture ? onCanvas(frame, *picture) : picture;
 }
 
-Expected<DecodedImage> decodeMng(ByteSpan encoded) {
+Expected<DecodedImage> decodeMng(ByteSpan encoded, const PictureBounds& bounds) {
     const Expected<Bytes> png = firstPngOfMng(encoded);
     if (!png) return tl::unexpected(png.error());
-    return decodeByStb(*png);
+    return decodePng(*png, bounds);
 }
 
-Expected<DecodedImage> decodeAny(ByteSpan encoded) {
-    if (isRadiancePicture(encoded)) return decodeRadiance(encoded);
-    if (isDds(encoded)) return decodeDds(encoded);
-    if (isKtx1(encoded)) return decodeKtx1(encoded);
-    if (isKtx2(encoded)) return decodeKtx2(encoded);
-    if (isAstcFile(encoded)) return decodeAstcFile(encoded);
-    if (isPkm(encoded)) return decodePkm(encoded);
-    if (isExr(encoded)) return decodeExr(encoded);
-    if (isTiff(encoded)) return decodeTiff(encoded);
-    if (isSgi(encoded)) return decodeSgi(encoded);
-    if (isPnm(encoded)) return decodePnm(encoded);
-    if (isWebp(encoded)) return decodeWebp(encoded);
-    if (isMng(encoded)) return decodeMng(encoded);
+Expected<DecodedImage> decodeAny(ByteSpan encoded, const PictureBounds& bounds) {
+    if (isRadiancePicture(encoded)) return decodeRadiance(encoded, bounds);
+    if (isDds(encoded)) return decodeDds(encoded, bounds);
+    if (isKtx1(encoded)) return decodeKtx1(encoded, bounds);
+    if (isKtx2(encoded)) return decodeKtx2(encoded, bounds);
+    if (isAstcFile(encoded)) return decodeAstcFile(encoded, bounds);
+    if (isPkm(encoded)) return decodePkm(encoded, bounds);
+    if (isExr(encoded)) return decodeExr(encoded, bounds);
+    if (isTiff(encoded)) return decodeTiff(encoded, bounds);
+    if (isSgi(encoded)) return decodeSgi(encoded, bounds);
+    if (isPnm(encoded)) return decodePnm(encoded, bounds);
+    if (isWebp(encoded)) return decodeWebp(encoded, bounds);
+    if (isMng(encoded)) return decodeMng(encoded, bounds);
     if (const std::string_view name = unreadFormat(encoded); !name.empty())
         return fail(ErrorCode::kBadInput, fmt::format("{}, which is not read", name));
-    if (const std::optional<PngFrame> frame = firstFrameOfPng(encoded)) return decodeFrame(*frame);
-    return decodeByStb(encoded);
+    if (const std::optional<PngFrame> frame = firstFrameOfPng(encoded)) return decodeFrame(*frame, bounds);
+    if (isPng(encoded)) return decodePng(encoded, bounds);
+    return decodeByStb(encoded, bounds);
 }
 
 }  // namespace
+
+Expected<void> PictureBounds::allow(std::string_view what, std::size_t widthPx, std::size_t heightPx,
+                                    unsigned weight) const {
+    const std::string sized = fmt::format("{} of {} × {} pixels", what, widthPx, heightPx);
+    if (widthPx == 0 || heightPx == 0 || std::max(widthPx, heightPx) > kMaxPictureSide ||
+        widthPx * heightPx > kMaxPicturePixels)
+        return fail(ErrorCode::kBadInput, fmt::format("{}: up to {} a side and {} in all can be read", sized,
+                                                      kMaxPictureSide, kMaxPicturePixels));
+    return pool.take(sized, std::uint64_t{weight} * widthPx * heightPx);
+}
 
 bool halve(DecodedImage& image) {
     if (image.widthPx <= 1 && image.heightPx <= 1) return false;
@@ -195,9 +211,15 @@ bool halve(DecodedImage& image) {
 }
 
 Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx) {
+    PixelPool alone;
+    alone.grant(encoded.size());
+    return decodeImage(encoded, maxSidePx, alone);
+}
+
+Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx, PixelPool& pool) {
     if (encoded.empty() || encoded.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
         return fail(ErrorCode::kBadInput, "an empty or enormous image");
-    Expected<DecodedImage> image = decodeAny(encoded);
+    Expected<DecodedImage> image = decodeAny(encoded, {.maxSidePx = maxSidePx, .pool = pool});
     constexpr int kMostCompressed = 16384;
     while (image && std::max(image->widthPx, image->heightPx) > (image->compressed() ? kMostCompressed : maxSidePx))
         if (!halve(*image))

@@ -4,6 +4,7 @@
 #include "common/base/Bytes.h"
 #include "common/base/Error.h"
 #include "proto/scene.pb.h"
+#include "server/import/reader/PixelPool.h"
 
 namespace tessera {
 
@@ -22,10 +23,12 @@ struct DecodedImage {
 /// mipmap goes. False: it is one pixel a slice, or compressed and without others, and stays.
 bool halve(DecodedImage& image);
 
-/// PNG, JPEG, BMP, TGA, GIF, PIC, PSD by stb_image; PNM, SGI, TIFF, WebP, MNG, Radiance's .hdr, OpenEXR; DDS, KTX,
-/// KTX2, .astc, .pkm. Of animations the first picture. Not compressed ones are halved until no side is above
-/// `maxSidePx`, others until none is above 16384. kBadInput or kLimit, with the reason; of formats that are known and
-/// not read, their names.
+/// PNG by libpng, JPEG, BMP, TGA, GIF, PIC, PSD by stb_image; PNM, SGI, TIFF, WebP, MNG, Radiance's .hdr, OpenEXR; DDS,
+/// KTX, KTX2, .astc, .pkm. Of animations the first picture. Not compressed ones are halved until no side is above
+/// `maxSidePx`, others until none is above 16384. What it decodes is taken of the pool. kBadInput or kLimit, with the
+/// reason; of formats that are known and not read, their names.
+[[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx, PixelPool& pool);
+/// One that has a pool of its own.
 [[nodiscard]] Expected<DecodedImage> decodeImage(ByteSpan encoded, int maxSidePx);
 
 }  // namespace tessera

@@ -190,7 +190,7 @@ bool isKtx1(ByteSpan bytes) {
     return bytes.size() >= 12 && std::memcmp(bytes.data(), kKtx1Identifier, 12) == 0;
 }
 
-Expected<DecodedImage> decodeKtx1(ByteSpan bytes) {
+Expected<DecodedImage> decodeKtx1(ByteSpan bytes, const PictureBounds& bounds) {
     if (bytes.size() < kKtx1Header) return badKtx1("that is cut off");
     const Ktx1Words words(bytes);
     if (!words.areSound()) return badKtx1("whose order of bytes is neither");
@@ -218,7 +218,7 @@ Expected<DecodedImage> decodeKtx1(ByteSpan bytes) {
     file.part = [&](std::uint64_t level, std::uint64_t face, std::uint64_t size) {
         return parts.at(level, face, size);
     };
-    return decodeTexture(file);
+    return decodeTexture(file, bounds);
 }
 
 }  // namespace tessera

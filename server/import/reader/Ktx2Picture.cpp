@@ -156,7 +156,7 @@ bool isKtx2(ByteSpan bytes) {
     return bytes.size() >= 12 && std::memcmp(bytes.data(), kIdentifier, 12) == 0;
 }
 
-Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
+Expected<DecodedImage> decodeKtx2(ByteSpan bytes, const PictureBounds& bounds) {
     constexpr std::size_t kLevels = 80, kLevelBytes = 24;
     constexpr std::uint32_t kBasisLz = 1, kZstd = 2;
     if (bytes.size() < kLevels) return badKtx("that is cut off");
@@ -205,7 +205,7 @@ Expected<DecodedImage> decodeKtx2(ByteSpan bytes) {
             return badKtx(fmt::format("whose mipmap {} has {} bytes of {}", level, all.size(), needed));
         return all.subspan(face * size, size);
     };
-    return decodeTexture(file);
+    return decodeTexture(file, bounds);
 }
 
 }  // namespace tessera

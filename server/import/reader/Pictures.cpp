@@ -4,7 +4,14 @@
 
 #include <algorithm>
 
+#include "common/confine/Confinement.h"
+
 namespace tessera {
+
+Expected<DecodedImage> Pictures::decode(ByteSpan encoded) {
+    pool_.grant(bytesGranted());
+    return decodeImage(encoded, limits_.maxImageSide, pool_);
+}
 
 Expected<proto::scene::Image*> Pictures::addImage(const std::string& name, const std::string& picture,
                                                   const std::function<Expected<DecodedImage>()>& decode) {

@@ -16,6 +16,8 @@ class Pictures {
 public:
     Pictures(PlainScene& scene, const ReadLimits& limits) : scene_(scene), limits_(limits) {}
 
+    /// A picture's bytes, within the bounds of this file. For `decode` below.
+    [[nodiscard]] Expected<DecodedImage> decode(ByteSpan encoded);
     /// A new Image of this name in the scene, without pixels before `finish`. `picture` is what notes call the picture,
     /// a name for each; `decode` is called the first time. An error is the same each time.
     Expected<proto::scene::Image*> addImage(const std::string& name, const std::string& picture,
@@ -35,6 +37,7 @@ private:
     const ReadLimits& limits_;
     std::map<std::string, Picture> pictures_;
     std::size_t bytes_ = 0;
+    PixelPool pool_;
 };
 
 }  // namespace tessera

@@ -61,7 +61,7 @@ bool isPnm(ByteSpan bytes) {
     return third == ' ' || third == '\n' || third == '\r' || third == '\t' || third == '#';
 }
 
-Expected<DecodedImage> decodePnm(ByteSpan bytes) {
+Expected<DecodedImage> decodePnm(ByteSpan bytes, const PictureBounds& bounds) {
     if (!isPnm(bytes)) return badPnm("begins with P1 to P6; this one does not");
     const unsigned kind = std::to_integer<unsigned>(bytes[1]) - '0';
     const bool text = kind <= 3, bits = kind == 1 || kind == 4;
@@ -70,10 +70,8 @@ Expected<DecodedImage> decodePnm(ByteSpan bytes) {
     const auto width = source.number(), height = source.number();
     const auto most = bits ? std::optional(1u) : source.number();
     if (!width || !height || !most) return badPnm("whose header is cut off or damaged");
-    if (*width == 0 || *height == 0 || *width > kMaxPictureSide || *height > kMaxPictureSide ||
-        std::size_t{*width} * *height > kMaxPicturePixels)
-        return badPnm(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", *width, *height,
-                                  kMaxPictureSide, kMaxPicturePixels));
+    if (Expected<void> allowed = bounds.allow("a PNM picture", *width, *height); !allowed)
+        return tl::unexpected(allowed.error());
     if (*most == 0 || *most > 65535) return badPnm(fmt::format("whose largest value is {}", *most));
     const std::size_t pixels = std::size_t{*width} * *height, valueBytes = *most > 255 ? 2 : 1;
     const ByteSpan raw = source.rest();

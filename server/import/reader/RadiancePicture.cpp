@@ -12,9 +12,6 @@
 namespace tessera {
 namespace {
 
-/// Of the sizes that there are: a panorama of 16,384 × 8,192 can be read.
-constexpr std::size_t kMaxSide = 32768, kMaxPixels = std::size_t{1} << 27;
-
 tl::unexpected<Error> damaged(std::string_view why) {
     return fail(ErrorCode::kBadInput, fmt::format("a Radiance picture (.hdr) {}", why));
 }
@@ -113,7 +110,7 @@ bool isRadiancePicture(ByteSpan bytes) {
     return bytes.size() > 2 && bytes[0] == std::byte{'#'} && bytes[1] == std::byte{'?'};
 }
 
-Expected<DecodedImage> decodeRadiance(ByteSpan bytes) {
+Expected<DecodedImage> decodeRadiance(ByteSpan bytes, const PictureBounds& bounds) {
     if (!isRadiancePicture(bytes)) return damaged("begins with '#?'; this one does not");
     Source source(bytes);
     (void)source.line();
@@ -133,9 +130,8 @@ Expected<DecodedImage> decodeRadiance(ByteSpan bytes) {
         static_cast<std::size_t>(used) != size.size())
         return damaged(fmt::format("whose size is '{}': '-Y HEIGHT +X WIDTH' can be read", size.substr(0, 60)));
     const std::size_t width = std::strtoul(widthText, nullptr, 10), height = std::strtoul(heightText, nullptr, 10);
-    if (width == 0 || height == 0 || width > kMaxSide || height > kMaxSide || width * height > kMaxPixels)
-        return damaged(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height,
-                                   kMaxSide, kMaxPixels));
+    if (Expected<void> allowed = bounds.allow("a Radiance picture", width, height); !allowed)
+        return tl::unexpected(allowed.error());
     // No row of runs is shorter than this: nothing is promised memory for bytes that are not there.
     if (bytes.size() < height * 8 && bytes.size() < height * width * 4) return damaged("that is cut off");
     DecodedImage image{.widthPx = static_cast<int>(width),

@@ -15,7 +15,7 @@ namespace tessera {
 
 Expected<DecodedImage> SceneExpander::readPicture(const std::string& uri) {
     const Expected<Bytes> bytes = files_.read(uri);
-    Expected<DecodedImage> decoded = bytes ? decodeImage(*bytes, limits_.maxImageSide) : tl::unexpected(bytes.error());
+    Expected<DecodedImage> decoded = bytes ? pictures_.decode(*bytes) : tl::unexpected(bytes.error());
     if (bytes && !decoded) return failWith(fmt::format("'{}'", uri), decoded.error());
     return decoded;
 }

@@ -40,7 +40,7 @@ bool isSgi(ByteSpan bytes) {
            bytes[3] >= std::byte{1} && bytes[3] <= std::byte{2};
 }
 
-Expected<DecodedImage> decodeSgi(ByteSpan bytes) {
+Expected<DecodedImage> decodeSgi(ByteSpan bytes, const PictureBounds& bounds) {
     constexpr std::size_t kHeader = 512;
     if (!isSgi(bytes) || bytes.size() < kHeader) return badSgi("whose header is cut off or damaged");
     const bool inRuns = bytes[2] == std::byte{1};
@@ -48,10 +48,8 @@ Expected<DecodedImage> decodeSgi(ByteSpan bytes) {
     const std::size_t width = sgiNumber(bytes, 6, 2), height = dimensions >= 2 ? sgiNumber(bytes, 8, 2) : 1,
                       channels = dimensions >= 3 ? sgiNumber(bytes, 10, 2) : 1;
     if (dimensions < 1 || dimensions > 3) return badSgi(fmt::format("of {} dimensions", dimensions));
-    if (width == 0 || height == 0 || width > kMaxPictureSide || height > kMaxPictureSide ||
-        width * height > kMaxPicturePixels)
-        return badSgi(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height,
-                                  kMaxPictureSide, kMaxPicturePixels));
+    if (Expected<void> allowed = bounds.allow("an SGI picture", width, height); !allowed)
+        return tl::unexpected(allowed.error());
     if (channels < 1 || channels > 4) return badSgi(fmt::format("of {} channels: 1 to 4 can be read", channels));
     if (sgiNumber(bytes, 104, 4) != 0) return badSgi("with a colour map, which is not read");
     const std::size_t rows = height * channels;

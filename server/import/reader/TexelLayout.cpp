@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "server/import/reader/HalvedRows.h"
 #include "server/import/reader/RadiancePicture.h"
 #include "server/import/reader/blocks/AstcBlock.h"
 
@@ -69,19 +70,45 @@ void convert(ByteSpan from, const TexelLayout& layout, std::byte* to) {
 
 /// A slice of blocks that become texels. Empty, or why the file is not read.
 std::string_view decodeBlocks(ByteSpan from, const TexelLayout& layout, std::size_t width, std::size_t height,
-                              std::byte* to) {
+                              HalvedRows& to) {
     std::array<std::byte, 4 * 12 * 12> texels{};
-    const std::byte* block = from.data();
-    for (std::size_t top = 0; top < height; top += layout.blockHeightPx)
+    Bytes strip(4 * width * layout.blockHeightPx);
+    const std::byte *block = from.data(), *last = nullptr;
+    for (std::size_t top = 0; top < height; top += layout.blockHeightPx) {
+        const std::size_t rows = std::min(layout.blockHeightPx, height - top);
         for (std::size_t left = 0; left < width; left += layout.blockWidthPx, block += layout.bytes) {
-            if (const std::string_view why = layout.decode(block, texels.data()); !why.empty()) return why;
+            // Plain pictures are one block again and again.
+            if (last == nullptr || std::memcmp(block, last, layout.bytes) != 0)
+                if (const std::string_view why = layout.decode(block, texels.data()); !why.empty()) return why;
+            last = block;
             // What lies beyond the last column or row is nobody's.
-            const std::size_t columns = std::min(layout.blockWidthPx, width - left),
-                              rows = std::min(layout.blockHeightPx, height - top);
+            const std::size_t columns = std::min(layout.blockWidthPx, width - left);
             for (std::size_t y = 0; y < rows; ++y)
-                std::memcpy(to + 4 * ((top + y) * width + left), &texels[4 * y * layout.blockWidthPx], 4 * columns);
+                std::memcpy(&strip[4 * (y * width + left)], &texels[4 * y * layout.blockWidthPx], 4 * columns);
         }
+        for (std::size_t y = 0; y < rows; ++y) to.add(&strip[4 * y * width]);
+    }
     return {};
+}
+
+/// A slice of texels, one after the other.
+void convertRows(ByteSpan from, const TexelLayout& layout, std::size_t width, std::size_t height, HalvedRows& to) {
+    Bytes row(4 * width);
+    for (std::size_t y = 0; y < height; ++y) {
+        convert(from.subspan(y * width * layout.bytes, width * layout.bytes), layout, row.data());
+        to.add(row.data());
+    }
+}
+
+/// The largest of the file's levels that has no side above that, or its smallest. Of a solid the first: its depth stays
+/// when it is halved.
+std::uint64_t levelWithin(const TextureFile& file, int maxSidePx) {
+    std::uint64_t level = 0;
+    while (file.depthPx == 1 && level + 1 < file.mipmaps &&
+           std::max(halved(file.widthPx, level), halved(file.heightPx, level)) >
+               static_cast<std::uint64_t>(std::max(maxSidePx, 1)))
+        ++level;
+    return level;
 }
 
 void turnRows(DecodedImage& image) {
@@ -151,7 +178,7 @@ std::uint64_t TextureFile::partBytes(std::uint64_t level) const {
            halved(depthPx, level);
 }
 
-Expected<DecodedImage> decodeTexture(const TextureFile& file) {
+Expected<DecodedImage> decodeTexture(const TextureFile& file, const PictureBounds& bounds) {
     const auto bad = [&file](std::string why) {
         return fail(ErrorCode::kBadInput, fmt::format("{} {}", file.kind, std::move(why)));
     };
@@ -171,40 +198,56 @@ Expected<DecodedImage> decodeTexture(const TextureFile& file) {
     const auto most = static_cast<std::uint64_t>(std::bit_width(std::max({file.widthPx, file.heightPx, file.depthPx})));
     if (file.mipmaps > most) return bad(fmt::format("has {} mipmaps, of {} that its size has", file.mipmaps, most));
     // Of others they are made where they are drawn.
-    const std::uint64_t levels = blocks ? std::max<std::uint64_t>(1, file.mipmaps) : 1, faces = cube ? 6 : 1;
+    const std::uint64_t first = blocks ? 0 : levelWithin(file, bounds.maxSidePx), faces = cube ? 6 : 1,
+                        end = blocks ? std::max<std::uint64_t>(1, file.mipmaps) : first + 1;
     std::uint64_t total = 0;
-    for (std::uint64_t level = 0; level < levels; ++level) total += file.partBytes(level) * faces;
-    const std::uint64_t pixels = file.widthPx * file.heightPx * file.depthPx * faces;
+    for (std::uint64_t level = first; level < end; ++level) total += file.partBytes(level) * faces;
+    const std::uint64_t width = halved(file.widthPx, first), height = halved(file.heightPx, first),
+                        pixels = width * height * file.depthPx * faces;
     if (total > kMostBytes || (!blocks && 4 * pixels > kMostBytes))
         return fail(ErrorCode::kLimit, fmt::format("{} of {} MiB: up to {} can be read", file.kind,
                                                    std::max(total, blocks ? 0 : 4 * pixels) >> 20, kMostBytes >> 20));
-    DecodedImage image{.widthPx = static_cast<int>(file.widthPx),
-                       .heightPx = static_cast<int>(file.heightPx),
+    // Blocks that stay are twice there for a while; of floats each takes its time.
+    const std::uint64_t cost = blocks ? total / 2 : pixels * (file.layout.floats > 0 ? 2 : 1);
+    if (Expected<void> taken = bounds.pool.take(
+            fmt::format("{} of {} × {} pixels{}", file.kind, file.widthPx, file.heightPx,
+                        faces * file.depthPx > 1 ? fmt::format(", {} times", faces * file.depthPx) : ""),
+            cost);
+        !taken)
+        return tl::unexpected(taken.error());
+    const int halvings = blocks ? 0 : halvingsOf(width, height, bounds.maxSidePx);
+    const std::uint64_t shownWidth = halvedSide(width, halvings), shownHeight = halvedSide(height, halvings);
+    DecodedImage image{.widthPx = static_cast<int>(shownWidth),
+                       .heightPx = static_cast<int>(shownHeight),
                        .encoding = file.layout.encoding,
                        .shape = file.shape};
     image.depthPx = solid ? static_cast<int>(file.depthPx) : 1;
-    image.mipmaps = static_cast<int>(levels);
-    for (std::uint64_t level = 0; level < levels; ++level)
+    image.mipmaps = static_cast<int>(end - first);
+    image.halved = first > 0 || halvings > 0;
+    for (std::uint64_t level = first; level < end; ++level)
         for (std::uint64_t face = 0; face < faces; ++face) {
             const Expected<ByteSpan> part = file.part(level, face, file.partBytes(level));
             if (!part) return tl::unexpected(part.error());
-            const std::size_t at = image.rgba.size();
+            if (image.rgba.empty())
+                image.rgba.reserve(blocks ? total : 4 * shownWidth * shownHeight * faces * file.depthPx);
             if (blocks) {
                 image.rgba.insert(image.rgba.end(), part->begin(), part->end());
                 continue;
             }
-            image.rgba.resize(at + 4 * pixels / faces);
-            if (!file.layout.decode) {
-                convert(*part, file.layout, image.rgba.data() + at);
-                continue;
-            }
             const std::size_t slice = part->size() / file.depthPx;
-            for (std::uint64_t z = 0; z < file.depthPx; ++z)
-                if (const std::string_view why =
-                        decodeBlocks(part->subspan(z * slice, slice), file.layout, file.widthPx, file.heightPx,
-                                     image.rgba.data() + at + z * 4 * file.widthPx * file.heightPx);
-                    !why.empty())
+            for (std::uint64_t z = 0; z < file.depthPx; ++z) {
+                const std::size_t at = image.rgba.size();
+                image.rgba.resize(at + 4 * shownWidth * shownHeight);
+                HalvedRows rows(width, height, halvings, file.layout.encoding == ImageMessage::RGBE,
+                                image.rgba.data() + at);
+                const ByteSpan texels = part->subspan(z * slice, slice);
+                if (!file.layout.decode) {
+                    convertRows(texels, file.layout, width, height, rows);
+                } else if (const std::string_view why = decodeBlocks(texels, file.layout, width, height, rows);
+                           !why.empty()) {
                     return bad(std::string(why));
+                }
+            }
         }
     if (!file.fromTop) turnRows(image);
     return image;

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/import/reader/ImageDecoder.h"
+#include "server/import/reader/PictureFormats.h"
 #include "server/import/reader/blocks/EtcBlock.h"
 
 namespace tessera {
@@ -65,8 +65,9 @@ struct TextureFile {
     [[nodiscard]] std::uint64_t partBytes(std::uint64_t level) const;
 };
 
-/// The levels of one whose blocks stay; of others the largest, converted. kBadInput or kLimit, with the reason, before
-/// any memory is taken for bytes that are not there.
-[[nodiscard]] Expected<DecodedImage> decodeTexture(const TextureFile& file);
+/// The levels of one whose blocks stay; of others the largest that is no larger than wanted, converted, or what is
+/// halved of the smallest that is. kBadInput or kLimit, with the reason, before any memory is taken for bytes that are
+/// not there.
+[[nodiscard]] Expected<DecodedImage> decodeTexture(const TextureFile& file, const PictureBounds& bounds);
 
 }  // namespace tessera

@@ -46,7 +46,7 @@ bool isTiff(ByteSpan bytes) {
     return false;
 }
 
-Expected<DecodedImage> decodeTiff(ByteSpan bytes) {
+Expected<DecodedImage> decodeTiff(ByteSpan bytes, const PictureBounds& bounds) {
     // It would write to stderr, and is not told where otherwise. Readers have one thread.
     TIFFSetErrorHandler(nullptr);
     TIFFSetWarningHandler(nullptr);
@@ -60,10 +60,8 @@ Expected<DecodedImage> decodeTiff(ByteSpan bytes) {
     std::uint32_t width = 0, height = 0;
     TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
     TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
-    if (width == 0 || height == 0 || width > kMaxPictureSide || height > kMaxPictureSide ||
-        std::size_t{width} * height > kMaxPicturePixels)
-        return badTiff(fmt::format("of {} × {} pixels: up to {} a side and {} in all can be read", width, height,
-                                   kMaxPictureSide, kMaxPicturePixels));
+    if (Expected<void> allowed = bounds.allow("a TIFF picture", width, height, 2); !allowed)
+        return tl::unexpected(allowed.error());
     // A white row of fax is a bit: 65536 pixels a byte are more than any page has.
     if (std::size_t{width} * height > (std::size_t{1} << 16) * bytes.size())
         return badTiff(fmt::format("of {} × {} pixels in {} bytes", width, height, bytes.size()));

@@ -233,7 +233,7 @@ Expected<std::optional<UsdImage>> UsdMaterials::place(const UsdComposedPrim& tex
     return std::optional<UsdImage>();
 }
 
-Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture, Holds holds) const {
+Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture, Holds holds) {
     const std::optional<UsdAttribute> file = texture.attribute("inputs:file");
     if (!file || !file->value || !file->value->word() || file->layer == nullptr)
         return fail(ErrorCode::kNotFound, "it names no file");
@@ -242,7 +242,7 @@ Expected<DecodedImage> UsdMaterials::decode(const UsdComposedPrim& texture, Hold
         return fail(ErrorCode::kUnsupported, fmt::format("'{}' stands for many pictures (UDIM)", asset));
     const Expected<Bytes> bytes = files_.bytes(asset, file->layer->identifier);
     if (!bytes) return tl::unexpected(bytes.error());
-    Expected<DecodedImage> picture = decodeImage(*bytes, limits_.maxImageSide);
+    Expected<DecodedImage> picture = pictures_.decode(*bytes);
     if (picture && isRecoded(texture, holds == Holds::kColors)) recode(*picture, holds == Holds::kColors);
     return picture;
 }
@@ -290,13 +290,13 @@ std::string UsdMaterials::surroundings(const UsdAttribute& file, const std::stri
     return imageOf("the surroundings of " + prim, {}, [&]() -> Expected<DecodedImage> {
         const Expected<Bytes> bytes = files_.bytes(asset, file.layer->identifier);
         if (!bytes) return tl::unexpected(bytes.error());
-        return decodeImage(*bytes, limits_.maxImageSide);
+        return pictures_.decode(*bytes);
     });
 }
 
 // ---- UsdPreviewSurface ----------------------------------------------------------------------------------------------
 
-Expected<DecodedImage> UsdMaterials::decodePacked(const Input& metal, const Input& roughness) const {
+Expected<DecodedImage> UsdMaterials::decodePacked(const Input& metal, const Input& roughness) {
     std::vector<PictureChannel> channels;
     for (const auto& [to, from] : {std::pair(1, &roughness), {2, &metal}}) {
         if (!from->texture) continue;

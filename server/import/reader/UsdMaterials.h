@@ -74,10 +74,10 @@ private:
     Expected<std::optional<proto::scene::Image>> place(const UsdComposedPrim& texture, UsdLook& look);
     std::string imageOf(const std::string& picture, const proto::scene::Image& wanted,
                         const std::function<Expected<DecodedImage>()>& decode);
-    Expected<DecodedImage> decode(const UsdComposedPrim& texture, Holds holds) const;
+    Expected<DecodedImage> decode(const UsdComposedPrim& texture, Holds holds);
     /// The shader that an input is connected to, through graphs of nodes; null: none.
     Expected<UsdStage::Prim> shaderOf(const UsdComposedPrim& prim, const std::string& property);
-    Expected<DecodedImage> decodePacked(const Input& metal, const Input& roughness) const;
+    Expected<DecodedImage> decodePacked(const Input& metal, const Input& roughness);
 
     UsdStage& stage_;
     UsdFiles& files_;

@@ -6,15 +6,11 @@
 #include <cstring>
 #include <memory>
 
+#include "server/import/reader/HalvedRows.h"
 #include "server/import/reader/PictureFormats.h"
 
 namespace tessera {
 namespace {
-
-/// Few bytes may truly be many pixels, of one colour: the format gives such a pixel no bit at all. Memory is for what
-/// has bytes: of others half, a quarter, … of each side is decoded, which shows as much, and never more than so many.
-constexpr std::size_t kPixelsPerByte = 64, kFewPixels = std::size_t{1} << 24, kMostPlainPixels = std::size_t{1} << 26;
-constexpr int kPlainSide = 4096;
 
 /// Where the picture of a frame stands on that of all, whose sides are halved so many times.
 Expected<void> drawFrame(const WebPIterator& frame, int halvings, DecodedImage& image) {
@@ -48,23 +44,15 @@ bool isWebp(ByteSpan bytes) {
     return bytes.size() >= 12 && asText(bytes.first(4)) == "RIFF" && asText(bytes.subspan(8, 4)) == "WEBP";
 }
 
-Expected<DecodedImage> decodeWebp(ByteSpan bytes) {
+Expected<DecodedImage> decodeWebp(ByteSpan bytes, const PictureBounds& bounds) {
     const WebPData data{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
     const std::unique_ptr<WebPDemuxer, decltype(&WebPDemuxDelete)> demuxer(WebPDemux(&data), &WebPDemuxDelete);
     if (!demuxer) return fail(ErrorCode::kBadInput, "a WebP picture that is damaged or cut off");
     const std::size_t width = WebPDemuxGetI(demuxer.get(), WEBP_FF_CANVAS_WIDTH),
                       height = WebPDemuxGetI(demuxer.get(), WEBP_FF_CANVAS_HEIGHT);
-    if (width == 0 || height == 0 || std::max(width, height) > kMaxPictureSide || width * height > kMaxPicturePixels)
-        return fail(ErrorCode::kBadInput,
-                    fmt::format("a WebP picture of {} × {} pixels: up to {} a side and {} in all can be read", width,
-                                height, kMaxPictureSide, kMaxPicturePixels));
-    const bool isPlain = width * height > kFewPixels + bytes.size() * kPixelsPerByte;
-    if (isPlain && width * height > kMostPlainPixels)
-        return fail(ErrorCode::kBadInput,
-                    fmt::format("a WebP picture of {} × {} pixels in {} bytes: of so few bytes {} pixels can be read",
-                                width, height, bytes.size(), kMostPlainPixels));
-    int halvings = 0;
-    while (isPlain && static_cast<int>(std::max(width, height)) >> halvings > kPlainSide) ++halvings;
+    if (Expected<void> allowed = bounds.allow("a WebP picture", width, height); !allowed)
+        return tl::unexpected(allowed.error());
+    const int halvings = halvingsOf(width, height, bounds.maxSidePx);
     WebPIterator frame;
     if (!WebPDemuxGetFrame(demuxer.get(), 1, &frame))
         return fail(ErrorCode::kBadInput, "a WebP picture without a frame");

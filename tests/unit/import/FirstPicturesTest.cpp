@@ -1,37 +1,24 @@
 // Animations made of PNG pictures: MNG, and PNG files that hold frames.
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <string>
 
-#include "tests/unit/import/PictureBytes.h"
+#include "tests/unit/import/PngBytes.h"
 
 namespace tessera {
 namespace {
 
-std::string chunk(const std::string& name, const std::string& data) {
-    const std::string all = name + data;
-    return big(data.size(), 4) + all +
-           big(::crc32(0, reinterpret_cast<const Bytef*>(all.data()), static_cast<uInt>(all.size())), 4);
-}
-std::string packed(const std::string& bytes) {
-    uLongf size = ::compressBound(bytes.size());
-    std::string out(size, '\0');
-    ::compress(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-    out.resize(size);
-    return out;
-}
 /// Its rows begin with the filter that does nothing.
 std::string rowsOf(std::size_t width, std::size_t height, const std::string& rgba) {
     std::string rows;
     for (std::size_t y = 0; y < height; ++y) rows += '\0' + rgba.substr(4 * width * y, 4 * width);
-    return packed(rows);
+    return deflated(rows);
 }
 std::string header(int width, int height, int colours = 6) {
-    return chunk("IHDR", big(static_cast<std::uint64_t>(width), 4) + big(static_cast<std::uint64_t>(height), 4) +
-                             big(8, 1) + big(static_cast<std::uint64_t>(colours), 1) + big(0, 3));
+    return pngChunk("IHDR", big(static_cast<std::uint64_t>(width), 4) + big(static_cast<std::uint64_t>(height), 4) +
+                                big(8, 1) + big(static_cast<std::uint64_t>(colours), 1) + big(0, 3));
 }
-const std::string kPng("\x89PNG\r\n\x1a\n", 8), kMng("\x8aMNG\r\n\x1a\n", 8);
+const std::string kMng("\x8aMNG\r\n\x1a\n", 8);
 
 /// The six texels, 2 × 3.
 std::string sixPixels() {
@@ -40,21 +27,21 @@ std::string sixPixels() {
 std::string frameControl(int number, int width, int height, int left, int top) {
     std::string data;
     for (const int value : {number, width, height, left, top}) data += big(static_cast<std::uint64_t>(value), 4);
-    return chunk("fcTL", data + std::string("\0\1\0\12\0\0", 6));
+    return pngChunk("fcTL", data + std::string("\0\1\0\12\0\0", 6));
 }
 
 /// A picture of 4 × 5 that is no frame of its animation, whose first frame is the six texels at (1, 2).
 std::string apngBeside(int left = 1, int top = 2) {
-    return kPng + header(4, 5) + chunk("acTL", big(2, 4) + big(0, 4)) +
-           chunk("IDAT", rowsOf(4, 5, std::string(80, '\x77'))) + frameControl(0, 2, 3, left, top) +
-           chunk("fdAT", big(1, 4) + sixPixels()) + frameControl(2, 1, 1, 0, 0) +
-           chunk("fdAT", big(3, 4) + rowsOf(1, 1, "\1\2\3\4")) + chunk("IEND", "");
+    return kPngStart + header(4, 5) + pngChunk("acTL", big(2, 4) + big(0, 4)) +
+           pngChunk("IDAT", rowsOf(4, 5, std::string(80, '\x77'))) + frameControl(0, 2, 3, left, top) +
+           pngChunk("fdAT", big(1, 4) + sixPixels()) + frameControl(2, 1, 1, 0, 0) +
+           pngChunk("fdAT", big(3, 4) + rowsOf(1, 1, "\1\2\3\4")) + pngChunk("IEND", "");
 }
 std::string mngOf(const std::string& picture) {
-    return kMng + chunk("MHDR", big(2, 4) + big(3, 4) + std::string(20, '\0')) + picture + chunk("MEND", "");
+    return kMng + pngChunk("MHDR", big(2, 4) + big(3, 4) + std::string(20, '\0')) + picture + pngChunk("MEND", "");
 }
 std::string pngInMng() {
-    return header(2, 3) + chunk("IDAT", sixPixels()) + chunk("IEND", "");
+    return header(2, 3) + pngChunk("IDAT", sixPixels()) + pngChunk("IEND", "");
 }
 
 DecodedImage firstIn(const std::string& file) {
@@ -68,14 +55,14 @@ std::string whyNot(const std::string& file) {
 }
 
 TEST(AnimatedPng, ShowsItsPictureWhereThatIsTheFirstFrame) {
-    const std::string animated = kPng + header(2, 3) + chunk("acTL", big(2, 4) + big(0, 4)) +
-                                 frameControl(0, 2, 3, 0, 0) + chunk("IDAT", sixPixels()) +
-                                 frameControl(1, 1, 1, 0, 0) + chunk("fdAT", big(2, 4) + rowsOf(1, 1, "\1\2\3\4")) +
-                                 chunk("IEND", "");
+    const std::string animated = kPngStart + header(2, 3) + pngChunk("acTL", big(2, 4) + big(0, 4)) +
+                                 frameControl(0, 2, 3, 0, 0) + pngChunk("IDAT", sixPixels()) +
+                                 frameControl(1, 1, 1, 0, 0) + pngChunk("fdAT", big(2, 4) + rowsOf(1, 1, "\1\2\3\4")) +
+                                 pngChunk("IEND", "");
     EXPECT_EQ(asText(firstIn(animated).rgba), texels("rgba"));
     // Without frames nothing but the picture is there, whatever it says.
-    const std::string none =
-        kPng + header(2, 3) + chunk("acTL", big(2, 4) + big(0, 4)) + chunk("IDAT", sixPixels()) + chunk("IEND", "");
+    const std::string none = kPngStart + header(2, 3) + pngChunk("acTL", big(2, 4) + big(0, 4)) +
+                             pngChunk("IDAT", sixPixels()) + pngChunk("IEND", "");
     EXPECT_EQ(asText(firstIn(none).rgba), texels("rgba"));
 }
 
@@ -90,20 +77,20 @@ TEST(AnimatedPng, ShowsItsFirstFrameWhereThatIsAnotherPicture) {
 }
 
 TEST(Mng, ShowsItsFirstPngPicture) {
-    EXPECT_EQ(asText(firstIn(mngOf(pngInMng() + header(1, 1) + chunk("IEND", ""))).rgba), texels("rgba"));
+    EXPECT_EQ(asText(firstIn(mngOf(pngInMng() + header(1, 1) + pngChunk("IEND", ""))).rgba), texels("rgba"));
     // Colours of a palette that stands before the pictures.
     std::string palette, indices;
     for (std::size_t i = 0; i < 6; ++i)
         for (std::size_t c = 0; c < 3; ++c) palette += static_cast<char>(kTexels[i][c]);
     for (char y = 0; y < 3; ++y) indices += {'\0', static_cast<char>(2 * y), static_cast<char>(2 * y + 1)};
-    EXPECT_EQ(asText(firstIn(mngOf(chunk("PLTE", palette) + header(2, 3, 3) + chunk("PLTE", "") +
-                                   chunk("IDAT", packed(indices)) + chunk("IEND", "")))
+    EXPECT_EQ(asText(firstIn(mngOf(pngChunk("PLTE", palette) + header(2, 3, 3) + pngChunk("PLTE", "") +
+                                   pngChunk("IDAT", deflated(indices)) + pngChunk("IEND", "")))
                          .rgba),
               texels("rgba"));
 }
 
 TEST(Mng, NamesWhatItDoesNotShow) {
-    EXPECT_NE(whyNot(mngOf(chunk("JHDR", std::string(16, '\0')))).find("JNG"), std::string::npos);
+    EXPECT_NE(whyNot(mngOf(pngChunk("JHDR", std::string(16, '\0')))).find("JNG"), std::string::npos);
     EXPECT_NE(whyNot(std::string("\x8bJNG\r\n\x1a\n", 8)).find("JNG"), std::string::npos);
     EXPECT_NE(whyNot(mngOf("")).find("without a picture"), std::string::npos);
 }

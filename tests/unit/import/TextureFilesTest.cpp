@@ -256,6 +256,41 @@ TEST(BlockPictures, SizesThatAreNotThereTakeNoMemory) {
         EXPECT_NE(refusal(file), "decoded");
 }
 
+/// 12 × 12 texels of a colour each.
+std::string astcOf(std::size_t side, char red) {
+    std::string blocks, block = kAstcBlock;
+    block[8] = '\0';
+    block[9] = red;
+    for (std::size_t i = 0; i < (side + 11) / 12 * ((side + 11) / 12); ++i) blocks += block;
+    return blocks;
+}
+
+TEST(BlockPictures, LargerThanWantedShowTheMipmapThatIsNot) {
+    const std::string file = ktxFile({.format = 184, .width = 400, .height = 400, .scheme = 2},
+                                     {astcOf(400, 10), astcOf(200, 20), astcOf(100, 30)});
+    for (const auto& [most, side, red] : {std::tuple(400, 400, 10), {399, 200, 20}, {100, 100, 30}, {60, 50, 30}}) {
+        const DecodedImage image = pictureIn(file, most).value();
+        EXPECT_EQ(image.widthPx, side);
+        EXPECT_EQ(image.heightPx, side);
+        EXPECT_EQ(image.mipmaps, 1);
+        EXPECT_EQ(image.halved, side < 400);
+        EXPECT_EQ(image.rgba.size(), static_cast<std::size_t>(4 * side * side));
+        EXPECT_EQ(image.rgba.back(), std::byte{255});
+        EXPECT_EQ(std::to_integer<int>(image.rgba.front()), red);
+    }
+}
+
+TEST(BlockPictures, OfFewBytesAreDecodedAsFarAsTheseBear) {
+    EXPECT_NE(refusal(ktxFile({.format = 184, .width = 16384, .height = 16384, .scheme = 2}, {astcOf(16384, 10)}))
+                  .find("a KTX2 texture of 16384 × 16384 pixels, which are more than the"),
+              std::string::npos);
+    EXPECT_NE(refusal(ktxFile({.format = 145, .width = 16384, .height = 16384, .scheme = 2},
+                              {std::string(std::size_t{1} << 28, '\0')}))
+                  .find("which are more than the"),
+              std::string::npos)
+        << "of blocks that stay, as well";
+}
+
 TEST(BlockPictures, CutOffTheyAreWholeOrRefused) {
     auto all = blockSamples();
     for (const auto& [name, file] : ktx1Samples()) all["ktx " + name] = file;
