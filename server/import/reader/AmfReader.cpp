@@ -28,11 +28,14 @@ public:
     Expected<PlainScene> read(const MappedFile& file) {
         AmfParser::Limits limits;
         limits.maxPlaces = std::min(limits.maxPlaces, limits_.maxNodes);
+        const bool isArchive = file.text().starts_with("PK");
+        limits.maxResources =
+            std::min(limits.maxResources, mostPrintedResources(limits_, file.bytes().size(), isArchive));
         const PrintingRemark remark = [this](const std::string& what, const std::string& name, bool isMissing) {
             notes_.add(what, foreignName(name, ""), isMissing);
         };
         AmfParser parser(model_, remark, limits);
-        Expected<void> done = file.text().starts_with("PK") ? feedArchive(file, parser) : feedText(file, parser);
+        Expected<void> done = isArchive ? feedArchive(file, parser) : feedText(file, parser);
         if (done) done = parser.finish();
         if (!done && done.error().code != ErrorCode::kBadInput) return tl::unexpected(done.error());
         makeObjects();

@@ -17,6 +17,11 @@ constexpr std::int64_t kNoneShown = -2;  // common/cores/Switch.h
 
 }  // namespace
 
+std::size_t mostPrintedResources(const ReadLimits& limits, std::size_t fileBytes, bool isArchive) {
+    const std::size_t bytesOfEach = isArchive ? 64 : 512;
+    return limits.freeNodes / 4 + fileBytes / bytesOfEach;
+}
+
 bool isRegular(const Affine3d& map) {
     constexpr double kShortest = 1e-12, kFlattest = 1e-9;
     const Vec3d lengths = map.linear().colwise().norm();

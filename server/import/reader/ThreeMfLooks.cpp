@@ -31,7 +31,7 @@ std::uint32_t colorOf(const Channels& channels) {
 
 }  // namespace
 
-ThreeMfLooks::Value ThreeMfLooks::valueOf(std::uint32_t pid, std::uint32_t index, Resolved& last) const {
+ThreeMfLooks::Value ThreeMfLooks::valueOf(std::uint32_t pid, std::uint32_t index, Resolved& last) {
     Value value;
     if (pid == kNoNumber) return value;
     if (last.pid != pid) {
@@ -72,16 +72,28 @@ ThreeMfLooks::Value ThreeMfLooks::valueOf(std::uint32_t pid, std::uint32_t index
         case PropertyKind::kComposite:
             if (!isIn(properties->layers.empty() ? 0 : properties->shares.size() / properties->layers.size()))
                 return value;
-            value = mixtureOf(*properties, index);
+            value = mixedOf(pid, *properties, index);
             break;
         case PropertyKind::kLayers:
             if (!isIn(properties->layers.empty() ? 0 : properties->indices.size() / properties->layers.size()))
                 return value;
-            value = layersOf(*properties, index);
+            value = mixedOf(pid, *properties, index);
             break;
     }
     value.isSaid = true;
     return value;
+}
+
+ThreeMfLooks::Value ThreeMfLooks::mixedOf(std::uint32_t pid, const ThreeMfProperties& properties, std::uint32_t index) {
+    const auto mix = [&] {
+        return properties.kind == PropertyKind::kComposite ? mixtureOf(properties, index) : layersOf(properties, index);
+    };
+    // Of a few it is mixed sooner than it is found.
+    constexpr std::size_t kMany = 8;
+    if (properties.layers.size() <= kMany) return mix();
+    const std::uint64_t key = std::uint64_t{pid} << 32 | index;
+    if (const auto known = mixed_.find(key); known != mixed_.end()) return known->second;
+    return mixed_.emplace(key, mix()).first->second;
 }
 
 ThreeMfLooks::Value ThreeMfLooks::mixtureOf(const ThreeMfProperties& properties, std::uint32_t index) const {
@@ -105,7 +117,7 @@ ThreeMfLooks::Value ThreeMfLooks::mixtureOf(const ThreeMfProperties& properties,
     return value;
 }
 
-ThreeMfLooks::Value ThreeMfLooks::layersOf(const ThreeMfProperties& properties, std::uint32_t index) const {
+ThreeMfLooks::Value ThreeMfLooks::layersOf(const ThreeMfProperties& properties, std::uint32_t index) {
     Value value;
     const std::size_t count = properties.layers.size();
     for (std::size_t layer = 0; layer < count; ++layer) {
@@ -143,7 +155,7 @@ ThreeMfLooks::Value ThreeMfLooks::over(const Value& below, const Value& above, b
     return value;
 }
 
-PrintedMesh ThreeMfLooks::meshOf(ThreeMfObject& object, std::vector<ThreeMfLook>& looks) const {
+PrintedMesh ThreeMfLooks::meshOf(ThreeMfObject& object, std::vector<ThreeMfLook>& looks) {
     using LookKind = ThreeMfLook::Kind;
     PrintedMesh mesh;
     mesh.positions = std::move(object.positions);

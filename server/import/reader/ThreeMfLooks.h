@@ -4,6 +4,7 @@
 #include <compare>
 #include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "server/import/reader/PrintedMesh.h"
@@ -34,7 +35,7 @@ public:
 
     /// The object's triangles with what its corners have, and the looks that their numbers mean. The object's own
     /// arrays are gone then.
-    [[nodiscard]] PrintedMesh meshOf(ThreeMfObject& object, std::vector<ThreeMfLook>& looks) const;
+    [[nodiscard]] PrintedMesh meshOf(ThreeMfObject& object, std::vector<ThreeMfLook>& looks);
 
 private:
     /// What one corner has.
@@ -49,13 +50,16 @@ private:
         std::uint32_t pid = kNoNumber;
         const ThreeMfProperties* properties = nullptr;
     };
-    [[nodiscard]] Value valueOf(std::uint32_t pid, std::uint32_t index, Resolved& last) const;
+    [[nodiscard]] Value valueOf(std::uint32_t pid, std::uint32_t index, Resolved& last);
+    /// Of what is mixed of very many each once, whatever number of corners has it.
+    [[nodiscard]] Value mixedOf(std::uint32_t pid, const ThreeMfProperties& properties, std::uint32_t index);
     [[nodiscard]] Value mixtureOf(const ThreeMfProperties& properties, std::uint32_t index) const;
-    [[nodiscard]] Value layersOf(const ThreeMfProperties& properties, std::uint32_t index) const;
+    [[nodiscard]] Value layersOf(const ThreeMfProperties& properties, std::uint32_t index);
     [[nodiscard]] Value over(const Value& below, const Value& above, bool multiplies) const;
 
     const ThreeMfModel& model_;
     PrintingRemark remark_;
+    std::unordered_map<std::uint64_t, Value> mixed_;  ///< by the number of the properties and the index
 };
 
 }  // namespace tessera

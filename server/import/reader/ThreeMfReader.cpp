@@ -128,6 +128,9 @@ private:
     Expected<void> readPart(ThreeMfPart& part) {
         ThreeMfParser::Limits limits;
         limits.maxPlaces = std::min(limits.maxPlaces, limits_.maxNodes);
+        // Of all parts together.
+        limits.maxResources = std::min(limits.maxResources, mostPrintedResources(limits_, toRead_, true));
+        limits.maxResources -= std::min(limits.maxResources, resources_);
         ThreeMfParser parser(part.model, remarks(), limits);
         bool isTaken = true;
         std::size_t passed = 0;
@@ -138,6 +141,7 @@ private:
                 return isTaken = parser.feed(piece);
             });
         read_ += passed;
+        resources_ += part.model.objects.size() + part.model.properties.size() + part.model.textures.size();
         Expected<void> done = unpacked ? parser.finish() : unpacked;
         if (done) return {};
         if (unpacked) done = failWith(fmt::format("'{}'", foreignName(part.name, "")), done.error());
@@ -149,12 +153,12 @@ private:
     void makeObjects() {
         for (std::size_t number = 0; number < parts_.size(); ++number) {
             ThreeMfPart& part = parts_[number];
-            const ThreeMfLooks looks(part.model, remarks());
+            ThreeMfLooks looks(part.model, remarks());
             for (ThreeMfObject& object : part.model.objects) part.objects.push_back(&makeObject(number, looks, object));
         }
     }
 
-    PrintedObject& makeObject(std::size_t part, const ThreeMfLooks& resolver, ThreeMfObject& object) {
+    PrintedObject& makeObject(std::size_t part, ThreeMfLooks& resolver, ThreeMfObject& object) {
         std::vector<ThreeMfLook> looks;
         PrintedMesh mesh = resolver.meshOf(object, looks);
         PrintedObject& made = nodes_.addObject(object.name.empty() ? fmt::format("object {}", object.id) : object.name);
@@ -227,7 +231,7 @@ private:
                 if (entry == nullptr) return fail(ErrorCode::kNotFound, "it is not in the package");
                 const Expected<Bytes> bytes = archive_.read(*entry, limits_.maxFileBytes);
                 if (!bytes) return tl::unexpected(bytes.error());
-                return decodeImage(*bytes, limits_.maxImageSide);
+                return pictures_.decode(*bytes);
             });
         if (!image) {
             scene_.note(fmt::format("the picture '{}' cannot be had: {}; what shows it is white", shown,
@@ -308,7 +312,7 @@ private:
 
     ZipArchive archive_;
     const ReadLimits& limits_;
-    std::size_t toRead_, read_ = 0;
+    std::size_t toRead_, read_ = 0, resources_ = 0;
     PlainScene scene_;
     Pictures pictures_;
     PrintedNodes nodes_;

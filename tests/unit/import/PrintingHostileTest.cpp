@@ -3,16 +3,19 @@
 
 #include "server/import/reader/ReadScene.h"
 #include "tests/unit/import/Damage.h"
+#include "tests/unit/import/PngBytes.h"
 #include "tests/unit/import/PrintingFixture.h"
 
 namespace tessera {
 namespace {
 
-/// A file within the child: within 2 s of its own time. What it says where it refuses, else its notes.
+/// A file within the child: within 2 s of its own time, and half a gigabyte. What it says where it refuses, else its
+/// notes.
 std::string printedSays(const std::string& name, const std::string& bytes) {
     const Scratch scratch;
     ImportOptions options = importOptions();
     if (!kSanitized) options.maxCpuTime = std::chrono::seconds(2);
+    options.maxMemoryBytes = std::size_t{640} << 20;  // with what the program is
     const Expected<ImportedScene> scene = importScene(scratch.write(name, bytes), kRootNode, options);
     if (!scene) return scene.error().message;
     std::string notes = "(imported) ";
@@ -87,9 +90,9 @@ TEST(PrintingHostile, ComponentsThatMultiplyNestOrGoInCirclesAreBounded) {
     std::string many = threeMfObject(1, squareMesh()), deep = many, circle = many;
     for (int i = 2; i < 30; ++i) many += threeMfComponents(i, i - 1, 10);
     expectPart(printedSays(threeMfModel(many, "<item objectid=\"29\"/>")), "there would be 1.11e+28 nodes, more than");
-    for (int i = 2; i <= 100'000; ++i) deep += threeMfComponents(i, i - 1);
-    expectPart(printedSays(threeMfModel(deep, "<item objectid=\"100000\"/>")),
-               "its objects hold others 99999 levels deep");
+    for (int i = 2; i <= 40'000; ++i) deep += threeMfComponents(i, i - 1);
+    expectPart(printedSays(threeMfModel(deep, "<item objectid=\"40000\"/>")),
+               "its objects hold others 39999 levels deep");
     circle +=
         "<object id=\"2\"><components><component objectid=\"3\"/><component objectid=\"1\"/></components></object>" +
         threeMfComponents(3, 2);
@@ -163,6 +166,73 @@ TEST(PrintingHostile, ManySmallThingsTakeTheirTimeOnce) {
     expectPart(printedSays("a.amf", "<amf><object id=\"1\"><mesh><vertices>" + vertices + "</vertices>" + volumes +
                                         "</mesh></object></amf>"),
                "(imported)");
+}
+
+TEST(PrintingHostile, MoreSmallThingsThanTheirBytesBearAreRefused) {
+    std::string objects, items, volumes;
+    for (int i = 1; i <= 100'000; ++i) {
+        objects += threeMfObject(i, squareMesh());
+        items += fmt::format("<item objectid=\"{}\"/>", i);
+        volumes += "<volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume>";
+    }
+    const std::string said = printedSays(threeMfModel(objects, items));
+    expectPart(said, "it has more than ");
+    expectPart(said, " resources: save it in parts, or with small ones joined");
+    std::string vertices;
+    for (const char* xyz : {"<x>0</x><y>0</y><z>0</z>", "<x>1</x><y>0</y><z>0</z>", "<x>0</x><y>1</y><z>0</z>"})
+        vertices += fmt::format("<vertex><coordinates>{}</coordinates></vertex>", xyz);
+    const std::string amf =
+        "<amf><object id=\"1\"><mesh><vertices>" + vertices + "</vertices>" + volumes + "</mesh></object></amf>";
+    expectPart(printedSays("a.amf", amf), " volumes: save it in parts, or with small ones joined");
+    items.clear();
+    for (int i = 0; i < 490'000; ++i) items += kOneItem;
+    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)), "there would be 4.9e+05 nodes");
+}
+
+TEST(PrintingHostile, WhatIsMixedOfVeryManyIsMixedOnce) {
+    constexpr int kParts = 20'000;
+    std::string zeros, ones, triangles;
+    for (int i = 0; i < kParts; ++i) {
+        zeros += "0 ";
+        ones += "1 ";
+        triangles += "<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"2\" p1=\"0\" p2=\"0\" p3=\"0\"/>";
+    }
+    const std::string base = "<basematerials id=\"1\"><base name=\"Red\" displaycolor=\"#FF0000\"/></basematerials>",
+                      object = threeMfObject(
+                          3,
+                          "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/>"
+                          "<vertex x=\"0\" y=\"1\" z=\"0\"/></vertices><triangles>" +
+                              triangles + "</triangles></mesh>");
+    for (const std::string& mixed :
+         {fmt::format("<compositematerials id=\"2\" matid=\"1\" matindices=\"{}\"><composite values=\"{}\"/>"
+                      "</compositematerials>",
+                      zeros, ones),
+          fmt::format("<multiproperties id=\"2\" pids=\"{}\"><multi pindices=\"{}\"/></multiproperties>", ones, zeros)})
+        expectPart(printedSays(threeMfModel(base + mixed + object, "<item objectid=\"3\"/>")), "(imported)");
+}
+
+TEST(PrintingHostile, PicturesAreDecodedAsFarAsTheirBytesBear) {
+    std::string resources, triangles;
+    ZipParts beside;
+    for (int i = 0; i < 12; ++i) {
+        resources += fmt::format(
+            "<texture2d id=\"{0}\" path=\"/{0}.png\"/><texture2dgroup id=\"{1}\" texid=\"{0}\"><tex2coord u=\"0\" "
+            "v=\"0\"/></texture2dgroup>",
+            100 + i, 200 + i);
+        triangles += fmt::format("<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"{}\" p1=\"0\"/>", 200 + i);
+        beside.push_back({fmt::format("{}.png", 100 + i), blackPng(8000, 8000)});
+    }
+    const std::string said = printedSays(
+        "a.3mf", threeMf(threeMfModel(resources + threeMfObject(1,
+                                                                "<mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/>"
+                                                                "<vertex x=\"1\" y=\"0\" z=\"0\"/><vertex "
+                                                                "x=\"0\" y=\"1\" z=\"0\"/></vertices><triangles>" +
+                                                                    triangles + "</triangles></mesh>"),
+                                      kOneItem),
+                         beside));
+    expectPart(said, "(imported)");
+    expectPart(said, "'/100.png' was reduced to 4000 × 4000 pixels");
+    expectPart(said, "a PNG picture of 8000 × 8000 pixels, with the pictures before it, which are more than the");
 }
 
 /// As whole as a file can be: all that the readers know.

@@ -43,7 +43,8 @@ bool AmfParser::takes(std::size_t& count, std::size_t most, const char* what) {
         ++count;
         return true;
     }
-    stream_.refuse({ErrorCode::kLimit, fmt::format("it has more than {} {}: save it in parts", most, what)});
+    stream_.refuse({ErrorCode::kLimit,
+                    fmt::format("it has more than {} {}: save it in parts, or with small ones joined", most, what)});
     return false;
 }
 
