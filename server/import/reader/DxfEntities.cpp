@@ -35,6 +35,12 @@ const DxfChords& DxfReader::chords() {
     return curvePoints_ < kManyCurvePoints ? kFine : kCoarseChords;
 }
 
+bool DxfReader::hasRoomForCurve() {
+    if (curvePoints_ < mostCurvePoints_) return true;
+    leftOut(curvesBeyond_);
+    return false;
+}
+
 bool DxfReader::isSound(std::span<const Vec3d> path) {
     const bool sound =
         std::ranges::all_of(path, [](const Vec3d& p) { return p.cwiseAbs().maxCoeff() < kFarthest && p.allFinite(); });
@@ -98,6 +104,7 @@ bool DxfReader::addShape(const DxfRecord& record, Reading& to) {
 }
 
 void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
+    if (!hasRoomForCurve()) return;
     DxfPath path;
     const Vec3d center = record.point(10);
     if (record.type == "SPLINE") {
@@ -141,6 +148,8 @@ void DxfReader::addLightPolyline(const DxfRecord& record, Reading& to) {
         if (group.code == 42) corners.back().bulge = group.number();
     }
     if (corners.empty()) return;
+    if (std::ranges::any_of(corners, [](const Corner& corner) { return corner.bulge != 0; }) && !hasRoomForCurve())
+        return;
     const bool closed = (record.integer(70, 0) & 1) != 0;
     DxfPath path{corners.front().at};
     for (std::size_t i = 1; i < corners.size(); ++i) addDxfBulge(path, corners[i].at, corners[i - 1].bulge, chords());
@@ -186,6 +195,7 @@ void DxfReader::addPolyline(const DxfRecord& record, Reading& to) {
     if (vertices.empty()) return;
     const bool closed = (flags & kClosed) != 0;
     if (!flat) return addPath(record, vertices, closed, to);
+    if (std::ranges::any_of(bulges, [](double bulge) { return bulge != 0; }) && !hasRoomForCurve()) return;
     DxfPath path{vertices.front()};
     for (std::size_t i = 1; i < vertices.size(); ++i) addDxfBulge(path, vertices[i], bulges[i - 1], chords());
     if (closed) addDxfBulge(path, vertices.front(), bulges.back(), chords());
@@ -280,6 +290,7 @@ void DxfReader::addMesh(const DxfRecord& record, Reading& to) {
 void DxfReader::addHatch(const DxfRecord& record, Reading& to) {
     if (record.integer(70, 0) != 1) return leftOut("patterns of hatches");
     if (record.integer(450, 0) != 0) leftOut("gradients of hatches, which have one colour,");
+    if (!hasRoomForCurve()) return;
     const std::vector<DxfPath> rings = dxfHatchRings(record, chords());
     for (const DxfPath& ring : rings)
         if (!isSound(ring)) return;

@@ -17,6 +17,8 @@ namespace {
 constexpr double kUnits[] = {0.0254, 0.3048, 1609.344, 0.001, 0.01, 1,   1000, 2.54e-8,  2.54e-5,     0.9144,
                              1e-10,  1e-9,   1e-6,     0.1,   10,   100, 1e9,  1.496e11, 9.460730e15, 3.085678e16};
 constexpr std::size_t kMostNotes = 10;
+/// A circle takes some 150 bytes as programs write it, and 17 points where there are very many.
+constexpr std::size_t kFreeCurvePoints = 4'000'000, kBytesPerCurvePoint = 8;
 
 /// What has no shape that is read here; nothing: it is no entity.
 const char* nameOfStranger(std::string_view type) {
@@ -55,7 +57,9 @@ DxfReader::DxfReader(DxfDocument document, std::size_t fileBytes, const ReadLimi
       limits_(limits),
       fileBytes_(fileBytes),
       mostBytesOfBlocks_(std::max<std::size_t>(std::size_t{32} << 20, 2 * fileBytes)),
-      mostNodes_(limits.nodesOf(fileBytes)) {}
+      mostNodes_(limits.nodesOf(fileBytes)),
+      mostCurvePoints_(kFreeCurvePoints + fileBytes / kBytesPerCurvePoint),
+      curvesBeyond_(fmt::format("curves beyond {} points of chords (save the drawing in parts)", mostCurvePoints_)) {}
 
 void DxfReader::leftOut(const std::string& what) {
     ++leftOut_[what];

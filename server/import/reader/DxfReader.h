@@ -59,6 +59,8 @@ private:
     /// An entity that says too little, or what cannot be.
     void addUnsound();
     [[nodiscard]] const DxfChords& chords();
+    /// False, and said: curves have so many points already that no further one is worked out.
+    bool hasRoomForCurve();
 
     // DxfBlocks.cpp
     Expected<void> addInsert(const DxfRecord& record, Reading& to);
@@ -87,7 +89,8 @@ private:
     std::map<GuiseKey, DxfGuise> guises_;
     std::map<const DxfBlock*, std::pair<bool, bool>> looks_;  ///< byLayer, byColor of blocks that were read
     std::set<const DxfBlock*> open_;
-    std::size_t fileBytes_, bytesOfBlocks_ = 0, mostBytesOfBlocks_, mostNodes_;
+    std::size_t fileBytes_, bytesOfBlocks_ = 0, mostBytesOfBlocks_, mostNodes_, mostCurvePoints_;
+    std::string curvesBeyond_;
     std::map<std::pair<DxfColor, bool>, std::string> materials_;
 };
 

@@ -134,6 +134,16 @@ TEST(DxfHostile, BlocksThatHoldThemselvesOrMultiplyAreLeftOut) {
     EXPECT_TRUE(hasNote(*looks, "blocks that look otherwise wherever they are, beyond what can be kept"));
 }
 
+TEST(DxfHostile, MoreCurvesThanTheirBytesBearAreLeftOut) {
+    std::string circles;
+    for (int i = 0; i < 500'000; ++i) circles += "0\nCIRCLE\n40\n1\n";
+    for (int i = 0; i < 10; ++i) circles += "0\nLWPOLYLINE\n10\n0\n20\n0\n42\n1\n10\n1\n20\n1\n";
+    const Expected<ImportedScene> scene =
+        importDxfWithin2s("0\nSECTION\n2\nENTITIES\n" + circles + "0\nLINE\n11\n1\n0\nENDSEC\n0\nEOF\n");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_TRUE(hasNote(*scene, "points of chords (save the drawing in parts): ")) << scene->notes.front();
+}
+
 TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
     const std::string said = readDxfAlone(blocksAndEntities(
         "",
