@@ -21,14 +21,23 @@
 namespace tessera {
 namespace {
 
+/// Beyond the free ones. A group of more than a triangle takes more than that.
+constexpr std::size_t kBytesPerNode = 256;
+
 class ObjScene {
 public:
-    ObjScene(ObjText text, PlainScene& scene, const ReadLimits& limits)
-        : text_(std::move(text)), scene_(scene), limits_(limits) {}
+    ObjScene(ObjText text, std::size_t fileBytes, PlainScene& scene, const ReadLimits& limits)
+        : text_(std::move(text)),
+          scene_(scene),
+          limits_(limits),
+          mostNodes_(std::min(limits.maxNodes, limits.freeNodes / 2 + fileBytes / kBytesPerNode)) {}
 
     Expected<void> build(const std::string& path) {
         const std::string folder = path.substr(0, std::max<std::size_t>(path.rfind('/'), 1));
         const FolderFiles files(folder, limits_.maxFileBytes);
+        // Before any is made.
+        const auto parts = std::ranges::count_if(text_.parts, [](const ObjPart& part) { return !part.empty(); });
+        if (text_.objects.size() + static_cast<std::size_t>(parts) > mostNodes_) return tooMany();
         std::vector<std::string> used;
         std::set<std::string_view> known;
         for (const ObjPart& part : text_.parts)
@@ -51,7 +60,7 @@ private:
         for (const ObjPart& part : text_.parts) scene_.cornersToCome += part.places.size();
         sayConverting(0, scene_.cornersToCome);
         for (const ObjObject& object : text_.objects) {
-            if (++nodes_ > limits_.maxNodes) return tooMany();
+            if (++nodes_ > mostNodes_) return tooMany();
             proto::scene::Node& node = *scene_.file.add_node();
             node.set_name(foreignName(object.name, "node"));
             for (const std::size_t number : object.parts) {
@@ -64,13 +73,19 @@ private:
                     if (!mesh) return failWith(fmt::format("'{}'", foreignName(name, "part")), mesh.error());
                     addMesh(node, name, std::move(*mesh), material);
                 }
-                if (nodes_ > limits_.maxNodes) return tooMany();
+                if (nodes_ > mostNodes_) return tooMany();
             }
         }
         return {};
     }
     [[nodiscard]] tl::unexpected<Error> tooMany() const {
-        return fail(ErrorCode::kLimit, fmt::format("the scene has more than {} nodes", limits_.maxNodes));
+        return fail(ErrorCode::kLimit,
+                    mostNodes_ == limits_.maxNodes
+                        ? fmt::format("the scene has more than {} nodes", mostNodes_)
+                        : fmt::format("its groups and materials become more than {} nodes, as many as are read of so "
+                                      "few bytes: join small ones, save it in parts, or give it more by "
+                                      "--import-memory",
+                                      mostNodes_));
     }
 
     void addMesh(proto::scene::Node& parent, const std::string& name, MeshData mesh, const std::string& material) {
@@ -115,14 +130,14 @@ private:
         for (const std::uint32_t place : places) appendVertex(place, mesh);
         return mesh;
     }
-    [[nodiscard]] MeshData lines(const std::vector<std::uint32_t>& ends) const {
+    [[nodiscard]] MeshData lines(const std::vector<std::uint32_t>& ends) {
         MeshData mesh;
         mesh.primitive = Primitive::kLines;
-        VertexChains chains;
         for (const std::uint32_t place : ends) {
-            mesh.lines.push_back(chains.vertexAt(place, [](std::uint32_t) { return true; }));
+            mesh.lines.push_back(chains_.vertexAt(place, [](std::uint32_t) { return true; }));
             if (mesh.lines.back() == mesh.positions.size() / 3) appendVertex(place, mesh);
         }
+        chains_.clear(ends);
         return mesh;
     }
     static bool hasDirection(const float* xyz) {
@@ -203,7 +218,8 @@ private:
     PlainScene& scene_;
     const ReadLimits& limits_;
     std::map<std::string, std::string> materials_;  ///< by their names in the file
-    VertexChains chains_;                           ///< of one part after the other
+    VertexChains chains_;                           ///< of one part after the other: none costs as much as all vertices
+    std::size_t mostNodes_;
     std::size_t nodes_ = 0, meshes_ = 0;
 };
 
@@ -223,9 +239,10 @@ Expected<PlainScene> readObj(const std::string& path, const ReadLimits& limits) 
         mendObj(mended, scene.notes, &scene.missing);
         outcome = text.read(asText(mended));
     }
+    const std::size_t fileBytes = file->bytes().size();
     file->close();
     if (outcome != ObjText::Outcome::kRead || text.positions.empty()) return others;
-    if (Expected<void> built = ObjScene(std::move(text), scene, limits).build(path); !built)
+    if (Expected<void> built = ObjScene(std::move(text), fileBytes, scene, limits).build(path); !built)
         return tl::unexpected(built.error());
     return scene;
 }

@@ -58,6 +58,21 @@ TEST_F(MeshBounds, AnObjMayHaveVeryManyMaterialsAndGroups) {
               std::string::npos);
 }
 
+TEST_F(MeshBounds, MoreGroupsOfAnObjThanItsBytesBearAreRefused) {
+    std::string text = kSquareOfObj;
+    for (int i = 0; i < 300'000; ++i) text += fmt::format("usemtl a{}\nf 1 2 3\n", i);
+    expectSaid("a.obj", text, "its groups and materials become more than 125743 nodes, as many as are read of so few");
+}
+
+TEST_F(MeshBounds, LinesOfVeryManyGroupsCostNoMoreThanTheirEnds) {
+    std::string text;
+    for (int i = 0; i < 300'000; ++i) text += "v 0 0 0\n";
+    for (int i = 0; i < 20'000; ++i) text += fmt::format("usemtl a{}\nl 1 -1\n", i);
+    const Expected<ImportedScene> scene = load("a.obj", text);
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_EQ(scene->geometries, 20'000u);
+}
+
 TEST_F(MeshBounds, AnObjsLineMayNameSeveralLibraries) {
     (void)scratch_.write("red.mtl", "newmtl one\nKd 1 0 0\n");
     (void)scratch_.write("with blanks.mtl", "newmtl two\nKd 0 0 1\n");
