@@ -16,6 +16,10 @@ namespace {
 
 /// Nodes that all prototypes of a file stand for.
 constexpr double kMostInstances = 500'000;
+/// Coin takes three kilobytes for each, however few letters it is. Files have 20 bytes for each, and more.
+constexpr std::size_t kFreeNodes = 80'000, kBytesPerNode = 16;
+/// Of each Coin looks for a library.
+constexpr std::size_t kMostUnknownKinds = 10'000;
 /// Coin compares each with all.
 constexpr std::size_t kMostProtos = 5000;
 /// The text that they stand for, of which Coin makes each anew; of a larger file so many times its own.
@@ -43,6 +47,11 @@ public:
                 if (++depth_ > kMostBrackets)
                     return problem(ErrorCode::kLimit,
                                    fmt::format("brackets are nested deeper than {} levels", kMostBrackets));
+                if (token_ == "{" && ++nodes_ > kFreeNodes + text_.size() / kBytesPerNode)
+                    return problem(ErrorCode::kLimit,
+                                   fmt::format("it has more than {} nodes in {} bytes: save it in parts, or with small "
+                                               "shapes joined",
+                                               nodes_ - 1, text_.size()));
                 if (token_ == "{")
                     if (Expected<void> opened = open(); !opened) return opened;
                 word_ = {};
@@ -133,7 +142,7 @@ private:
             // What it does not know may say its fields, and Coin reads over it.
             if (!word_.empty() && !isKnown(word_, dialect_) &&
                 !text_.substr(std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size())).starts_with("fields"))
-                leaveOut(std::string(word_));
+                return leaveOut(std::string(word_));
             return {};
         }
         if (word_.empty()) {
@@ -149,7 +158,7 @@ private:
         if (const auto known = costs_.find(kind); known != costs_.end()) {
             cost = known->second;
         } else if (!isKnown(kind, dialect_)) {
-            leaveOut(kind);
+            if (Expected<void> done = leaveOut(kind); !done) return done;
         }
         Cost& sum = protos_.empty() ? cost_ : protos_.back().cost;
         sum.nodes += cost.nodes;
@@ -193,9 +202,13 @@ private:
     }
 
     /// To its closing bracket.
-    void leaveOut(const std::string& kind) {
+    Expected<void> leaveOut(const std::string& kind) {
         const auto begin = static_cast<std::size_t>(word_.data() - text_.data());
         ++unknown_[kind.substr(0, 80)];
+        if (unknown_.size() > kMostUnknownKinds)
+            return problem(ErrorCode::kLimit, fmt::format("it has more than {} kinds of nodes that are not known: save "
+                                                          "it without them, or as VRML 2",
+                                                          kMostUnknownKinds));
         std::size_t inside = 1;
         while (inside > 0 && next()) {
             if (token_ == "{") ++inside;
@@ -203,12 +216,13 @@ private:
         }
         --depth_;
         cuts_.push_back({begin, at_, "Group {}"});
+        return {};
     }
 
     std::string_view text_, token_, word_, named_;
     Dialect dialect_;
     const MissingProto& missing_;
-    std::size_t at_ = 0, line_ = 1, depth_ = 0;
+    std::size_t at_ = 0, line_ = 1, depth_ = 0, nodes_ = 0;
     std::vector<Proto> protos_;  ///< whose bodies are open
     std::map<std::string, Cost> costs_;
     Cost cost_;
