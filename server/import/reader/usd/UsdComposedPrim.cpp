@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <unordered_set>
 
 #include "server/import/reader/usd/UsdStage.h"
 
@@ -25,11 +26,12 @@ const UsdValue* UsdComposedPrim::metadata(std::string_view property, std::string
 
 std::vector<std::string> UsdComposedPrim::childNames() const {
     std::vector<std::string> names;
-    std::set<std::string_view> known;
+    std::unordered_set<std::string_view> known;
+    const bool isOne = opinions_.size() == 1;  // which has each name once
     // As USD has it: the weakest opinion's order, what stronger ones add behind it.
     for (auto opinion = opinions_.rbegin(); opinion != opinions_.rend(); ++opinion) {
         for (const std::unique_ptr<UsdPrim>& child : opinion->prim->children.list())
-            if (known.insert(child->name).second) names.push_back(child->name);
+            if (isOne || known.insert(child->name).second) names.push_back(child->name);
         if (const auto order = opinion->prim->metadata.find("primOrder"); order != opinion->prim->metadata.end())
             if (order->second.words() != nullptr) orderUsdList(names, *order->second.words());
     }

@@ -11,23 +11,30 @@ constexpr std::size_t kFewChildren = 8;
 }  // namespace
 
 UsdPrim& UsdChildren::at(std::string_view name) {
-    if (const UsdPrim* known = find(name)) return const_cast<UsdPrim&>(*known);
-    UsdPrim& made = *list_.emplace_back(std::make_unique<UsdPrim>());
-    made.name = name;
-    if (list_.size() == kFewChildren + 1)
-        for (const std::unique_ptr<UsdPrim>& child : list_) byName_.emplace(child->name, child.get());
-    else if (list_.size() > kFewChildren)
-        byName_.emplace(made.name, &made);
-    return made;
+    if (!byName_)
+        if (const UsdPrim* known = find(name)) return const_cast<UsdPrim&>(*known);
+    auto made = std::make_unique<UsdPrim>();
+    made->name = name;
+    if (list_.size() == kFewChildren) {
+        byName_ = std::make_unique<std::unordered_map<std::string_view, UsdPrim*>>();
+        for (const std::unique_ptr<UsdPrim>& child : list_) byName_->emplace(child->name, child.get());
+    }
+    if (byName_)
+        if (const auto [there, isNew] = byName_->try_emplace(made->name, made.get()); !isNew) return *there->second;
+    return *list_.emplace_back(std::move(made));
 }
 
 const UsdPrim* UsdChildren::find(std::string_view name) const {
-    if (list_.size() > kFewChildren) {
-        const auto found = byName_.find(name);
-        return found == byName_.end() ? nullptr : found->second;
+    if (next_ < list_.size() && list_[next_]->name == name) return list_[next_++].get();
+    if (byName_) {
+        const auto found = byName_->find(name);
+        return found == byName_->end() ? nullptr : found->second;
     }
-    for (const std::unique_ptr<UsdPrim>& child : list_)
-        if (child->name == name) return child.get();
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+        if (list_[i]->name != name) continue;
+        next_ = i + 1;
+        return list_[i].get();
+    }
     return nullptr;
 }
 

@@ -127,7 +127,8 @@ public:
 
 private:
     std::vector<std::unique_ptr<UsdPrim>> list_;
-    std::unordered_map<std::string_view, UsdPrim*> byName_;  ///< of many
+    std::unique_ptr<std::unordered_map<std::string_view, UsdPrim*>> byName_;  ///< of many; most prims have few
+    mutable std::size_t next_ = 0;  ///< who goes from one to the next finds each at once
 };
 
 struct UsdPrim {
@@ -177,7 +178,7 @@ struct UsdLayerLimits {
     std::size_t maxSpecs = 4'000'000;  ///< prims and properties
     /// Each takes some 300 bytes of memory, and in a file `bytesEach` mostly: small files have few.
     [[nodiscard]] std::size_t specsOf(std::size_t fileBytes, std::size_t bytesEach) const {
-        return std::min(maxSpecs, 600'000 + fileBytes / bytesEach);
+        return std::min(maxSpecs, 300'000 + fileBytes / bytesEach);
     }
 };
 
