@@ -138,7 +138,9 @@ constexpr FormatRow kTable[] = {
     {"PNG, JPEG, BMP, TGA, GIF, PIC, PSD, MNG", "png jpg jpeg bmp tga gif pic psd mng",
      "PNG and MNG by libpng, others by stb_image",
      "pixels with their opacity; of animations (APNG too) the first picture",
-     "16 bits a channel become 8; layers but the joined one of a PSD; JNG, also in MNG, and PNG of iPhones (CgBI): refused by name", true},
+     "16 bits a channel become 8; layers but the joined one of a PSD; JNG, also in MNG, and PNG of iPhones (CgBI): "
+     "refused by name",
+     true},
     {"WebP, TIFF", "webp tif tiff", "libwebp, libtiff", "pixels with their opacity", "frames and pages but the first",
      true},
     {"PNM, SGI, Radiance", "ppm pgm pbm pam sgi rgb hdr", "our own", "pixels; of Radiance light as strong as it is",
@@ -150,7 +152,8 @@ constexpr FormatRow kTable[] = {
     {"DDS, KTX, KTX2, ASTC, PKM", "dds ktx ktx2 astc pkm", "our own; libzstd",
      "blocks (BC1 to BC7, without a sign) as they are, with their mipmaps; ETC1, ETC2, EAC and ASTC as pixels; cubes, "
      "solids, pixels, floats",
-     "the mipmaps of pixels but the largest that is not too large: others are made anew. Refused by name: BasisLZ, UASTC (`ktx transcode` makes BC7 "
+     "the mipmaps of pixels but the largest that is not too large: others are made anew. Refused by name: BasisLZ, "
+     "UASTC (`ktx transcode` makes BC7 "
      "of "
      "them), ASTC of HDR or in three dimensions, arrays. Other pictures refused by name: Basis, AVIF, HEIC, JPEG 2000, "
      "SVG",
