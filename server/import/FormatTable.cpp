@@ -103,7 +103,7 @@ constexpr FormatRow kTable[] = {
      "leaders; colours by number and true ones; units as metres",
      "paper space, solids and surfaces of ACIS, patterns and gradients of hatches, line types, widths and arrow heads, "
      "fonts and the slant of letters, RAY, XLINE, MLINE, pictures, external references, other code pages than 1252, "
-     "1251 and UTF-8"},
+     "1251, 437, 850 and UTF-8"},
     {"VRML, X3D, Inventor", "wrl vrml wrz x3d x3dv x3db iv", "Coin; X3D put into VRML by our own",
      "VRML 1 and 2, X3D as XML and in the classic encoding, Inventor in text and binary, all in gzip too: groups, DEF "
      "and USE as shared meshes, PROTO and EXTERNPROTO, Switch and LOD with all children, Inline and File of the "
@@ -111,9 +111,10 @@ constexpr FormatRow kTable[] = {
      "corners, text, materials, pictures (also within the file) with TextureTransform, lights, viewpoints as cameras "
      "(bookmarks 1 to 9), "
      "the colours of a background; interpolators of Transform, Material and lights that a TimeSensor drives, an "
-     "animation for each sensor",
+     "animation for each sensor, those of faces' coordinates as morph targets; Inventor's LevelOfDetail by size on "
+     "the screen",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
-     "interpolators of coordinates; of Inventor engines, manipulators, shaders, clip planes, NURBS; X3D's NURBS, "
+     "interpolators of normals, and of the points of lines; of Inventor engines, manipulators, shaders, clip planes, NURBS; X3D's NURBS, "
      "humanoids, geospatial and rigid bodies; X3D in binary (.x3db) is refused",
      false, "tessera-import-coin"},
     {"Motion: BVH, CharacterStudio", "bvh csm", "assimp", "the skeleton as triangles, and its motion",

@@ -1,6 +1,7 @@
 #include "server/import/coin/CoinMotion.h"
 
 #include <Inventor/VRMLnodes/SoVRMLColorInterpolator.h>
+#include <Inventor/VRMLnodes/SoVRMLCoordinateInterpolator.h>
 #include <Inventor/VRMLnodes/SoVRMLInterpolator.h>
 #include <Inventor/VRMLnodes/SoVRMLMaterial.h>
 #include <Inventor/VRMLnodes/SoVRMLOrientationInterpolator.h>
@@ -92,21 +93,49 @@ bool CoinMotion::hold(SoNode& node) {
     return routes_.contains(&node);
 }
 
-bool CoinMotion::drives(const SoNode& node, std::string_view field) const {
+const CoinMotion::Route* CoinMotion::routeTo(const SoNode& node, std::string_view field) const {
     const auto routes = routes_.find(&node);
-    return routes != routes_.end() &&
-           std::ranges::any_of(routes->second, [&](const Route& route) { return route.field == field; });
+    if (routes == routes_.end()) return nullptr;
+    const auto route = std::ranges::find(routes->second, field, &Route::field);
+    return route == routes->second.end() ? nullptr : &*route;
+}
+
+bool CoinMotion::drives(const SoNode& node, std::string_view field) const {
+    return routeTo(node, field) != nullptr;
+}
+
+const SoVRMLCoordinateInterpolator* CoinMotion::pointsOf(const SoNode& coordinate) const {
+    const Route* const route = routeTo(coordinate, "point");
+    return route != nullptr && route->interpolator->isOfType(SoVRMLCoordinateInterpolator::getClassTypeId())
+               ? static_cast<const SoVRMLCoordinateInterpolator*>(route->interpolator)
+               : nullptr;
+}
+
+std::optional<CoinMotion::Track> CoinMotion::weightsOf(const SoNode& coordinate, std::size_t targets,
+                                                       const std::vector<double>& weights) {
+    const Route* const route = routeTo(coordinate, "point");
+    return route == nullptr ? std::nullopt : trackOf(*route, "weights", targets, weights, {});
+}
+
+void CoinMotion::addTarget(const Track& track, proto::scene::Node& message) {
+    proto::scene::Channel channel = track.channel;
+    channel.set_target_key(keyOf(message));
+    add(track.sensor, std::move(channel));
+}
+
+std::uint32_t CoinMotion::keyOf(proto::scene::Node& message) {
+    if (message.key() == 0) message.set_key(++lastKey_);
+    return message.key();
 }
 
 void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
     const auto routes = routes_.find(&node);
     if (routes == routes_.end()) return;
-    if (message.key() == 0) message.set_key(++lastKey_);
     for (const Route& route : routes->second) {
         std::size_t width = 0;
         const std::vector<double> values = valuesOf(route, width);
         proto::scene::Channel channel;
-        channel.set_target_key(message.key());
+        channel.set_target_key(keyOf(message));
         std::string field = route.field;
         const bool centred = message.has_component_transform();
         const bool known =
@@ -189,8 +218,15 @@ std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width)
 
 void CoinMotion::addChannel(const Route& route, const std::string& field, std::size_t width,
                             const std::vector<double>& values, proto::scene::Channel channel) {
+    if (std::optional<Track> track = trackOf(route, field, width, values, std::move(channel)))
+        add(track->sensor, std::move(track->channel));
+}
+
+std::optional<CoinMotion::Track> CoinMotion::trackOf(const Route& route, const std::string& field, std::size_t width,
+                                                     const std::vector<double>& values, proto::scene::Channel channel) {
     const auto what = [&](const char* why) {
         notes_.add(fmt::format("an interpolator moves nothing: {}", why), nameOf(*route.interpolator));
+        return std::nullopt;
     };
     const SoMFFloat& key = route.interpolator->key;
     const std::size_t keys = std::min<std::size_t>(static_cast<std::size_t>(key.getNum()), values.size() / width);
@@ -219,8 +255,12 @@ void CoinMotion::addChannel(const Route& route, const std::string& field, std::s
     channel.set_field(field);
     channel.set_times_blob(scene_.addBlob(bytesOfNumbers(times)));
     channel.set_values_blob(scene_.addBlob(bytesOfNumbers(kept)));
-    const auto [animation, isNew] = animations_.try_emplace(route.sensor);
-    if (isNew) order_.push_back(route.sensor);
+    return Track{std::move(channel), route.sensor};
+}
+
+void CoinMotion::add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel) {
+    const auto [animation, isNew] = animations_.try_emplace(sensor);
+    if (isNew) order_.push_back(sensor);
     *animation->second.add_channel() = std::move(channel);
 }
 

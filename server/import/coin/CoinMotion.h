@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 
 class SoField;
 class SoNode;
+class SoVRMLCoordinateInterpolator;
 class SoVRMLInterpolator;
 class SoVRMLMaterial;
 class SoVRMLTimeSensor;
@@ -30,6 +32,17 @@ public:
     [[nodiscard]] bool drives(const SoNode& node, std::string_view field) const;
     /// The message of a node that is held and moves; called for each place where it is used.
     void addTarget(const SoNode& node, proto::scene::Node& message);
+    /// What moves the points of a Coordinate that is held; null: nothing, or no interpolator of coordinates.
+    [[nodiscard]] const SoVRMLCoordinateInterpolator* pointsOf(const SoNode& coordinate) const;
+    /// Keys of one field, which any number of nodes may take.
+    struct Track {
+        proto::scene::Channel channel;  ///< without a target
+        SoVRMLTimeSensor* sensor = nullptr;
+    };
+    /// Of those points: `weights` has so many as there are `targets` for each key. Nothing: a note says why.
+    [[nodiscard]] std::optional<Track> weightsOf(const SoNode& coordinate, std::size_t targets,
+                                                 const std::vector<double>& weights);
+    void addTarget(const Track& track, proto::scene::Node& message);
     /// Of a material that is held and moves: once for each material of the scene that stands for it.
     void addMaterial(const SoNode& node, const proto::scene::Material& material);
     /// Of one that is held and moves, and that nothing here can move: a note.
@@ -45,6 +58,11 @@ private:
     };
     void addChannel(const Route& route, const std::string& field, std::size_t width, const std::vector<double>& values,
                     proto::scene::Channel channel);
+    std::optional<Track> trackOf(const Route& route, const std::string& field, std::size_t width,
+                                 const std::vector<double>& values, proto::scene::Channel channel);
+    [[nodiscard]] const Route* routeTo(const SoNode& node, std::string_view field) const;
+    std::uint32_t keyOf(proto::scene::Node& message);
+    void add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel);
     std::vector<double> valuesOf(const Route& route, std::size_t& width) const;
 
     PlainScene& scene_;

@@ -5,6 +5,7 @@
 #include <Inventor/nodes/SoNode.h>
 
 #include "common/math/Types.h"
+#include "proto/scene.pb.h"
 
 namespace tessera {
 
@@ -21,6 +22,12 @@ template <typename Node>
 
 [[nodiscard]] inline Vec3d vectorOf(const SbVec3f& v) {
     return {v[0], v[1], v[2]};
+}
+
+inline void setVector(proto::scene::Vector& to, const SbVec3f& from) {
+    to.set_x(from[0]);
+    to.set_y(from[1]);
+    to.set_z(from[2]);
 }
 
 }  // namespace tessera

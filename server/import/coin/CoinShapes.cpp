@@ -56,7 +56,8 @@ CoinShapes::CoinShapes(SoCallbackAction& action, std::size_t room) : action_(act
             CoinShapes& shapes = *static_cast<CoinShapes*>(self);
             Kind& kind = shapes.kinds_[static_cast<std::size_t>(Primitive::kTriangles)];
             shapes.begin();
-            if (shapes.tooMany_ || (a->getPoint() == b->getPoint() && b->getPoint() == c->getPoint())) return;
+            const bool isOnePoint = a->getPoint() == b->getPoint() && b->getPoint() == c->getPoint();
+            if (shapes.tooMany_ || (isOnePoint && !shapes.wanted_.rawNormals)) return;
             for (const SoPrimitiveVertex* v : {a, b, c}) kind.order.push_back(shapes.number(kind, *v, true));
         },
         this);
@@ -113,13 +114,10 @@ std::uint32_t CoinShapes::number(Kind& kind, const SoPrimitiveVertex& vertex, bo
         SbVec3f n = vertex.getNormal();
         const float length = n.length();
         // Such a one lights as it likes.
-        if (length > 1e-20f && std::isfinite(length))
-            n /= length;
-        else
-            n = SbVec3f(0, 1, 0);
+        if (!wanted_.rawNormals) n = length > 1e-20f && std::isfinite(length) ? n / length : SbVec3f(0, 1, 0);
         corner.normal = {n[0] + 0.0f, n[1] + 0.0f, n[2] + 0.0f};
     }
-    if (textured_) {
+    if (wanted_.textured) {
         SbVec4f t = vertex.getTextureCoords();
         action_.getTextureMatrix().multVecMatrix(t, t);
         const float w = t[3] != 0 ? t[3] : 1.0f;
@@ -143,7 +141,7 @@ MeshData CoinShapes::meshOf(Kind& kind, Primitive primitive) const {
         mesh.positions.insert(mesh.positions.end(), corner.position.begin(), corner.position.end());
         if (primitive == Primitive::kTriangles)
             mesh.normals.insert(mesh.normals.end(), corner.normal.begin(), corner.normal.end());
-        if (textured_ && primitive == Primitive::kTriangles)
+        if (wanted_.textured && primitive == Primitive::kTriangles)
             mesh.texcoords.insert(mesh.texcoords.end(), corner.texcoord.begin(), corner.texcoord.end());
         if (colored_)
             for (const int shift : {24, 16, 8, 0})
@@ -151,7 +149,7 @@ MeshData CoinShapes::meshOf(Kind& kind, Primitive primitive) const {
     }
     if (primitive == Primitive::kTriangles) {
         mesh.indices = std::move(kind.order);
-        if (reversed_)
+        if (wanted_.reversed)
             for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
                 std::swap(mesh.indices[i], mesh.indices[i + 2]);
     } else if (primitive == Primitive::kLines) {
@@ -160,14 +158,13 @@ MeshData CoinShapes::meshOf(Kind& kind, Primitive primitive) const {
     return mesh;
 }
 
-Expected<CoinShapes::Parts> CoinShapes::gather(SoNode& shape, bool textured, bool reversed) {
+Expected<CoinShapes::Parts> CoinShapes::gather(SoNode& shape, const Wanted& wanted) {
     kinds_ = {};
     colors_.clear();
     look_.reset();
     firstColor_.reset();
     taken_ = 0;
-    textured_ = textured;
-    reversed_ = reversed;
+    wanted_ = wanted;
     colored_ = tooMany_ = false;
     action_.traverse(&shape);
     if (tooMany_ && taken_ > room_)

@@ -27,9 +27,13 @@ public:
         bool colored = false;          ///< corners have colours of their own: the material's is white
         std::optional<CoinLook> look;  ///< as it is where the first of it was made; none: nothing was
     };
-    /// Of one shape, in the action's state. Without `textured` it has no texture coordinates. `reversed`: its triangles
-    /// are seen from the other side. kLimit: it is more than a mesh can hold, or than there is room for.
-    [[nodiscard]] Expected<Parts> gather(SoNode& shape, bool textured, bool reversed);
+    struct Wanted {
+        bool textured = false;    ///< else it has no texture coordinates
+        bool reversed = false;    ///< its triangles are seen from the other side
+        bool rawNormals = false;  ///< of any length; triangles that are one point stay
+    };
+    /// Of one shape, in the action's state. kLimit: it is more than a mesh can hold, or than there is room for.
+    [[nodiscard]] Expected<Parts> gather(SoNode& shape, const Wanted& wanted);
 
 private:
     /// What one corner is; equal ones become one vertex.
@@ -58,7 +62,8 @@ private:
     std::vector<std::optional<std::uint32_t>> colors_;
     std::optional<CoinLook> look_;
     std::size_t taken_ = 0, room_;
-    bool textured_ = false, reversed_ = false, colored_ = false, tooMany_ = false;
+    Wanted wanted_;
+    bool colored_ = false, tooMany_ = false;
     std::optional<std::uint32_t> firstColor_;
 };
 

@@ -69,12 +69,6 @@ std::vector<std::string> stringsOf(const SoMFString& field) {
     return all;
 }
 
-void setVector(proto::scene::Vector& to, const SbVec3f& from) {
-    to.set_x(from[0]);
-    to.set_y(from[1]);
-    to.set_z(from[2]);
-}
-
 void setRotation(proto::scene::Rotation& to, const SbRotation& from) {
     float x = 0, y = 0, z = 0, w = 1;
     from.getValue(x, y, z, w);
@@ -99,10 +93,12 @@ CoinWalk::CoinWalk(const std::string& path, std::size_t textBytes, const ReadLim
       scene_(scene),
       shapes_(action_, kAlwaysParts + kPartsPerByte * textBytes),
       motion_(scene, leftOut_),
+      morphs_(motion_, leftOut_, textBytes),
       materials_(files, limits, motion_, scene),
       fileNow_{path},
       mostNodes_(std::min(limits.maxNodes, kAlwaysNodes + textBytes)),
-      extrudedFaces_(kAlwaysFaces + kFacesPerByte * textBytes) {}
+      extrudedFaces_(kAlwaysFaces + kFacesPerByte * textBytes),
+      movingVertices_(kAlwaysParts + kPartsPerByte * textBytes) {}
 
 Expected<void> CoinWalk::walk(SoNode& root) {
     root_ = &root;
@@ -307,127 +303,6 @@ Expected<void> CoinWalk::addTransform(SoVRMLTransform& node, Place& at) {
     } else if (opened->node != nullptr) {
         opened->place.names = &opened->names;
         done = visitChildren(node, opened->place);
-    }
-    state.pop();
-    return done;
-}
-
-Expected<void> CoinWalk::visitAsOne(SoNode& child, std::size_t index, Opened& in) {
-    const int before = in.node->node_size();
-    if (Expected<void> done = visit(child, in.place); !done) return done;
-    if (in.node->node_size() == before) make(fmt::format("nothing {}", index), in.place);
-    return {};
-}
-
-Expected<void> CoinWalk::addSwitch(SoNode& node, Place& at) {
-    SoState& state = *action_.getState();
-    int chosen = -1;
-    std::vector<SoNode*> children;
-    const bool vrml2 = is<SoVRMLSwitch>(node);
-    if (vrml2) {
-        auto& choice = static_cast<SoVRMLSwitch&>(node);
-        chosen = choice.whichChoice.getValue();
-        for (int i = 0; i < choice.choice.getNum(); ++i) children.push_back(choice.choice[i]);
-    } else {
-        auto& choice = static_cast<SoSwitch&>(node);
-        chosen = choice.whichChild.getValue();
-        for (int i = 0; i < choice.getNumChildren(); ++i) children.push_back(choice.getChild(i));
-    }
-    const bool all = chosen == SO_SWITCH_ALL;
-    // Of Inventor's what is chosen may be properties, which hold for what follows.
-    const auto onlyProperties = [](const SoNode* child) {
-        return child->getChildren() == nullptr && !is<SoShape>(*child) && !is<SoVRMLShape>(*child);
-    };
-    if (!vrml2 && std::ranges::all_of(children, onlyProperties)) {
-        for (std::size_t i = 0; i < children.size(); ++i)
-            if (all || static_cast<int>(i) == chosen)
-                if (Expected<void> done = visit(*children[i], at); !done) return done;
-        return {};
-    }
-    const SbMatrix outside = SoModelMatrixElement::get(&state);
-    Expected<Opened> opened = open(node, "Switch", at);
-    if (!opened || opened->node == nullptr) return opened ? Expected<void>() : tl::unexpected(opened.error());
-    Message* const shown = opened->node->add_node();
-    shown->set_name("choice");
-    shown->mutable_switch_()->set_choice(all ? -1 : chosen < 0 ? -2 : chosen);
-    Opened in{shown,
-              {},
-              {[shown] { return shown->add_node(); }, opened->place.path + "/choice", opened->place.world, nullptr,
-               opened->place.depth + 1}};
-    in.place.names = &in.names;
-    for (std::size_t i = 0; i < children.size(); ++i) {
-        const bool leaks = !vrml2 && (all || static_cast<int>(i) == chosen);
-        const SoNode* const texture = texture_;
-        if (!leaks) state.push();
-        Expected<void> done = visitAsOne(*children[i], i, in);
-        if (!leaks) {
-            state.pop();
-            texture_ = texture;
-        }
-        if (!done) return done;
-    }
-    SbMatrix inside = SoModelMatrixElement::get(&state);
-    SoModelMatrixElement::set(&state, &node, inside.multRight(outside));
-    return {};
-}
-
-Expected<void> CoinWalk::addLevels(SoNode& node, Place& at) {
-    SoState& state = *action_.getState();
-    std::vector<SoNode*> levels;
-    std::vector<double> ranges;
-    SbVec3f center(0, 0, 0);
-    const auto take = [&](const SoMFFloat& field) {
-        for (int i = 0; i < field.getNum(); ++i) ranges.push_back(field[i]);
-    };
-    if (is<SoVRMLLOD>(node)) {
-        auto& lod = static_cast<SoVRMLLOD&>(node);
-        for (int i = 0; i < lod.level.getNum(); ++i) levels.push_back(lod.level[i]);
-        take(lod.range);
-        center = lod.center.getValue();
-    } else {
-        const SoChildList* const children = node.getChildren();
-        for (int i = 0; i < children->getLength(); ++i) levels.push_back((*children)[i]);
-        if (is<SoLOD>(node)) {
-            take(static_cast<SoLOD&>(node).range);
-            center = static_cast<SoLOD&>(node).center.getValue();
-        } else {
-            scene_.note("a LevelOfDetail, which counts pixels, shows its finest level");
-        }
-    }
-    constexpr std::size_t kMostLevels = 256;
-    std::size_t good = 0;
-    while (good < ranges.size() && std::isfinite(ranges[good]) && ranges[good] > (good > 0 ? ranges[good - 1] : 0.0))
-        ++good;
-    if (good < ranges.size()) scene_.note("ranges of a LOD that do not ascend are left out, with their levels");
-    ranges.resize(std::min({good, levels.empty() ? 0 : levels.size() - 1, kMostLevels - 1}));
-    if (levels.size() > ranges.size() + 1) {
-        if (ranges.empty())
-            scene_.note("a LOD without ranges shows its first level");
-        else
-            scene_.note("levels of a LOD beyond its ranges are left out");
-        levels.resize(ranges.size() + 1);
-    }
-    state.push();
-    const SoNode* const texture = texture_;
-    Expected<Opened> opened = open(node, "LOD", at);
-    Expected<void> done;
-    if (!opened) done = tl::unexpected(opened.error());
-    if (opened && opened->node != nullptr) {
-        Message* const lod = opened->node->add_node();
-        lod->set_name("levels");
-        for (const double range : ranges) lod->mutable_distance_lod()->add_range(range);
-        setVector(*lod->mutable_distance_lod()->mutable_center(), center);
-        Opened in{lod,
-                  {},
-                  {[lod] { return lod->add_node(); }, opened->place.path + "/levels", opened->place.world, nullptr,
-                   opened->place.depth + 1}};
-        in.place.names = &in.names;
-        for (std::size_t i = 0; done && i < levels.size(); ++i) {
-            state.push();
-            done = visitAsOne(*levels[i], i, in);
-            state.pop();
-            texture_ = texture;
-        }
     }
     state.pop();
     return done;

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "common/math/Box.h"
 #include "server/import/coin/CoinFiles.h"
 #include "server/import/coin/CoinMaterials.h"
+#include "server/import/coin/CoinMorphs.h"
 #include "server/import/coin/CoinMotion.h"
 #include "server/import/coin/CoinNormals.h"
 #include "server/import/coin/CoinShapes.h"
@@ -65,13 +67,31 @@ private:
     Expected<void> addFile(SoNode& node, const std::vector<std::string>& names, Place& at);
     Expected<void> addVrmlShape(SoVRMLShape& shape, Place& at);
     Expected<void> addShape(SoNode& shape, Place& at);
-    /// Of each part mesh and material.
-    using Parts = std::vector<std::pair<std::string, std::string>>;
-    /// What a geometry is made of: of each mesh its name, and whether it is lines or points.
-    struct Made {
-        bool colored = false;
-        std::vector<std::pair<std::string, bool>> meshes;
+    /// What moves the vertices of a mesh, wherever it is shown.
+    struct Morph {
+        proto::scene::Skin skin;  ///< without mesh and material
+        CoinMotion::Track track;
+        std::size_t vertices = 0;
     };
+    struct Part {
+        std::string mesh, material;
+        std::shared_ptr<const Morph> morph;  ///< null: nothing moves it
+    };
+    using Parts = std::vector<Part>;
+    /// What a geometry is made of.
+    struct Made {
+        struct Mesh {
+            std::string name;
+            bool strokes = false;  ///< lines or points
+            std::shared_ptr<const Morph> morph;
+        };
+        bool colored = false;
+        std::vector<Mesh> meshes;
+    };
+    /// Holds what a geometry is made of. Whether its points move.
+    bool holdGeometry(SoNode& geometry);
+    Expected<Made> makeMoving(SoVRMLShape& shape, SoNode& geometry, bool textured, bool replaces);
+    void addGeometry(const Part& part, Message& node);
     Expected<CoinShapes::Parts> partsOf(SoVRMLShape& shape, SoNode& geometry, bool textured, const SbMatrix& texture);
     Expected<CoinShapes::Parts> gather(SoNode& shape, bool textured, bool reversed, const PlainNormals& plain);
     Made nameMeshes(const SoNode& shape, CoinShapes::Parts parts, const CoinLook& look);
@@ -109,6 +129,7 @@ private:
     SoCallbackAction action_;
     CoinShapes shapes_;
     CoinMotion motion_;
+    CoinMorphs morphs_;
     CoinMaterials materials_;
     SoNode* root_ = nullptr;
     Expected<void> result_;
@@ -123,8 +144,17 @@ private:
     std::map<const SoNode*, Parts> shared_;  ///< of shapes of VRML 2, which look the same wherever they are
     /// Of their geometries, by how a picture lies on them.
     std::map<std::pair<const SoNode*, std::string>, Made> made_;
-    std::size_t extrudedFaces_;  ///< that there is still room for
+    std::size_t extrudedFaces_;   ///< that there is still room for
+    std::size_t movingVertices_;  ///< the same, in all places together
+    std::size_t skins_ = 0;
+    void extendBounds(const Box& box, const Affine3d& world);
     Box bounds_;
+    /// Groups whose size counts, the innermost last, and what is in them.
+    struct Measured {
+        Affine3d group_T_world;
+        Box box;
+    };
+    std::vector<Measured> measured_;
     struct View {
         Message* wall = nullptr;
         Affine3d world;

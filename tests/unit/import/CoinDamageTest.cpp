@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <string>
@@ -55,13 +56,16 @@ const std::vector<WholeFile> kWholeFiles = {
      "[ 0 0 0, 1 1 1, 0 0 0 ] }\nDEF X Transform { rotation 0 1 0 0.5 children [ P { at 0 1 0 c [ DEF S Shape { "
      "appearance Appearance { material Material { diffuseColor 1 0 0 } texture PixelTexture { image 1 2 3 0xff0000 "
      "0x0000ff } textureTransform TextureTransform { scale 3 1 } } geometry IndexedFaceSet { creaseAngle 1 coord "
-     "Coordinate { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] } coordIndex [ 0 1 2 3 -1 0 2 1 ] color Color { color [ 1 0 "
+     "DEF C Coordinate { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] } coordIndex [ 0 1 2 3 -1 0 2 1 ] color Color { color [ "
+     "1 0 "
      "0, 0 1 0 ] } colorPerVertex FALSE texCoord TextureCoordinate { point [ 0 0, 1 0, 1 1 ] } texCoordIndex [ 0 1 2 "
      "0 -1 0 1 2 ] } } ] } USE S ] }\nShape { geometry Extrusion { crossSection [ 1 0, 0 1, -1 0, 1 0 ] spine [ 0 0 0, "
      "0 1 0, 1 2 0 ] scale [ 1 1, 2 2 ] } }\nShape { geometry ElevationGrid { xDimension 2 zDimension 3 height [ 0 1 "
      "2 3 4 5 ] } }\nLOD { range [ 5 ] level [ Shape { geometry Box {} } Group {} ] }\nSwitch { whichChoice 0 choice "
      "USE S }\nShape { geometry Text { string [ \"a\" \"b\" ] } }\nViewpoint { description \"v\" }\nROUTE "
-     "T.fraction_changed TO I.set_fraction\nROUTE I.value_changed TO X.set_translation\n"},
+     "T.fraction_changed TO I.set_fraction\nROUTE I.value_changed TO X.set_translation\nDEF J CoordinateInterpolator { "
+     "key [ 0 0.5 1 ] keyValue [ 0 0 0, 1 0 0, 1 1 0, 0 1 0, 0 0 1, 1 0 0, 1 1 2, 0 1 0, 0 0 0, 2 0 0, 1 1 0, 0 3 0 ] "
+     "}\nROUTE T.fraction_changed TO J.set_fraction\nROUTE J.value_changed TO C.point\n"},
     {"a.x3d",
      "<?xml version=\"1.0\"?><X3D><Scene><ProtoDeclare name='P'><ProtoInterface><field name='s' type='SFVec3f' "
      "accessType='initializeOnly' value='1 1 1'/></ProtoInterface><ProtoBody><Transform><IS><connect "
@@ -91,7 +95,21 @@ const std::vector<WholeFile> kWholeFiles = {
     {"b.iv", inventorInBytes()},
 };
 
+std::string faultInNodes(const PlainScene& scene, const google::protobuf::RepeatedPtrField<proto::scene::Node>& nodes) {
+    for (const proto::scene::Node& node : nodes) {
+        if (std::string fault = faultInNodes(scene, node.node()); !fault.empty()) return fault;
+        if (!node.has_skin()) continue;
+        const auto mesh = std::ranges::find(scene.file.mesh(), node.skin().mesh(), &proto::scene::Mesh::name);
+        if (mesh == scene.file.mesh().end()) return "a skin without a mesh";
+        const std::size_t each = scene.blobs.at(mesh->positions_blob() - 1).size();
+        const auto targets = static_cast<std::size_t>(node.skin().weight_size());
+        if (scene.blobs.at(node.skin().morph_positions_blob() - 1).size() != targets * each) return "a skin's targets";
+    }
+    return {};
+}
+
 std::string faultInScene(const PlainScene& scene) {
+    if (std::string fault = faultInNodes(scene, scene.file.node()); !fault.empty()) return fault;
     for (const proto::scene::Mesh& mesh : scene.file.mesh()) {
         const auto bytesOf = [&](std::uint32_t blob) { return blob == 0 ? 0 : scene.blobs.at(blob - 1).size(); };
         const std::size_t vertices = bytesOf(mesh.positions_blob()) / 12;
