@@ -78,7 +78,7 @@ private:
 
     void makeObjects() {
         for (AmfObject& object : model_.objects) {
-            const std::string name = object.name.empty() ? fmt::format("object {}", object.id) : object.name;
+            const std::string name = object.name.empty() ? numbered("object", object.id) : object.name;
             PrintedObject& made = nodes_.addObject(name);
             keepNumber(object.id, made);
             VertexChains chains;  // of one volume after the other: none costs as much as all vertices
@@ -87,9 +87,13 @@ private:
         }
         for (const AmfConstellation& constellation : model_.constellations)
             keepNumber(constellation.id,
-                       nodes_.addObject(constellation.name.empty() ? fmt::format("constellation {}", constellation.id)
+                       nodes_.addObject(constellation.name.empty() ? numbered("constellation", constellation.id)
                                                                    : constellation.name));
         for (const AmfConstellation& constellation : model_.constellations) fill(constellation);
+    }
+
+    static std::string numbered(std::string_view kind, std::uint32_t id) {
+        return id == kNoNumber ? std::string(kind) : fmt::format("{} {}", kind, id);
     }
 
     void keepNumber(std::uint32_t id, PrintedObject& object) {
@@ -177,7 +181,8 @@ private:
         for (const AmfInstance& instance : constellation.instances) {
             const auto object = numbers_.find(instance.object);
             if (object == numbers_.end() || instance.object == kNoNumber) {
-                notes_.add("objects that do not exist are placed, and left out", std::to_string(instance.object), true);
+                notes_.add("objects that do not exist are placed, and left out",
+                           instance.object == kNoNumber ? std::string() : std::to_string(instance.object), true);
                 continue;
             }
             Affine3d map = Affine3d::Identity();

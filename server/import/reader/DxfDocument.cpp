@@ -54,6 +54,15 @@ std::uint32_t cyrillic(unsigned char byte) {
     }
 }
 
+/// Code pages of DOS, 0x80 to 0xff: 437 of the United States, 850 of Western Europe.
+constexpr std::u16string_view kDos437 =
+    u"ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜ¢£¥₧ƒáíóúñÑªº¿⌐¬½¼¡«»░▒▓│┤╡╢╖╕╣║╗╝╜╛┐"
+    u"└┴┬├─┼╞╟╚╔╩╦╠═╬╧╨╤╥╙╘╒╓╫╪┘┌█▄▌▐▀αßΓπΣσµτΦΘΩδ∞φε∩≡±≥≤⌠⌡÷≈°∙·√ⁿ²■\u00a0";
+constexpr std::u16string_view kDos850 =
+    u"ÇüéâäàåçêëèïîìÄÅÉæÆôöòûùÿÖÜø£Ø×ƒáíóúñÑªº¿®¬½¼¡«»░▒▓│┤ÁÂÀ©╣║╗╝¢¥┐"
+    u"└┴┬├─┼ãÃ╚╔╩╦╠═╬¤ðÐÊËÈıÍÎÏ┘┌█▄¦Ì▀ÓßÔÒõÕµþÞÚÛÙýÝ¯´\u00ad±‗¾¶§÷¸°¨·¹³²■\u00a0";
+static_assert(kDos437.size() == 128 && kDos850.size() == 128);
+
 /// Bytes of a sound character of UTF-8, of up to three bytes or four; 0: none begins here.
 std::size_t utf8Length(std::string_view text) {
     const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
@@ -122,9 +131,12 @@ void DxfDocument::readHeader(const DxfRecord& section) {
         if (is("$ACADVER", 1)) unicode = dxfKey(group.text) >= "AC1021";
         if (is("$DWGCODEPAGE", 3)) {
             const std::string page = dxfKey(group.text.substr(0, group.text.find_last_not_of(" \r\t") + 1));
-            letters_ = page == "ANSI_1252" || page == "DOS850" ? Letters::kWestern
-                       : page == "ANSI_1251"                   ? Letters::kCyrillic
-                                                               : Letters::kAscii;
+            static constexpr std::pair<std::string_view, Letters> kPages[] = {{"ANSI_1252", Letters::kWestern},
+                                                                              {"ANSI_1251", Letters::kCyrillic},
+                                                                              {"DOS437", Letters::kDos437},
+                                                                              {"DOS850", Letters::kDos850}};
+            const auto* const known = std::ranges::find(kPages, page, &std::pair<std::string_view, Letters>::first);
+            letters_ = known != std::end(kPages) ? known->second : Letters::kAscii;
             strange_ = letters_ == Letters::kAscii ? page : "";
         }
     }
@@ -184,6 +196,12 @@ std::string DxfDocument::text(std::string_view value) const {
                 break;
             case Letters::kCyrillic:
                 appendUtf8(out, cyrillic(byte));
+                break;
+            case Letters::kDos437:
+                appendUtf8(out, kDos437[byte - 0x80U]);
+                break;
+            case Letters::kDos850:
+                appendUtf8(out, kDos850[byte - 0x80U]);
                 break;
             case Letters::kAscii:
                 out.push_back('_');

@@ -46,7 +46,7 @@ public:
     [[nodiscard]] const std::string& cut() const { return cut_; }
 
 private:
-    enum class Letters { kUtf8, kWestern, kCyrillic, kAscii };
+    enum class Letters { kUtf8, kWestern, kCyrillic, kDos437, kDos850, kAscii };
     explicit DxfDocument(DxfGroups groups) : groups_(std::move(groups)) {}
     void readHeader(const DxfRecord& section);
     void readLayer(const DxfRecord& record);

@@ -398,7 +398,8 @@ private:
     std::string keepSoundFaces() {
         const std::size_t count = source_.positions.size() / 3;
         const auto stood = [&](std::size_t vertex) { return stands(&source_.positions[3 * vertex]); };
-        LeftOutParts leftOut("mesh 0", "faces", source_.isSigned);
+        LeftOutParts leftOut("mesh 0", "faces",
+                             source_.isSigned ? LeftOutParts::Numbers::kSigned : LeftOutParts::Numbers::kPlain);
         const bool hasLengths = !source_.lengths.empty(), hasTexcoords = !source_.cornerTexcoords.empty();
         const std::size_t faces = hasLengths ? source_.lengths.size() : source_.corners.size() / 3;
         std::size_t from = 0, to = 0, kept = 0;

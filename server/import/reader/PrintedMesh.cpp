@@ -47,7 +47,7 @@ std::vector<std::uint32_t> orderByLook(const std::vector<std::uint32_t>& looks) 
 
 std::string leaveOutUnsound(PrintedMesh& mesh, const std::string& name) {
     const std::size_t vertices = mesh.positions.size() / 3, triangles = mesh.indices.size() / 3;
-    LeftOutParts leftOut(name, "triangles");
+    LeftOutParts leftOut(name, "triangles", LeftOutParts::Numbers::kOrNone);
     std::vector<bool> stays(triangles);
     bool all = true;
     for (std::size_t t = 0; t < triangles; ++t) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 namespace tessera {
@@ -42,7 +43,12 @@ std::string keepSoundPoints(MeshData& mesh, const std::string& name) {
 }  // namespace
 
 void LeftOutParts::rememberFirst(std::size_t number, std::uint32_t corner, std::size_t vertices) {
-    const std::int64_t said = isSigned_ ? std::int64_t{static_cast<std::int32_t>(corner)} : std::int64_t{corner};
+    if (numbers_ == Numbers::kOrNone && corner == std::numeric_limits<std::uint32_t>::max()) {
+        first_ = fmt::format("number {}, has a corner that is no vertex's number (whole, from 0 on)", number);
+        return;
+    }
+    const bool isSigned = numbers_ == Numbers::kSigned;
+    const std::int64_t said = isSigned ? std::int64_t{static_cast<std::int32_t>(corner)} : std::int64_t{corner};
     first_ = corner >= vertices ? fmt::format("number {}, names vertex {} of {}", number, said, vertices)
                                 : fmt::format("number {}, has vertex {}, whose position is not finite", number, corner);
 }

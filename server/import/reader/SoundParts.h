@@ -14,9 +14,12 @@ namespace tessera {
 /// What was left out of one mesh; for a note.
 class LeftOutParts {
 public:
-    /// `mesh`: what people call it; `parts`: "triangles". `isSigned`: the file's numbers may be negative.
-    LeftOutParts(std::string mesh, const char* parts, bool isSigned = false)
-        : mesh_(std::move(mesh)), parts_(parts), isSigned_(isSigned) {}
+    /// What numbers of vertices say: kSigned, the file's may be negative; kOrNone, the greatest stands for what is
+    /// none.
+    enum class Numbers { kPlain, kSigned, kOrNone };
+    /// `mesh`: what people call it; `parts`: "triangles".
+    LeftOutParts(std::string mesh, const char* parts, Numbers numbers = Numbers::kPlain)
+        : mesh_(std::move(mesh)), parts_(parts), numbers_(numbers) {}
 
     /// Whether the next part, of these vertices, can stay. `stands(vertex)` is asked of those that exist alone.
     template <typename Stands>
@@ -38,7 +41,7 @@ private:
 
     std::string mesh_;
     const char* parts_;
-    bool isSigned_;
+    Numbers numbers_;
     std::size_t seen_ = 0, leftOut_ = 0;
     std::string first_;
 };

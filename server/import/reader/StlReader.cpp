@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/Utf8.h"
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/MappedFile.h"
 #include "server/import/reader/PlaceTable.h"
@@ -171,8 +172,11 @@ public:
         Words words(text);
         for (std::string_view word; words.next(word);) {
             if (!isStlWord(word, "solid")) return false;
-            const std::string name(words.name());
-            if (name.size() > 1000) return false;
+            const std::string_view whole = words.name();
+            constexpr std::size_t kLongest = 1000;
+            const std::string name(cutUtf8(whole, kLongest));
+            if (name.size() < whole.size())
+                scene_.note(fmt::format("a solid's name of {} letters is cut", whole.size()));
             StlSolid& solid = solids_.emplace_back(name, false, 0);
             if (!readSolid(words, solid, solids_.size() - 1)) return false;
         }

@@ -161,7 +161,9 @@ private:
     PrintedObject& makeObject(std::size_t part, ThreeMfLooks& resolver, ThreeMfObject& object) {
         std::vector<ThreeMfLook> looks;
         PrintedMesh mesh = resolver.meshOf(object, looks);
-        PrintedObject& made = nodes_.addObject(object.name.empty() ? fmt::format("object {}", object.id) : object.name);
+        PrintedObject& made = nodes_.addObject(!object.name.empty()     ? object.name
+                                               : object.id != kNoNumber ? fmt::format("object {}", object.id)
+                                                                        : "object");
         // What is no part of the print itself, but helps to make it: modifiers, blockers.
         made.isHidden = object.type == "other";
         if (made.isHidden) notes_.add("objects of type other are not printed, and are hidden by a Switch", made.name);

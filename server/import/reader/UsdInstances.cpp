@@ -41,14 +41,24 @@ struct InstancePlaces {
     /// As the file says it.
     [[nodiscard]] Quatd turn(std::size_t i) const {
         if (orientations.empty()) return Quatd::Identity();
-        const Quatd q(orientations[4 * i + 3], orientations[4 * i], orientations[4 * i + 1], orientations[4 * i + 2]);
-        return q.coeffs().allFinite() && q.norm() > 1e-6 ? q : Quatd::Identity();
+        return isTurned(i) ? saidTurn(i) : Quatd::Identity();
     }
     [[nodiscard]] Vec3d scale(std::size_t i) const {
-        if (scales.empty()) return Vec3d::Ones();
-        const Vec3d s(scales[3 * i], scales[3 * i + 1], scales[3 * i + 2]);
-        return s.allFinite() && s.cwiseAbs().maxCoeff() < 1e12 ? s : Vec3d(Vec3d::Ones());
+        return !scales.empty() && isScaled(i) ? saidScale(i) : Vec3d(Vec3d::Ones());
     }
+    /// False: what it says means nothing.
+    [[nodiscard]] bool isTurned(std::size_t i) const {
+        return orientations.empty() || (saidTurn(i).coeffs().allFinite() && saidTurn(i).norm() > 1e-6);
+    }
+    [[nodiscard]] bool isScaled(std::size_t i) const {
+        return scales.empty() || (saidScale(i).allFinite() && saidScale(i).cwiseAbs().maxCoeff() < 1e12);
+    }
+
+private:
+    [[nodiscard]] Quatd saidTurn(std::size_t i) const {
+        return {orientations[4 * i + 3], orientations[4 * i], orientations[4 * i + 1], orientations[4 * i + 2]};
+    }
+    [[nodiscard]] Vec3d saidScale(std::size_t i) const { return {scales[3 * i], scales[3 * i + 1], scales[3 * i + 2]}; }
 };
 
 std::vector<double> instanceNumbers(const UsdComposedPrim& prim, std::string_view name, UsdRemarks& remarks) {
@@ -56,6 +66,17 @@ std::vector<double> instanceNumbers(const UsdComposedPrim& prim, std::string_vie
     if (!attribute || !attribute->value) return {};
     if (attribute->samples.size() > 1) remarks.add("instances that move stand where they are first", prim.path());
     return attribute->value->numbers<double>();
+}
+
+/// What stands as the prototype itself does, since it says nothing that could be done.
+void remarkUnsound(const InstancePlaces& places, const UsdComposedPrim& prim, UsdRemarks& remarks) {
+    bool areScaled = true, areTurned = true;
+    for (std::size_t i = 0; i < places.count(); ++i) {
+        areScaled = areScaled && places.isScaled(i);
+        areTurned = areTurned && places.isTurned(i);
+    }
+    if (!areScaled) remarks.add("scales of instances that are not finite, or beyond 1e12, count as 1", prim.path());
+    if (!areTurned) remarks.add("orientations of instances that are zero, or not finite, turn nothing", prim.path());
 }
 
 InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks) {
@@ -72,6 +93,7 @@ InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks
     places.prototypes.resize(count);
     if (places.orientations.size() < 4 * count) places.orientations.clear();
     if (places.scales.size() < 3 * count) places.scales.clear();
+    remarkUnsound(places, prim, remarks);
     // Instances that are not to be seen are named by their ids, which are their numbers where there are none.
     std::set<double> hidden;
     for (const double id : instanceNumbers(prim, "invisibleIds", remarks)) hidden.insert(id);

@@ -108,6 +108,15 @@ TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
     EXPECT_NE(everything(stl).find("the solid 'nothing' has no triangle"), std::string::npos) << everything(stl);
 }
 
+TEST(AssimpMending, ALongNameOfASolidIsCut) {
+    const MendedFile stl =
+        readMended("long.stl", "solid " + std::string(100'000, 'x') +
+                                   "\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
+                                   "   vertex 0 1 0\n  endloop\n endfacet\nendsolid\n");
+    EXPECT_EQ(stl.triangles, 1u) << everything(stl);
+    EXPECT_NE(everything(stl).find("a solid's name of 100000 letters is cut"), std::string::npos) << everything(stl);
+}
+
 /// Numbers of a sound and of two faulty files become others.
 TEST(AssimpMending, WhateverIsChangedTheOutcomeIsASceneOrAMessageThatNamesTheFile) {
     const char* const only = std::getenv("TESSERA_SEED");

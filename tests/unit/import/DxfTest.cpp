@@ -226,6 +226,18 @@ TEST(Dxf, CodesOfLettersBecomeWhatTheyMean) {
     const Scratch scratch;
     const std::string western = "0 SECTION\n2 HEADER\n9 $ACADVER\n1 AC1015\n9 $DWGCODEPAGE\n3 ANSI_1252\n0 ENDSEC\n";
     const std::string later = "0 SECTION\n2 HEADER\n9 $ACADVER\n1 AC1021\n9 $INSUNITS\n70 1\n0 ENDSEC\n";
+    // As DOS had it, and the same byte is another letter on each page.
+    const auto ofPage = [&](const std::string& page) {
+        std::string header = western;
+        header.replace(header.find("ANSI_1252"), 9, page);
+        const DxfScene scene(scratch.write("dos.dxf", dxf("0 TEXT\n40 1\n1 K\x81"
+                                                          "che \x9d \xf8\n",
+                                                          header)));
+        return scene.all<Text>().at(0)->text;
+    };
+    EXPECT_EQ(ofPage("dos850"), "Küche Ø °");
+    EXPECT_EQ(ofPage("dos437"), "Küche ¥ °");
+    EXPECT_EQ(ofPage("ANSI_932"), "K_che _ _");
     const DxfScene old(scratch.write("old.dxf", dxf("0 TEXT\n40 1\n1 K\xfc"
                                                     "che \\U+2300\n",
                                                     western)));

@@ -50,6 +50,46 @@ TEST(PrintingHostile, ArchivesThatAreNoneOrCutOffAreRefusedInWords) {
     expectPart(printedSays("a.3mf", encrypted), "'3D/start.model' is encrypted: save it without a password");
 }
 
+TEST(PrintingHostile, WhatIsWrongIsSaidWithWhatWouldCureIt) {
+    const std::string whole = threeMf(threeMfModel(threeMfObject(1, squareMesh()), kOneItem));
+    constexpr const char* kCure = "copy it anew, or save it again";
+    expectPart(printedSays("a.3mf", "hello"), "save it again in the program that made it");
+    std::string lost = whole;  // an entry of the list, another's place, and its length
+    lost[lost.rfind("PK\1\2")] = 'Q';
+    expectPart(printedSays("a.3mf", lost), kCure);
+    lost = whole;
+    lost.replace(lost.rfind("PK\1\2") + 42, 4, std::string("\7\0\0\0", 4));
+    expectPart(printedSays("a.3mf", lost), kCure);
+    lost = whole;
+    lost.replace(lost.rfind("PK\1\2") + 20, 4, std::string("\0\0\1\0", 4));
+    expectPart(printedSays("a.3mf", lost), kCure);
+    std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
+    expectPart(printedSays(model.substr(0, model.find("</mesh>")) + "</msh>"), "save the file again, or copy it anew");
+    expectPart(printedSays(model.substr(0, model.find("</mesh>"))), kCure);
+    expectPart(printedSays("a.amf", "\x1f\x8b\b"), "unpack it (gunzip) first");
+}
+
+TEST(PrintingHostile, NumbersThatAreNoneAreNotToldAsOthers) {
+    for (const std::string number : {"-1", "abc", "4294967295", "1.5"}) {
+        std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
+        model.replace(model.find("v1=\"") + 4, 1, number);
+        const std::string said = printedSays(model);
+        expectPart(said, "has a corner that is no vertex's number (whole, from 0 on)");
+        EXPECT_EQ(said.find("4294967295"), std::string::npos) << said;
+    }
+    const std::string mesh =
+        "<mesh><vertices><vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex><vertex><coordinates><x>1"
+        "</x><y>0</y><z>0</z></coordinates></vertex><vertex><coordinates><x>0</x><y>1</y><z>0</z></coordinates></"
+        "vertex>"
+        "</vertices><volume materialid=\"red\"><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume></mesh>";
+    const std::string said = printedSays("a.amf", "<amf><object id=\"abc\">" + mesh +
+                                                      "</object><constellation id=\"1\"><instance objectid=\"abc\"/>"
+                                                      "</constellation></amf>");
+    expectPart(said, "whose id is no whole number: nothing can name them (the first: 'abc')");
+    expectPart(said, "materials that do not exist: their volumes have none (the first: 'red')");
+    EXPECT_EQ(said.find("4294967295"), std::string::npos) << said;
+}
+
 TEST(PrintingHostile, BombsAreRefusedBeforeTheyAreUnpacked) {
     const std::string blanks(64 << 20, ' ');
     const std::string text = threeMfModel(threeMfObject(1, squareMesh()) + blanks, kOneItem);

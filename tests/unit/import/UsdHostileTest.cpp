@@ -393,12 +393,21 @@ def PointInstancer "I" {
     point3f[] positions = [(0, 0, 0), (1, 0, 0), (nan, 0, 0), (3, 0, 0)]
     rel prototypes = [</I>, </Good>]
 }
+def PointInstancer "J" {
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, 0), (1, 0, 0)]
+    float3[] scales = [(1, 1, 1), (nan, 1, 1)]
+    quatf[] orientations = [(1, 0, 0, 0), (0, 0, 0, 0)]
+    rel prototypes = </Good>
+}
 )");
     EXPECT_TRUE(scene.has("/Good"));
     EXPECT_TRUE(scene.has("/Flat/S"));
-    for (const char* part : {"/Bad: ", "/Nan: 2 of 2 faces are left out", "not finite, or have no inverse",
-                             "operations of transforms that have no value", "/I: 3 of 4 instances are left out",
-                             "prototypes that hold themselves"})
+    for (const char* part :
+         {"/Bad: ", "/Nan: 2 of 2 faces are left out", "not finite, or have no inverse",
+          "operations of transforms that have no value", "/I: 3 of 4 instances are left out",
+          "prototypes that hold themselves", "scales of instances that are not finite, or beyond 1e12, count as 1: /J",
+          "orientations of instances that are zero, or not finite, turn nothing: /J"})
         EXPECT_TRUE(scene.notes(part)) << part;
 }
 

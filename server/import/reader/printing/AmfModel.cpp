@@ -185,6 +185,8 @@ AmfParser::State AmfParser::beginInAmf(std::string_view name, const XmlAttribute
     if (name == "object" || name == "constellation" || name == "material") {
         if (!takes(resources_, limits_.maxResources, "objects, materials and constellations")) return State::kOther;
         const std::uint32_t id = indexOf(attributes["id"]);
+        if (id == kNoNumber)
+            remark("objects and materials whose id is no whole number: nothing can name them", attributes["id"]);
         if (name == "object") {
             model_.objects.emplace_back().id = id;
             return State::kObject;
@@ -208,6 +210,8 @@ AmfParser::State AmfParser::beginInMesh(std::string_view name, const XmlAttribut
     if (!takes(resources_, limits_.maxResources, "volumes")) return State::kOther;
     AmfVolume& volume = model_.objects.back().volumes.emplace_back();
     volume.material = indexOf(attributes["materialid"]);
+    if (volume.material == kNoNumber && !attributes["materialid"].empty())
+        remark("materials that do not exist: their volumes have none", attributes["materialid"]);
     return State::kVolume;
 }
 

@@ -47,7 +47,9 @@ XmlStream::~XmlStream() = default;
 void XmlStream::begin(const char* name, const char** attributes) {
     if (refused_) return;
     if (++depth_ > kDeepest)
-        return refuse({ErrorCode::kLimit, fmt::format("its elements are nested deeper than {} levels", kDeepest)});
+        return refuse(
+            {ErrorCode::kLimit,
+             fmt::format("its elements are nested deeper than {} levels: save it again by another program", kDeepest)});
     const XmlAttributes all(attributes);
     all.each([&](const XmlAttributes::Attribute& attribute) {
         constexpr std::string_view kDeclares = "xmlns";
@@ -91,12 +93,14 @@ bool XmlStream::feed(ByteSpan piece) {
     const XML_Error wrong = status == XML_STATUS_OK ? XML_ERROR_NONE : ::XML_GetErrorCode(parser_->xml);
     if (wrong == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
     if (wrong != XML_ERROR_NONE) {
-        refuse({ErrorCode::kBadInput, fmt::format("it is no XML that is sound ({})", ::XML_ErrorString(wrong))});
+        refuse({ErrorCode::kBadInput, fmt::format("its XML is damaged there ({}): save the file again, or copy it anew",
+                                                  ::XML_ErrorString(wrong))});
         return false;
     }
     const XML_Index at = ::XML_GetCurrentByteIndex(parser_->xml);
     if (at >= 0 && fed_ - std::min(fed_, static_cast<std::size_t>(at)) > kLongestTag + piece.size())
-        refuse({ErrorCode::kLimit, fmt::format("a tag or a remark is longer than {} MiB", kLongestTag >> 20)});
+        refuse({ErrorCode::kLimit,
+                fmt::format("a tag or a remark is longer than {} MiB: save it without", kLongestTag >> 20)});
     return !refused_;
 }
 
@@ -106,7 +110,8 @@ Expected<void> XmlStream::finish() {
         if (wrong == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
         refuse({ErrorCode::kBadInput,
                 fed_ == 0 ? std::string("it is empty")
-                          : fmt::format("it is cut off within its XML ({})", ::XML_ErrorString(wrong))});
+                          : fmt::format("it is cut off within its XML ({}): copy it anew, or save it again",
+                                        ::XML_ErrorString(wrong))});
     }
     if (refused_) return tl::unexpected(error_);
     return {};

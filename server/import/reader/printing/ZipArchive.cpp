@@ -45,6 +45,11 @@ tl::unexpected<Error> broken(std::string what) {
     return fail(ErrorCode::kBadInput, std::move(what));
 }
 
+/// What is wrong in a way that no program writes.
+tl::unexpected<Error> damaged(const std::string& what) {
+    return broken(what + ": the archive is damaged, or its copy is not complete; copy it anew, or save it again");
+}
+
 std::string comparedName(std::string_view name) {
     while (name.starts_with('/')) name.remove_prefix(1);
     return lowerCase(name);
@@ -84,7 +89,8 @@ Expected<ZipArchive> ZipArchive::open(ByteSpan bytes) {
 }
 
 Expected<void> ZipArchive::readDirectory() {
-    if (!begins(bytes_, 0, 4, kLocal) && !begins(bytes_, 0, 4, kEnd)) return broken("it is no zip archive");
+    if (!begins(bytes_, 0, 4, kLocal) && !begins(bytes_, 0, 4, kEnd))
+        return broken("it is no zip archive, as such files are: save it again in the program that made it");
     const std::optional<std::size_t> end = endRecord(bytes_);
     if (!end)
         return broken(
@@ -96,7 +102,7 @@ Expected<void> ZipArchive::readDirectory() {
         begins(bytes_, *end - kLocatorBytes, kLocatorBytes, kLocator)) {
         const std::size_t longEnd = number(bytes_, *end - kLocatorBytes + 8, 8);
         if (!begins(bytes_, longEnd, kLongEndBytes, kLongEnd))
-            return broken(
+            return damaged(
                 fmt::format("the list of its files does not end at byte {}, where the archive says", longEnd));
         count = number(bytes_, longEnd + 32, 8);
         at = number(bytes_, longEnd + 48, 8);
@@ -104,11 +110,11 @@ Expected<void> ZipArchive::readDirectory() {
     }
     for (std::size_t i = 0; i < count; ++i) {
         if (at > until || until - at < kEntryBytes || number(bytes_, at, 4) != kEntry)
-            return broken(fmt::format("file {} of {} is not in the archive's list, at byte {}", i + 1, count, at));
+            return damaged(fmt::format("file {} of {} is not in the archive's list, at byte {}", i + 1, count, at));
         const std::size_t nameBytes = number(bytes_, at + 28, 2), extra = number(bytes_, at + 30, 2),
                           remark = number(bytes_, at + 32, 2);
         if (until - at - kEntryBytes < nameBytes + extra + remark)
-            return broken(fmt::format("file {} of {} is cut off in the archive's list, at byte {}", i + 1, count, at));
+            return damaged(fmt::format("file {} of {} is cut off in the archive's list, at byte {}", i + 1, count, at));
         ZipEntry entry{.name = std::string(asText(bytes_.subspan(at + kEntryBytes, nameBytes))),
                        .begin = number(bytes_, at + 42, 4),
                        .packed = number(bytes_, at + 20, 4),
@@ -144,10 +150,10 @@ std::size_t ZipArchive::packedWith(std::string_view ending) const {
 
 Expected<ByteSpan> ZipArchive::packedBytesOf(const ZipEntry& entry) const {
     if (!begins(bytes_, entry.begin, kLocalBytes, kLocal))
-        return broken(fmt::format("'{}' does not begin at byte {}, where the archive says", entry.name, entry.begin));
+        return damaged(fmt::format("'{}' does not begin at byte {}, where the archive says", entry.name, entry.begin));
     const std::size_t head = kLocalBytes + number(bytes_, entry.begin + 26, 2) + number(bytes_, entry.begin + 28, 2);
     if (bytes_.size() - entry.begin < head || bytes_.size() - entry.begin - head < entry.packed)
-        return broken(
+        return damaged(
             fmt::format("'{}' says that it has {} bytes, which are not in the archive", entry.name, entry.packed));
     return bytes_.subspan(entry.begin + head, entry.packed);
 }
@@ -221,7 +227,8 @@ Expected<void> ZipArchive::unpack(const ZipEntry& entry,
 
 Expected<Bytes> ZipArchive::read(const ZipEntry& entry, std::size_t atMost) {
     if (entry.bytes > atMost)
-        return fail(ErrorCode::kLimit, fmt::format("'{}' is larger than {} MiB", entry.name, atMost >> 20));
+        return fail(ErrorCode::kLimit,
+                    fmt::format("'{}' is larger than {} MiB: save it smaller", entry.name, atMost >> 20));
     Bytes all;
     Expected<void> done = unpack(entry, [&](ByteSpan piece, std::size_t) {
         all.insert(all.end(), piece.begin(), piece.end());
