@@ -530,8 +530,8 @@ int main(int argc, char** argv) {
     options.flag("--progress", arguments.progress, "Print 'progress DONE TOTAL' lines");
     options
         .option("--import-memory", arguments.importMemoryMib,
-                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL and PLY may take more, up\nto "
-                "half of the machine's")
+                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL, PLY, DXF, 3MF and AMF may\n"
+                "take more, up to half of the machine's")
         .typeName("MIB")
         .range(256, 1'000'000);
     options.flag("--allow-unconfined-import", arguments.allowUnconfined,

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 namespace tessera {
 
@@ -33,6 +35,21 @@ std::string numberOf(ObjectId id) {
     return fmt::format("#{}", id.value);
 }
 
+namespace {
+
+/// Of an embedding, override, isolate or their ends (U+202A to U+202E, U+2066 to U+2069) its escape; null: it is none.
+const char* turnAt(const std::string& text, std::size_t at) {
+    static constexpr std::pair<std::string_view, const char*> kTurns[] = {
+        {"\u202a", "\\u202a"}, {"\u202b", "\\u202b"}, {"\u202c", "\\u202c"},
+        {"\u202d", "\\u202d"}, {"\u202e", "\\u202e"}, {"\u2066", "\\u2066"},
+        {"\u2067", "\\u2067"}, {"\u2068", "\\u2068"}, {"\u2069", "\\u2069"}};
+    for (const auto& [turn, escape] : kTurns)
+        if (text.compare(at, turn.size(), turn) == 0) return escape;
+    return nullptr;
+}
+
+}  // namespace
+
 std::string withoutControls(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
@@ -40,6 +57,8 @@ std::string withoutControls(std::string text) {
         // U+0080 to U+009f: some terminals take them as the beginning of a sequence, too.
         if (c == 0xc2 && i + 1 < text.size() && (static_cast<unsigned char>(text[i + 1]) & 0xe0) == 0x80)
             text.replace(i, 2, "?");
+        // What turns the direction of all behind it would make it look like something else: as JSON writes it.
+        if (const char* const turn = turnAt(text, i); turn != nullptr) text.replace(i, 3, turn);
     }
     return text;
 }

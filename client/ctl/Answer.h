@@ -29,8 +29,8 @@ using Print = std::function<void(const std::string&)>;
 [[nodiscard]] std::string textOf(const Vec3d& v);
 /// "#17"
 [[nodiscard]] std::string numberOf(ObjectId id);
-/// As a terminal may have it: of control characters only ends of lines and tabs are left, others become '?'. Names and
-/// texts are strangers'.
+/// As a terminal may have it: of control characters only ends of lines and tabs are left, others become '?'. What turns
+/// the direction of text is written as JSON has it, `\u202e`. Names and texts are strangers'.
 [[nodiscard]] std::string withoutControls(std::string text);
 /// On one line. Names come from files: what is no UTF-8 in them must not stop the answer.
 [[nodiscard]] std::string jsonLine(const nlohmann::ordered_json& json);

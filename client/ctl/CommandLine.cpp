@@ -32,6 +32,14 @@ std::string emptyFault(const std::string& text) {
     return text.empty() ? R"(an empty word "" is no value)" : "";
 }
 
+/// Loads count from 1: 0 is the scene that the server begins with, which nobody cancels.
+std::string loadFault(const std::string& text) {
+    const bool isNumber = !text.empty() && text.size() < 19 && text.find_first_not_of("0123456789") == text.npos;
+    return isNumber && text.find_first_not_of('0') != text.npos
+               ? std::string()
+               : fmt::format("'{}' is no load's number, which are whole from 1 on: tessera-ctl loads tells them", text);
+}
+
 /// All that is said, and how it travels.
 std::string requestsLine() {
     Json json = requestsJson();
@@ -184,7 +192,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
 
     verb("loads", "Files on their way: how far each is, and whose", [] { return verb::Loads{}; });
     CLI::App* cancel = app.add_subcommand("cancel", "Ends the reading of a file that is on its way");
-    cancel->add_option("N", in.cancel.load, "Its number among the loads (the only one)");
+    cancel->add_option("N", in.cancel.load, "Its number among the loads (the only one)")->check(loadFault);
     when(cancel, [&] { return in.cancel; });
 
     CLI::App* move = app.add_subcommand("move", "Moves a node: its Transform, or the nearest above it");

@@ -107,6 +107,19 @@ std::string meant(const Aspect& aspect, const Node& parent, std::string_view sai
     return nearest.empty() ? nearest : fmt::format(" (did you mean \"{}\"?)", nearest);
 }
 
+/// " (…)", or nothing. Where a child's name holds slashes, and the path goes on as that name does: among the first of
+/// many.
+std::string slashed(const Aspect& aspect, const Node& parent, std::string_view rest) {
+    std::size_t looked = 0;
+    for (const ObjectId child : parent.children) {
+        if (++looked > kLookedAtForMessages) break;
+        const std::string& name = nameOfChild(aspect, child);
+        if (name.find('/') != name.npos && rest.starts_with(name))
+            return fmt::format(" (the name \"{}\" has a slash, and no path: say #{})", shortened(name), child.value);
+    }
+    return {};
+}
+
 Expected<ObjectId> findById(const Aspect& aspect, std::string_view text) {
     const auto number = parseNumber(text.substr(1));
     if (!number)
@@ -144,11 +157,14 @@ Expected<ObjectId> walk(const Aspect& aspect, std::string_view path, const FindC
         ObjectId child = findChild(at, parent, step);
         // A name that itself looks like "name[2]".
         if (!child && step.name != text) child = findChild(at, parent, Step{text, 0});
-        if (!child)
-            return fail(ErrorCode::kNotFound,
-                        fmt::format("node \"{}\": there is no \"{}\" below {}{}; {}", shortened(path), shortened(text),
-                                    at == kRootNode ? "the root" : shortened(inWords(at)),
-                                    meant(aspect, parent, step.name), childrenInWords(aspect, parent)));
+        if (!child) {
+            const std::string other = slashed(aspect, parent, rest);
+            return fail(
+                ErrorCode::kNotFound,
+                fmt::format("node \"{}\": there is no \"{}\" below {}{}; {}", shortened(path), shortened(text),
+                            at == kRootNode ? "the root" : shortened(inWords(at)),
+                            other.empty() ? meant(aspect, parent, step.name) : other, childrenInWords(aspect, parent)));
+        }
         at = child;
         rest.remove_prefix(std::min(slash + 1, rest.size()));
     }

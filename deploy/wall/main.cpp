@@ -178,8 +178,8 @@ int main(int argc, char** argv) {
                      "Say what each process does; each start of one is a\nline for scripts, with its pid");
     commandLine
         .option("--import-memory", options.importMemoryMib,
-                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL and PLY may take more, up\nto "
-                "half of the machine's")
+                "What reading one file may take at least (2048);\nlarge scenes, OBJ, STL, PLY, DXF, 3MF and AMF may\n"
+                "take more, up to half of the machine's")
         .typeName("MIB")
         .range(256, 1'000'000);
     commandLine.flag("--allow-unconfined-import", options.allowUnconfined,

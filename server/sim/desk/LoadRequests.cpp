@@ -79,7 +79,9 @@ answer::Loads LoadRequests::underWay(const Asker& asker, const std::function<std
 
 Expected<ServerActions> LoadRequests::cancel(std::uint64_t load, const std::string& by) {
     if (load == OpenEdits::kStartScene)
-        return fail(ErrorCode::kRefused, "the scene that the server begins with is not cancelled: stop the server");
+        return fail(ErrorCode::kRefused,
+                    "load 0 is the scene that the server begins with, which is not cancelled (stop the server to end "
+                    "it); `loads` tells which others are on their way");
     const Error why{ErrorCode::kFailed, by.empty() ? "cancelled" : "cancelled by " + by};
     if (around_.loader.cancel(load, why)) {
         // One that waits behind slow ones need not wait to be told so.

@@ -64,6 +64,15 @@ TEST(CommandLine, WatchesTheWall) {
     EXPECT_NE(refusal("top --every 0").find("--every"), std::string::npos);
 }
 
+TEST(CommandLine, CancelTakesALoadsNumber) {
+    EXPECT_EQ(parsed<verb::Cancel>("cancel 7").load, 7u);
+    EXPECT_FALSE(parsed<verb::Cancel>("cancel").load);
+    for (const char* text : {"cancel 0", "cancel -- -1", "cancel 18446744073709551615", "cancel abc"})
+        EXPECT_NE(refusal(std::string("--server a:1 ") + text).find("is no load's number, which are whole from 1 on"),
+                  std::string::npos)
+            << refusal(std::string("--server a:1 ") + text);
+}
+
 TEST(CommandLine, NamesTheOptionThatWasMeant) {
     EXPECT_NE(refusal("move /a 1 2 3 --bi").find("(did you mean '--by'?)"), std::string::npos);
     EXPECT_NE(refusal("view --positon 1 2 3").find("(did you mean '--position'?)"), std::string::npos);

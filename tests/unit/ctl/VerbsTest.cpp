@@ -256,6 +256,9 @@ TEST(Answer, NoNameCommandsATerminal) {
                               "c \xc3\xa4\xe2\x80\xa6 \xc2"),
               "a?m b\xc2\xa0"
               "c \xc3\xa4\xe2\x80\xa6 \xc2");
+    // Turned, "gpj.exe" reads as "exe.jpg". Marks of languages written from right to left stay.
+    EXPECT_EQ(withoutControls("\u202egpj\u202c \u2066a\u2069 \u200f\u05d0\u200d"),
+              "\\u202egpj\\u202c \\u2066a\\u2069 \u200f\u05d0\u200d");
     const CtlOutcome wrong = runCtl({"--server", "\x1b[31mnonsense", "status"});
     EXPECT_EQ(wrong.err.find('\x1b'), std::string::npos) << wrong.err;
 }

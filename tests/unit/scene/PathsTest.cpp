@@ -101,6 +101,9 @@ TEST(Paths, OfANodeLeadBackToIt) {
     EXPECT_EQ(pathOf(aspect, ObjectId(3)), "/hall/crane");
     EXPECT_EQ(pathOf(aspect, ObjectId(11)), "/pillar[1]");
     EXPECT_EQ(pathOf(aspect, ObjectId(15)), "#15") << "no path could say a name with a slash";
+    EXPECT_NE(findNode(aspect, "/a/b/below").error().message.find("the name \"a/b\" has a slash, and no path: say #14"),
+              std::string::npos)
+        << findNode(aspect, "/a/b/below").error().message;
     EXPECT_EQ(pathOf(aspect, ObjectId(16)), "#16");
     for (const ObjectId id : aspect.ids())
         if (aspect.get<Node>(id)) {
