@@ -28,6 +28,7 @@
 #include "client/ctl/TrackingVerbs.h"
 #include "client/ctl/ViewVerbs.h"
 #include "common/access/LocalWalls.h"
+#include "common/base/NewFile.h"
 #include "common/cores/Transform.h"
 #include "common/image/Picture.h"
 #include "common/mosaic/Mosaic.h"
@@ -324,6 +325,14 @@ Expected<Answer> run(Application& application, const verb::Drag& drag) {
     return answer;
 }
 
+/// Where a link has led to is nowhere else to be seen.
+void tellLink(const std::string& file, Answer& answer) {
+    const std::string target = targetOfLink(file);
+    if (target.empty()) return;
+    answer.text += fmt::format("{}: a link to {}, which was written\n", file, target);
+    answer.json["target"] = target;
+}
+
 Expected<Answer> saveForOthers(Application& application, const verb::Save& save) {
     const Expected<ExportReport> report = exportScene(save.file, application.scene(), save.leaves);
     if (!report) return tl::unexpected(report.error());
@@ -337,6 +346,7 @@ Expected<Answer> saveForOthers(Application& application, const verb::Save& save)
                    {"notes", report->notes},
                    {"sequence", application.sequence().value}},
                   {}};
+    tellLink(save.file, answer);
     for (std::size_t i = 0; i + 1 < report->files.size(); ++i)
         answer.text += fmt::format("{}: beside it\n", report->files[i]);
     for (const std::string& note : report->notes) answer.text += fmt::format("note: {}\n", note);
@@ -358,6 +368,7 @@ Expected<Answer> run(Application& application, const verb::Save& save) {
                    {"bytes", bytes},
                    {"sequence", application.sequence().value}},
                   {}};
+    tellLink(save.file, answer);
     if (arrays.empty()) return answer;
     const std::uintmax_t besides = std::filesystem::file_size(arrays, unknown);
     answer.text += fmt::format("{}: its arrays, {} bytes; the two belong together\n", arrays, besides);

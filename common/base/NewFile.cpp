@@ -42,6 +42,20 @@ Expected<FilePlace> placeOfFile(const std::string& path) {
     return place;
 }
 
+Expected<FilePlace> placeBeside(const FilePlace& main, const std::string& path) {
+    struct stat there {};
+    if (::lstat(path.c_str(), &there) == 0 && !S_ISREG(there.st_mode) && !S_ISLNK(there.st_mode))
+        return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFilePlace));
+    return FilePlace{.path = path, .mode = main.mode};
+}
+
+std::string targetOfLink(const std::string& path) {
+    std::error_code unknown;
+    if (!std::filesystem::is_symlink(path, unknown)) return {};
+    const std::filesystem::path target = std::filesystem::weakly_canonical(path, unknown);
+    return unknown ? std::string() : target.string();
+}
+
 Expected<NewFile> NewFile::beside(const FilePlace& place, std::string said) {
     NewFile file;
     file.said_ = std::move(said);

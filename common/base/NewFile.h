@@ -15,13 +15,18 @@ namespace tessera {
 /// Why nothing is written to what is neither a file nor free.
 inline constexpr std::string_view kNoFilePlace = "cannot write there: this is a folder, device, pipe or socket";
 
-/// Where a file is to be.
+/// Where a file is to be. What a person names himself leads through links, as for other programs; what is written beside
+/// it, under a name that he has not said, replaces a link: others may have made it.
 struct FilePlace {
     std::string path;            ///< as it was said, or where that leads if it is a link
     std::optional<mode_t> mode;  ///< of the file that is there already: the new one gets the same rights
 };
 /// kFailed: a folder, device, pipe or socket is there.
 [[nodiscard]] Expected<FilePlace> placeOfFile(const std::string& path);
+/// No link is followed. `main`: what it lies beside, whose rights it gets.
+[[nodiscard]] Expected<FilePlace> placeBeside(const FilePlace& main, const std::string& path);
+/// What a link leads to, for whoever is told what was written; empty: it is no link.
+[[nodiscard]] std::string targetOfLink(const std::string& path);
 
 /// What is written lies beside the place under a name of its own, and goes with this object until it has taken the
 /// place. Errors (kFailed) name the file as `said`. One thread.

@@ -130,7 +130,7 @@ Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFi
     }
     std::vector<NewFile> made;
     for (const LeavingFile& file : files) {
-        const Expected<FilePlace> place = placeOfFile(file.path);
+        const Expected<FilePlace> place = file.path == path ? own : placeBeside(*own, file.path);
         if (!place) return tl::unexpected(place.error());
         Expected<NewFile> beside = NewFile::beside(*place, file.path);
         if (!beside) return tl::unexpected(beside.error());

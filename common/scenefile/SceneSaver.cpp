@@ -133,14 +133,13 @@ Expected<SavedFiles> filesOf(const FilePlace& place, const Aspect& scene, SceneE
 
 /// True: nothing was there before.
 Expected<bool> writeArrays(const std::string& path, const FilePlace& text, const SavedFiles& files) {
-    // A link there is replaced, not followed: others may have made it.
     struct stat there {};
     const bool isNew = ::lstat(path.c_str(), &there) != 0;
-    if (!isNew && !S_ISREG(there.st_mode) && !S_ISLNK(there.st_mode))
-        return fail(ErrorCode::kFailed, fmt::format("{}: {}", path, kNoFilePlace));
+    const Expected<FilePlace> place = placeBeside(text, path);
+    if (!place) return tl::unexpected(place.error());
     std::vector<std::string_view> parts = {files.head.bytes};
     for (const Blob& array : files.blobs) parts.push_back(asText(array.bytes()));
-    if (Expected<void> written = replaceFile(path, {.path = path, .mode = text.mode}, parts, true); !written)
+    if (Expected<void> written = replaceFile(path, *place, parts, true); !written)
         return tl::unexpected(written.error());
     return isNew;
 }

@@ -211,6 +211,10 @@ TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
         EXPECT_TRUE(png->picture == before) << name;
         (void)again.finish();
     }
+    // A link is followed, as by other programs of a person's; where it led is said.
+    const std::string link = wall_.folder() + "/link.tsc";
+    std::filesystem::create_symlink("yard.tsc", link);
+    EXPECT_EQ(ask({"save", link})["target"], std::filesystem::canonical(wall_.folder() + "/yard.tsc").string());
     const Outcome nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
     EXPECT_EQ(nowhere.exitCode, 1) << nowhere.output;
     EXPECT_NE(nowhere.output.find("cannot write there"), std::string::npos) << nowhere.output;

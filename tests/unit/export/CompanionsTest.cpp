@@ -97,6 +97,21 @@ TEST(Companions, AListThatAnotherHandWroteLeadsNowhere) {
     EXPECT_EQ(textOf(kept), "mine");
 }
 
+TEST(Companions, ALinkBesideIsReplacedAndNotFollowed) {
+    // As an archive from a stranger may have it: a file of ours, and a link where one that it lists should be.
+    const Scratch scratch;
+    const std::string path = scratch.path("chair.usda"), mine = scratch.write("mine.txt", "mine");
+    const Expected<ExportReport> first = exportScene(path, pictured(1));
+    ASSERT_TRUE(first);
+    ASSERT_GT(first->files.size(), 1u);
+    const std::string picture = first->files.front();
+    fs::remove(picture);
+    fs::create_symlink(mine, picture);
+    ASSERT_TRUE(exportScene(path, pictured(1)));
+    EXPECT_EQ(textOf(mine), "mine");
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(picture)));
+}
+
 TEST(Companions, ALinkToNothingYetIsFollowed) {
     const Scratch scratch;
     const std::string path = scratch.path("link.stl");
