@@ -224,7 +224,7 @@ Expected<CoinWalk::Made> CoinWalk::makeMoving(SoVRMLShape& shape, SoNode& geomet
     }
     auto kept = std::make_shared<Morph>();
     kept->track = std::move(*track);
-    kept->vertices = faces->mesh.positions.size() / 3;
+    kept->numbers = faces->mesh.positions.size() / 3 + morph.targets;
     kept->skin.set_morph_positions_blob(scene_.addBlob(bytesOfNumbers(morph.positions)));
     kept->skin.set_morph_normals_blob(scene_.addBlob(bytesOfNumbers(morph.normals)));
     for (std::size_t t = 0; t < morph.targets; ++t) kept->skin.add_weight(0);
@@ -237,10 +237,10 @@ Expected<CoinWalk::Made> CoinWalk::makeMoving(SoVRMLShape& shape, SoNode& geomet
 }
 
 void CoinWalk::addGeometry(const Part& part, Message& node) {
-    if (part.morph != nullptr && part.morph->vertices > movingVertices_)
+    if (part.morph != nullptr && part.morph->numbers > movingNumbers_)
         scene_.note("geometry whose points move is used so often that some of it stands still");
     else if (part.morph != nullptr) {
-        movingVertices_ -= part.morph->vertices;
+        movingNumbers_ -= part.morph->numbers;
         proto::scene::Skin& skin = *node.mutable_skin();
         skin = part.morph->skin;
         skin.set_mesh(part.mesh);

@@ -34,7 +34,7 @@ SoVRMLCoordinate* coordinateOf(const SoNode& geometry) {
     return coord != nullptr && is<SoVRMLCoordinate>(*coord) ? static_cast<SoVRMLCoordinate*>(coord) : nullptr;
 }
 
-std::vector<int32_t> numbersOf(const SoMFInt32& field) {
+std::vector<int32_t> indicesIn(const SoMFInt32& field) {
     const int32_t* const values = field.getValues(0);
     return {values, values + field.getNum()};
 }
@@ -47,7 +47,7 @@ public:
         if (normal == nullptr || !is<SoVRMLNormal>(*normal)) return;
         const SoMFVec3f& vector = as<SoVRMLNormal>(*normal).vector;
         normals_.assign(vector.getValues(0), vector.getValues(0) + vector.getNum());
-        const std::vector<int32_t> corners = numbersOf(set.coordIndex), numbers = numbersOf(set.normalIndex);
+        const std::vector<int32_t> corners = indicesIn(set.coordIndex), numbers = indicesIn(set.normalIndex);
         int32_t face = 0;
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const bool ends = corners[i] < 0;
@@ -81,9 +81,9 @@ public:
         : set_(set),
           normal_(set.normal.getValue()),
           eachVertex_(set.normalPerVertex.getValue()),
-          index_(numbersOf(set.normalIndex)) {
+          index_(indicesIn(set.normalIndex)) {
         if (normal_ != nullptr) normal_->ref();
-        std::vector<int32_t> numbers = numbersOf(set.coordIndex);
+        std::vector<int32_t> numbers = indicesIn(set.coordIndex);
         std::vector<SbVec3f> coded;
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             // Floats hold each half exactly.
@@ -127,6 +127,7 @@ struct KeyPlaces {
     std::vector<PointPlaces> targets;
     std::vector<std::size_t> ofKey;
 
+    KeyPlaces() = default;
     KeyPlaces(const SoVRMLCoordinateInterpolator& by, PointPlaces rest) {
         const auto keys = static_cast<std::size_t>(by.key.getNum());
         const std::size_t each = static_cast<std::size_t>(by.keyValue.getNum()) / keys;
@@ -234,6 +235,13 @@ void CoinMorphs::standStill(const SoNode& geometry, const char* why) {
                nameOf(coordinate != nullptr ? *coordinate : geometry));
 }
 
+bool CoinMorphs::takeRoom(std::size_t times, std::size_t numbers) {
+    const double needed = static_cast<double>(times) * static_cast<double>(numbers);
+    if (needed > static_cast<double>(room_)) return false;
+    room_ -= static_cast<std::size_t>(needed);
+    return true;
+}
+
 bool CoinMorphs::prepare(SoNode& geometry) {
     const auto [known, isNew] = prepared_.try_emplace(&geometry, false);
     if (!isNew) return known->second;
@@ -259,6 +267,7 @@ bool CoinMorphs::prepare(SoNode& geometry) {
     if (have > each)
         notes_.add("a Coordinate has more points than its interpolator: the others stand still", nameOf(*coordinate));
     if (have < each) {
+        coordinate->point.disconnect();  // else what a prototype says may come again
         const std::vector<SbVec3f> first(by->keyValue.getValues(have), by->keyValue.getValues(have) + (each - have));
         coordinate->point.setNum(each);
         coordinate->point.setValues(have, each - have, first.data());
@@ -285,7 +294,7 @@ Expected<CoinMorphs::Faces> CoinMorphs::gather(CoinShapes& shapes, SoNode& shape
     if (parts->meshes.empty() || parts->meshes.front().primitive != Primitive::kTriangles) return faces;
     faces.colored = parts->colored;
     MeshData mesh = std::move(parts->meshes.front());
-    const std::vector<int32_t> coordIndex = numbersOf(set.coordIndex);
+    const std::vector<int32_t> coordIndex = indicesIn(set.coordIndex);
     std::vector<std::size_t> cornerOf;
     std::vector<std::uint32_t> points;
     for (std::size_t v = 0; 3 * v < mesh.positions.size(); ++v) {
@@ -304,19 +313,20 @@ Expected<CoinMorphs::Faces> CoinMorphs::gather(CoinShapes& shapes, SoNode& shape
     if (mesh.indices.empty()) return faces;
 
     const MovingCorners corners(mesh, std::move(points));
-    KeyPlaces keys(*motion_.pointsOf(coordinate), rest);
-    const double needed =
-        static_cast<double>(keys.targets.size()) * static_cast<double>(mesh.indices.size() + keys.ofKey.size());
-    const char* why = nullptr;
-    if (!std::ranges::all_of(keys.targets, [&](PointPlaces places) { return corners.stand(places); }))
-        why = "a value of their interpolator is not finite, or beyond 1e15";
-    else if (needed > static_cast<double>(room_))
-        why = "keys times corners are more than there is room for (fewer keys would help)";
+    const SoVRMLCoordinateInterpolator& by = *motion_.pointsOf(coordinate);
+    KeyPlaces keys;
+    const char* why = "keys times corners are more than there is room for (fewer keys would help)";
+    // Looking at the keys takes time, too: many geometries may be of one interpolator.
+    if (takeRoom(1, rest.size() + static_cast<std::size_t>(by.keyValue.getNum()))) {
+        keys = KeyPlaces(by, rest);
+        if (takeRoom(keys.targets.size(), mesh.indices.size() + keys.ofKey.size()))
+            why = std::ranges::all_of(keys.targets, [&](PointPlaces places) { return corners.stand(places); })
+                      ? nullptr
+                      : "a value of their interpolator is not finite, or beyond 1e15";
+    }
     if (why != nullptr) {
         standStill(geometry, why);
         keys.targets.clear();
-    } else {
-        room_ -= static_cast<std::size_t>(needed);
     }
     std::vector<std::vector<float>> normals(1);
     if (own.empty() || normalsMove) {

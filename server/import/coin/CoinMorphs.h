@@ -42,10 +42,11 @@ public:
 
 private:
     void standStill(const SoNode& geometry, const char* why);
+    bool takeRoom(std::size_t times, std::size_t numbers);
 
     CoinMotion& motion_;
     CountedNotes& notes_;
-    std::size_t room_;  ///< for so many corners and weights of all keys
+    std::size_t room_;  ///< for so many points, corners and weights of all keys
     std::map<const SoNode*, bool> prepared_;
 };
 

@@ -98,7 +98,7 @@ CoinWalk::CoinWalk(const std::string& path, std::size_t textBytes, const ReadLim
       fileNow_{path},
       mostNodes_(std::min(limits.maxNodes, kAlwaysNodes + textBytes)),
       extrudedFaces_(kAlwaysFaces + kFacesPerByte * textBytes),
-      movingVertices_(kAlwaysParts + kPartsPerByte * textBytes) {}
+      movingNumbers_(kAlwaysParts + kPartsPerByte * textBytes) {}
 
 Expected<void> CoinWalk::walk(SoNode& root) {
     root_ = &root;

@@ -71,7 +71,7 @@ private:
     struct Morph {
         proto::scene::Skin skin;  ///< without mesh and material
         CoinMotion::Track track;
-        std::size_t vertices = 0;
+        std::size_t numbers = 0;  ///< vertices and targets: what each place takes
     };
     struct Part {
         std::string mesh, material;
@@ -144,8 +144,8 @@ private:
     std::map<const SoNode*, Parts> shared_;  ///< of shapes of VRML 2, which look the same wherever they are
     /// Of their geometries, by how a picture lies on them.
     std::map<std::pair<const SoNode*, std::string>, Made> made_;
-    std::size_t extrudedFaces_;   ///< that there is still room for
-    std::size_t movingVertices_;  ///< the same, in all places together
+    std::size_t extrudedFaces_;  ///< that there is still room for
+    std::size_t movingNumbers_;  ///< the same, in all places together
     std::size_t skins_ = 0;
     void extendBounds(const Box& box, const Affine3d& world);
     Box bounds_;

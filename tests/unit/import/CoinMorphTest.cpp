@@ -214,6 +214,15 @@ TEST_F(CoinMorphs, MoveEachUseAndAllOfX3d) {
     EXPECT_EQ(notes_, "");
     ASSERT_EQ(skins_.size(), 1u);
     EXPECT_EQ(skins_[0]->morphPositions.sizeBytes(), 3u * 12);
+    // Through the interface of a prototype, which has no points itself.
+    read("c.wrl", kVrml2 +
+                      "PROTO P [ exposedField MFVec3f p [ 0 0 0 ] ] { Shape { geometry IndexedFaceSet { coord "
+                      "Coordinate { point IS p } coordIndex [ 0 1 2 ] } } }\nDEF Q P {} DEF T TimeSensor { loop TRUE } "
+                      "DEF I CoordinateInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0, 0 1 0, 0 0 1, 1 0 1, 0 1 1 "
+                      "] }\nROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO Q.p");
+    EXPECT_EQ(notes_, "");
+    ASSERT_EQ(skins_.size(), 1u);
+    EXPECT_EQ(skins_[0]->morphPositions.sizeBytes(), 3u * 12) << "at rest as at the first key";
 }
 
 TEST_F(CoinMorphs, SayWhatStandsStill) {
