@@ -17,12 +17,13 @@
 namespace tessera {
 namespace {
 
-const std::string kVrml2 = "#VRML V2.0 utf8\n";
+const std::string kMorphHead = "#VRML V2.0 utf8\n";
 
-using Places = std::vector<Vec3d>;
+using PointList = std::vector<Vec3d>;
 
 /// As ISO/IEC 14772-1:1997, 4.6.8, has it.
-Vec3d interpolated(const std::vector<double>& keys, const std::vector<Places>& values, std::size_t point, double t) {
+Vec3d vrmlInterpolated(const std::vector<double>& keys, const std::vector<PointList>& values, std::size_t point,
+                       double t) {
     if (t <= keys.front()) return values.front()[point];
     if (t >= keys.back()) return values.back()[point];
     std::size_t k = 0;
@@ -31,13 +32,13 @@ Vec3d interpolated(const std::vector<double>& keys, const std::vector<Places>& v
     return values[k][point] + share * (values[k + 1][point] - values[k][point]);
 }
 
-std::string written(const Places& points) {
+std::string pointText(const PointList& points) {
     std::string text;
     for (const Vec3d& p : points) text += fmt::format("{} {} {}, ", p.x(), p.y(), p.z());
     return text;
 }
 
-class CoinMorphs : public testing::Test {
+class CoinMorphFiles : public testing::Test {
 protected:
     void read(const std::string& name, const std::string& text) {
         Expected<ImportedScene> scene = importScene(scratch_.write(name, text), kRootNode, importOptions());
@@ -75,8 +76,8 @@ protected:
         return place;
     }
     /// Each corner of each triangle, in all places of the file's keys and between, beside the formula.
-    void expectAsInterpolated(const Places& rest, const std::vector<double>& keys, const std::vector<Places>& values,
-                              double cycle) {
+    void expectAsInterpolated(const PointList& rest, const std::vector<double>& keys,
+                              const std::vector<PointList>& values, double cycle) {
         ASSERT_EQ(skins_.size(), 1u);
         const Skin& skin = *skins_[0];
         const auto positions = skin.positions.as<float>();
@@ -91,22 +92,22 @@ protected:
                 ASSERT_NE(point, rest.end());
                 const auto number = static_cast<std::size_t>(point - rest.begin());
                 EXPECT_LT((vertexOf(skin.positions, skin.morphPositions, weights, v) -
-                           interpolated(keys, values, number, fraction))
+                           vrmlInterpolated(keys, values, number, fraction))
                               .norm(),
                           1e-5)
                     << "point " << number << " at " << fraction;
             }
         }
     }
-    static std::string file(const std::string& geometry, const Places& rest, const std::vector<double>& keys,
-                            const std::vector<Places>& values, const std::string& coordinate = "C") {
+    static std::string file(const std::string& geometry, const PointList& rest, const std::vector<double>& keys,
+                            const std::vector<PointList>& values, const std::string& coordinate = "C") {
         std::string all;
-        for (const Places& each : values) all += written(each);
+        for (const PointList& each : values) all += pointText(each);
         return fmt::format(
             "{}Shape {{ geometry {} }}\nDEF T TimeSensor {{ loop TRUE cycleInterval 4 }} DEF I CoordinateInterpolator "
             "{{ key [ {} ] keyValue [ {} ] }}\nROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO "
             "{}.set_point",
-            kVrml2, fmt::format(fmt::runtime(geometry), written(rest)), fmt::join(keys, " "), all, coordinate);
+            kMorphHead, fmt::format(fmt::runtime(geometry), pointText(rest)), fmt::join(keys, " "), all, coordinate);
     }
 
     const Scratch scratch_;
@@ -116,37 +117,37 @@ protected:
     std::vector<const KeyFrames*> channels_;
 };
 
-const Places kQuads = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
-const std::string kTwoQuads =
+const PointList kSixPoints = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
+const std::string kTwoQuadFaces =
     "IndexedFaceSet {{ solid FALSE creaseAngle 1 coord DEF C Coordinate {{ point [ {} ] }} coordIndex [ 0 1 4 3 -1 1 2 "
     "5 4 -1 ] }}";
 
-Places moved(const Places& from, double up, double wave) {
-    Places to = from;
+PointList waved(const PointList& from, double up, double wave) {
+    PointList to = from;
     for (Vec3d& p : to) p.z() += up + wave * p.x();
     return to;
 }
 
-TEST_F(CoinMorphs, PutPointsWhereTheInterpolatorDoes) {
+TEST_F(CoinMorphFiles, PutPointsWhereTheInterpolatorDoes) {
     const std::vector<double> keys = {0.1, 0.25, 0.5, 0.5, 1};
     // Two keys of one time are a jump; the last one is as at rest.
-    const std::vector<Places> values = {moved(kQuads, 1, 0), moved(kQuads, 0, 3), moved(kQuads, -2, 1),
-                                        moved(kQuads, 5, 0), kQuads};
-    read("a.wrl", file(kTwoQuads, kQuads, keys, values));
+    const std::vector<PointList> values = {waved(kSixPoints, 1, 0), waved(kSixPoints, 0, 3), waved(kSixPoints, -2, 1),
+                                           waved(kSixPoints, 5, 0), kSixPoints};
+    read("a.wrl", file(kTwoQuadFaces, kSixPoints, keys, values));
     EXPECT_EQ(notes_, "");
     ASSERT_EQ(channels_.size(), 1u);
-    expectAsInterpolated(kQuads, keys, values, 4);
+    expectAsInterpolated(kSixPoints, keys, values, 4);
     EXPECT_EQ(weightsAt(0).size(), 4u) << "at rest nothing is added";
     EXPECT_EQ(skins_[0]->positions.sizeBytes(), 6u * 12) << "corners that are alike at all keys are one";
     for (const float weight : skins_[0]->weights.as<float>()) EXPECT_EQ(weight, 0);
 }
 
-TEST_F(CoinMorphs, JoinCornersOnlyWhereTheyAreAlikeAtAllKeys) {
+TEST_F(CoinMorphFiles, JoinCornersOnlyWhereTheyAreAlikeAtAllKeys) {
     // Flat at rest, with a sharp edge in the middle at the one key.
-    Places folded = kQuads;
+    PointList folded = kSixPoints;
     folded[2].x() = folded[5].x() = 1;
     folded[2].z() = folded[5].z() = 1;
-    read("a.wrl", file(kTwoQuads, kQuads, {0.5}, {folded}));
+    read("a.wrl", file(kTwoQuadFaces, kSixPoints, {0.5}, {folded}));
     EXPECT_EQ(notes_, "");
     ASSERT_EQ(skins_.size(), 1u);
     const Skin& skin = *skins_[0];
@@ -161,9 +162,9 @@ TEST_F(CoinMorphs, JoinCornersOnlyWhereTheyAreAlikeAtAllKeys) {
     EXPECT_EQ(there, (std::set<std::string>{"0 1", "1 0"}));
 }
 
-TEST_F(CoinMorphs, KeepPolygonsColoursAndNormalsOfTheFile) {
-    const Places rest = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}};
-    const std::vector<Places> values = {rest, moved(rest, 0, 1)};
+TEST_F(CoinMorphFiles, KeepPolygonsColoursAndNormalsOfTheFile) {
+    const PointList rest = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}};
+    const std::vector<PointList> values = {rest, waved(rest, 0, 1)};
     // Concave, of the other side, with normals of its own and colours of corners.
     read("a.wrl",
          file("IndexedFaceSet {{ convex FALSE ccw FALSE normalPerVertex FALSE normal Normal {{ vector [ 0 0 -2 ] }} "
@@ -184,24 +185,24 @@ TEST_F(CoinMorphs, KeepPolygonsColoursAndNormalsOfTheFile) {
     EXPECT_LT(Vec3d((corner(1) - corner(0)).cross(corner(2) - corner(0))).z(), 0) << "seen from below";
 }
 
-TEST_F(CoinMorphs, MoveWhatIsNothingAtRestAndWhatOnlyKeysSay) {
-    const std::vector<Places> values = {Places(6, Vec3d::Zero()), kQuads};
-    read("a.wrl", file(kTwoQuads, Places(6, Vec3d::Zero()), {0, 1}, values));
+TEST_F(CoinMorphFiles, MoveWhatIsNothingAtRestAndWhatOnlyKeysSay) {
+    const std::vector<PointList> values = {PointList(6, Vec3d::Zero()), kSixPoints};
+    read("a.wrl", file(kTwoQuadFaces, PointList(6, Vec3d::Zero()), {0, 1}, values));
     EXPECT_EQ(notes_, "");
     ASSERT_EQ(skins_.size(), 1u);
     EXPECT_EQ(skins_[0]->indices.sizeBytes(), 12u * 4);
-    read("b.wrl", file(kTwoQuads, {}, {0, 1}, {kQuads, moved(kQuads, 1, 1)}));
+    read("b.wrl", file(kTwoQuadFaces, {}, {0, 1}, {kSixPoints, waved(kSixPoints, 1, 1)}));
     EXPECT_EQ(notes_, "");
-    expectAsInterpolated(kQuads, {0, 1}, {kQuads, moved(kQuads, 1, 1)}, 4);
+    expectAsInterpolated(kSixPoints, {0, 1}, {kSixPoints, waved(kSixPoints, 1, 1)}, 4);
 }
 
-TEST_F(CoinMorphs, MoveEachUseAndAllOfX3d) {
+TEST_F(CoinMorphFiles, MoveEachUseAndAllOfX3d) {
     const std::string use =
         "Transform { translation 5 0 0 children DEF S Shape { geometry IndexedFaceSet { coord DEF C Coordinate { point "
         "[ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ] } } }\nUSE S\nDEF T TimeSensor { loop TRUE } DEF I "
         "CoordinateInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0, 0 1 0, 0 0 1, 1 0 1, 0 1 1 ] }\n"
         "ROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO C.point";
-    read("a.wrl", kVrml2 + use);
+    read("a.wrl", kMorphHead + use);
     EXPECT_EQ(notes_, "");
     EXPECT_EQ(skins_.size(), 2u);
     EXPECT_EQ(channels_.size(), 2u);
@@ -215,7 +216,7 @@ TEST_F(CoinMorphs, MoveEachUseAndAllOfX3d) {
     ASSERT_EQ(skins_.size(), 1u);
     EXPECT_EQ(skins_[0]->morphPositions.sizeBytes(), 3u * 12);
     // Through the interface of a prototype, which has no points itself.
-    read("c.wrl", kVrml2 +
+    read("c.wrl", kMorphHead +
                       "PROTO P [ exposedField MFVec3f p [ 0 0 0 ] ] { Shape { geometry IndexedFaceSet { coord "
                       "Coordinate { point IS p } coordIndex [ 0 1 2 ] } } }\nDEF Q P {} DEF T TimeSensor { loop TRUE } "
                       "DEF I CoordinateInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0, 0 1 0, 0 0 1, 1 0 1, 0 1 1 "
@@ -225,9 +226,9 @@ TEST_F(CoinMorphs, MoveEachUseAndAllOfX3d) {
     EXPECT_EQ(skins_[0]->morphPositions.sizeBytes(), 3u * 12) << "at rest as at the first key";
 }
 
-TEST_F(CoinMorphs, SayWhatStandsStill) {
+TEST_F(CoinMorphFiles, SayWhatStandsStill) {
     const auto notes = [&](const std::string& geometry, const std::string& interpolator) {
-        read("a.wrl", kVrml2 + "Shape { geometry " + geometry +
+        read("a.wrl", kMorphHead + "Shape { geometry " + geometry +
                           " } Shape { geometry Box {} } DEF T TimeSensor {} DEF I CoordinateInterpolator { " +
                           interpolator +
                           " } ROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO C.point");
@@ -240,7 +241,7 @@ TEST_F(CoinMorphs, SayWhatStandsStill) {
         EXPECT_NE(all.find(part), std::string::npos) << all;
     };
     expect(notes("PointSet { coord DEF C Coordinate { point [ 0 0 0, 1 0 0 ] } }", "key 0 keyValue [ 1 1 1, 2 2 2 ]"),
-           "points of a Coordinate stand still: only faces are moved point by point here (the first: 'C')");
+           "points of a Coordinate stand still: only faces are waved point by point here (the first: 'C')");
     expect(notes(faces, ""), "their interpolator has no keys");
     expect(notes(faces, "key [ 0 1 ] keyValue 1 1 1"), "their interpolator has fewer values than keys");
     expect(notes(faces, "key [ 0 ] keyValue [ 1 1 1e38, 2 2 2, 3 3 3 ]"), "not finite, or beyond 1e15");
@@ -259,8 +260,8 @@ TEST_F(CoinMorphs, SayWhatStandsStill) {
            "more than there is room for");
 }
 
-TEST_F(CoinMorphs, MakeNormalsAnewThatWouldMove) {
-    read("a.wrl", kVrml2 +
+TEST_F(CoinMorphFiles, MakeNormalsAnewThatWouldMove) {
+    read("a.wrl", kMorphHead +
                       "Shape { geometry IndexedFaceSet { coordIndex [ 0 1 2 ] normal DEF N Normal { vector [ 0 0 1, 0 "
                       "0 1, 0 0 1 ] } coord DEF C Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } } }\nDEF T TimeSensor "
                       "{ loop TRUE } DEF I CoordinateInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0, 0 1 0, 0 0 "
@@ -274,7 +275,7 @@ TEST_F(CoinMorphs, MakeNormalsAnewThatWouldMove) {
     EXPECT_LT((normal - Vec3d(0, -1, 0)).norm(), 1e-5);
 }
 
-TEST_F(CoinMorphs, LevelsOfInventorGoByTheirSizeOnTheScreen) {
+TEST_F(CoinMorphFiles, LevelsOfInventorGoByTheirSizeOnTheScreen) {
     // The box has sides of 8, 4 and 2 square units.
     read("a.iv",
          "#Inventor V2.1 ascii\nSeparator { Rotation { rotation 0 0 1 0.3 } Translation { translation 7 0 0 }\n"

@@ -93,8 +93,9 @@ bool XmlStream::feed(ByteSpan piece) {
     const XML_Error wrong = status == XML_STATUS_OK ? XML_ERROR_NONE : ::XML_GetErrorCode(parser_->xml);
     if (wrong == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
     if (wrong != XML_ERROR_NONE) {
-        refuse({ErrorCode::kBadInput, fmt::format("its XML is damaged there ({}): save the file again, or copy it anew",
-                                                  ::XML_ErrorString(wrong))});
+        refuse(
+            {ErrorCode::kBadInput, fmt::format("it is no XML that is sound ({}): save the file again, or copy it anew",
+                                               ::XML_ErrorString(wrong))});
         return false;
     }
     const XML_Index at = ::XML_GetCurrentByteIndex(parser_->xml);
