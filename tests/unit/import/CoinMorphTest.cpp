@@ -241,7 +241,7 @@ TEST_F(CoinMorphFiles, SayWhatStandsStill) {
         EXPECT_NE(all.find(part), std::string::npos) << all;
     };
     expect(notes("PointSet { coord DEF C Coordinate { point [ 0 0 0, 1 0 0 ] } }", "key 0 keyValue [ 1 1 1, 2 2 2 ]"),
-           "points of a Coordinate stand still: only faces are waved point by point here (the first: 'C')");
+           "points of a Coordinate stand still: only faces are moved point by point here (the first: 'C')");
     expect(notes(faces, ""), "their interpolator has no keys");
     expect(notes(faces, "key [ 0 1 ] keyValue 1 1 1"), "their interpolator has fewer values than keys");
     expect(notes(faces, "key [ 0 ] keyValue [ 1 1 1e38, 2 2 2, 3 3 3 ]"), "not finite, or beyond 1e15");
