@@ -15,8 +15,8 @@ namespace tessera {
 /// Why nothing is written to what is neither a file nor free.
 inline constexpr std::string_view kNoFilePlace = "cannot write there: this is a folder, device, pipe or socket";
 
-/// Where a file is to be. What a person names himself leads through links, as for other programs; what is written beside
-/// it, under a name that he has not said, replaces a link: others may have made it.
+/// Where a file is to be. What a person names himself leads through links, as for other programs; what is written
+/// beside it, under a name that he has not said, replaces a link: others may have made it.
 struct FilePlace {
     std::string path;            ///< as it was said, or where that leads if it is a link
     std::optional<mode_t> mode;  ///< of the file that is there already: the new one gets the same rights

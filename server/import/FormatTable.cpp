@@ -114,7 +114,8 @@ constexpr FormatRow kTable[] = {
      "animation for each sensor, those of faces' coordinates as morph targets; Inventor's LevelOfDetail by size on "
      "the screen",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
-     "interpolators of normals, and of the points of lines; of Inventor engines, manipulators, shaders, clip planes, NURBS; X3D's NURBS, "
+     "interpolators of normals, and of the points of lines; of Inventor engines, manipulators, shaders, clip planes, "
+     "NURBS; X3D's NURBS, "
      "humanoids, geospatial and rigid bodies; X3D in binary (.x3db) is refused",
      false, "tessera-import-coin"},
     {"Motion: BVH, CharacterStudio", "bvh csm", "assimp", "the skeleton as triangles, and its motion",

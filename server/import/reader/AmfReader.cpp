@@ -35,6 +35,9 @@ public:
             notes_.add(what, foreignName(name, ""), isMissing);
         };
         AmfParser parser(model_, remark, limits);
+        if (file.text().starts_with("\x1f\x8b"))
+            return fail(ErrorCode::kUnsupported,
+                        "it is packed by gzip, and AMF is packed by zip or not at all: unpack it (gunzip) first");
         Expected<void> done = isArchive ? feedArchive(file, parser) : feedText(file, parser);
         if (done) done = parser.finish();
         if (!done && done.error().code != ErrorCode::kBadInput) return tl::unexpected(done.error());
