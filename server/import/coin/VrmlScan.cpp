@@ -19,7 +19,7 @@ constexpr double kMostInstances = 500'000;
 /// Coin takes three kilobytes for each, however few letters it is. Files have 20 bytes for each, and more.
 constexpr std::size_t kFreeNodes = 80'000, kBytesPerNode = 16;
 /// Of each Coin looks for a library.
-constexpr std::size_t kMostUnknownKinds = 10'000;
+constexpr std::size_t kMostUnknownKinds = 50'000;
 /// Coin compares each with all.
 constexpr std::size_t kMostProtos = 5000;
 /// The text that they stand for, of which Coin makes each anew; of a larger file so many times its own.
