@@ -5,7 +5,7 @@
 #include <Inventor/nodes/SoNode.h>
 
 #include "common/math/Types.h"
-#include "proto/scene.pb.h"
+#include "server/import/reader/PlainScene.h"
 
 namespace tessera {
 
