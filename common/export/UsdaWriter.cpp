@@ -249,6 +249,8 @@ private:
         const ObjectId material = node.materialFor(drawableOf(node.core).material());
         text_ += fmt::format("{}rel material:binding = <{}>\n", usdIndent(depth + 2),
                              looks_.path(material, node.id, companions_, files_));
+        text_ += fmt::format("{}uniform bool doubleSided = {}\n", usdIndent(depth + 2),
+                             materialOf(leaving_.scene, material).doubleSided ? 1 : 0);
         close(depth + 1);
         close(depth);
         return true;

@@ -23,9 +23,13 @@ constexpr std::size_t kMostGlyphsOfACore = 1'000'000, kMostGlyphVertices = 1024,
 std::optional<std::size_t> glyphAxis(const Vec3d& signedScale) {
     const Vec3d scale = signedScale.cwiseAbs();
     if (!(scale.minCoeff() > 0)) return std::nullopt;
-    if (scale.x() == scale.z()) return 1;
-    if (scale.x() == scale.y()) return 2;
-    if (scale.y() == scale.z()) return 0;
+    // Scales out of matrices in single precision are one scale within some of its bits.
+    const double equal = 1e-6 * scale.maxCoeff();
+    for (const double most : {0.0, equal}) {
+        if (std::abs(scale.x() - scale.z()) <= most) return 1;
+        if (std::abs(scale.x() - scale.y()) <= most) return 2;
+        if (std::abs(scale.y() - scale.z()) <= most) return 0;
+    }
     return std::nullopt;
 }
 
@@ -166,7 +170,8 @@ Expected<GlyphPart> glyphOf(const PlainScene& scene, const std::string& meshName
         return refused(fmt::format("has {} vertices and {} triangles, more than {} or {}", positions.size() / 3,
                                    indices.size() / 3, kMostGlyphVertices, kMostGlyphTriangles));
     const double volume = place.linear().determinant();
-    if (!(std::abs(volume) > 1e-12)) return refused("is flat");
+    const double longest = place.linear().colwise().norm().maxCoeff();
+    if (!(std::abs(volume) > 1e-9 * longest * longest * longest)) return refused("is flat");
     if (volume < 0)  // a mirror turns its faces
         for (std::size_t corner = 0; corner + 2 < indices.size(); corner += 3)
             std::swap(indices[corner + 1], indices[corner + 2]);

@@ -11,9 +11,9 @@ namespace tessera {
 /// Of all pictures together, also of those that are made smaller or left out later.
 class PixelPool {
 public:
-    /// One of 8192 × 8192, or so many smaller ones, may be of one colour each, which takes next to no bytes. No format
+    /// One of 8192 × 8192, or six of 4096 × 4096, may be of one colour each, which takes next to no bytes. No format
     /// gives what is not plain fewer bytes than the other bound says.
-    static constexpr std::uint64_t kFree = std::uint64_t{1} << 26, kPerByte = 64;
+    static constexpr std::uint64_t kFree = std::uint64_t{6} << 24, kPerByte = 64;
 
     /// So many bytes were read of files, in all.
     void grant(std::uint64_t bytes) { bytes_ = bytes; }

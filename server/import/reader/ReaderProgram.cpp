@@ -44,8 +44,8 @@ constexpr std::string_view kOptions =
     "  --endings            the endings of all files that are read, a line each\n"
     "  --help, --version\n";
 
-/// As many as there are by default of the 2 GiB.
-constexpr std::size_t kMemoryPerFreeNode = (std::size_t{2} << 30) / ReadLimits::kFreeNodes;
+/// As many as there are by default of the 2 GiB, rounded up.
+constexpr std::size_t kMemoryPerFreeNode = (std::size_t{2} << 30) / ReadLimits::kFreeNodes + 1;
 
 struct Arguments {
     std::string file;

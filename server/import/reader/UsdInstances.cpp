@@ -242,12 +242,12 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
         }
         if (parts->empty()) continue;
         noteUnsorted(scene_, prim.path(), *parts);
-        // What has a material is of its colour.
+        // What has a material, or a colour of its own, is of that.
         for (GlyphPart& part : *parts)
             if (colored && part.shape.material().empty())
                 part.shape.set_material(materials_.colored(false, false).material);
         const auto isColored = [&](const GlyphPart& part) {
-            return ours || part.shape.material().starts_with(UsdMaterials::kColored);
+            return ours || (part.color == 0xffffffff && part.shape.material().starts_with(UsdMaterials::kColored));
         };
         const auto whitePlaceOf = [&](std::size_t i) {
             CopyPlace place = placeOf(i);

@@ -209,6 +209,7 @@ TEST(ExportOptions, GlyphsKeepTheirImagesAndColours) {
         image.pixels = blobOf<std::uint8_t>({9, 200, 30, 255});
         image.widthPx = image.heightPx = 1;
         material.baseColorImage = built.add(image);
+        material.doubleSided = true;
         glyphs.material = built.add(material);
         built.node("leaves", built.add(glyphs));
         ASSERT_TRUE(exportScene(scratch.path(name), built.take()));
@@ -217,6 +218,7 @@ TEST(ExportOptions, GlyphsKeepTheirImagesAndColours) {
         for (const ObjectId id : again->ids())
             if (const auto* found = again->get<Glyphs>(id)) read = found;
         ASSERT_NE(read, nullptr);
+        EXPECT_TRUE(again->get<Material>(read->material)->doubleSided);
         const std::span<const float> uv = read->shapeTexcoords.as<float>();
         EXPECT_EQ(std::vector<float>(uv.begin(), uv.end()), (std::vector<float>{0, 0, 1, 0, 0.25f, 0.75f}));
         const std::span<const std::uint8_t> colors = read->colors.as<std::uint8_t>();

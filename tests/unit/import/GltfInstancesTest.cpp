@@ -27,6 +27,8 @@ struct Places {
             scales.insert(scales.end(), 3, size(random));
             if (!odd) continue;
             scales[3 * i + i % 3] = size(random);
+            // As a matrix in single precision has it, of a turn.
+            scales[3 * i + (i + 1) % 3] = std::nextafter(scales[3 * i + (i + 1) % 3], i % 2 == 0 ? 3.0f : 0.0f);
             for (std::size_t axis = 0; axis < 3; ++axis)
                 if (i >> axis & 1) scales[3 * i + axis] *= -1;
         }

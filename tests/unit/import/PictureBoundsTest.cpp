@@ -82,9 +82,9 @@ TEST(PixelPool, OfFewBytesIsForAllPicturesTogether) {
         return image ? std::string() : image.error().message;
     };
     const std::string large = blackPng(6000, 6000);
-    EXPECT_EQ(why(large), "");
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(why(large), "");
     EXPECT_EQ(why(large),
-              "a PNG picture of 6000 × 6000 pixels, with the pictures before it, which are more than the 67 million "
+              "a PNG picture of 6000 × 6000 pixels, with the pictures before it, which are more than the 101 million "
               "pixels that are decoded of so few bytes: save the pictures smaller, or with mipmaps");
     EXPECT_EQ(why(blackPng(600, 600)), "") << "there is room for a small one";
     pool.grant(std::size_t{1} << 20);

@@ -325,7 +325,10 @@ TEST(UsdInstancer, InColoursIsGlyphsHoweverFewWhereNoMaterialSaysOtherwise) {
     point3f[] positions = [(0, 0, 0), (3, 0, 0)]
     color3f[] primvars:displayColor = [(1, 0, 0), (0, 0, 0.5)] (interpolation = "vertex")
     rel prototypes = [</I/P>]
-    def Cube "P" {{ {} }}
+    def Cube "P" {{ {}
+        double3 xformOp:scale = (0.0001, 0.0001, 0.0001)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }}
 }}
 def Material "M" {{
     token outputs:surface.connect = </M/S.outputs:surface>
@@ -343,6 +346,9 @@ def Material "M" {{
     const UsdScene worn(fileOf("rel material:binding = </M>"));
     ASSERT_EQ(worn.all<Glyphs>().size(), 1u);
     EXPECT_TRUE(worn.all<Glyphs>().front()->colors.empty()) << "as the material says";
+    const UsdScene own(fileOf("color3f[] primvars:displayColor = [(1, 1, 0)]"));
+    ASSERT_EQ(own.all<Glyphs>().size(), 1u);
+    EXPECT_EQ(own.all<Glyphs>().front()->colors.as<std::uint8_t>()[4], 255) << "as the prototype says";
 }
 
 TEST(UsdMaterial, HasItsPicturesAndTheirPlaces) {
