@@ -36,7 +36,7 @@ struct Glyphs {
     double low = 0, high = 1;
     ObjectId material;    ///< its base colour multiplies all colours; its images need shapeTexcoords
     Blob turns;           ///< float[4], a quaternion (x, y, z, w) of any length but 0; empty: vectors turn
-    Blob shapeTexcoords;  ///< float[2] per vertex, of kMesh; empty: images are not shown
+    Blob shapeTexcoords;  ///< float[2] per vertex, of kMesh; empty: 0, 0 at all
 };
 template <>
 inline constexpr auto kSaid<Glyphs> = []<typename T>(Describing<T>) {

@@ -1,4 +1,4 @@
-/// A picture that becomes half as large, or a quarter, … while its rows come: the whole is never in memory.
+/// A picture that becomes half as large, or a quarter, … while its rows come: the whole need not be in memory.
 #pragma once
 
 #include <vector>
