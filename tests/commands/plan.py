@@ -7,8 +7,8 @@ import extract
 import table
 
 SCENE_GROUPS = [f"Scenes{n}" for n in range(1, 6)]
-GROUPS = ["Install", "Build", "ScriptsOfTests", "Benches", "Installed", *SCENE_GROUPS, "Options", "Hall", "Rooms",
-          "Asked", "ByHand", "Desk", "Files", "Tests", "Gallery", "Slow"]
+GROUPS = ["Install", "Build", "ScriptsOfTests", "Benches", "BenchesInPython", "Installed", *SCENE_GROUPS, "Options",
+          "Hall", "Rooms", "Asked", "ByHand", "Desk", "Files", "Tests", "Gallery", "Slow"]
 # Scenes that take seconds to read or to draw even so small.
 HEAVY = ("plant.tsct", "pour-10000.tsct", "gallery.tsct")
 

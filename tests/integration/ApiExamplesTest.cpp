@@ -92,6 +92,8 @@ TEST_F(ApiWall, EachExampleOfThePageIsGranted) {
 
 /// Through all doors alike: the native link, HTTP, a socket.
 TEST_F(ApiWall, EachRoleMaySayItsRequestsThroughEachDoorAndNoOthers) {
+    // With pictures to be had, whose bytes come behind an answer.
+    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 60s)) << wall_.logs();
     std::size_t looked = 0;
     for (const Role role : {Role::kViewer, Role::kEditor, Role::kOperator}) {
         const std::string token = tokenOf(std::string(nameOf(role)));

@@ -65,6 +65,22 @@ public:
         return false;
     }
 
+    /// Where it does not look like `wanted`, for messages: how many pixels, and the first and the last of them.
+    [[nodiscard]] std::string difference(const Picture& wanted) const {
+        const Picture is = screenshot();
+        if (is.widthPx != wanted.widthPx || is.heightPx != wanted.heightPx)
+            return fmt::format("{} x {} pixels", is.widthPx, is.heightPx);
+        std::size_t count = 0, first = 0, last = 0;
+        for (std::size_t i = 0; i < is.rgb.size(); ++i)
+            if (is.rgb[i] != wanted.rgb[i]) {
+                last = i / 3;
+                if (count++ == 0) first = last;
+            }
+        const auto width = static_cast<std::size_t>(is.widthPx);
+        return fmt::format("{} bytes are otherwise, from ({}, {}) to ({}, {})", count, first % width, first / width,
+                           last % width, last / width);
+    }
+
 private:
     std::string file_, display_;
     Process server_;

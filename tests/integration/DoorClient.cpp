@@ -153,10 +153,13 @@ nlohmann::json DoorSocket::next() {
 }
 
 nlohmann::json DoorSocket::answerTo(int id) {
-    while (true) {
-        const nlohmann::json said = next();
-        if (said.is_null() || (said.contains("id") && said["id"] == id)) return said;
+    std::string text;
+    while (const int kind = message(text)) {
+        if (kind != 1) continue;  // bytes of an earlier answer
+        nlohmann::json said = nlohmann::json::parse(text);
+        if (said.contains("id") && said["id"] == id) return said;
     }
+    return {};
 }
 
 std::string DoorSocket::nextBinary() {

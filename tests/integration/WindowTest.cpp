@@ -75,9 +75,10 @@ TEST_F(Windows, GoWithTheirHostsWhenThoseAreKilled) {
     ASSERT_FALSE(desktop.display().empty());
     const Picture wanted = expected(800, 600, "640x360");
     Process wall(folder_.path(), "wall", wallOn(desktop.display(), {"--size", "640x360"}));
-    ASSERT_TRUE(desktop.waitFor(wanted, 60s)) << wall.output();
+    ASSERT_TRUE(desktop.waitFor(wanted, 60s)) << desktop.difference(wanted) << "\n" << wall.output();
     wall.signal(SIGKILL);  // which takes its clients along, by the same signal
-    EXPECT_TRUE(desktop.waitFor(Picture::filled(800, 600, 0, 0, 0), 20s));
+    const Picture black = Picture::filled(800, 600, 0, 0, 0);
+    EXPECT_TRUE(desktop.waitFor(black, 20s)) << desktop.difference(black) << "\n" << wall.output();
 }
 
 TEST_F(Windows, SayWhatTheyLack) {
