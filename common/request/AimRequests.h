@@ -12,11 +12,11 @@ struct Aim {
     std::optional<Ray> ray = {};  ///< instead of both
 
     static constexpr std::string_view kName = "Aim";
-    static constexpr auto members() {
-        return std::tuple(member<&Aim::xPx>(1, "x_px").in("px").said("of the first screen's mosaic, from the left"),
-                          member<&Aim::yPx>(2, "y_px").in("px").said("from above"),
-                          member<&Aim::wand>(3, "wand").said("along its ray instead"),
-                          member<&Aim::ray>(4, "ray").said("along this one instead"));
+    static constexpr void members(auto&& take) {
+        take(member<&Aim::xPx>(1, "x_px").in("px").said("of the first screen's mosaic, from the left"),
+             member<&Aim::yPx>(2, "y_px").in("px").said("from above"),
+             member<&Aim::wand>(3, "wand").said("along its ray instead"),
+             member<&Aim::ray>(4, "ray").said("along this one instead"));
     }
 };
 
@@ -35,18 +35,17 @@ struct Picked {
     std::optional<Vec2d> texcoord;  ///< of the first set, where the geometry has one
 
     static constexpr ToldInfo kInfo{.name = "Picked", .answer = 5, .notice = 3, .help = "What was pointed at"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Picked::hit>(1, "hit"), member<&Picked::node>(2, "node"),
-            member<&Picked::face>(3, "face").said("of a grab the handle's number"),
-            member<&Picked::point>(4, "point").in("world units"), member<&Picked::xPx>(5, "x_px").in("px"),
-            member<&Picked::yPx>(6, "y_px").in("px"),
-            member<&Picked::t>(7, "t").in("world units").said("from where the ray begins"),
-            member<&Picked::normal>(8, "normal").said("of the face, of length 1; zero where there is none"),
-            numbersMember<&Picked::corners>(9, "second", "third")
-                .said("with the next: barycentric weights of the face's second and third corner"),
-            numbersMember<&Picked::texcoord>(11, "texcoord_u", "texcoord_v", "has_texcoord")
-                .said("with the next: of the first set"));
+    static constexpr void members(auto&& take) {
+        take(member<&Picked::hit>(1, "hit"), member<&Picked::node>(2, "node"),
+             member<&Picked::face>(3, "face").said("of a grab the handle's number"),
+             member<&Picked::point>(4, "point").in("world units"), member<&Picked::xPx>(5, "x_px").in("px"),
+             member<&Picked::yPx>(6, "y_px").in("px"),
+             member<&Picked::t>(7, "t").in("world units").said("from where the ray begins"),
+             member<&Picked::normal>(8, "normal").said("of the face, of length 1; zero where there is none"),
+             numbersMember<&Picked::corners>(9, "second", "third")
+                 .said("with the next: barycentric weights of the face's second and third corner"),
+             numbersMember<&Picked::texcoord>(11, "texcoord_u", "texcoord_v", "has_texcoord")
+                 .said("with the next: of the first set"));
     }
 };
 
@@ -60,14 +59,13 @@ struct Measured {
     Vec3d normal = Vec3d::Zero();  ///< of the face, world, of length 1; zero of a ball and of a face without area
 
     static constexpr ToldInfo kInfo{.name = "Measured", .answer = 14, .help = "How far it is"};
-    static constexpr auto members() {
-        return std::tuple(member<&Measured::from>(1, "from").in("world units"),
-                          member<&Measured::to>(2, "to").in("world units"),
-                          member<&Measured::distance>(3, "distance").in("world units"),
-                          member<&Measured::error>(4, "error").in("world units").said("the truth is within it"),
-                          member<&Measured::node>(5, "node").said("whose surface it is; 0: measured to a place"),
-                          member<&Measured::face>(6, "face"),
-                          member<&Measured::normal>(7, "normal").said("of the face; zero where there is none"));
+    static constexpr void members(auto&& take) {
+        take(member<&Measured::from>(1, "from").in("world units"), member<&Measured::to>(2, "to").in("world units"),
+             member<&Measured::distance>(3, "distance").in("world units"),
+             member<&Measured::error>(4, "error").in("world units").said("the truth is within it"),
+             member<&Measured::node>(5, "node").said("whose surface it is; 0: measured to a place"),
+             member<&Measured::face>(6, "face"),
+             member<&Measured::normal>(7, "normal").said("of the face; zero where there is none"));
     }
 };
 
@@ -83,7 +81,7 @@ struct PickAt {
                                        .name = "PickAt",
                                        .help = "What is at a pixel, or along a wand or a ray",
                                        .example = R"({"ray":{"origin":[0,1,20],"direction":[0,0,-1]}})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&PickAt::aim>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&PickAt::aim>(1)); }
 };
 
 /// An application holds one at a time; what it drags from a grab on is one step of undo, and it lets go when it leaves.
@@ -98,7 +96,7 @@ struct GrabHandle {
                                        .changes = Changes::kScene,
                                        .help = "Takes hold of a manipulator's handle",
                                        .example = R"({"ray":{"origin":[0,1.5,20],"direction":[0,0,-1]}})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&GrabHandle::aim>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&GrabHandle::aim>(1)); }
 };
 
 /// Answered once the frame is made; refused where nothing is held.
@@ -113,14 +111,14 @@ struct DragHandle {
                                        .changes = Changes::kScene,
                                        .help = "Leads the handle that is held to another place",
                                        .example = R"({"ray":{"origin":[0,2,20],"direction":[0,0,-1]}})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&DragHandle::aim>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&DragHandle::aim>(1)); }
 };
 
 struct ReleaseHandle {
     using Answer = answer::Done;
     static constexpr RequestInfo kInfo{
         .number = 29, .name = "ReleaseHandle", .role = Role::kEditor, .help = "Lets go of the handle that is held"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 /// To a place, or to the nearest surface that a pick could meet at or below a node.
@@ -134,10 +132,10 @@ struct MeasureDistance {
                                        .name = "MeasureDistance",
                                        .help = "How far it is from a place to a place, or to a node's surface",
                                        .example = R"({"from":[0,5,0],"node":"/hall/crane"})"};
-    static constexpr auto members() {
-        return std::tuple(member<&MeasureDistance::from>(1, "from").in("world units"),
-                          member<&MeasureDistance::to>(2, "to").in("world units").said("absent: to the node"),
-                          member<&MeasureDistance::node>(3, "node").said("0: to the place"));
+    static constexpr void members(auto&& take) {
+        take(member<&MeasureDistance::from>(1, "from").in("world units"),
+             member<&MeasureDistance::to>(2, "to").in("world units").said("absent: to the node"),
+             member<&MeasureDistance::node>(3, "node").said("0: to the place"));
     }
     [[nodiscard]] std::optional<std::string> fault() const {
         if (to.has_value() != bool(node)) return std::nullopt;

@@ -31,28 +31,27 @@ struct ContactValue {
     double time = 1;    ///< when in the frame's motion, 0 to 1; less than 1 for what stopped a motion on its way
 
     static constexpr std::string_view kName = "Contact";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&ContactValue::objectA>("object_a").said("the nodes that bear the geometry"),
-            member<&ContactValue::objectB>("object_b"),
-            member<&ContactValue::faceA>("face_a").said("4294967295: of a hull, no triangle of the mesh"),
-            member<&ContactValue::faceB>("face_b"), member<&ContactValue::point>("point").in("world units"),
-            member<&ContactValue::normal>("normal").said("from A to B"),
-            member<&ContactValue::depth>("depth")
-                .in("world units")
-                .atLeast(0)
-                .orExactly(kNoDepth)
-                .said("along the normal; -1: not known"),
-            member<&ContactValue::error>("error").in("world units").atLeast(0).said("the point may be off by so much"),
-            member<&ContactValue::uvA>("uv_a").between(0, 1).said(
-                "where on the faces, towards their second and third corners"),
-            member<&ContactValue::uvB>("uv_b").between(0, 1),
-            member<&ContactValue::interest>("interest").said("that decides about the pair; 0: not known"),
-            member<&ContactValue::time>("time").in("of the frame").between(0, 1).said("when in its motion"),
-            member<&ContactValue::patchA>("patch_a").said("of a smooth surface its own face; 4294967295: it is none"),
-            member<&ContactValue::patchB>("patch_b"),
-            member<&ContactValue::patchUvA>("patch_uv_a").said("where on that"),
-            member<&ContactValue::patchUvB>("patch_uv_b"));
+    static constexpr void members(auto&& take) {
+        take(member<&ContactValue::objectA>("object_a").said("the nodes that bear the geometry"),
+             member<&ContactValue::objectB>("object_b"),
+             member<&ContactValue::faceA>("face_a").said("4294967295: of a hull, no triangle of the mesh"),
+             member<&ContactValue::faceB>("face_b"), member<&ContactValue::point>("point").in("world units"),
+             member<&ContactValue::normal>("normal").said("from A to B"),
+             member<&ContactValue::depth>("depth")
+                 .in("world units")
+                 .atLeast(0)
+                 .orExactly(kNoDepth)
+                 .said("along the normal; -1: not known"),
+             member<&ContactValue::error>("error").in("world units").atLeast(0).said("the point may be off by so much"),
+             member<&ContactValue::uvA>("uv_a").between(0, 1).said(
+                 "where on the faces, towards their second and third corners"),
+             member<&ContactValue::uvB>("uv_b").between(0, 1),
+             member<&ContactValue::interest>("interest").said("that decides about the pair; 0: not known"),
+             member<&ContactValue::time>("time").in("of the frame").between(0, 1).said("when in its motion"),
+             member<&ContactValue::patchA>("patch_a").said("of a smooth surface its own face; 4294967295: it is none"),
+             member<&ContactValue::patchB>("patch_b"),
+             member<&ContactValue::patchUvA>("patch_uv_a").said("where on that"),
+             member<&ContactValue::patchUvB>("patch_uv_b"));
     }
 };
 
@@ -71,20 +70,19 @@ struct PairEventValue {
     bool through = false;  ///< touched on the way and apart again at its end; the phase is kEnded
 
     static constexpr std::string_view kName = "PairEvent";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&PairEventValue::interest>("interest"),
-            member<&PairEventValue::objectA>("object_a").said("the objects' topmost nodes"),
-            member<&PairEventValue::objectB>("object_b"), member<&PairEventValue::phase>("phase"),
-            member<&PairEventValue::through>("through").said("touched on the way, and apart again at its end"),
-            member<&PairEventValue::firstTime>("first_time")
-                .in("of the frame")
-                .between(0, 1)
-                .said("of a dynamic interest: when they first touched"),
-            member<&PairEventValue::point>("point")
-                .in("world units")
-                .said("of a dynamic interest, of a contact that began"),
-            member<&PairEventValue::normal>("normal"));
+    static constexpr void members(auto&& take) {
+        take(member<&PairEventValue::interest>("interest"),
+             member<&PairEventValue::objectA>("object_a").said("the objects' topmost nodes"),
+             member<&PairEventValue::objectB>("object_b"), member<&PairEventValue::phase>("phase"),
+             member<&PairEventValue::through>("through").said("touched on the way, and apart again at its end"),
+             member<&PairEventValue::firstTime>("first_time")
+                 .in("of the frame")
+                 .between(0, 1)
+                 .said("of a dynamic interest: when they first touched"),
+             member<&PairEventValue::point>("point")
+                 .in("world units")
+                 .said("of a dynamic interest, of a contact that began"),
+             member<&PairEventValue::normal>("normal"));
     }
 };
 
@@ -100,18 +98,17 @@ struct PairDistanceValue {
     double error = 0;  ///< the truth is within this of `distance`; 0: exact to rounding
 
     static constexpr std::string_view kName = "PairDistance";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&PairDistanceValue::interest>("interest"), member<&PairDistanceValue::objectA>("object_a"),
-            member<&PairDistanceValue::objectB>("object_b"),
-            member<&PairDistanceValue::nodeA>("node_a").said("that bear the nearest faces"),
-            member<&PairDistanceValue::nodeB>("node_b"), member<&PairDistanceValue::faceA>("face_a"),
-            member<&PairDistanceValue::faceB>("face_b"), member<&PairDistanceValue::phase>("phase"),
-            reservedMember<PairDistanceValue, 4>(),
-            member<&PairDistanceValue::distance>("distance").in("world units").atLeast(0).said("0: they touch"),
-            member<&PairDistanceValue::error>("error").in("world units").atLeast(0).said("the truth is within it"),
-            member<&PairDistanceValue::pointA>("point_a").in("world units"),
-            member<&PairDistanceValue::pointB>("point_b").in("world units"));
+    static constexpr void members(auto&& take) {
+        take(member<&PairDistanceValue::interest>("interest"), member<&PairDistanceValue::objectA>("object_a"),
+             member<&PairDistanceValue::objectB>("object_b"),
+             member<&PairDistanceValue::nodeA>("node_a").said("that bear the nearest faces"),
+             member<&PairDistanceValue::nodeB>("node_b"), member<&PairDistanceValue::faceA>("face_a"),
+             member<&PairDistanceValue::faceB>("face_b"), member<&PairDistanceValue::phase>("phase"),
+             reservedMember<PairDistanceValue, 4>(),
+             member<&PairDistanceValue::distance>("distance").in("world units").atLeast(0).said("0: they touch"),
+             member<&PairDistanceValue::error>("error").in("world units").atLeast(0).said("the truth is within it"),
+             member<&PairDistanceValue::pointA>("point_a").in("world units"),
+             member<&PairDistanceValue::pointB>("point_b").in("world units"));
     }
 };
 
@@ -125,14 +122,13 @@ struct QuestionValue {
     Vec3d point = Vec3d::Zero(), normal = Vec3d::Zero();
 
     static constexpr std::string_view kName = "Question";
-    static constexpr auto members() {
-        return std::tuple(member<&QuestionValue::id>("id"), member<&QuestionValue::interest>("interest"),
-                          member<&QuestionValue::objectA>("object_a"), member<&QuestionValue::objectB>("object_b"),
-                          member<&QuestionValue::transform>("transform").said("that wanted to move"),
-                          member<&QuestionValue::present>("present").said("where it stopped"),
-                          member<&QuestionValue::wanted>("wanted").said("where it wanted to be"),
-                          member<&QuestionValue::point>("point").in("world units"),
-                          member<&QuestionValue::normal>("normal"));
+    static constexpr void members(auto&& take) {
+        take(member<&QuestionValue::id>("id"), member<&QuestionValue::interest>("interest"),
+             member<&QuestionValue::objectA>("object_a"), member<&QuestionValue::objectB>("object_b"),
+             member<&QuestionValue::transform>("transform").said("that wanted to move"),
+             member<&QuestionValue::present>("present").said("where it stopped"),
+             member<&QuestionValue::wanted>("wanted").said("where it wanted to be"),
+             member<&QuestionValue::point>("point").in("world units"), member<&QuestionValue::normal>("normal"));
     }
 };
 
@@ -148,12 +144,11 @@ struct QuestionReply {
     Pose pose = {};  ///< with kMove: value of the question's transform; no zero in its scale
 
     static constexpr std::string_view kName = "QuestionReply";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&QuestionReply::question>(1, "question").said("its id"),
-            member<&QuestionReply::decision>(2, "decision"),
-            spreadMember<&QuestionReply::pose>(3).onlyWhen(
-                [](const QuestionReply& reply) { return reply.decision == Decision::kMove; }, "with decision move"));
+    static constexpr void members(auto&& take) {
+        take(member<&QuestionReply::question>(1, "question").said("its id"),
+             member<&QuestionReply::decision>(2, "decision"),
+             spreadMember<&QuestionReply::pose>(3).onlyWhen(
+                 [](const QuestionReply& reply) { return reply.decision == Decision::kMove; }, "with decision move"));
     }
     [[nodiscard]] std::optional<std::string> fault() const {
         if (decision != Decision::kMove || (pose.scale.array() != 0).all()) return std::nullopt;
@@ -176,15 +171,14 @@ struct Contacts {
     std::uint64_t notLookedAt = 0;  ///< pairs and motions of this frame left undecided because a limit was reached
 
     static constexpr ToldInfo kInfo{.name = "Contacts", .answer = 6, .notice = 2, .help = "What touches in a frame"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Contacts::frame>(1, "frame"),
-            member<&Contacts::begun>(2, "begun").said("pairs of objects that came to touch, over the run"),
-            member<&Contacts::leftOut>(3, "left_out").said("found, but more than are listed"),
-            member<&Contacts::notLookedAt>(4, "not_looked_at").said("left undecided because a limit was reached"),
-            partMember<&Contacts::contacts>("contacts")
-                .atMost(&ApplicationLimits::maxContacts)
-                .ofBytes(&ApplicationLimits::maxCollisionBytes));
+    static constexpr void members(auto&& take) {
+        take(member<&Contacts::frame>(1, "frame"),
+             member<&Contacts::begun>(2, "begun").said("pairs of objects that came to touch, over the run"),
+             member<&Contacts::leftOut>(3, "left_out").said("found, but more than are listed"),
+             member<&Contacts::notLookedAt>(4, "not_looked_at").said("left undecided because a limit was reached"),
+             partMember<&Contacts::contacts>("contacts")
+                 .atMost(&ApplicationLimits::maxContacts)
+                 .ofBytes(&ApplicationLimits::maxCollisionBytes));
     }
 };
 struct PairEvents {
@@ -195,12 +189,12 @@ struct PairEvents {
 
     static constexpr ToldInfo kInfo{
         .name = "PairEvents", .answer = 8, .notice = 4, .help = "Which objects begin or cease to touch in a frame"};
-    static constexpr auto members() {
-        return std::tuple(member<&PairEvents::frame>(1, "frame"),
-                          member<&PairEvents::leftOut>(2, "left_out").said("found, but more than are listed"),
-                          partMember<&PairEvents::events>("events")
-                              .atMost(&ApplicationLimits::maxEvents)
-                              .ofBytes(&ApplicationLimits::maxCollisionBytes));
+    static constexpr void members(auto&& take) {
+        take(member<&PairEvents::frame>(1, "frame"),
+             member<&PairEvents::leftOut>(2, "left_out").said("found, but more than are listed"),
+             partMember<&PairEvents::events>("events")
+                 .atMost(&ApplicationLimits::maxEvents)
+                 .ofBytes(&ApplicationLimits::maxCollisionBytes));
     }
 };
 struct Distances {
@@ -210,12 +204,12 @@ struct Distances {
 
     static constexpr ToldInfo kInfo{
         .name = "Distances", .answer = 9, .notice = 5, .help = "How far apart objects are that are near each other"};
-    static constexpr auto members() {
-        return std::tuple(member<&Distances::frame>(1, "frame"),
-                          member<&Distances::leftOut>(2, "left_out").said("found, but more than are listed"),
-                          partMember<&Distances::distances>("distances")
-                              .atMost(&ApplicationLimits::maxDistances)
-                              .ofBytes(&ApplicationLimits::maxCollisionBytes));
+    static constexpr void members(auto&& take) {
+        take(member<&Distances::frame>(1, "frame"),
+             member<&Distances::leftOut>(2, "left_out").said("found, but more than are listed"),
+             partMember<&Distances::distances>("distances")
+                 .atMost(&ApplicationLimits::maxDistances)
+                 .ofBytes(&ApplicationLimits::maxCollisionBytes));
     }
 };
 struct Questions {
@@ -226,17 +220,17 @@ struct Questions {
 
     static constexpr ToldInfo kInfo{
         .name = "Questions", .answer = 10, .notice = 6, .help = "Motions that wait for a decision"};
-    static constexpr auto members() {
-        return std::tuple(member<&Questions::frame>(1, "frame"),
-                          member<&Questions::unanswered>(2, "unanswered")
-                              .said("closed in this frame because nobody answered in time"),
-                          partMember<&Questions::questions>("questions")
-                              .atMost(&ApplicationLimits::maxQuestions)
-                              .ofBytes(&ApplicationLimits::maxCollisionBytes)
-                              .said("as a notice new ones, as an answer all that are open"),
-                          partMember<&Questions::closed>("closed")
-                              .atMost(&ApplicationLimits::maxQuestions)
-                              .said("ids of those that are no longer open"));
+    static constexpr void members(auto&& take) {
+        take(member<&Questions::frame>(1, "frame"),
+             member<&Questions::unanswered>(2, "unanswered")
+                 .said("closed in this frame because nobody answered in time"),
+             partMember<&Questions::questions>("questions")
+                 .atMost(&ApplicationLimits::maxQuestions)
+                 .ofBytes(&ApplicationLimits::maxCollisionBytes)
+                 .said("as a notice new ones, as an answer all that are open"),
+             partMember<&Questions::closed>("closed")
+                 .atMost(&ApplicationLimits::maxQuestions)
+                 .said("ids of those that are no longer open"));
     }
 };
 
@@ -248,27 +242,27 @@ namespace request {
 struct GetContacts {
     using Answer = answer::Contacts;
     static constexpr RequestInfo kInfo{.number = 7, .name = "GetContacts", .help = "What touches in the newest frame"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 /// Those that stay included.
 struct GetEvents {
     using Answer = answer::PairEvents;
     static constexpr RequestInfo kInfo{
         .number = 10, .name = "GetEvents", .help = "Which objects began, go on or ceased to touch in the newest frame"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 struct GetDistances {
     using Answer = answer::Distances;
     static constexpr RequestInfo kInfo{
         .number = 11, .name = "GetDistances", .help = "How far apart objects are that are near each other"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 /// All that are open.
 struct GetQuestions {
     using Answer = answer::Questions;
     static constexpr RequestInfo kInfo{
         .number = 12, .name = "GetQuestions", .help = "Motions that were stopped and wait for a decision"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 struct AnswerQuestion {
@@ -281,7 +275,7 @@ struct AnswerQuestion {
                                        .changes = Changes::kScene,
                                        .help = "Decides about a motion that was stopped",
                                        .example = R"({"question":1,"decision":"pass"})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&AnswerQuestion::reply>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&AnswerQuestion::reply>(1)); }
 };
 
 using OfCollisions = std::variant<GetContacts, GetEvents, GetDistances, GetQuestions, AnswerQuestion>;

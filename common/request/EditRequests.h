@@ -14,17 +14,16 @@ struct CloneWish {
     std::vector<ObjectId> shareObjects;
 
     static constexpr std::string_view kName = "CloneWish";
-    static constexpr auto members() {
-        return std::tuple(member<&CloneWish::node>(1, "node"),
-                          member<&CloneWish::under>(2, "under").said("0: beside the original"),
-                          member<&CloneWish::name>(3, "name").said("empty: as the original's"),
-                          member<&CloneWish::deep>(4, "deep").said("cores are copied, too, and not shared"),
-                          member<&CloneWish::shareTypes>(5, "share_types")
-                              .atMost(&ApplicationLimits::maxShared)
-                              .said("of cores that are shared all the same"),
-                          member<&CloneWish::shareObjects>(6, "share_objects")
-                              .atMost(&ApplicationLimits::maxShared)
-                              .said("that are shared all the same"));
+    static constexpr void members(auto&& take) {
+        take(member<&CloneWish::node>(1, "node"), member<&CloneWish::under>(2, "under").said("0: beside the original"),
+             member<&CloneWish::name>(3, "name").said("empty: as the original's"),
+             member<&CloneWish::deep>(4, "deep").said("cores are copied, too, and not shared"),
+             member<&CloneWish::shareTypes>(5, "share_types")
+                 .atMost(&ApplicationLimits::maxShared)
+                 .said("of cores that are shared all the same"),
+             member<&CloneWish::shareObjects>(6, "share_objects")
+                 .atMost(&ApplicationLimits::maxShared)
+                 .said("that are shared all the same"));
     }
 };
 
@@ -33,7 +32,7 @@ namespace answer {
 /// It is done, and there is no more to say.
 struct Done {
     static constexpr ToldInfo kInfo{.name = "Done", .answer = 1, .help = "It is done"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 struct Committed {
@@ -46,16 +45,16 @@ struct Committed {
     std::uint64_t created = 0;  ///< objects that were copied
 
     static constexpr ToldInfo kInfo{.name = "Committed", .answer = 2, .help = "The edit is in the scene"};
-    static constexpr auto members() {
-        return std::tuple(member<&Committed::sequence>(1, "sequence").said("of the list that holds the edit"),
-                          member<&Committed::removed>(2, "removed").said("objects that were removed"),
-                          member<&Committed::created>(3, "created").said("objects that were copied"),
-                          partMember<&Committed::ids>("ids")
-                              .atMost(&ApplicationLimits::maxIds)
-                              .said("given to placeholders; of a copy its node alone"),
-                          partMember<&Committed::stopped>("stopped")
-                              .atMost(&ApplicationLimits::maxIds)
-                              .said("transforms that collisions kept from going where they should"));
+    static constexpr void members(auto&& take) {
+        take(member<&Committed::sequence>(1, "sequence").said("of the list that holds the edit"),
+             member<&Committed::removed>(2, "removed").said("objects that were removed"),
+             member<&Committed::created>(3, "created").said("objects that were copied"),
+             partMember<&Committed::ids>("ids")
+                 .atMost(&ApplicationLimits::maxIds)
+                 .said("given to placeholders; of a copy its node alone"),
+             partMember<&Committed::stopped>("stopped")
+                 .atMost(&ApplicationLimits::maxIds)
+                 .said("transforms that collisions kept from going where they should"));
     }
 };
 
@@ -69,19 +68,18 @@ struct Loaded {
     std::uint64_t changed = 0, created = 0, removed = 0, kept = 0;
 
     static constexpr ToldInfo kInfo{.name = "Loaded", .answer = 4, .help = "The file is in the scene"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Loaded::node>(1, "node").said("the new node that holds the file's content"),
-            member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
-            member<&Loaded::notes>(4, "notes")
-                .atMost(&ApplicationLimits::maxNotes)
-                .said("what was left out or guessed, for people; of a reload what was kept, and why"),
-            member<&Loaded::reloaded>(5, "reloaded").said("it was in the scene, and has been brought up to date"),
-            member<&Loaded::changed>(6, "changed").said("of a reload: values of what was there"),
-            member<&Loaded::created>(7, "created").said("of a reload: objects"),
-            member<&Loaded::removed>(8, "removed").said("of a reload: objects"),
-            member<&Loaded::kept>(9, "kept").said(
-                "of a reload: values that the file has changed, and somebody here too"));
+    static constexpr void members(auto&& take) {
+        take(member<&Loaded::node>(1, "node").said("the new node that holds the file's content"),
+             member<&Loaded::objects>(2, "objects"), member<&Loaded::triangles>(3, "triangles"),
+             member<&Loaded::notes>(4, "notes")
+                 .atMost(&ApplicationLimits::maxNotes)
+                 .said("what was left out or guessed, for people; of a reload what was kept, and why"),
+             member<&Loaded::reloaded>(5, "reloaded").said("it was in the scene, and has been brought up to date"),
+             member<&Loaded::changed>(6, "changed").said("of a reload: values of what was there"),
+             member<&Loaded::created>(7, "created").said("of a reload: objects"),
+             member<&Loaded::removed>(8, "removed").said("of a reload: objects"),
+             member<&Loaded::kept>(9, "kept").said(
+                 "of a reload: values that the file has changed, and somebody here too"));
     }
 };
 
@@ -93,12 +91,12 @@ struct StepPlan {
     bool operator==(const StepPlan&) const = default;
 
     static constexpr std::string_view kName = "StepPlan";
-    static constexpr auto members() {
-        return std::tuple(member<&StepPlan::what>(1, "what").said("in words; empty: there is no such step"),
-                          member<&StepPlan::objects>(2, "objects")
-                              .atMost(&ApplicationLimits::maxNames)
-                              .said("some that it writes, makes or removes"),
-                          member<&StepPlan::changes>(3, "changes").said("at least"));
+    static constexpr void members(auto&& take) {
+        take(member<&StepPlan::what>(1, "what").said("in words; empty: there is no such step"),
+             member<&StepPlan::objects>(2, "objects")
+                 .atMost(&ApplicationLimits::maxNames)
+                 .said("some that it writes, makes or removes"),
+             member<&StepPlan::changes>(3, "changes").said("at least"));
     }
 };
 struct Steps {
@@ -106,9 +104,9 @@ struct Steps {
     StepPlan undo, redo;
 
     static constexpr ToldInfo kInfo{.name = "Steps", .answer = 24, .help = "What undo and redo would do now"};
-    static constexpr auto members() {
-        return std::tuple(member<&Steps::sequence>(1, "sequence").said("as of this list"),
-                          member<&Steps::undo>(2, "undo"), member<&Steps::redo>(3, "redo"));
+    static constexpr void members(auto&& take) {
+        take(member<&Steps::sequence>(1, "sequence").said("as of this list"), member<&Steps::undo>(2, "undo"),
+             member<&Steps::redo>(3, "redo"));
     }
 };
 
@@ -135,15 +133,15 @@ struct ProposeChanges {
         .forPanels = true,
         .example = R"({"list":{"created":[{"id":"$0","type":"Node"}],"placed":[{"node":"$0","parent":"/hall"}],)"
                    R"("set":[{"type":"Node","field":"name","ids":["$0"],"values":["lamp"]}]}})"};
-    static constexpr auto members() {
-        return std::tuple(member<&ProposeChanges::gesture>(1, "gesture")
-                              .said("proposals in a row of one gesture are one step of undo; 0: none"),
-                          partMember<&ProposeChanges::list>("list")
-                              .holding(Holds::kChanges)
-                              .said("an encoded list of changes (change.proto)"),
-                          restMember<&ProposeChanges::blobs>("blobs")
-                              .atMost(&ApplicationLimits::maxBlobs)
-                              .said("its small arrays, one each"));
+    static constexpr void members(auto&& take) {
+        take(member<&ProposeChanges::gesture>(1, "gesture")
+                 .said("proposals in a row of one gesture are one step of undo; 0: none"),
+             partMember<&ProposeChanges::list>("list")
+                 .holding(Holds::kChanges)
+                 .said("an encoded list of changes (change.proto)"),
+             restMember<&ProposeChanges::blobs>("blobs")
+                 .atMost(&ApplicationLimits::maxBlobs)
+                 .said("its small arrays, one each"));
     }
 };
 
@@ -156,7 +154,7 @@ struct UndoStep {
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
                                        .help = "Takes back the last step, whoever made it"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 struct RedoStep {
@@ -167,7 +165,7 @@ struct RedoStep {
                                        .answered = Answered::kLater,
                                        .changes = Changes::kScene,
                                        .help = "Does again the step that was taken back last"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 /// Moves the nearest Transform from a node upwards. What "from where it is" means is worked out in the frame that makes
@@ -185,11 +183,11 @@ struct MoveNode {
                                        .changes = Changes::kScene,
                                        .help = "Moves a node to a place, or by so much",
                                        .example = R"({"node":"/hall/crane","translation":[0,0.5,-1]})"};
-    static constexpr auto members() {
-        return std::tuple(member<&MoveNode::node>(1, "node").said("moves the nearest Transform from here upwards"),
-                          spreadMember<&MoveNode::move>(2),
-                          member<&MoveNode::gesture>(6, "gesture")
-                              .said("moves in a row of one gesture are one step of undo; 0: none"));
+    static constexpr void members(auto&& take) {
+        take(member<&MoveNode::node>(1, "node").said("moves the nearest Transform from here upwards"),
+             spreadMember<&MoveNode::move>(2),
+             member<&MoveNode::gesture>(6, "gesture")
+                 .said("moves in a row of one gesture are one step of undo; 0: none"));
     }
 };
 
@@ -205,7 +203,7 @@ struct RemoveNode {
                                        .changes = Changes::kScene,
                                        .help = "Removes a node with everything below it",
                                        .example = R"({"node":"/hall/crate"})"};
-    static constexpr auto members() { return std::tuple(member<&RemoveNode::node>(1, "node")); }
+    static constexpr void members(auto&& take) { take(member<&RemoveNode::node>(1, "node")); }
 };
 
 struct CloneNode {
@@ -219,7 +217,7 @@ struct CloneNode {
                                        .changes = Changes::kScene,
                                        .help = "Copies a node with everything below it",
                                        .example = R"({"node":"/hall/crane","name":"second crane","deep":true})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&CloneNode::wish>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&CloneNode::wish>(1)); }
 };
 
 /// Imports a file on the server's disk and adds it below `parent` (none: the root).
@@ -238,15 +236,14 @@ struct LoadFile {
                                        .changes = Changes::kScene,
                                        .help = "Adds a file on the server's disk to the scene",
                                        .example = R"({"path":"/srv/models/box.tsct","parent":"/hall","fit":2})"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
-            member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadFile::placing>(3),
-            member<&LoadFile::reload>(8, "reload")
-                .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
-            member<&LoadFile::variants>(9, "variants")
-                .atMost(&ApplicationLimits::maxVariants)
-                .said("of USD's prims: /Chair:color=red"));
+    static constexpr void members(auto&& take) {
+        take(member<&LoadFile::path>(1, "path").said("at the server, below what it allows"),
+             member<&LoadFile::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadFile::placing>(3),
+             member<&LoadFile::reload>(8, "reload")
+                 .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
+             member<&LoadFile::variants>(9, "variants")
+                 .atMost(&ApplicationLimits::maxVariants)
+                 .said("of USD's prims: /Chair:color=red"));
     }
 };
 
@@ -268,15 +265,14 @@ struct LoadAsset {
                                        .changes = Changes::kScene,
                                        .help = "Adds one of the server's assets to the scene",
                                        .example = R"({"name":"box.tsct","parent":"/hall","at":[3,0,0]})"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&LoadAsset::name>(1, "name").said("behind asset://"),
-            member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadAsset::placing>(3),
-            member<&LoadAsset::reload>(8, "reload")
-                .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
-            member<&LoadAsset::variants>(9, "variants")
-                .atMost(&ApplicationLimits::maxVariants)
-                .said("of USD's prims: /Chair:color=red"));
+    static constexpr void members(auto&& take) {
+        take(member<&LoadAsset::name>(1, "name").said("behind asset://"),
+             member<&LoadAsset::parent>(2, "parent").said("a node; 0: the root"), spreadMember<&LoadAsset::placing>(3),
+             member<&LoadAsset::reload>(8, "reload")
+                 .said("if it is in the scene already (below parent, where one is said) it is taken in again"),
+             member<&LoadAsset::variants>(9, "variants")
+                 .atMost(&ApplicationLimits::maxVariants)
+                 .said("of USD's prims: /Chair:color=red"));
     }
 };
 
@@ -285,7 +281,7 @@ struct GetSteps {
     using Answer = answer::Steps;
     static constexpr RequestInfo kInfo{
         .number = 35, .name = "GetSteps", .help = "What the next step of undo, and of redo, would do"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 using OfEdits =

@@ -14,11 +14,10 @@ struct FolderWish {
     std::uint32_t pageSize = 256;
 
     static constexpr std::string_view kName = "FolderWish";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&FolderWish::folder>(1, "folder").said("empty: those that may be looked into"),
-            member<&FolderWish::after>(2, "after").said("`next` of the page before; empty: the first"),
-            member<&FolderWish::pageSize>(3, "page_size").between(1, kMostFolderEntries).said("entries told at most"));
+    static constexpr void members(auto&& take) {
+        take(member<&FolderWish::folder>(1, "folder").said("empty: those that may be looked into"),
+             member<&FolderWish::after>(2, "after").said("`next` of the page before; empty: the first"),
+             member<&FolderWish::pageSize>(3, "page_size").between(1, kMostFolderEntries).said("entries told at most"));
     }
 };
 
@@ -30,11 +29,10 @@ struct FolderEntry {
     bool loads = false;  ///< its ending is one of a scene, a model or a volume
 
     static constexpr std::string_view kName = "FolderEntry";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&FolderEntry::name>(1, "name"), member<&FolderEntry::path>(2, "path").said("as a load names it"),
-            member<&FolderEntry::isFolder>(3, "is_folder"), member<&FolderEntry::bytes>(4, "bytes").in("bytes"),
-            member<&FolderEntry::loads>(5, "loads").said("by its ending it can be loaded"));
+    static constexpr void members(auto&& take) {
+        take(member<&FolderEntry::name>(1, "name"), member<&FolderEntry::path>(2, "path").said("as a load names it"),
+             member<&FolderEntry::isFolder>(3, "is_folder"), member<&FolderEntry::bytes>(4, "bytes").in("bytes"),
+             member<&FolderEntry::loads>(5, "loads").said("by its ending it can be loaded"));
     }
 };
 
@@ -42,23 +40,23 @@ struct FolderEntry {
 struct LoadState {
     std::uint64_t load = 0;
     std::string path;
-    std::string stage;  ///< "waiting", "reading", "converting", "handing over", "building", "appearing"
+    std::string stage;  ///< "waiting", "reading", "converting", "handing over", "building", "sending" (to
+                        ///< hosts), "appearing"
     double part = -1;   ///< of that stage, 0 to 1; negative: nobody knows
     double seconds = 0;
     std::string person;  ///< whose load it is; empty: nobody's
     bool yours = false;
 
     static constexpr std::string_view kName = "LoadState";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&LoadState::load>(1, "load").said("its number, for CancelLoad"),
-            member<&LoadState::path>(2, "path").said("as it was asked for"),
-            member<&LoadState::stage>(3, "stage")
-                .said("waiting, reading, converting, handing over, building or appearing"),
-            member<&LoadState::part>(4, "part").said("of that stage, 0 to 1; negative: it is not known"),
-            member<&LoadState::seconds>(5, "seconds").in("s").said("since it was asked for"),
-            member<&LoadState::person>(6, "person").said("who asked; empty: nobody, as of an Inline or a reload"),
-            member<&LoadState::yours>(7, "yours").said("asked for over this connection"));
+    static constexpr void members(auto&& take) {
+        take(member<&LoadState::load>(1, "load").said("its number, for CancelLoad"),
+             member<&LoadState::path>(2, "path").said("as it was asked for"),
+             member<&LoadState::stage>(3, "stage")
+                 .said("waiting, reading, converting, handing over, building, sending (to hosts) or appearing"),
+             member<&LoadState::part>(4, "part").said("of that stage, 0 to 1; negative: it is not known"),
+             member<&LoadState::seconds>(5, "seconds").in("s").said("since it was asked for"),
+             member<&LoadState::person>(6, "person").said("who asked; empty: nobody, as of an Inline or a reload"),
+             member<&LoadState::yours>(7, "yours").said("asked for over this connection"));
     }
 };
 
@@ -68,9 +66,8 @@ struct Loads {
     std::vector<LoadState> loads;  ///< the oldest first
 
     static constexpr ToldInfo kInfo{.name = "Loads", .answer = 32, .help = "The files that are on their way"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Loads::loads>(1, "loads").atMost(&ApplicationLimits::maxPageNodes).said("the oldest first"));
+    static constexpr void members(auto&& take) {
+        take(member<&Loads::loads>(1, "loads").atMost(&ApplicationLimits::maxPageNodes).said("the oldest first"));
     }
 };
 
@@ -79,9 +76,9 @@ struct FolderPage {
     std::string next;  ///< `FolderWish::after` of the next page; empty: this is the last
 
     static constexpr ToldInfo kInfo{.name = "FolderPage", .answer = 30, .help = "A page of what lies in a folder"};
-    static constexpr auto members() {
-        return std::tuple(member<&FolderPage::entries>(1, "entries").atMost(&ApplicationLimits::maxPageNodes),
-                          member<&FolderPage::next>(2, "next").said("where it goes on; empty: this is the last"));
+    static constexpr void members(auto&& take) {
+        take(member<&FolderPage::entries>(1, "entries").atMost(&ApplicationLimits::maxPageNodes),
+             member<&FolderPage::next>(2, "next").said("where it goes on; empty: this is the last"));
     }
 };
 
@@ -99,7 +96,7 @@ struct GetFiles {
                                        .role = Role::kOperator,
                                        .help = "A page of what lies in a folder from which files may be loaded",
                                        .example = R"({"folder":"/srv/models","page_size":100})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&GetFiles::wish>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&GetFiles::wish>(1)); }
 };
 
 struct GetLoads {
@@ -107,7 +104,7 @@ struct GetLoads {
     static constexpr RequestInfo kInfo{.number = 43,
                                        .name = "GetLoads",
                                        .help = "The files that are on their way into the scene, and how far each is"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 /// Whoever asked for the load is told so, as of any that fails. kRefused: it appears already, and an undo takes it
@@ -119,10 +116,10 @@ struct CancelLoad {
     static constexpr RequestInfo kInfo{.number = 44,
                                        .name = "CancelLoad",
                                        .role = Role::kEditor,
-                                       .help = "Ends the reading of a file that is on its way",
+                                       .help = "Ends the load of a file that does not appear yet",
                                        .example = R"({"load":7})"};
-    static constexpr auto members() {
-        return std::tuple(member<&CancelLoad::load>(1, "load").said("its number among the loads"));
+    static constexpr void members(auto&& take) {
+        take(member<&CancelLoad::load>(1, "load").said("its number among the loads"));
     }
 };
 

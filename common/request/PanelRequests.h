@@ -18,13 +18,12 @@ struct PanelSetting {
     std::string text = {};             ///< of texts
 
     static constexpr std::string_view kName = "PanelSetting";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&PanelSetting::object>(1, "object").said("0: it is not there"),
-            member<&PanelSetting::type>(2, "type").said("of the object"), member<&PanelSetting::field>(3, "field"),
-            member<&PanelSetting::numbers>(4, "numbers").atMost(&ApplicationLimits::maxNumbers).said("of numbers"),
-            member<&PanelSetting::flag>(5, "flag").said("of what is true or false"),
-            member<&PanelSetting::text>(6, "text").said("of texts"));
+    static constexpr void members(auto&& take) {
+        take(member<&PanelSetting::object>(1, "object").said("0: it is not there"),
+             member<&PanelSetting::type>(2, "type").said("of the object"), member<&PanelSetting::field>(3, "field"),
+             member<&PanelSetting::numbers>(4, "numbers").atMost(&ApplicationLimits::maxNumbers).said("of numbers"),
+             member<&PanelSetting::flag>(5, "flag").said("of what is true or false"),
+             member<&PanelSetting::text>(6, "text").said("of texts"));
     }
 };
 
@@ -33,8 +32,8 @@ struct PanelOption {
     PanelSetting gives;
 
     static constexpr std::string_view kName = "PanelOption";
-    static constexpr auto members() {
-        return std::tuple(member<&PanelOption::label>(1, "label"), member<&PanelOption::gives>(2, "gives"));
+    static constexpr void members(auto&& take) {
+        take(member<&PanelOption::label>(1, "label"), member<&PanelOption::gives>(2, "gives"));
     }
 };
 
@@ -52,24 +51,23 @@ struct PanelControlState {
     bool home = false;                         ///< of a press
 
     static constexpr std::string_view kName = "PanelControlState";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&PanelControlState::kind>(1, "kind"), member<&PanelControlState::label>(2, "label"),
-            member<&PanelControlState::fault>(3, "fault").said("why it does nothing here, or not all; empty: it does"),
-            member<&PanelControlState::now>(4, "now").said("what its field holds"),
-            member<&PanelControlState::unit>(5, "unit").said("of its numbers"),
-            member<&PanelControlState::least>(6, "least").said("of a slider"),
-            member<&PanelControlState::greatest>(7, "greatest").said("of a slider"),
-            member<&PanelControlState::step>(8, "step").said("of a slider; 0: as fine as the screen"),
-            member<&PanelControlState::bytes>(9, "bytes").said("of a text, at most"),
-            member<&PanelControlState::options>(10, "options")
-                .atMost(&ApplicationLimits::maxControls)
-                .said("of a choice"),
-            member<&PanelControlState::sets>(11, "sets")
-                .atMost(&ApplicationLimits::maxControls)
-                .said("of a press: all at once"),
-            member<&PanelControlState::bookmark>(12, "bookmark").said("of a press: the view goes there; 0: it stays"),
-            member<&PanelControlState::home>(13, "home").said("of a press: the view goes to where it began"));
+    static constexpr void members(auto&& take) {
+        take(member<&PanelControlState::kind>(1, "kind"), member<&PanelControlState::label>(2, "label"),
+             member<&PanelControlState::fault>(3, "fault").said("why it does nothing here, or not all; empty: it does"),
+             member<&PanelControlState::now>(4, "now").said("what its field holds"),
+             member<&PanelControlState::unit>(5, "unit").said("of its numbers"),
+             member<&PanelControlState::least>(6, "least").said("of a slider"),
+             member<&PanelControlState::greatest>(7, "greatest").said("of a slider"),
+             member<&PanelControlState::step>(8, "step").said("of a slider; 0: as fine as the screen"),
+             member<&PanelControlState::bytes>(9, "bytes").said("of a text, at most"),
+             member<&PanelControlState::options>(10, "options")
+                 .atMost(&ApplicationLimits::maxControls)
+                 .said("of a choice"),
+             member<&PanelControlState::sets>(11, "sets")
+                 .atMost(&ApplicationLimits::maxControls)
+                 .said("of a press: all at once"),
+             member<&PanelControlState::bookmark>(12, "bookmark").said("of a press: the view goes there; 0: it stays"),
+             member<&PanelControlState::home>(13, "home").said("of a press: the view goes to where it began"));
     }
 };
 template <>
@@ -86,12 +84,11 @@ struct PanelState {
     std::vector<PanelControlState> controls = {};
 
     static constexpr ToldInfo kInfo{.name = "PanelState", .answer = 31, .help = "A panel as it stands in the scene"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&PanelState::stamp>(1, "stamp").said("other where the scene may be other, or the server"),
-            member<&PanelState::same>(2, "same").said("all is as at the stamp that was said: no more is told"),
-            member<&PanelState::title>(3, "title"),
-            member<&PanelState::controls>(4, "controls").atMost(&ApplicationLimits::maxControls));
+    static constexpr void members(auto&& take) {
+        take(member<&PanelState::stamp>(1, "stamp").said("other where the scene may be other, or the server"),
+             member<&PanelState::same>(2, "same").said("all is as at the stamp that was said: no more is told"),
+             member<&PanelState::title>(3, "title"),
+             member<&PanelState::controls>(4, "controls").atMost(&ApplicationLimits::maxControls));
     }
 };
 
@@ -108,8 +105,8 @@ struct GetPanel {
                                        .name = "GetPanel",
                                        .help = "The panel that one's token is of, as it stands in the scene",
                                        .forPanels = true};
-    static constexpr auto members() {
-        return std::tuple(member<&GetPanel::since>(1, "since").said("the stamp of the last answer; empty: all"));
+    static constexpr void members(auto&& take) {
+        take(member<&GetPanel::since>(1, "since").said("the stamp of the last answer; empty: all"));
     }
 };
 

@@ -18,15 +18,15 @@ struct ObjectInfo {
     bool operator==(const ObjectInfo&) const = default;
 
     static constexpr std::string_view kName = "ObjectInfo";
-    static constexpr auto members() {
-        return std::tuple(member<&ObjectInfo::id>("id").said("0: there is none, and the path says why"),
-                          member<&ObjectInfo::parent>("parent").said("of a node"),
-                          member<&ObjectInfo::core>("core").said("of a node"),
-                          member<&ObjectInfo::children>("children").said("of a node"),
-                          member<&ObjectInfo::movable>("movable").said(
-                              "the nearest node from here upwards with a Transform; 0: none"),
-                          member<&ObjectInfo::type>("type"), member<&ObjectInfo::coreType>("core_type"),
-                          member<&ObjectInfo::path>("path").said("of a node, where it was asked for; else \"#17\""));
+    static constexpr void members(auto&& take) {
+        take(member<&ObjectInfo::id>("id").said("0: there is none, and the path says why"),
+             member<&ObjectInfo::parent>("parent").said("of a node"),
+             member<&ObjectInfo::core>("core").said("of a node"),
+             member<&ObjectInfo::children>("children").said("of a node"),
+             member<&ObjectInfo::movable>("movable").said(
+                 "the nearest node from here upwards with a Transform; 0: none"),
+             member<&ObjectInfo::type>("type"), member<&ObjectInfo::coreType>("core_type"),
+             member<&ObjectInfo::path>("path").said("of a node, where it was asked for; else \"#17\""));
     }
 };
 
@@ -37,10 +37,10 @@ struct PlaceValue {
     bool operator==(const PlaceValue&) const = default;
 
     static constexpr std::string_view kName = "NodePlace";
-    static constexpr auto members() {
-        return std::tuple(member<&PlaceValue::xAxis>(1, "x_axis").said("where a unit of the node's leads in the world"),
-                          member<&PlaceValue::yAxis>(2, "y_axis"), member<&PlaceValue::zAxis>(3, "z_axis"),
-                          member<&PlaceValue::origin>(4, "origin").in("world units"));
+    static constexpr void members(auto&& take) {
+        take(member<&PlaceValue::xAxis>(1, "x_axis").said("where a unit of the node's leads in the world"),
+             member<&PlaceValue::yAxis>(2, "y_axis"), member<&PlaceValue::zAxis>(3, "z_axis"),
+             member<&PlaceValue::origin>(4, "origin").in("world units"));
     }
 };
 
@@ -51,9 +51,9 @@ struct TreeNode {
     bool operator==(const TreeNode&) const = default;
 
     static constexpr std::string_view kName = "TreeNode";
-    static constexpr auto members() {
-        return std::tuple(member<&TreeNode::node>("node"), member<&TreeNode::parent>("parent"),
-                          member<&TreeNode::children>("children").said("all it has, told or not"));
+    static constexpr void members(auto&& take) {
+        take(member<&TreeNode::node>("node"), member<&TreeNode::parent>("parent"),
+             member<&TreeNode::children>("children").said("all it has, told or not"));
     }
 };
 
@@ -64,8 +64,8 @@ struct PlayLength {
     bool operator==(const PlayLength&) const = default;
 
     static constexpr std::string_view kName = "PlayLength";
-    static constexpr auto members() {
-        return std::tuple(member<&PlayLength::core>(1, "core"), member<&PlayLength::seconds>(2, "seconds").in("s"));
+    static constexpr void members(auto&& take) {
+        take(member<&PlayLength::core>(1, "core"), member<&PlayLength::seconds>(2, "seconds").in("s"));
     }
 };
 
@@ -77,14 +77,13 @@ struct ObjectsWish {
     bool places = false;   ///< where nodes stand in the world, too
 
     static constexpr std::string_view kName = "ObjectsWish";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&ObjectsWish::names>(1, "names")
-                .atMost(&ApplicationLimits::maxNames)
-                .said("paths of nodes, or \"#17\" of any object"),
-            member<&ObjectsWish::content>(2, "content").said("their fields, and those of the nodes' cores, too"),
-            member<&ObjectsWish::paths>(3, "paths").said("the paths of nodes, too"),
-            member<&ObjectsWish::places>(4, "places").said("where nodes stand in the world, too"));
+    static constexpr void members(auto&& take) {
+        take(member<&ObjectsWish::names>(1, "names")
+                 .atMost(&ApplicationLimits::maxNames)
+                 .said("paths of nodes, or \"#17\" of any object"),
+             member<&ObjectsWish::content>(2, "content").said("their fields, and those of the nodes' cores, too"),
+             member<&ObjectsWish::paths>(3, "paths").said("the paths of nodes, too"),
+             member<&ObjectsWish::places>(4, "places").said("where nodes stand in the world, too"));
     }
 };
 
@@ -103,17 +102,16 @@ struct TreeWish {
     std::uint32_t pageSize = 0;   ///< nodes told at most, the server has a bound of its own; 0: that one
 
     static constexpr std::string_view kName = "TreeWish";
-    static constexpr auto members() {
-        return std::tuple(member<&TreeWish::node>(1, "node"),
-                          member<&TreeWish::levels>(2, "levels").said("below the node"),
-                          member<&TreeWish::coreType>(3, "core_type").said("only nodes with such a core; 0: all"),
-                          member<&TreeWish::pageSize>(4, "page_size").said("nodes told at most; 0: as many as may be"),
-                          partMember<&TreeWish::after>("after")
-                              .atMost(&ApplicationLimits::maxDepth)
-                              .said("where the page before has ended; none: from the start"),
-                          partMember<&TreeWish::cores>("cores")
-                              .atMost(&ApplicationLimits::maxFilterCores)
-                              .said("only nodes with one of these; none: all"));
+    static constexpr void members(auto&& take) {
+        take(member<&TreeWish::node>(1, "node"), member<&TreeWish::levels>(2, "levels").said("below the node"),
+             member<&TreeWish::coreType>(3, "core_type").said("only nodes with such a core; 0: all"),
+             member<&TreeWish::pageSize>(4, "page_size").said("nodes told at most; 0: as many as may be"),
+             partMember<&TreeWish::after>("after")
+                 .atMost(&ApplicationLimits::maxDepth)
+                 .said("where the page before has ended; none: from the start"),
+             partMember<&TreeWish::cores>("cores")
+                 .atMost(&ApplicationLimits::maxFilterCores)
+                 .said("only nodes with one of these; none: all"));
     }
 };
 
@@ -128,14 +126,14 @@ struct NodeSearch {
     std::vector<ObjectId> after;   ///< `FoundPage::next` of the page before; empty: from the start
 
     static constexpr std::string_view kName = "NodeSearch";
-    static constexpr auto members() {
-        return std::tuple(member<&NodeSearch::expression>(1, "expression").said("as \"/hall/**/wheel*\""),
-                          member<&NodeSearch::node>(2, "node").said("the expression's \"/\""),
-                          member<&NodeSearch::coreType>(3, "core_type").said("only nodes with such a core; 0: all"),
-                          member<&NodeSearch::pageSize>(4, "page_size").said("nodes told at most"),
-                          partMember<&NodeSearch::after>("after")
-                              .atMost(&ApplicationLimits::maxDepth)
-                              .said("where the page before has ended; none: from the start"));
+    static constexpr void members(auto&& take) {
+        take(member<&NodeSearch::expression>(1, "expression").said("as \"/hall/**/wheel*\""),
+             member<&NodeSearch::node>(2, "node").said("the expression's \"/\""),
+             member<&NodeSearch::coreType>(3, "core_type").said("only nodes with such a core; 0: all"),
+             member<&NodeSearch::pageSize>(4, "page_size").said("nodes told at most"),
+             partMember<&NodeSearch::after>("after")
+                 .atMost(&ApplicationLimits::maxDepth)
+                 .said("where the page before has ended; none: from the start"));
     }
 };
 
@@ -150,19 +148,19 @@ struct Objects {
     std::vector<PlaceValue> places;  ///< of each object, where they were asked for; of what is no node the world's own
 
     static constexpr ToldInfo kInfo{.name = "Objects", .answer = 11, .help = "What stands at names"};
-    static constexpr auto members() {
-        return std::tuple(member<&Objects::sequence>(1, "sequence").said("as of this list"),
-                          member<&Objects::places>(2, "places")
-                              .atMost(&ApplicationLimits::maxNames)
-                              .said("of each object, where they were asked for"),
-                          partMember<&Objects::objects>("objects")
-                              .atMost(&ApplicationLimits::maxNames)
-                              .ofBytes(&ApplicationLimits::maxSceneBytes)
-                              .said("as they were asked for"),
-                          partMember<&Objects::content>("content")
-                              .holding(Holds::kChanges)
-                              .ofBytes(&ApplicationLimits::maxSceneBytes)
-                              .said("a list of changes that makes them, for reading; or nothing"));
+    static constexpr void members(auto&& take) {
+        take(member<&Objects::sequence>(1, "sequence").said("as of this list"),
+             member<&Objects::places>(2, "places")
+                 .atMost(&ApplicationLimits::maxNames)
+                 .said("of each object, where they were asked for"),
+             partMember<&Objects::objects>("objects")
+                 .atMost(&ApplicationLimits::maxNames)
+                 .ofBytes(&ApplicationLimits::maxSceneBytes)
+                 .said("as they were asked for"),
+             partMember<&Objects::content>("content")
+                 .holding(Holds::kChanges)
+                 .ofBytes(&ApplicationLimits::maxSceneBytes)
+                 .said("a list of changes that makes them, for reading; or nothing"));
     }
 };
 struct TreePage {
@@ -174,21 +172,21 @@ struct TreePage {
     std::vector<PlayLength> lengths = {};
 
     static constexpr ToldInfo kInfo{.name = "TreePage", .answer = 12, .help = "A page of the tree"};
-    static constexpr auto members() {
-        return std::tuple(member<&TreePage::sequence>(1, "sequence").said("as of this list"),
-                          member<&TreePage::lengths>(2, "lengths")
-                              .atMost(&ApplicationLimits::maxPageNodes)
-                              .said("of the cores on this page that play, where they are known"),
-                          partMember<&TreePage::nodes>("nodes")
-                              .atMost(&ApplicationLimits::maxPageNodes)
-                              .said("in the order of the document"),
-                          partMember<&TreePage::next>("next")
-                              .atMost(&ApplicationLimits::maxDepth)
-                              .said("after which it goes on; none: this is the last"),
-                          partMember<&TreePage::content>("content")
-                              .holding(Holds::kChanges)
-                              .ofBytes(&ApplicationLimits::maxSceneBytes)
-                              .said("a list of changes that makes them, for reading"));
+    static constexpr void members(auto&& take) {
+        take(member<&TreePage::sequence>(1, "sequence").said("as of this list"),
+             member<&TreePage::lengths>(2, "lengths")
+                 .atMost(&ApplicationLimits::maxPageNodes)
+                 .said("of the cores on this page that play, where they are known"),
+             partMember<&TreePage::nodes>("nodes")
+                 .atMost(&ApplicationLimits::maxPageNodes)
+                 .said("in the order of the document"),
+             partMember<&TreePage::next>("next")
+                 .atMost(&ApplicationLimits::maxDepth)
+                 .said("after which it goes on; none: this is the last"),
+             partMember<&TreePage::content>("content")
+                 .holding(Holds::kChanges)
+                 .ofBytes(&ApplicationLimits::maxSceneBytes)
+                 .said("a list of changes that makes them, for reading"));
     }
 };
 struct FoundPage {
@@ -198,16 +196,16 @@ struct FoundPage {
     std::uint64_t lookedAt = 0;     ///< nodes, for this page
 
     static constexpr ToldInfo kInfo{.name = "FoundPage", .answer = 13, .help = "A page of the nodes that were found"};
-    static constexpr auto members() {
-        return std::tuple(member<&FoundPage::sequence>(1, "sequence").said("as of this list"),
-                          member<&FoundPage::lookedAt>(2, "looked_at").said("nodes, for this page"),
-                          partMember<&FoundPage::nodes>("nodes")
-                              .atMost(&ApplicationLimits::maxPageNodes)
-                              .ofBytes(&ApplicationLimits::maxSceneBytes)
-                              .said("in the order of the document"),
-                          partMember<&FoundPage::next>("next")
-                              .atMost(&ApplicationLimits::maxDepth)
-                              .said("after which it goes on; none: this is the last"));
+    static constexpr void members(auto&& take) {
+        take(member<&FoundPage::sequence>(1, "sequence").said("as of this list"),
+             member<&FoundPage::lookedAt>(2, "looked_at").said("nodes, for this page"),
+             partMember<&FoundPage::nodes>("nodes")
+                 .atMost(&ApplicationLimits::maxPageNodes)
+                 .ofBytes(&ApplicationLimits::maxSceneBytes)
+                 .said("in the order of the document"),
+             partMember<&FoundPage::next>("next")
+                 .atMost(&ApplicationLimits::maxDepth)
+                 .said("after which it goes on; none: this is the last"));
     }
 };
 
@@ -217,11 +215,11 @@ struct ArrayPiece {
     ByteSlice bytes;         ///< from the offset that was asked for, to the end of the piece or of the array
 
     static constexpr ToldInfo kInfo{.name = "ArrayPiece", .answer = 16, .help = "Bytes of an array"};
-    static constexpr auto members() {
-        return std::tuple(member<&ArrayPiece::size>(1, "size").in("bytes").said("of the whole array"),
-                          partMember<&ArrayPiece::bytes>("bytes")
-                              .ofBytes(&ApplicationLimits::maxPieceBytes)
-                              .said("from the offset on"));
+    static constexpr void members(auto&& take) {
+        take(member<&ArrayPiece::size>(1, "size").in("bytes").said("of the whole array"),
+             partMember<&ArrayPiece::bytes>("bytes")
+                 .ofBytes(&ApplicationLimits::maxPieceBytes)
+                 .said("from the offset on"));
     }
 };
 
@@ -238,7 +236,7 @@ struct GetObjects {
                                        .help = "What stands at names: nodes by their paths, objects by their numbers",
                                        .forPanels = true,
                                        .example = R"({"names":["/hall/crane","#1"],"content":true})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&GetObjects::wish>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&GetObjects::wish>(1)); }
 };
 
 struct GetTree {
@@ -249,7 +247,7 @@ struct GetTree {
                                        .name = "GetTree",
                                        .help = "A page of a node and what is below it",
                                        .example = R"({"node":"/hall","levels":2})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&GetTree::wish>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&GetTree::wish>(1)); }
 };
 
 struct FindNodes {
@@ -260,7 +258,7 @@ struct FindNodes {
                                        .name = "FindNodes",
                                        .help = "A page of the nodes that an expression names",
                                        .example = R"({"expression":"/hall/**/crane*","page_size":100})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&FindNodes::wish>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&FindNodes::wish>(1)); }
 };
 
 /// A large array is read in several pieces: the frames go on between them.
@@ -274,13 +272,13 @@ struct GetArray {
                                        .name = "GetArray",
                                        .help = "Bytes of an array that the scene holds, by its name",
                                        .example = R"({"blob":"8fbc75bd6f0e8d5b6d33266de7325ff5","length":288})"};
-    static constexpr auto members() {
-        return std::tuple(member<&GetArray::blob>(1, "blob").said("32 hexadecimal digits, as changes have them"),
-                          member<&GetArray::offset>(2, "offset").in("bytes"),
-                          member<&GetArray::length>(3, "length")
-                              .in("bytes")
-                              .between(0, static_cast<double>(ApplicationLimits().maxPieceBytes))
-                              .said("0: as many as there may be"));
+    static constexpr void members(auto&& take) {
+        take(member<&GetArray::blob>(1, "blob").said("32 hexadecimal digits, as changes have them"),
+             member<&GetArray::offset>(2, "offset").in("bytes"),
+             member<&GetArray::length>(3, "length")
+                 .in("bytes")
+                 .between(0, static_cast<double>(ApplicationLimits().maxPieceBytes))
+                 .said("0: as many as there may be"));
     }
 };
 

@@ -17,16 +17,15 @@ struct SensorInfo {
     std::uint32_t buttons = 0;
 
     static constexpr std::string_view kName = "SensorInfo";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&SensorInfo::sensor>(1, "sensor"),
-            member<&SensorInfo::moves>(2, "moves").said("whom; empty: nobody"),
-            member<&SensorInfo::poses>(3, "poses").said("taken so far"),
-            member<&SensorInfo::refused>(4, "refused").said("none, or jumps that nobody makes"),
-            member<&SensorInfo::rateHz>(5, "rate_hz").in("Hz"),
-            member<&SensorInfo::ageMs>(6, "age_ms").in("ms").said("since the last pose; negative: none yet"),
-            member<&SensorInfo::straysMm>(7, "strays_mm").in("mm").said("from where they were expected"),
-            member<&SensorInfo::buttons>(8, "buttons").said("bit i: button i is pressed"));
+    static constexpr void members(auto&& take) {
+        take(member<&SensorInfo::sensor>(1, "sensor"),
+             member<&SensorInfo::moves>(2, "moves").said("whom; empty: nobody"),
+             member<&SensorInfo::poses>(3, "poses").said("taken so far"),
+             member<&SensorInfo::refused>(4, "refused").said("none, or jumps that nobody makes"),
+             member<&SensorInfo::rateHz>(5, "rate_hz").in("Hz"),
+             member<&SensorInfo::ageMs>(6, "age_ms").in("ms").said("since the last pose; negative: none yet"),
+             member<&SensorInfo::straysMm>(7, "strays_mm").in("mm").said("from where they were expected"),
+             member<&SensorInfo::buttons>(8, "buttons").said("bit i: button i is pressed"));
     }
 };
 struct TrackerInfo {
@@ -40,16 +39,15 @@ struct TrackerInfo {
     std::vector<SensorInfo> sensors;
 
     static constexpr std::string_view kName = "TrackerInfo";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&TrackerInfo::name>(1, "name"), member<&TrackerInfo::protocol>(2, "protocol"),
-            member<&TrackerInfo::address>(3, "address"),
-            member<&TrackerInfo::trouble>(4, "trouble").said("the last thing that was wrong"),
-            member<&TrackerInfo::datagrams>(5, "datagrams").said("so far; of a stream reads"),
-            member<&TrackerInfo::strangers>(6, "strangers").said("datagrams from others"),
-            member<&TrackerInfo::malformed>(7, "malformed"),
-            member<&TrackerInfo::tooMany>(8, "too_many").said("not looked at: too fast, or more than a frame takes"),
-            member<&TrackerInfo::sensors>(9, "sensors").atMost(&ApplicationLimits::maxSensors));
+    static constexpr void members(auto&& take) {
+        take(member<&TrackerInfo::name>(1, "name"), member<&TrackerInfo::protocol>(2, "protocol"),
+             member<&TrackerInfo::address>(3, "address"),
+             member<&TrackerInfo::trouble>(4, "trouble").said("the last thing that was wrong"),
+             member<&TrackerInfo::datagrams>(5, "datagrams").said("so far; of a stream reads"),
+             member<&TrackerInfo::strangers>(6, "strangers").said("datagrams from others"),
+             member<&TrackerInfo::malformed>(7, "malformed"),
+             member<&TrackerInfo::tooMany>(8, "too_many").said("not looked at: too fast, or more than a frame takes"),
+             member<&TrackerInfo::sensors>(9, "sensors").atMost(&ApplicationLimits::maxSensors));
     }
 };
 
@@ -62,11 +60,11 @@ struct HeadState {
     Quatd orientation = Quatd::Identity();
 
     static constexpr std::string_view kName = "HeadState";
-    static constexpr auto members() {
-        return std::tuple(member<&HeadState::user>(1, "user"), member<&HeadState::tracked>(2, "tracked"),
-                          member<&HeadState::poses>(3, "poses").said("of its sensor, so far"),
-                          member<&HeadState::position>(4, "position").in("m").said("in the wall's frame"),
-                          member<&HeadState::orientation>(5, "orientation"));
+    static constexpr void members(auto&& take) {
+        take(member<&HeadState::user>(1, "user"), member<&HeadState::tracked>(2, "tracked"),
+             member<&HeadState::poses>(3, "poses").said("of its sensor, so far"),
+             member<&HeadState::position>(4, "position").in("m").said("in the wall's frame"),
+             member<&HeadState::orientation>(5, "orientation"));
     }
 };
 /// A wand: its -Z points ahead. Metres in the wall's frame; world units in the world's.
@@ -83,16 +81,15 @@ struct WandState {
     std::vector<double> axes;   ///< -1 to 1 mostly: as the device says
 
     static constexpr std::string_view kName = "WandState";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&WandState::name>(1, "name"), member<&WandState::tracked>(2, "tracked"),
-            member<&WandState::poses>(3, "poses").said("of its sensor, so far"),
-            member<&WandState::position>(4, "position").in("m").said("in the wall's frame"),
-            member<&WandState::orientation>(5, "orientation").said("its -Z points ahead"),
-            member<&WandState::worldPosition>(6, "world_position").in("world units"),
-            member<&WandState::worldOrientation>(7, "world_orientation"),
-            member<&WandState::buttons>(8, "buttons").said("bit i: button i is pressed"),
-            member<&WandState::axes>(9, "axes").atMost(&ApplicationLimits::maxAxes).said("-1 to 1 mostly"));
+    static constexpr void members(auto&& take) {
+        take(member<&WandState::name>(1, "name"), member<&WandState::tracked>(2, "tracked"),
+             member<&WandState::poses>(3, "poses").said("of its sensor, so far"),
+             member<&WandState::position>(4, "position").in("m").said("in the wall's frame"),
+             member<&WandState::orientation>(5, "orientation").said("its -Z points ahead"),
+             member<&WandState::worldPosition>(6, "world_position").in("world units"),
+             member<&WandState::worldOrientation>(7, "world_orientation"),
+             member<&WandState::buttons>(8, "buttons").said("bit i: button i is pressed"),
+             member<&WandState::axes>(9, "axes").atMost(&ApplicationLimits::maxAxes).said("-1 to 1 mostly"));
     }
 };
 
@@ -107,16 +104,15 @@ struct Subscription {
     bool states = false;  ///< of the wall itself, not of a frame: told where something of it is another than before
 
     static constexpr std::string_view kName = "Subscription";
-    static constexpr auto members() {
-        return std::tuple(member<&Subscription::contacts>(1, "contacts"),
-                          member<&Subscription::picks>(2, "picks").said("whoever picks"),
-                          member<&Subscription::frames>(3, "frames").said("which hosts have shown it"),
-                          member<&Subscription::events>(4, "events"),
-                          member<&Subscription::stays>(5, "stays").said("among the events pairs that go on touching"),
-                          member<&Subscription::distances>(6, "distances"),
-                          member<&Subscription::questions>(7, "questions"),
-                          member<&Subscription::poses>(8, "poses").said("heads and wands"),
-                          member<&Subscription::states>(9, "states").said("how hosts are, whether edits are taken"));
+    static constexpr void members(auto&& take) {
+        take(member<&Subscription::contacts>(1, "contacts"),
+             member<&Subscription::picks>(2, "picks").said("whoever picks"),
+             member<&Subscription::frames>(3, "frames").said("which hosts have shown it"),
+             member<&Subscription::events>(4, "events"),
+             member<&Subscription::stays>(5, "stays").said("among the events pairs that go on touching"),
+             member<&Subscription::distances>(6, "distances"), member<&Subscription::questions>(7, "questions"),
+             member<&Subscription::poses>(8, "poses").said("heads and wands"),
+             member<&Subscription::states>(9, "states").said("how hosts are, whether edits are taken"));
     }
 };
 
@@ -128,10 +124,10 @@ struct HostInfo {
     double roundTripMs = 0;
 
     static constexpr std::string_view kName = "HostInfo";
-    static constexpr auto members() {
-        return std::tuple(member<&HostInfo::name>(1, "name"), member<&HostInfo::state>(2, "state"),
-                          member<&HostInfo::lastShown>(3, "last_shown").said("frame"),
-                          member<&HostInfo::roundTripMs>(4, "round_trip_ms").in("ms"));
+    static constexpr void members(auto&& take) {
+        take(member<&HostInfo::name>(1, "name"), member<&HostInfo::state>(2, "state"),
+             member<&HostInfo::lastShown>(3, "last_shown").said("frame"),
+             member<&HostInfo::roundTripMs>(4, "round_trip_ms").in("ms"));
     }
 };
 /// A tile that the others waited for, of late (512 frames at most).
@@ -142,11 +138,10 @@ struct TileWait {
     std::string reason;  ///< what it spent more time on than they did, most of all; words of report.json
 
     static constexpr std::string_view kName = "TileWait";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&TileWait::tile>(1, "tile"), member<&TileWait::host>(2, "host"),
-            member<&TileWait::frames>(3, "frames"), member<&TileWait::ms>(4, "ms").in("ms").said("altogether"),
-            member<&TileWait::reason>(5, "reason").said("what it spent more time on than the others did"));
+    static constexpr void members(auto&& take) {
+        take(member<&TileWait::tile>(1, "tile"), member<&TileWait::host>(2, "host"),
+             member<&TileWait::frames>(3, "frames"), member<&TileWait::ms>(4, "ms").in("ms").said("altogether"),
+             member<&TileWait::reason>(5, "reason").said("what it spent more time on than the others did"));
     }
 };
 /// Of all since the server has started.
@@ -155,10 +150,10 @@ struct Figures {
     double halfMs = 0, p99Ms = 0;  ///< that half, and 99 of 100, do not exceed
 
     static constexpr std::string_view kName = "Figures";
-    static constexpr auto members() {
-        return std::tuple(member<&Figures::count>(1, "count"),
-                          member<&Figures::halfMs>(2, "half_ms").in("ms").said("that half of them do not exceed"),
-                          member<&Figures::p99Ms>(3, "p99_ms").in("ms").said("that 99 of 100 do not exceed"));
+    static constexpr void members(auto&& take) {
+        take(member<&Figures::count>(1, "count"),
+             member<&Figures::halfMs>(2, "half_ms").in("ms").said("that half of them do not exceed"),
+             member<&Figures::p99Ms>(3, "p99_ms").in("ms").said("that 99 of 100 do not exceed"));
     }
 };
 struct Status {
@@ -191,48 +186,47 @@ struct Status {
     std::optional<double> meteredStops;  ///< what the wall has found; none: no exposure is metered
 
     static constexpr ToldInfo kInfo{.name = "Status", .answer = 3, .help = "How the wall is"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Status::wallName>(1, "wall_name"), fixedMember<&Status::epoch>(2, "epoch"),
-            member<&Status::frame>(3, "frame").said("the next one"),
-            member<&Status::sequence>(4, "sequence").said("of the newest list"),
-            fixedMember<&Status::stateHash>(5, "state_hash"),
-            member<&Status::hosts>(6, "hosts").atMost(&ApplicationLimits::maxHosts),
-            member<&Status::waitingFor>(7, "waiting_for")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("hosts that the first frame waits for"),
-            member<&Status::objects>(8, "objects"), member<&Status::nodes>(9, "nodes"),
-            member<&Status::undoDepth>(10, "undo_depth"), member<&Status::applications>(11, "applications"),
-            member<&Status::redoDepth>(12, "redo_depth"),
-            member<&Status::journal>(13, "journal").said("folder of the server; empty: it has none"),
-            member<&Status::journalTrouble>(14, "journal_trouble")
-                .said("why nothing is written at present, and no edit is taken"),
-            member<&Status::waits>(15, "waits")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("tiles that the others waited for of late, longest first"),
-            member<&Status::waitFrames>(16, "wait_frames").said("that the waits look at"),
-            member<&Status::navigation>(17, "navigation").said("the mode; empty: no input is taken"),
-            member<&Status::steering>(18, "steering").atMost(&ApplicationLimits::maxHosts).said("who moves the wall"),
-            member<&Status::trackers>(20, "trackers").atMost(&ApplicationLimits::maxHosts).said("a line for each"),
-            member<&Status::budgetMs>(21, "budget_ms").in("ms").said("for a frame; 0: none"),
-            member<&Status::detail>(22, "detail").said("step that the next frame is drawn at (common/wall/Detail.h)"),
-            member<&Status::programs>(23, "programs")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("a line for each that is bad or heavy"),
-            member<&Status::frames>(24, "frames").said("from their beginning to their release"),
-            member<&Status::barrier>(25, "barrier").said("of frames: from the first ready host to the release"),
-            member<&Status::sentBytes>(26, "sent_bytes").in("bytes").said("on all links"),
-            member<&Status::receivedBytes>(27, "received_bytes").in("bytes").said("on all links"),
-            member<&Status::journalBytes>(28, "journal_bytes").in("bytes").said("written to the journal"),
-            member<&Status::keys>(29, "keys")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("a line for each that ends within 30 days"),
-            member<&Status::keyDays>(30, "key_days")
-                .in("days")
-                .said("until the first ends; 0: there are none, or one has ended"),
-            member<&Status::exposure>(31, "exposure").said("what people want in place of what the scene says"),
-            member<&Status::meteredStops>(32, "metered_stops")
-                .said("that the wall has found; absent: no exposure is metered"));
+    static constexpr void members(auto&& take) {
+        take(member<&Status::wallName>(1, "wall_name"), fixedMember<&Status::epoch>(2, "epoch"),
+             member<&Status::frame>(3, "frame").said("the next one"),
+             member<&Status::sequence>(4, "sequence").said("of the newest list"),
+             fixedMember<&Status::stateHash>(5, "state_hash"),
+             member<&Status::hosts>(6, "hosts").atMost(&ApplicationLimits::maxHosts),
+             member<&Status::waitingFor>(7, "waiting_for")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("hosts that the first frame waits for"),
+             member<&Status::objects>(8, "objects"), member<&Status::nodes>(9, "nodes"),
+             member<&Status::undoDepth>(10, "undo_depth"), member<&Status::applications>(11, "applications"),
+             member<&Status::redoDepth>(12, "redo_depth"),
+             member<&Status::journal>(13, "journal").said("folder of the server; empty: it has none"),
+             member<&Status::journalTrouble>(14, "journal_trouble")
+                 .said("why nothing is written at present, and no edit is taken"),
+             member<&Status::waits>(15, "waits")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("tiles that the others waited for of late, longest first"),
+             member<&Status::waitFrames>(16, "wait_frames").said("that the waits look at"),
+             member<&Status::navigation>(17, "navigation").said("the mode; empty: no input is taken"),
+             member<&Status::steering>(18, "steering").atMost(&ApplicationLimits::maxHosts).said("who moves the wall"),
+             member<&Status::trackers>(20, "trackers").atMost(&ApplicationLimits::maxHosts).said("a line for each"),
+             member<&Status::budgetMs>(21, "budget_ms").in("ms").said("for a frame; 0: none"),
+             member<&Status::detail>(22, "detail").said("step that the next frame is drawn at (common/wall/Detail.h)"),
+             member<&Status::programs>(23, "programs")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("a line for each that is bad or heavy"),
+             member<&Status::frames>(24, "frames").said("from their beginning to their release"),
+             member<&Status::barrier>(25, "barrier").said("of frames: from the first ready host to the release"),
+             member<&Status::sentBytes>(26, "sent_bytes").in("bytes").said("on all links"),
+             member<&Status::receivedBytes>(27, "received_bytes").in("bytes").said("on all links"),
+             member<&Status::journalBytes>(28, "journal_bytes").in("bytes").said("written to the journal"),
+             member<&Status::keys>(29, "keys")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("a line for each that ends within 30 days"),
+             member<&Status::keyDays>(30, "key_days")
+                 .in("days")
+                 .said("until the first ends; 0: there are none, or one has ended"),
+             member<&Status::exposure>(31, "exposure").said("what people want in place of what the scene says"),
+             member<&Status::meteredStops>(32, "metered_stops")
+                 .said("that the wall has found; absent: no exposure is metered"));
     }
 };
 
@@ -241,8 +235,8 @@ struct Trackers {
 
     static constexpr ToldInfo kInfo{
         .name = "Trackers", .answer = 20, .help = "What the wall's trackers say, and how well"};
-    static constexpr auto members() {
-        return std::tuple(member<&Trackers::trackers>(1, "trackers").atMost(&ApplicationLimits::maxTrackers));
+    static constexpr void members(auto&& take) {
+        take(member<&Trackers::trackers>(1, "trackers").atMost(&ApplicationLimits::maxTrackers));
     }
 };
 
@@ -252,9 +246,9 @@ struct Identity {
     Role role = Role::kViewer;
 
     static constexpr ToldInfo kInfo{.name = "Identity", .answer = 15, .help = "Who asks, and what they may do"};
-    static constexpr auto members() {
-        return std::tuple(member<&Identity::name>(1, "name"),
-                          member<&Identity::role>(2, "role").said("each may do what those before it may"));
+    static constexpr void members(auto&& take) {
+        take(member<&Identity::name>(1, "name"),
+             member<&Identity::role>(2, "role").said("each may do what those before it may"));
     }
 };
 
@@ -267,11 +261,10 @@ struct Person {
     bool you = false;
 
     static constexpr std::string_view kName = "Person";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Person::name>(1, "name").said("as proved: of a key, a token, the server's user"),
-            member<&Person::program>(2, "program").said("as it calls itself"), member<&Person::role>(3, "role"),
-            member<&Person::seconds>(4, "seconds").in("s").said("since it came"), member<&Person::you>(5, "you"));
+    static constexpr void members(auto&& take) {
+        take(member<&Person::name>(1, "name").said("as proved: of a key, a token, the server's user"),
+             member<&Person::program>(2, "program").said("as it calls itself"), member<&Person::role>(3, "role"),
+             member<&Person::seconds>(4, "seconds").in("s").said("since it came"), member<&Person::you>(5, "you"));
     }
 };
 struct People {
@@ -279,10 +272,9 @@ struct People {
     std::uint64_t leftOut = 0;
 
     static constexpr ToldInfo kInfo{.name = "People", .answer = 23, .help = "Who is connected, in which role"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&People::people>(1, "people").atMost(&ApplicationLimits::maxPeople).said("in the order of coming"),
-            member<&People::leftOut>(2, "left_out").said("who are there, but more than are listed"));
+    static constexpr void members(auto&& take) {
+        take(member<&People::people>(1, "people").atMost(&ApplicationLimits::maxPeople).said("in the order of coming"),
+             member<&People::leftOut>(2, "left_out").said("who are there, but more than are listed"));
     }
 };
 
@@ -306,8 +298,8 @@ struct HostWork {
     double shownMs = 0;     ///< for so long, at this frame's release
 
     static constexpr std::string_view kName = "HostWork";
-    static constexpr auto members() {
-        return std::tuple(
+    static constexpr void members(auto&& take) {
+        take(
             member<&HostWork::host>(1, "host"),
             member<&HostWork::readyMs>(2, "ready_ms")
                 .in("ms")
@@ -333,20 +325,19 @@ struct Frame {
     std::vector<HostWork> works;  ///< of hosts that have shown it
 
     static constexpr ToldInfo kInfo{.name = "Frame", .notice = 1, .help = "A frame was shown"};
-    static constexpr auto members() {
-        return std::tuple(
-            member<&Frame::frame>(1, "frame"),
-            member<&Frame::shown>(2, "shown").atMost(&ApplicationLimits::maxHosts).said("hosts that have shown it"),
-            member<&Frame::held>(3, "held")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("hosts that go on showing an earlier one"),
-            member<&Frame::frameMs>(4, "frame_ms").in("ms").said("from its beginning until it was released"),
-            member<&Frame::releasedMs>(5, "released_ms")
-                .in("ms")
-                .said("when it was released, by a clock of the server's that only goes forward"),
-            member<&Frame::works>(6, "works")
-                .atMost(&ApplicationLimits::maxHosts)
-                .said("what hosts that have shown it did for it"));
+    static constexpr void members(auto&& take) {
+        take(member<&Frame::frame>(1, "frame"),
+             member<&Frame::shown>(2, "shown").atMost(&ApplicationLimits::maxHosts).said("hosts that have shown it"),
+             member<&Frame::held>(3, "held")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("hosts that go on showing an earlier one"),
+             member<&Frame::frameMs>(4, "frame_ms").in("ms").said("from its beginning until it was released"),
+             member<&Frame::releasedMs>(5, "released_ms")
+                 .in("ms")
+                 .said("when it was released, by a clock of the server's that only goes forward"),
+             member<&Frame::works>(6, "works")
+                 .atMost(&ApplicationLimits::maxHosts)
+                 .said("what hosts that have shown it did for it"));
     }
 };
 
@@ -358,12 +349,12 @@ struct Poses {
 
     static constexpr ToldInfo kInfo{
         .name = "Poses", .notice = 7, .help = "Heads and wands of a frame, before it is drawn"};
-    static constexpr auto members() {
-        return std::tuple(member<&Poses::frame>(1, "frame"),
-                          member<&Poses::heads>(2, "heads")
-                              .atMost(&ApplicationLimits::maxPoses)
-                              .said("of all users, in the wall's order"),
-                          member<&Poses::wands>(3, "wands").atMost(&ApplicationLimits::maxPoses));
+    static constexpr void members(auto&& take) {
+        take(member<&Poses::frame>(1, "frame"),
+             member<&Poses::heads>(2, "heads")
+                 .atMost(&ApplicationLimits::maxPoses)
+                 .said("of all users, in the wall's order"),
+             member<&Poses::wands>(3, "wands").atMost(&ApplicationLimits::maxPoses));
     }
 };
 
@@ -377,12 +368,12 @@ struct States {
 
     static constexpr ToldInfo kInfo{
         .name = "States", .notice = 8, .help = "How hosts are, and whether edits are taken"};
-    static constexpr auto members() {
-        return std::tuple(member<&States::hosts>(1, "hosts").atMost(&ApplicationLimits::maxHosts),
-                          member<&States::journalTrouble>(2, "journal_trouble")
-                              .said("why nothing is written at present, and no edit is taken"),
-                          member<&States::applications>(3, "applications"),
-                          member<&States::comings>(4, "comings").said("and goings of applications, so far"));
+    static constexpr void members(auto&& take) {
+        take(member<&States::hosts>(1, "hosts").atMost(&ApplicationLimits::maxHosts),
+             member<&States::journalTrouble>(2, "journal_trouble")
+                 .said("why nothing is written at present, and no edit is taken"),
+             member<&States::applications>(3, "applications"),
+             member<&States::comings>(4, "comings").said("and goings of applications, so far"));
     }
 };
 
@@ -394,14 +385,14 @@ struct GetStatus {
     using Answer = answer::Status;
     static constexpr RequestInfo kInfo{
         .number = 3, .name = "GetStatus", .help = "How the wall is: hosts, frame, scene, journal, detail"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 struct GetTrackers {
     using Answer = answer::Trackers;
     static constexpr RequestInfo kInfo{
         .number = 20, .name = "GetTrackers", .help = "What the wall's trackers say, and how well"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 /// Replaces what this application has subscribed to.
@@ -414,7 +405,7 @@ struct SubscribeNews {
                                        .help = "What the application is told of every frame from now on",
                                        .ownLink = true,
                                        .example = R"({"frames":true,"contacts":true})"};
-    static constexpr auto members() { return std::tuple(spreadMember<&SubscribeNews::wanted>(1)); }
+    static constexpr void members(auto&& take) { take(spreadMember<&SubscribeNews::wanted>(1)); }
 };
 
 struct WhoAmI {
@@ -423,14 +414,14 @@ struct WhoAmI {
                                        .name = "WhoAmI",
                                        .help = "As whom the server knows this application, and its role",
                                        .forPanels = true};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 struct GetPeople {
     using Answer = answer::People;
     static constexpr RequestInfo kInfo{
         .number = 36, .name = "GetPeople", .help = "Who is connected to this server, and in which role"};
-    static constexpr auto members() { return std::tuple(); }
+    static constexpr void members(auto&& take) { take(); }
 };
 
 using OfStatus = std::variant<GetStatus, GetTrackers, SubscribeNews, WhoAmI, GetPeople>;

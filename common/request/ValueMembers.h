@@ -34,100 +34,98 @@ struct WordsOf<Showing> {
 template <>
 struct MembersOf<Placing> {
     static constexpr std::string_view kName = "Placing";
-    static constexpr auto members() {
+    static constexpr void members(auto&& take) {
         constexpr double kMost = kMaxPlacingCoordinate, kScale = kMaxPlacingScale;
-        return std::tuple(member<&Placing::at>(1, "at")
-                              .in("units of the parent")
-                              .between(-kMost, kMost)
-                              .said("where the file's origin comes; with fit the middle of its underside"),
-                          member<&Placing::scale>(2, "scale").between(1 / kScale, kScale).said("of the file's lengths"),
-                          member<&Placing::fit>(3, "fit")
-                              .in("units of the parent")
-                              .between(1 / kScale, kScale)
-                              .said("instead of a scale: how long the longest side becomes"),
-                          member<&Placing::up>(4, "up").said("which way is up in the file"),
-                          member<&Placing::pointRadius>(5, "point_radius")
-                              .in("units of the file")
-                              .between(0, kMaxPlacedRadius)
-                              .butNotZero()
-                              .said("of all its points"));
+        take(member<&Placing::at>(1, "at")
+                 .in("units of the parent")
+                 .between(-kMost, kMost)
+                 .said("where the file's origin comes; with fit the middle of its underside"),
+             member<&Placing::scale>(2, "scale").between(1 / kScale, kScale).said("of the file's lengths"),
+             member<&Placing::fit>(3, "fit")
+                 .in("units of the parent")
+                 .between(1 / kScale, kScale)
+                 .said("instead of a scale: how long the longest side becomes"),
+             member<&Placing::up>(4, "up").said("which way is up in the file"),
+             member<&Placing::pointRadius>(5, "point_radius")
+                 .in("units of the file")
+                 .between(0, kMaxPlacedRadius)
+                 .butNotZero()
+                 .said("of all its points"));
     }
 };
 
 template <>
 struct MembersOf<ExposureWish> {
     static constexpr std::string_view kName = "ExposureWish";
-    static constexpr auto members() {
-        return std::tuple(member<&ExposureWish::stops>(1, "stops")
-                              .between(-kMostStops, kMostStops)
-                              .said("of radiance, on top of what is metered; absent: it stays"),
-                          member<&ExposureWish::metered>(2, "metered").said("once for all tiles; absent: it stays"),
-                          member<&ExposureWish::toneMap>(3, "tone_map").said("absent: it stays"));
+    static constexpr void members(auto&& take) {
+        take(member<&ExposureWish::stops>(1, "stops")
+                 .between(-kMostStops, kMostStops)
+                 .said("of radiance, on top of what is metered; absent: it stays"),
+             member<&ExposureWish::metered>(2, "metered").said("once for all tiles; absent: it stays"),
+             member<&ExposureWish::toneMap>(3, "tone_map").said("absent: it stays"));
     }
 };
 
 template <>
 struct MembersOf<NodeMove> {
     static constexpr std::string_view kName = "NodeMove";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&NodeMove::translation>(1, "translation").in("units of the parent").said("absent: it stays"),
-            member<&NodeMove::rotation>(2, "rotation").said("of any length but zero; absent: it stays"),
-            member<&NodeMove::scale>(3, "scale").butNotZero().said("absent: it stays"),
-            member<&NodeMove::relative>(4, "relative").said("from where it is in the frame that makes the edit"));
+    static constexpr void members(auto&& take) {
+        take(member<&NodeMove::translation>(1, "translation").in("units of the parent").said("absent: it stays"),
+             member<&NodeMove::rotation>(2, "rotation").said("of any length but zero; absent: it stays"),
+             member<&NodeMove::scale>(3, "scale").butNotZero().said("absent: it stays"),
+             member<&NodeMove::relative>(4, "relative").said("from where it is in the frame that makes the edit"));
     }
 };
 
 template <>
 struct MembersOf<Pose> {
     static constexpr std::string_view kName = "Pose";
-    static constexpr auto members() {
-        return std::tuple(member<&Pose::translation>(1, "translation").in("units of the parent"),
-                          member<&Pose::rotation>(2, "rotation"), member<&Pose::scale>(3, "scale"));
+    static constexpr void members(auto&& take) {
+        take(member<&Pose::translation>(1, "translation").in("units of the parent"),
+             member<&Pose::rotation>(2, "rotation"), member<&Pose::scale>(3, "scale"));
     }
 };
 
 template <>
 struct MembersOf<Ray> {
     static constexpr std::string_view kName = "Ray";
-    static constexpr auto members() {
-        return std::tuple(member<&Ray::origin>(1, "origin").in("world units"),
-                          member<&Ray::direction>(2, "direction").said("of any length but zero"));
+    static constexpr void members(auto&& take) {
+        take(member<&Ray::origin>(1, "origin").in("world units"),
+             member<&Ray::direction>(2, "direction").said("of any length but zero"));
     }
 };
 
 template <>
 struct MembersOf<InputState> {
     static constexpr std::string_view kName = "InputState";
-    static constexpr auto members() {
-        return std::tuple(
-            member<&InputState::source>("source").said("does not count: an application has one"),
-            member<&InputState::held>("held").said("bit 0: faster"),
-            member<&InputState::lookRight>("look_right")
-                .in("1/65536 of a window's height")
-                .said("turned so far, counted around; in JSON also below 0")
-                .countedAround(),
-            member<&InputState::lookDown>("look_down").in("1/65536 of a window's height").countedAround(),
-            member<&InputState::panRight>("pan_right")
-                .in("1/65536 of a window's height")
-                .said("shifted so far, counted around")
-                .countedAround(),
-            member<&InputState::panDown>("pan_down").in("1/65536 of a window's height").countedAround(),
-            member<&InputState::wheel>("wheel")
-                .in("1/65536 of a click")
-                .said("turned away so far, counted around")
-                .countedAround(),
-            member<&InputState::right>("right").in("1/32767 of all the way"),
-            member<&InputState::up>("up").in("1/32767 of all the way"),
-            member<&InputState::back>("back").in("1/32767 of all the way"),
-            member<&InputState::turnRight>("turn_right").in("1/32767 of all the way"),
-            member<&InputState::turnUp>("turn_up").in("1/32767 of all the way"),
-            member<&InputState::rollRight>("roll_right").in("1/32767 of all the way"),
-            member<&InputState::cursorX>("cursor_x")
-                .in("1/65535 of the tile")
-                .said("of an application of the first screen's mosaic"),
-            member<&InputState::cursorY>("cursor_y").in("1/65535 of the tile").said("from above"),
-            member<&InputState::asked>("asked").said("how often each action has been asked for, counted around"));
+    static constexpr void members(auto&& take) {
+        take(member<&InputState::source>("source").said("does not count: an application has one"),
+             member<&InputState::held>("held").said("bit 0: faster"),
+             member<&InputState::lookRight>("look_right")
+                 .in("1/65536 of a window's height")
+                 .said("turned so far, counted around; in JSON also below 0")
+                 .countedAround(),
+             member<&InputState::lookDown>("look_down").in("1/65536 of a window's height").countedAround(),
+             member<&InputState::panRight>("pan_right")
+                 .in("1/65536 of a window's height")
+                 .said("shifted so far, counted around")
+                 .countedAround(),
+             member<&InputState::panDown>("pan_down").in("1/65536 of a window's height").countedAround(),
+             member<&InputState::wheel>("wheel")
+                 .in("1/65536 of a click")
+                 .said("turned away so far, counted around")
+                 .countedAround(),
+             member<&InputState::right>("right").in("1/32767 of all the way"),
+             member<&InputState::up>("up").in("1/32767 of all the way"),
+             member<&InputState::back>("back").in("1/32767 of all the way"),
+             member<&InputState::turnRight>("turn_right").in("1/32767 of all the way"),
+             member<&InputState::turnUp>("turn_up").in("1/32767 of all the way"),
+             member<&InputState::rollRight>("roll_right").in("1/32767 of all the way"),
+             member<&InputState::cursorX>("cursor_x")
+                 .in("1/65535 of the tile")
+                 .said("of an application of the first screen's mosaic"),
+             member<&InputState::cursorY>("cursor_y").in("1/65535 of the tile").said("from above"),
+             member<&InputState::asked>("asked").said("how often each action has been asked for, counted around"));
     }
 };
 static_assert(recordSize<InputState>() == sizeof(InputState));
@@ -137,8 +135,8 @@ template <>
 struct MembersOf<std::pair<ObjectId, ObjectId>> {
     static constexpr std::string_view kName = "GivenId";
     using GivenId = std::pair<ObjectId, ObjectId>;
-    static constexpr auto members() {
-        return std::tuple(member<&GivenId::first>("placeholder"), member<&GivenId::second>("id"));
+    static constexpr void members(auto&& take) {
+        take(member<&GivenId::first>("placeholder"), member<&GivenId::second>("id"));
     }
 };
 
