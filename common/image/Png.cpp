@@ -14,12 +14,16 @@ constexpr int kMaxSidePx = PictureSheet::kMaxSidePx;
 constexpr std::size_t kMaxChunkBytes = std::size_t{8} << 20;
 constexpr char kFrameKey[] = "frame";
 
-struct Failure {
+}  // namespace
+
+struct PngFailure {
     char text[128] = "";
 };
 
+namespace {
+
 [[noreturn]] void onError(png_structp png, png_const_charp text) {
-    auto* failure = static_cast<Failure*>(png_get_error_ptr(png));
+    auto* failure = static_cast<PngFailure*>(png_get_error_ptr(png));
     std::strncpy(failure->text, text, sizeof failure->text - 1);
     png_longjmp(png, 1);
 }
@@ -70,6 +74,8 @@ bool writeEnd(png_structp png, png_infop info) {
     return true;
 }
 
+}  // namespace
+
 /// A file under way.
 struct PngOut {
     PngOut(int widthPx, int heightPx, int colorType, std::optional<std::uint64_t> frame,
@@ -87,11 +93,13 @@ struct PngOut {
     PngOut(const PngOut&) = delete;
     PngOut& operator=(const PngOut&) = delete;
 
-    Failure failure;
+    PngFailure failure;
     std::function<void(ByteSpan)> sink;
     png_structp png = nullptr;
     png_infop info = nullptr;
 };
+
+namespace {
 
 bool readHeader(png_structp png, png_infop info, png_uint_32* widthPx, png_uint_32* heightPx) {
     if (setjmp(png_jmpbuf(png))) return false;
@@ -151,7 +159,7 @@ struct PngRowReader::Impl {
         return fail(ErrorCode::kBadInput, std::string("not a readable PNG: ") + failure.text);
     }
 
-    Failure failure;
+    PngFailure failure;
     ByteSpan rest;
     png_structp png = nullptr;
     png_infop info = nullptr;
