@@ -38,8 +38,6 @@ Expected<Started> start(const std::string& program, const std::string& file, con
     FileHandle readEnd(ends[0]);
     FileHandle writeEnd(ends[1]);
 
-    const auto mostCpu = std::chrono::ceil<std::chrono::seconds>(
-        std::max<std::chrono::milliseconds>(options.deadline, options.maxCpuTime));
     std::vector<std::string> arguments = {"--file",
                                           file,
                                           "--parent",
@@ -51,7 +49,7 @@ Expected<Started> start(const std::string& program, const std::string& file, con
                                           "--cpu-per-mebibyte",
                                           std::to_string(ImportOptions::kCpuTimePerMebibyte.count()),
                                           "--most-cpu",
-                                          std::to_string(mostCpu.count()),
+                                          std::to_string(std::max(options.mostCpuTime, options.maxCpuTime).count()),
                                           "--depth",
                                           std::to_string(options.maxDepth),
                                           "--nodes",

@@ -62,12 +62,14 @@ struct ImportOptions {
     // a file.
     std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what it may hand over
     std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space
-    /// And kCpuTimePerMebibyte for each MiB of the files that it reads, until there is as much as the deadline. Ten
-    /// times what the slowest of 1,346 real models takes: 0.9 s for few bytes (a surface that is divided), 0.2 s for
-    /// each MiB of large ones.
+    /// And kCpuTimePerMebibyte for each MiB of the files that it reads, but no more than mostCpuTime. Ten times what
+    /// the slowest of 1,346 real models takes: 0.9 s for few bytes (a surface that is divided), 0.2 s for a MiB of
+    /// large ones.
     std::chrono::seconds maxCpuTime{10};
     static constexpr std::chrono::seconds kCpuTimePerMebibyte{2};
-    std::chrono::milliseconds deadline{60'000};  ///< wall time
+    std::chrono::seconds mostCpuTime{60};  ///< and one more for each 4 MiB of the file
+    /// Wall time, and four seconds more for each 4 MiB: live loads have the lowest priority, and machines are busy.
+    std::chrono::milliseconds deadline{240'000};
     std::size_t maxNodes =
         SceneLimits().maxObjects;  ///< of models and of what authors wrote, in the whole import, instances counted
     std::size_t maxDepth = SceneLimits().maxDepth - 1;  ///< nodes below `parent`; the scene counts its root too

@@ -68,11 +68,14 @@ std::size_t memoryPerByte(const std::string& extension) {
 ImportOptions withBoundsOf(const std::string& path, const std::string& extension, ImportOptions options) {
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-    const std::size_t each = memoryPerByte(extension);
-    if (each == 0 || unknown || size > options.maxFileBytes) return options;
+    if (unknown || size > options.maxFileBytes) return options;
     const bool text = extension == "tsct";
     const std::uintmax_t beside = text ? std::min<std::uintmax_t>(arraysBeside(path), options.maxFileBytes) : 0;
     const auto bytes = static_cast<std::size_t>(size + beside);
+    options.mostCpuTime += std::chrono::seconds(bytes >> 22);
+    options.deadline += 4 * std::chrono::seconds(bytes >> 22);
+    const std::size_t each = memoryPerByte(extension);
+    if (each == 0) return options;
     const std::size_t memory =
         options.maxMemoryBytes + static_cast<std::size_t>(size) * each + static_cast<std::size_t>(beside) * 4;
     // Never so much that the machine itself would be short of it.
@@ -81,7 +84,6 @@ ImportOptions withBoundsOf(const std::string& path, const std::string& extension
     options.maxMemoryBytes = std::max(options.maxMemoryBytes, std::min(memory, machine / 2));
     const std::size_t result = each == kOfMeshes ? 2 * bytes : each == kOfPacked ? 8 * bytes : bytes + bytes / 8;
     options.maxResultBytes = std::max(options.maxResultBytes, result);
-    options.deadline += std::chrono::seconds(bytes >> 22);
     return options;
 }
 

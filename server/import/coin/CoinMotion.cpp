@@ -15,9 +15,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "common/base/Utf8.h"
 #include "common/math/Srgb.h"
+#include "common/math/Types.h"
 #include "server/import/reader/MovingParts.h"
 
 namespace tessera {
@@ -51,6 +53,29 @@ void appendRotation(std::vector<double>& values, const SbRotation& rotation) {
     values.insert(values.end(), {w, x, y, z});
 }
 
+/// As Animations are between two keys: on a straight line, or along the shorter arc.
+std::vector<double> between(std::span<const double> a, std::span<const double> b, double share, bool turns) {
+    if (turns) {
+        const Quatd way = Quatd(a[0], a[1], a[2], a[3]).slerp(share, Quatd(b[0], b[1], b[2], b[3]));
+        return {way.w(), way.x(), way.y(), way.z()};
+    }
+    std::vector<double> all;
+    for (std::size_t c = 0; c < a.size(); ++c) all.push_back(a[c] + share * (b[c] - a[c]));
+    return all;
+}
+
+/// Whether another one drives it, too: Coin hears the last one alone.
+bool hasFurtherDriver(SoField& field) {
+    SoField& source = sourceOf(field);
+    SoEngineOutput *last = nullptr, *further = nullptr;
+    if (!source.getConnectedEngine(last) || last == nullptr) return false;
+    source.disconnect(last);
+    const bool has = source.getConnectedEngine(further) && further != nullptr;
+    source.appendConnection(last, TRUE);
+    source.enableConnection(FALSE);
+    return has;
+}
+
 }  // namespace
 
 std::string nameOf(const SoNode& node) {
@@ -82,6 +107,9 @@ bool CoinMotion::hold(SoNode& node) {
                            nameOf(node));
             continue;
         }
+        if (hasFurtherDriver(field))
+            notes_.add(fmt::format("of several interpolators that move one {} the last one does", name.getString()),
+                       nameOf(node));
         auto* interpolator = static_cast<SoVRMLInterpolator*>(driver);
         SoNodeEngine* const clock = driverOf(interpolator->set_fraction);
         if (clock == nullptr || !clock->isOfType(SoVRMLTimeSensor::getClassTypeId())) {
@@ -236,22 +264,37 @@ std::optional<CoinMotion::Track> CoinMotion::trackOf(const Route& route, const s
     if (!(cycle > 0 && cycle <= 1e9)) return what("its TimeSensor has no cycle of more than 0 s");
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) <= 1e15; }))
         return what("a value is not finite, or beyond 1e15");
-    std::vector<double> times, kept;
-    const auto add = [&](double time, std::size_t k) {
-        times.push_back(time);
-        const auto from = values.begin() + static_cast<std::ptrdiff_t>(k * width);
-        kept.insert(kept.end(), from, from + static_cast<std::ptrdiff_t>(width));
-    };
-    const auto timeOf = [&](std::size_t k) { return std::clamp(double{key[static_cast<int>(k)]}, 0.0, 1.0) * cycle; };
-    if (timeOf(0) > 0) add(0, 0);  // before the first key it is as there
+    const auto keyAt = [&](std::size_t k) { return double{key[static_cast<int>(k)]}; };
     for (std::size_t k = 0; k < keys; ++k) {
-        const double time = timeOf(k);
-        if (!std::isfinite(time)) return what("a key is not finite");
-        if (k > 0 && time < timeOf(k - 1)) return what("its keys do not ascend");
-        // Two keys of one time are a jump.
-        add(times.empty() || time > times.back() ? time : times.back() + 1e-6 * cycle, k);
+        if (!std::isfinite(keyAt(k))) return what("a key is not finite");
+        if (k > 0 && keyAt(k) < keyAt(k - 1)) return what("its keys do not ascend");
     }
-    if (times.back() < cycle) add(cycle, keys - 1);
+    const bool turns = width == 4 && (field == "rotation" || field == "scaleOrientation");
+    const auto rowOf = [&](std::size_t k) { return std::span(values).subspan(k * width, width); };
+    // A cycle is from 0 to 1. Keys beyond are only seen through what is between them and others.
+    std::size_t first = 0, end = keys;  // those within it
+    while (first < keys && keyAt(first) <= 0) ++first;
+    while (end > first && keyAt(end - 1) > 1) --end;
+    const auto valueAt = [&](double fraction, std::size_t next) {  // the first key behind it
+        if (next == 0 || next == keys) {
+            const auto row = rowOf(next == 0 ? 0 : keys - 1);
+            return std::vector<double>(row.begin(), row.end());
+        }
+        const double share = (fraction - keyAt(next - 1)) / (keyAt(next) - keyAt(next - 1));
+        return between(rowOf(next - 1), rowOf(next), share, turns);
+    };
+    std::vector<double> times{0}, kept = valueAt(0, first);
+    for (std::size_t k = first; k < end; ++k) {
+        // Two keys of one time are a jump.
+        times.push_back(std::max(keyAt(k) * cycle, times.back() + 1e-6 * cycle));
+        const auto row = rowOf(k);
+        kept.insert(kept.end(), row.begin(), row.end());
+    }
+    if (times.back() < cycle) {
+        times.push_back(cycle);
+        const std::vector<double> last = valueAt(1, end);
+        kept.insert(kept.end(), last.begin(), last.end());
+    }
     channel.set_field(field);
     channel.set_times_blob(scene_.addBlob(bytesOfNumbers(times)));
     channel.set_values_blob(scene_.addBlob(bytesOfNumbers(kept)));

@@ -22,7 +22,7 @@ struct DxfChords {
     int perTurn = 64, perSpan = 16;
     int fewest = 8;  ///< of an arc, however short
 };
-inline constexpr DxfChords kCoarseChords{16, 3, 2};
+inline constexpr DxfChords kCoarseChords{16, 3, 2}, kRoughChords{8, 2, 2};
 
 /// Adds center + cos(t) major + sin(t) minor, t from `start` on over `sweep`, which may be negative.
 void addDxfEllipse(DxfPath& path, const Vec3d& center, const Vec3d& major, const Vec3d& minor, double start,

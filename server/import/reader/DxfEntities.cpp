@@ -19,6 +19,8 @@ constexpr double kDegrees = std::numbers::pi / 180;
 constexpr double kFarthest = 1e12;
 /// With more curves are coarser.
 constexpr std::size_t kManyCurvePoints = 2'000'000;
+/// A circle of rough chords is of 9 points, and of 30 bytes or more.
+constexpr std::size_t kBytesPerRoughPoint = 3;
 
 Mat3d frameOf(const DxfRecord& record) {
     return dxfFrame(record.point(210, Vec3d::UnitZ()));
@@ -32,7 +34,11 @@ void turnAll(const Mat3d& frame, DxfPath& path) {
 
 const DxfChords& DxfReader::chords() {
     static const DxfChords kFine;
-    return curvePoints_ < kManyCurvePoints ? kFine : kCoarseChords;
+    if (curvePoints_ < kManyCurvePoints) return kFine;
+    // All that follow shall have room, too.
+    const std::size_t left = fileBytes_ - std::min(document_.groups().mark().at, fileBytes_);
+    const std::size_t room = mostCurvePoints_ - std::min(curvePoints_, mostCurvePoints_);
+    return left / kBytesPerRoughPoint < room ? kCoarseChords : kRoughChords;
 }
 
 bool DxfReader::hasRoomForCurve() {
@@ -66,7 +72,7 @@ void DxfReader::addLetters(const DxfRecord& record, std::optional<DxfLetters> le
     constexpr std::size_t kMostLetters = 60'000;
     const std::size_t count = letters->text.text().size();
     if (count > kMostLetters - std::min(letters_, kMostLetters))
-        return leftOut(fmt::format("texts beyond {} letters", kMostLetters));
+        return leftOut(fmt::format("texts beyond {} letters (save the drawing in parts)", kMostLetters));
     if (!takeRoomFor(1, 0)) return;
     letters_ += count;
     bucketOf(record, to).addLetters(std::move(*letters));

@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "common/cores/Animation.h"
 #include "common/cores/Billboard.h"
@@ -306,6 +310,54 @@ TEST_F(CoinFiles, PlayWhatTimeSensorsDrive) {
     EXPECT_EQ(channels.at("baseColor")->values.as<double>().size(), 8u);
     EXPECT_EQ(aspect.core<Transform>("/a/B")->translation, Vec3d(9, 0, 0)) << "as the file has it at rest";
     EXPECT_EQ(aspect.core<ComponentTransform>("/a/C")->center, Vec3d(1, 0, 0));
+}
+
+TEST_F(CoinFiles, CutKeysAtTheCycle) {
+    const std::string text = kVrml2 +
+                             "DEF B Transform { children Shape { geometry Box {} } }\n"
+                             "DEF T TimeSensor { loop TRUE cycleInterval 4 }\n"
+                             "DEF P PositionInterpolator { key [ -1 0.5 2 ] keyValue [ 0 0 0, 3 0 0, 3 6 0 ] }\n"
+                             "DEF O OrientationInterpolator { key [ -1 1 ] keyValue [ 0 0 1 0, 0 0 1 2 ] }\n"
+                             "DEF S PositionInterpolator { key [ 3 4 ] keyValue [ 2 2 2, 5 5 5 ] }\n"
+                             "ROUTE T.fraction_changed TO P.set_fraction ROUTE P.value_changed TO B.set_translation\n"
+                             "ROUTE T.fraction_changed TO O.set_fraction ROUTE O.value_changed TO B.set_rotation\n"
+                             "ROUTE T.fraction_changed TO S.set_fraction ROUTE S.value_changed TO B.set_scale";
+    const ImportedAspect aspect = read("a.wrl", text);
+    std::map<std::string, const KeyFrames*> channels;
+    for (const KeyFrames* one : all<KeyFrames>(aspect)) channels[one->field] = one;
+    ASSERT_EQ(channels.size(), 3u);
+    const auto numbers = [](const Blob& blob) {
+        const auto all = blob.as<double>();
+        return std::vector<double>(all.begin(), all.end());
+    };
+    EXPECT_EQ(numbers(channels["translation"]->times), (std::vector<double>{0, 2, 4}));
+    EXPECT_EQ(numbers(channels["translation"]->values), (std::vector<double>{2, 0, 0, 3, 0, 0, 3, 2, 0}));
+    EXPECT_EQ(numbers(channels["scale"]->values), (std::vector<double>{2, 2, 2, 2, 2, 2}));
+    EXPECT_EQ(numbers(channels["rotation"]->times), (std::vector<double>{0, 4}));
+    const std::vector<double> turns = numbers(channels["rotation"]->values);
+    ASSERT_EQ(turns.size(), 8u);
+    const double expected[] = {std::cos(0.5), 0, 0, std::sin(0.5), std::cos(1.0), 0, 0, std::sin(1.0)};
+    for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(turns[i], expected[i], 1e-6) << i;
+}
+
+TEST_F(CoinFiles, SayWhichOfTwoInterpolatorsMovesAField) {
+    const std::string text =
+        kVrml2 +
+        "DEF B Transform { children DEF S Shape { geometry Box {} } } DEF C Transform { children USE S }\n"
+        "DEF T TimeSensor { loop TRUE }\n"
+        "DEF P PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0 ] }\n"
+        "DEF Q PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 0 2 0 ] }\n"
+        "ROUTE T.fraction_changed TO P.set_fraction ROUTE T.fraction_changed TO Q.set_fraction\n"
+        "ROUTE P.value_changed TO C.set_translation ROUTE P.value_changed TO B.set_translation";
+    EXPECT_EQ(notesOf("a.wrl", text), "");
+    EXPECT_NE(notesOf("b.wrl", text + " ROUTE Q.value_changed TO B.set_translation")
+                  .find("of several interpolators that move one translation the last one does (the first: 'B')"),
+              std::string::npos);
+    Expected<ImportedScene> scene = load("b.wrl", text + " ROUTE Q.value_changed TO B.set_translation");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    const ImportedAspect aspect(std::move(*scene));
+    ASSERT_EQ(all<KeyFrames>(aspect).size(), 2u);
+    EXPECT_EQ(all<KeyFrames>(aspect)[0]->values.as<double>()[4], 2) << "of B, which stands before C";
 }
 
 TEST_F(CoinFiles, NameWhatIsLeftOut) {

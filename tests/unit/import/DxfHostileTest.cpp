@@ -144,6 +144,16 @@ TEST(DxfHostile, MoreCurvesThanTheirBytesBearAreLeftOut) {
     EXPECT_TRUE(hasNote(*scene, "points of chords (save the drawing in parts): ")) << scene->notes.front();
 }
 
+TEST(DxfHostile, VeryManyCirclesAreRoughRatherThanLeftOut) {
+    std::string circles;
+    for (int i = 0; i < 400'000; ++i)
+        circles += fmt::format("0\nCIRCLE\n8\n0\n10\n{}.5\n20\n{}.5\n40\n0.25\n", i % 1000, i / 1000);
+    const Expected<ImportedScene> scene =
+        importDxfWithin2s("0\nSECTION\n2\nENTITIES\n" + circles + "0\nENDSEC\n0\nEOF\n");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_FALSE(hasNote(*scene, "left out")) << scene->notes.front();
+}
+
 TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
     const std::string said = readDxfAlone(blocksAndEntities(
         "",
@@ -167,7 +177,7 @@ TEST(DxfHostile, MoreLettersThanASceneHoldsAreLeftOut) {
     for (int i = 0; i < 20'000; ++i) texts += fmt::format("0 TEXT\n10 {}\n40 1\n1 Room {:02}\n", i, i % 100);
     const Expected<ImportedScene> many = importDxfWithin2s(groupsOf("0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n"));
     ASSERT_TRUE(many) << messageOf(many);
-    EXPECT_TRUE(hasNote(*many, "texts beyond 60000 letters: 11429 left out"));
+    EXPECT_TRUE(hasNote(*many, "texts beyond 60000 letters (save the drawing in parts): 11429 left out"));
 }
 
 }  // namespace
