@@ -191,7 +191,7 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
     });
 
     verb("loads", "Files on their way: how far each is, and whose", [] { return verb::Loads{}; });
-    CLI::App* cancel = app.add_subcommand("cancel", "Ends the reading of a file that is on its way");
+    CLI::App* cancel = app.add_subcommand("cancel", "Ends the load of a file that does not appear yet");
     cancel->add_option("N", in.cancel.load, "Its number among the loads (the only one)")->check(loadFault);
     when(cancel, [&] { return in.cancel; });
 

@@ -184,7 +184,7 @@ public:
                                                 Reload reload, const std::function<bool(const LoadState&)>& tell);
     /// Files that are on their way into the scene, whoever asked for them.
     [[nodiscard]] Expected<answer::Loads> loads();
-    /// Ends the reading of one of them. kRefused: it appears already. kNotFound: it is not on its way (any more).
+    /// Ends one of them. kRefused: it appears already. kNotFound: it is not on its way (any more).
     [[nodiscard]] Expected<void> cancelLoad(std::uint64_t load);
     [[nodiscard]] Expected<void> setView(const ViewWish& view);
     /// The scene, or a test picture, on all tiles from the next frame on.

@@ -63,8 +63,8 @@ answer::Loads LoadRequests::underWay(const Asker& asker, const std::function<std
     for (const OpenEdits::Appearing& one : edits_.appearing())
         add(one.ticket, one.open,
             {.path = one.open->loadedFrom,
-             .stage = "appearing",
-             .part = one.part,
+             .stage = one.part ? "appearing" : "sending",
+             .part = one.part.value_or(-1),
              .seconds = toMilliseconds(now - one.open->since) / 1000});
     for (const Loader::UnderWay& one : around_.loader.underWay()) {
         const ImportWatch::Progress progress = one.watch->progress();
@@ -89,8 +89,11 @@ Expected<ServerActions> LoadRequests::cancel(std::uint64_t load, const std::stri
         if (open == nullptr || open->content) return ServerActions();
         return edits_.refuse(load, {why.code, open->loadedFrom + ": " + why.message});
     }
-    if (edits_.find(load) == nullptr)
+    const OpenEdits::Open* const made = edits_.find(load);
+    if (made == nullptr)
         return fail(ErrorCode::kNotFound, fmt::format("no load {} is on its way; `loads` tells which are", load));
+    if (made->isLoad && edits_.waitsForHosts(load))
+        return edits_.refuse(load, {why.code, made->loadedFrom + ": " + why.message});
     return fail(ErrorCode::kRefused, "it appears already; an undo takes it back");
 }
 

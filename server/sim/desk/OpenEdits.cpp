@@ -82,6 +82,7 @@ ServerActions OpenEdits::refuse(std::uint64_t ticket, const Error& why) {
     const auto open = open_.find(ticket);
     ServerActions actions = tell(open->second, tl::unexpected(why));
     drop(std::move(open->second.parts));
+    around_.session.forgetBlobs(ticket);
     close(open);
     return actions;
 }
@@ -100,11 +101,19 @@ OpenEdits::Count OpenEdits::countOf(ConnectionId connection) const {
     return count;
 }
 
+bool OpenEdits::waitsForHosts(std::uint64_t ticket) const {
+    const auto open = open_.find(ticket);
+    const auto isIn = [&](const auto& tickets) { return std::ranges::find(tickets, ticket) != tickets.end(); };
+    return open != open_.end() && !open->second.announced.empty() && !isIn(ready_) && !isIn(loading_);
+}
+
 std::vector<OpenEdits::Appearing> OpenEdits::appearing() const {
     std::vector<Appearing> found;
     for (const auto& [ticket, open] : open_) {
         if (!open.isLoad || partsOf(open) == 0) continue;
-        found.push_back({ticket, &open, static_cast<double>(open.nextPart) / static_cast<double>(partsOf(open))});
+        std::optional<double> part;
+        if (!waitsForHosts(ticket)) part = static_cast<double>(open.nextPart) / static_cast<double>(partsOf(open));
+        found.push_back({ticket, &open, part});
     }
     return found;
 }

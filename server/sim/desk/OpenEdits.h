@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,8 @@ public:
     [[nodiscard]] ServerActions enter(Open open, std::vector<Blob> named, TimePoint now);
     [[nodiscard]] ServerActions refuse(std::uint64_t ticket, const Error& why);
     void blobsEverywhere(std::uint64_t ticket);
+    /// Hosts still fetch what it names: nothing of it is in a frame.
+    [[nodiscard]] bool waitsForHosts(std::uint64_t ticket) const;
     /// This deed of the audit log is open.
     [[nodiscard]] bool has(ConnectionId connection, std::uint64_t deed) const;
 
@@ -78,7 +81,7 @@ public:
     struct Appearing {
         std::uint64_t ticket = 0;
         const Open* open = nullptr;
-        double part = 0;  ///< of the parts, 0 to 1
+        std::optional<double> part;  ///< of the parts, 0 to 1; none: hosts still fetch what it names
     };
     [[nodiscard]] std::vector<Appearing> appearing() const;
     /// Of copies that were made beside the frames.

@@ -79,6 +79,7 @@ TEST_F(DeskLoads, ThatAppearAreNotCancelled) {
     const ConnectionId ada = join("ada");
     load(ada, "quick.tsct");
     server.take(desk.prepared(*made.pop(), server.now));
+    server.take(desk.blobsEverywhere(loadsTold(ada).at(0).load));
     const std::vector<LoadState> told = loadsTold(ada);
     ASSERT_EQ(told.size(), 1u);
     EXPECT_EQ(told[0].stage, "appearing");
@@ -86,6 +87,34 @@ TEST_F(DeskLoads, ThatAppearAreNotCancelled) {
     ask(ada, request::CancelLoad{told[0].load});
     EXPECT_EQ(lastReply(ada).code, ErrorCode::kRefused);
     EXPECT_NE(lastReply(ada).error.find("undo"), std::string::npos);
+}
+
+TEST_F(DeskLoads, ThatHostsStillFetchAreSentAndCancelled) {
+    const ConnectionId ada = join("ada"), bob = join("bob");
+    const std::string file = importer.scratch.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    std::uint64_t first = 0;
+    for (const bool cancelled : {true, false}) {
+        ask(ada, request::LoadFile{.path = file});
+        server.take(desk.prepared(*made.pop(), server.now));
+        const std::vector<LoadState> told = loadsTold(ada);
+        ASSERT_EQ(told.size(), 1u);
+        EXPECT_EQ(told[0].stage, "sending");
+        EXPECT_LT(told[0].part, 0);
+        if (cancelled) {
+            first = told[0].load;
+            ask(bob, request::CancelLoad{first});
+            EXPECT_EQ(lastReply(bob).error, "");
+            EXPECT_EQ(lastReply(ada).error, file + ": cancelled by bob's person");
+            EXPECT_TRUE(loadsTold(ada).empty());
+            continue;
+        }
+        server.take(desk.blobsEverywhere(first));  // too late
+        EXPECT_EQ(loadsTold(ada).at(0).stage, "sending");
+        server.take(desk.blobsEverywhere(told[0].load));
+        EXPECT_EQ(loadsTold(ada).at(0).stage, "appearing");
+        ask(bob, request::CancelLoad{told[0].load});
+        EXPECT_EQ(lastReply(bob).code, ErrorCode::kRefused);
+    }
 }
 
 }  // namespace
