@@ -37,6 +37,21 @@ bool DxfReader::takeRoomFor(std::size_t places, std::size_t nodesOfEach) {
     return true;
 }
 
+bool DxfReader::takeRoomFor(std::size_t places, const DxfGuise& guise, DxfContent& to) {
+    // Twenty million triangles or so: hosts draw each.
+    constexpr std::size_t kMostPlacedLetters = 200'000;
+    const std::size_t room = kMostPlacedLetters - std::min(placedLetters_, kMostPlacedLetters);
+    if (guise.letters > 0 && places > room / guise.letters) {
+        leftOut(fmt::format("places of blocks with letters beyond {} of these", kMostPlacedLetters));
+        return false;
+    }
+    if (!takeRoomFor(places, guise.nodes)) return false;
+    placedLetters_ += places * guise.letters;
+    to.placedNodes += places * (guise.nodes + 1);
+    to.letters += places * guise.letters;
+    return true;
+}
+
 /// A row of a table by its name and a place: what dimensions and tables look like was drawn into a block.
 Expected<void> DxfReader::addBlock(const DxfRecord& record, Reading& to) {
     const DxfBlock* const block = document_.block(record.word(2));
@@ -47,8 +62,7 @@ Expected<void> DxfReader::addBlock(const DxfRecord& record, Reading& to) {
     const DxfLayer& layer = layerOf(record, to);
     const Expected<const DxfGuise*> guise = this->guise(*block, {&layer, colorOf(record, layer, to)});
     if (!guise) return tl::unexpected(guise.error());
-    if (!*guise || !takeRoomFor(1, (*guise)->nodes)) return {};
-    to.content.placedNodes += (*guise)->nodes + 1;
+    if (!*guise || !takeRoomFor(1, **guise, to.content)) return {};
     Affine3d place = Affine3d::Identity();
     if (record.type == "ACAD_TABLE") place.translation() = record.point(10);
     if (!(place.matrix().cwiseAbs().maxCoeff() < 1e12)) return {};
@@ -79,8 +93,7 @@ Expected<void> DxfReader::addInsert(const DxfRecord& record, Reading& to) {
         const auto count = static_cast<std::size_t>(columns * rows);
         const bool sound = first.matrix().cwiseAbs().maxCoeff() < 1e12 && scale.cwiseAbs().maxCoeff() < 1e12 &&
                            step.cwiseAbs().maxCoeff() < 1e12 && block->base.cwiseAbs().maxCoeff() < 1e12;
-        if (*guise && sound && takeRoomFor(count, (*guise)->nodes)) {
-            to.content.placedNodes += count * ((*guise)->nodes + 1);
+        if (*guise && sound && takeRoomFor(count, **guise, to.content)) {
             std::vector<DxfPlaced>& placed = to.content.of(layer).placed;
             for (std::int64_t row = 0; row < rows; ++row)
                 for (std::int64_t column = 0; column < columns; ++column) {
@@ -138,6 +151,7 @@ Expected<const DxfGuise*> DxfReader::guise(const DxfBlock& block, const Inherite
     if (!done) return tl::unexpected(done.error());
     DxfGuise made{.byLayer = reading.byLayer, .byColor = reading.byColor};
     made.bounds = reading.content.bounds();
+    made.letters = reading.content.letters;
     // What is on the insert's layer hides with that. A layer of the block's own needs a node where it is hidden, or not
     // the only one.
     const DxfLayer* direct = made.byLayer ? inherited.layer : nullptr;

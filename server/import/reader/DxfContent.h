@@ -41,6 +41,7 @@ struct DxfGuise {
     std::string definition;      ///< of the plain scene; empty: nothing, or a mesh alone
     std::string mesh, material;  ///< of one that is a mesh alone
     std::size_t nodes = 0;       ///< of each that is placed
+    std::size_t letters = 0;     ///< the same
     Box bounds;
     bool byLayer = false, byColor = false;  ///< whether it looks otherwise with another layer or colour
 };
@@ -60,6 +61,7 @@ struct DxfLayerContent {
 struct DxfContent {
     std::map<std::string, DxfLayerContent> layers;  ///< by key
     std::size_t placedNodes = 0;
+    std::size_t letters = 0;  ///< those of placed blocks, too
 
     [[nodiscard]] DxfLayerContent& of(const DxfLayer& layer);
     [[nodiscard]] Box bounds() const;

@@ -32,18 +32,20 @@ void turnAll(const Mat3d& frame, DxfPath& path) {
 
 }  // namespace
 
-const DxfChords& DxfReader::chords() {
+const DxfChords& DxfReader::chords(std::size_t underWay) {
     static const DxfChords kFine;
-    if (curvePoints_ < kManyCurvePoints) return kFine;
-    // All that follow shall have room, too.
+    const std::size_t points = curvePoints_ + underWay;
+    if (points < kManyCurvePoints) return kFine;
+    // Those that follow shall have room, too.
     const std::size_t left = fileBytes_ - std::min(document_.groups().mark().at, fileBytes_);
-    const std::size_t room = mostCurvePoints_ - std::min(curvePoints_, mostCurvePoints_);
+    const std::size_t room = mostCurvePoints_ - std::min(points, mostCurvePoints_);
     return left / kBytesPerRoughPoint < room ? kCoarseChords : kRoughChords;
 }
 
-bool DxfReader::hasRoomForCurve() {
+bool DxfReader::hasRoomForCurve(const DxfRecord& record, Reading& to) {
     if (curvePoints_ < mostCurvePoints_) return true;
     leftOut(curvesBeyond_);
+    (void)bucketOf(record, to);  // its block looks as if it were there
     return false;
 }
 
@@ -70,11 +72,13 @@ void DxfReader::addLetters(const DxfRecord& record, std::optional<DxfLetters> le
     if (letters->sheared) leftOut("the slant of letters");
     // About a hundred triangles each, of the ten million that a scene may make of few numbers.
     constexpr std::size_t kMostLetters = 60'000;
-    const std::size_t count = letters->text.text().size();
+    const std::string& text = letters->text.text();
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
     if (count > kMostLetters - std::min(letters_, kMostLetters))
         return leftOut(fmt::format("texts beyond {} letters (save the drawing in parts)", kMostLetters));
     if (!takeRoomFor(1, 0)) return;
     letters_ += count;
+    to.content.letters += count;
     bucketOf(record, to).addLetters(std::move(*letters));
 }
 
@@ -110,7 +114,7 @@ bool DxfReader::addShape(const DxfRecord& record, Reading& to) {
 }
 
 void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
-    if (!hasRoomForCurve()) return;
+    if (!hasRoomForCurve(record, to)) return;
     DxfPath path;
     const Vec3d center = record.point(10);
     if (record.type == "SPLINE") {
@@ -141,25 +145,29 @@ void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
 }
 
 void DxfReader::addLightPolyline(const DxfRecord& record, Reading& to) {
-    struct Corner {
-        Vec3d at;
-        double bulge = 0;
-    };
-    std::vector<Corner> corners;
+    std::vector<Vec3d> corners;
+    std::vector<double> bulges;
     const double z = record.number(38, 0);
     for (const DxfGroup& group : record.groups) {
-        if (group.code == 10) corners.push_back({Vec3d(group.number(), 0, z)});
+        if (group.code == 10) {
+            corners.emplace_back(group.number(), 0, z);
+            bulges.push_back(0);
+        }
         if (corners.empty()) continue;
-        if (group.code == 20) corners.back().at.y() = group.number();
-        if (group.code == 42) corners.back().bulge = group.number();
+        if (group.code == 20) corners.back().y() = group.number();
+        if (group.code == 42) bulges.back() = group.number();
     }
-    if (corners.empty()) return;
-    if (std::ranges::any_of(corners, [](const Corner& corner) { return corner.bulge != 0; }) && !hasRoomForCurve())
-        return;
-    const bool closed = (record.integer(70, 0) & 1) != 0;
-    DxfPath path{corners.front().at};
-    for (std::size_t i = 1; i < corners.size(); ++i) addDxfBulge(path, corners[i].at, corners[i - 1].bulge, chords());
-    if (closed) addDxfBulge(path, corners.front().at, corners.back().bulge, chords());
+    if (!corners.empty()) addBulged(record, corners, bulges, (record.integer(70, 0) & 1) != 0, to);
+}
+
+void DxfReader::addBulged(const DxfRecord& record, std::span<const Vec3d> corners, std::span<const double> bulges,
+                          bool closed, Reading& to) {
+    const bool curved = std::ranges::any_of(bulges, [](double bulge) { return bulge != 0; });
+    if (curved && !hasRoomForCurve(record, to)) return;
+    DxfPath path{corners.front()};
+    const std::size_t sides = closed ? corners.size() : corners.size() - 1;
+    for (std::size_t i = 0; i < sides; ++i)
+        addDxfBulge(path, corners[(i + 1) % corners.size()], bulges[i], chords(path.size()));
     if (path.size() > corners.size() + 1) curvePoints_ += path.size();
     turnAll(frameOf(record), path);
     addPath(record, path, false, to);
@@ -201,13 +209,7 @@ void DxfReader::addPolyline(const DxfRecord& record, Reading& to) {
     if (vertices.empty()) return;
     const bool closed = (flags & kClosed) != 0;
     if (!flat) return addPath(record, vertices, closed, to);
-    if (std::ranges::any_of(bulges, [](double bulge) { return bulge != 0; }) && !hasRoomForCurve()) return;
-    DxfPath path{vertices.front()};
-    for (std::size_t i = 1; i < vertices.size(); ++i) addDxfBulge(path, vertices[i], bulges[i - 1], chords());
-    if (closed) addDxfBulge(path, vertices.front(), bulges.back(), chords());
-    if (path.size() > vertices.size() + 1) curvePoints_ += path.size();
-    turnAll(frameOf(record), path);
-    addPath(record, path, false, to);
+    addBulged(record, vertices, bulges, closed, to);
 }
 
 /// Rows of vertices: M of them, each of N.
@@ -296,7 +298,7 @@ void DxfReader::addMesh(const DxfRecord& record, Reading& to) {
 void DxfReader::addHatch(const DxfRecord& record, Reading& to) {
     if (record.integer(70, 0) != 1) return leftOut("patterns of hatches");
     if (record.integer(450, 0) != 0) leftOut("gradients of hatches, which have one colour,");
-    if (!hasRoomForCurve()) return;
+    if (!hasRoomForCurve(record, to)) return;
     const std::vector<DxfPath> rings = dxfHatchRings(record, chords());
     for (const DxfPath& ring : rings)
         if (!isSound(ring)) return;

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -47,6 +48,9 @@ private:
     void addCurve(const DxfRecord& record, Reading& to);
     void addLightPolyline(const DxfRecord& record, Reading& to);
     void addPolyline(const DxfRecord& record, Reading& to);
+    /// A strip of lines and arcs; `bulges`: of the sides from each corner on.
+    void addBulged(const DxfRecord& record, std::span<const Vec3d> corners, std::span<const double> bulges, bool closed,
+                   Reading& to);
     void addGrid(const DxfRecord& record, const std::vector<Vec3d>& vertices, bool smooth, Reading& to);
     void addMesh(const DxfRecord& record, Reading& to);
     void addHatch(const DxfRecord& record, Reading& to);
@@ -58,9 +62,10 @@ private:
     [[nodiscard]] bool isSound(std::span<const Vec3d> path);
     /// An entity that says too little, or what cannot be.
     void addUnsound();
-    [[nodiscard]] const DxfChords& chords();
+    /// `underWay`: points of the curve that is being made.
+    [[nodiscard]] const DxfChords& chords(std::size_t underWay = 0);
     /// False, and said: curves have so many points already that no further one is worked out.
-    bool hasRoomForCurve();
+    bool hasRoomForCurve(const DxfRecord& record, Reading& to);
 
     // DxfBlocks.cpp
     Expected<void> addInsert(const DxfRecord& record, Reading& to);
@@ -68,6 +73,8 @@ private:
     Expected<const DxfGuise*> guise(const DxfBlock& block, const Inherited& inherited);
     /// False, and said: there would be too many.
     bool takeRoomFor(std::size_t places, std::size_t nodesOfEach);
+    /// The same for what is placed with a block.
+    bool takeRoomFor(std::size_t places, const DxfGuise& guise, DxfContent& to);
     /// Makes nodes of all content; `direct`: the layer that gets no node of its own. How many there are.
     std::size_t emit(DxfContent& content, const std::function<proto::scene::Node*()>& make, const DxfLayer* direct);
     std::size_t emit(DxfColor color, DxfBucket& bucket, const std::function<proto::scene::Node*()>& make);
@@ -82,7 +89,7 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     std::map<std::string, std::size_t> leftOut_;  ///< how many, by what is said of them
-    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0;
+    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0, placedLetters_ = 0;
     std::string firstUnsound_;
 
     using GuiseKey = std::tuple<const DxfBlock*, const DxfLayer*, DxfColor>;

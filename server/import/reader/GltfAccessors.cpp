@@ -5,11 +5,15 @@
 #include <algorithm>
 #include <cstring>
 
+#include "common/confine/Confinement.h"
+
 namespace tessera {
 namespace {
 
 /// Without this, an accessor without data could ask for any amount of zeros.
 constexpr std::size_t kMaxElements = 64'000'000;
+/// Of all accessors: few sparse values may stand for very many zeros.
+constexpr std::uint64_t kFreeZeros = 32'000'000, kZerosPerByte = 2;
 
 /// One number of a component type, as a double.
 double readNumber(const unsigned char* at, int componentType) {
@@ -72,6 +76,15 @@ Expected<GltfAccessors::Layout> GltfAccessors::layout(int accessor) const {
         return fail(ErrorCode::kBadInput, fmt::format("accessor {} has an unknown type", accessor));
     if (found.count > kMaxElements)
         return fail(ErrorCode::kLimit, fmt::format("accessor {} has more than {} elements", accessor, kMaxElements));
+    if (found.bufferView < 0) {
+        zeros_ += std::uint64_t{found.count} * static_cast<std::uint64_t>(components);
+        const std::uint64_t most = kFreeZeros + kZerosPerByte * bytesGranted();
+        if (zeros_ > most)
+            return fail(ErrorCode::kLimit,
+                        fmt::format("its accessors have {} numbers that stand in no buffer, and {} are read of {} "
+                                    "bytes: give accessor {} a buffer view",
+                                    zeros_, most, bytesGranted(), accessor));
+    }
     return Layout{&found, components, static_cast<std::size_t>(bytes)};
 }
 

@@ -10,6 +10,8 @@
 
 namespace tessera {
 
+/// Refuses what a file of its bytes (`bytesGranted`) has too much of: numbers that stand in no buffer, as of sparse
+/// accessors. Not thread-safe.
 class GltfAccessors {
 public:
     explicit GltfAccessors(const tinygltf::Model& model) : model_(model) {}
@@ -33,6 +35,7 @@ private:
     [[nodiscard]] Expected<void> visit(const Layout& layout, int components, Store store) const;
 
     const tinygltf::Model& model_;
+    mutable std::uint64_t zeros_ = 0;  ///< numbers that stand in no buffer, of all accessors that were read
 };
 
 }  // namespace tessera

@@ -41,9 +41,13 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
         const auto& [name, components] = known[i];
         const int accessor = static_cast<int>(gltfNumber(attributes, name, -1));
         if (accessor < 0) continue;
-        if (accessors_.count(accessor) > kMostInstances)
-            return fail(ErrorCode::kLimit, fmt::format("a node has {} instances, {} at most are read",
-                                                       accessors_.count(accessor), kMostInstances));
+        const std::size_t said = accessors_.count(accessor);
+        if (said > kMostInstances)
+            return fail(ErrorCode::kLimit,
+                        fmt::format("a node has {} instances, {} at most are read", said, kMostInstances));
+        // Before they are read: many nodes may name one accessor.
+        if (Expected<void> room = hasRoomForNodes(said / ReadLimits::kGlyphsPerNode); !room)
+            return tl::unexpected(room.error());
         Expected<std::vector<float>> read = accessors_.floats(accessor, components, i == 3 ? 1.0f : 0.0f);
         if (!read) return tl::unexpected(read.error());
         const std::size_t elements = read->size() / static_cast<std::size_t>(components);
@@ -54,8 +58,8 @@ Expected<std::vector<GltfReader::Instance>> GltfReader::instances(const tinygltf
                 return fail(ErrorCode::kBadInput, fmt::format("the {} of an instance is not finite", name));
         count = elements;
         values[i] = std::move(*read);
-        const tinygltf::Accessor& said = model_.accessors[static_cast<std::size_t>(accessor)];
-        haveBytes = haveBytes || said.bufferView >= 0 || said.sparse.isSparse;
+        const tinygltf::Accessor& stored = model_.accessors[static_cast<std::size_t>(accessor)];
+        haveBytes = haveBytes || stored.bufferView >= 0 || stored.sparse.isSparse;
     }
     // A few letters may say a million instances that all are the same one.
     if (count > 1 && !haveBytes) {
@@ -130,6 +134,12 @@ std::vector<std::size_t> GltfReader::withoutGlyphs(const std::string& name, cons
     return left;
 }
 
+Expected<void> GltfReader::hasRoomForNodes(std::size_t more) const {
+    const std::size_t nodes = placedNodes_ + more;
+    if (nodes <= limits_.nodesOf(bytesGranted())) return {};
+    return fail(ErrorCode::kLimit, limits_.tooManyNodes(nodes, bytesGranted()));
+}
+
 Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {
     const Expected<std::vector<Part>> parts = meshParts(node);
     if (!parts) return tl::unexpected(parts.error());
@@ -137,9 +147,10 @@ Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Nod
     if (!places) return tl::unexpected(places.error());
     if (places->empty()) addParts(*parts, placed);
     const std::vector<std::size_t> nodes = withoutGlyphs(placed.name(), *parts, *places, placed);
-    placedNodes_ += nodes.size() * (parts->size() + 1);
-    if (placedNodes_ > limits_.nodesOf(bytesGranted()))
-        return fail(ErrorCode::kLimit, limits_.tooManyNodes(placedNodes_, bytesGranted()));
+    const std::size_t glyphs = (places->size() - nodes.size()) * parts->size();
+    const std::size_t more = nodes.size() * (parts->size() + 1) + glyphs / ReadLimits::kGlyphsPerNode;
+    if (Expected<void> room = hasRoomForNodes(more); !room) return room;
+    placedNodes_ += more;
     for (const std::size_t i : nodes) {
         const Instance& instance = (*places)[i];
         proto::scene::Node* child = placed.add_node();

@@ -84,6 +84,8 @@ private:
                                                          proto::scene::Node& placed);
     /// The node's mesh, at each of its places.
     Expected<void> addMesh(const tinygltf::Node& node, proto::scene::Node& placed);
+    /// Refused where instances would be more than the file's bytes bear.
+    [[nodiscard]] Expected<void> hasRoomForNodes(std::size_t more) const;
 
     // GltfNodes.cpp
     Expected<void> walk(int index, const Affine3d& world_T_parent, std::size_t depth);

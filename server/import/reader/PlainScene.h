@@ -22,6 +22,8 @@ struct ReadLimits {
     /// Of few bytes: a node takes about a kilobyte, and an array of a few letters may place a thing very often.
     std::size_t freeNodes = kFreeNodes;
     static constexpr std::size_t kFreeNodes = 200'000, kBytesPerNode = 4;
+    /// So many places of glyphs count as a node: they take 48 bytes each (GlyphPlaces.h).
+    static constexpr std::size_t kGlyphsPerNode = 20;
     std::size_t maxDepth = 255;
     int maxImageSide = 4096;                           ///< pixels; larger images are halved until they fit
     std::size_t maxImageBytes = std::size_t{1} << 29;  ///< of all images, decoded

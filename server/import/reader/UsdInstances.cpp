@@ -106,6 +106,7 @@ InstancePlaces instancePlacesOf(const UsdComposedPrim& prim, UsdRemarks& remarks
     // "vertex", "varying" or "uniform": one for each instance. "constant" ones are inherited.
     const UsdElements elements{.faces = count, .vertices = count, .corners = count};
     const auto colors = UsdPrimvar::of(prim, nullptr, "primvars:displayColor", 3, elements, remarks);
+    if (prim.attribute("primvars:displayOpacity")) remarks.add("opacities of instances are left out", prim.path());
     for (std::size_t i = 0; colors && colors->per() != UsdPrimvar::Per::kAll && i < count; ++i) {
         std::uint32_t color = 0;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -241,6 +242,8 @@ Expected<void> UsdReader::addInstances(const UsdComposedPrim& prim, const Above&
             continue;
         }
         if (parts->empty()) continue;
+        if (Expected<void> counted = countNodes(which.size() * parts->size() / ReadLimits::kGlyphsPerNode); !counted)
+            return counted;
         noteUnsorted(scene_, prim.path(), *parts);
         // What has a material, or a colour of its own, is of that.
         for (GlyphPart& part : *parts)

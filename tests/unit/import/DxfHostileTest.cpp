@@ -154,6 +154,40 @@ TEST(DxfHostile, VeryManyCirclesAreRoughRatherThanLeftOut) {
     EXPECT_FALSE(hasNote(*scene, "left out")) << scene->notes.front();
 }
 
+TEST(DxfHostile, OnePolylineOfVeryManyArcsIsRough) {
+    std::string arcs = "0\nLWPOLYLINE\n";
+    for (int i = 0; i < 600'000; ++i) arcs += fmt::format("10\n{}\n20\n{}\n42\n1\n", i % 1000, i / 1000);
+    const Expected<ImportedScene> scene = importDxfWithin2s("0\nSECTION\n2\nENTITIES\n" + arcs + "0\nENDSEC\n0\nEOF\n");
+    ASSERT_TRUE(scene) << messageOf(scene);
+    EXPECT_FALSE(hasNote(*scene, "left out")) << scene->notes.front();
+    EXPECT_EQ(scene->geometries, 1u);
+}
+
+/// Of a block that came out empty, as there was no room, others of other colours have none either.
+TEST(DxfHostile, CurvesThatHaveNoRoomAreCountedWhereverTheirBlockStands) {
+    std::string circles, inserts;
+    for (int i = 0; i < 1000; ++i) circles += "0 CIRCLE\n62 0\n40 1\n";
+    for (int i = 0; i < 1500; ++i) inserts += fmt::format("0 INSERT\n2 A\n420 {}\n", i);
+    const std::string said = readDxfAlone(blocksAndEntities("0 BLOCK\n2 A\n" + circles + "0 ENDBLK\n", inserts));
+    const std::size_t at = said.find("(save the drawing in parts): ");
+    ASSERT_NE(at, std::string::npos) << said;
+    EXPECT_GT(std::stoul(said.substr(at + 29)), 1'000'000u) << said;
+}
+
+TEST(DxfHostile, LettersCountWhereverTheirBlockStands) {
+    const std::string block = "0 BLOCK\n2 A\n0 TEXT\n40 1\n1 " + std::string(960, 'x') + "\n0 ENDBLK\n";
+    const Expected<ImportedScene> many =
+        importDxfWithin2s(blocksAndEntities(block, "0 INSERT\n2 A\n70 300\n71 300\n0 INSERT\n2 A\n"));
+    ASSERT_TRUE(many) << messageOf(many);
+    EXPECT_TRUE(hasNote(*many, "places of blocks with letters beyond 200000 of these: 1 left out"));
+    EXPECT_EQ(many->geometries, 1u);
+    std::string texts;
+    for (int i = 0; i < 4'000; ++i) texts += "0 TEXT\n40 1\n1 Комната\xc2\xb0\xc2\xb0\n";
+    const std::string said = readDxfAlone(groupsOf(
+        "0 SECTION\n2 HEADER\n9 $ACADVER\n1 AC1032\n0 ENDSEC\n0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n0 EOF\n"));
+    EXPECT_FALSE(dxfSays(said, "letters")) << said;
+}
+
 TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
     const std::string said = readDxfAlone(blocksAndEntities(
         "",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <sstream>
 
 #include "common/cores/Geometry.h"
@@ -99,6 +100,15 @@ std::string dxf(const std::string& entities, const std::string& before = {}) {
         out += line.substr(0, space) + "\n" + (space == line.npos ? "" : line.substr(space + 1)) + "\n";
     }
     return out;
+}
+
+TEST(DxfCurves, SweepsThatAreRoundedToAWholeTurnAreOne) {
+    constexpr double kTurn = 2 * std::numbers::pi;
+    for (const double end : {kTurn, 6.2831853072, 6.28319, 6.2832, -kTurn, 0.0, 2 * kTurn + 1e-5})
+        EXPECT_DOUBLE_EQ(dxfSweep(0, end), kTurn) << end;
+    EXPECT_DOUBLE_EQ(dxfSweep(1, 1 + 1e-5), (1 + 1e-5) - 1) << "an arc however short";
+    EXPECT_NEAR(dxfSweep(0, 6.2831), 6.2831, 1e-12);
+    EXPECT_NEAR(dxfSweep(6, 0.5), 0.5 - 6 + kTurn, 1e-12);
 }
 
 /// Chords are a little shorter than curves.

@@ -176,6 +176,50 @@ TEST(GltfInstances, ThatAreNodesSayWhy) {
     EXPECT_EQ(read->triangles, 12'000u);
 }
 
+/// One accessor of few bytes, which many nodes name; and many meshes.
+TEST(GltfInstances, OfFewSparseBytesAreBounded) {
+    const auto sparse = [](GltfText& file, std::size_t count, const std::string& nodes) {
+        const int positions = file.floats({0, 0, 0, 1, 0, 0, 0, 2, 0}, "VEC3", 3);
+        std::string text = file.text(nodes);
+        const std::string last = R"("type":"VEC3"}],)", first = R"("bufferView":0,)";
+        EXPECT_EQ(positions, 0);
+        const std::size_t at = text.find(last);
+        EXPECT_NE(at, std::string::npos);
+        return text.replace(
+            at, last.size(),
+            fmt::format(R"("type":"VEC3"}},{{"componentType":5126,"count":{},"type":"VEC3","sparse":{{"count":1,
+            "indices":{{"bufferView":0,"componentType":5125}},"values":{{"bufferView":0}}}}}}],)",
+                        count));
+    };
+    const auto refused = [](const std::string& text) {
+        const Scratch scratch;
+        const Expected<ImportedScene> read = importScene(scratch.write("many.gltf", text), kRootNode, importOptions());
+        EXPECT_FALSE(read);
+        return read ? std::string() : read.error().message;
+    };
+    std::string nodes, numbers, primitives;
+    for (int i = 0; i < 50; ++i) {
+        nodes += fmt::format(
+            R"({}{{"mesh":0,"extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":1}}}}}}}})",
+            i ? "," : "", i);
+        numbers += fmt::format("{}{}", i ? "," : "", i);
+        primitives += fmt::format(R"({}{{"attributes":{{"POSITION":1}}}})", i ? "," : "");
+    }
+    GltfText places, meshes;
+    EXPECT_NE(refused(sparse(places, 100'000,
+                             fmt::format(R"("extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{{"nodes":[{}]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"nodes":[{}])",
+                                         numbers, nodes)))
+                  .find("what it places so often becomes "),
+              std::string::npos);
+    EXPECT_NE(refused(sparse(meshes, 300'000,
+                             fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{}]}}])",
+                                         primitives)))
+                  .find("numbers that stand in no buffer"),
+              std::string::npos);
+}
+
 TEST(GltfInstances, OfManyPartsAreBoundedByTheFile) {
     GltfText file;
     const int positions = file.floats({0, 0, 0, 1, 0, 0, 0, 2, 0}, "VEC3", 3),

@@ -355,6 +355,25 @@ TEST(UsdHostile, WhatASmallFileMultipliesIsBounded) {
     EXPECT_EQ(refused(surface), "");
 }
 
+TEST(UsdHostile, GlyphsOfInheritedPlacesAreBounded) {
+    std::string text = R"(class "C" { int[] protoIndices = [)", positions, colors;
+    for (int i = 0; i < 5'000; ++i) {
+        text += i ? ",0" : "0";
+        positions += i ? ",(0,0,0)" : "(0,0,0)";
+        colors += i ? ",(1,0,0)" : "(1,0,0)";
+    }
+    text += "] point3f[] positions = [" + positions + "] color3f[] primvars:displayColor = [" + colors +
+            "] (interpolation = \"vertex\") }\ndef Xform \"P\" {\n";
+    for (int i = 0; i < 16; ++i) text += fmt::format("def Mesh \"T{}\" {{{}}}\n", i, kUsdTriangle);
+    text += "}\n";
+    for (int i = 0; i < 200; ++i)
+        text += fmt::format("def PointInstancer \"I{}\" (inherits = </C>) {{ rel prototypes = </P> }}\n", i);
+    const Scratch scratch;
+    const Expected<ImportedScene> read = importUsd(scratch.write("many.usda", usda(text)));
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message.find("what it places so often becomes "), std::string::npos) << read.error().message;
+}
+
 TEST(UsdHostile, ShadersThatAreConnectedToThemselvesEndSomewhere) {
     const UsdScene scene("def Mesh \"M\" {" + kUsdTriangle + R"( rel material:binding = </L> }
 def Material "L" {
