@@ -106,28 +106,34 @@ double arcHeight(const Affine3d& from, const Affine3d& to, const Box& box) {
     return 0.5 * chord * std::tan(0.25 * turn);
 }
 
+/// The lowest and the highest of a mesh along its own axes and diagonals: those of a box are all its corners.
+std::vector<Vec3d> extremesOf(std::span<const float> positions) {
+    static const std::array<Vec3f, 7> kWays = {Vec3f(1, 0, 0),  Vec3f(0, 1, 0),  Vec3f(0, 0, 1), Vec3f(1, 1, 1),
+                                               Vec3f(1, 1, -1), Vec3f(1, -1, 1), Vec3f(-1, 1, 1)};
+    struct Found {
+        std::size_t at = 0;
+        float along = 0;
+    };
+    if (positions.size() < 3) return {};
+    std::array<Found, 14> found;
+    for (std::size_t i = 0; i + 3 <= positions.size(); i += 3)
+        for (std::size_t way = 0; way < kWays.size(); ++way) {
+            const float along = kWays[way].dot(Vec3f(positions[i], positions[i + 1], positions[i + 2]));
+            Found &low = found[2 * way], &high = found[2 * way + 1];
+            if (i == 0 || along < low.along) low = {i, along};
+            if (i == 0 || along > high.along) high = {i, along};
+        }
+    std::vector<Vec3d> extremes;
+    for (const auto& [i, along] : found) extremes.emplace_back(positions[i], positions[i + 1], positions[i + 2]);
+    return extremes;
+}
+
 /// The farthest places along 26 directions: a room of eight corners shows around a chair of a million.
 class Outermost {
 public:
-    void add(std::span<const float> positions, const Affine3d& world_T_node) {
-        if (positions.size() < 3) return;
-        // The lowest and the highest along the node's own axes and diagonals: those of a box are all its corners.
-        static const std::array<Vec3f, 7> kWays = {Vec3f(1, 0, 0),  Vec3f(0, 1, 0),  Vec3f(0, 0, 1), Vec3f(1, 1, 1),
-                                                   Vec3f(1, 1, -1), Vec3f(1, -1, 1), Vec3f(-1, 1, 1)};
-        struct Found {
-            std::size_t at = 0;
-            float along = 0;
-        };
-        std::array<Found, 14> found;
-        for (std::size_t i = 0; i + 3 <= positions.size(); i += 3)
-            for (std::size_t way = 0; way < kWays.size(); ++way) {
-                const float along = kWays[way].dot(Vec3f(positions[i], positions[i + 1], positions[i + 2]));
-                Found &low = found[2 * way], &high = found[2 * way + 1];
-                if (i == 0 || along < low.along) low = {i, along};
-                if (i == 0 || along > high.along) high = {i, along};
-            }
-        for (const auto& [i, along] : found) {
-            const Vec3d place = world_T_node * Vec3d(positions[i], positions[i + 1], positions[i + 2]);
+    void add(std::span<const Vec3d> extremes, const Affine3d& world_T_node) {
+        for (const Vec3d& extreme : extremes) {
+            const Vec3d place = world_T_node * extreme;
             if (!place.allFinite()) continue;
             for (int x = -1, n = 0; x <= 1; ++x)
                 for (int y = -1; y <= 1; ++y)
@@ -170,24 +176,43 @@ public:
 
 private:
     void takeSamples() {
-        std::size_t all = 0;
-        const auto visitEach = [&](const auto& take) {
+        // Each mesh is looked at once, however often it stands.
+        struct Mesh {
+            std::size_t count = 0;
+            std::vector<Vec3d> extremes;
+        };
+        std::unordered_map<MeshKey, Mesh, MeshKeyHash> meshes;
+        std::vector<const Mesh*> placed;  // one for each that is drawn, in their order
+        const auto visitEach = [&](auto&& take) {
             Action action;
             action.onNode([&](const Visit& visit) {
                 if (visit.node.ofServer) return Descend::kPast;
                 if (const Drawable drawable = drawableOf(scene_, visit.node); drawable && drawable.resident())
-                    take(drawable.arrays().positions.as<float>(), visit.world_T_node);
+                    take(drawable, visit.world_T_node);
                 return Descend::kInto;
             });
             action.run(scene_);
         };
-        visitEach([&](std::span<const float> positions, const Affine3d&) { all += positions.size() / 3; });
+        std::size_t all = 0;
+        visitEach([&](const Drawable& drawable, const Affine3d&) {
+            const auto [mesh, isNew] = meshes.try_emplace(drawable.key());
+            if (isNew) {
+                const MeshArrays arrays = drawable.arrays();
+                const auto positions = arrays.positions.as<float>();
+                mesh->second = {positions.size() / 3, extremesOf(positions)};
+                result_.measured += mesh->second.count;
+            }
+            all += mesh->second.count;
+            placed.push_back(&mesh->second);
+        });
         const std::size_t step = all / kMostSamples + 1;
         std::size_t next = 0;  // among those that are still to come
         Outermost outermost;
-        visitEach([&](std::span<const float> positions, const Affine3d& world_T_node) {
-            const std::size_t count = positions.size() / 3;
-            outermost.add(positions, world_T_node);
+        visitEach([&, mesh = placed.begin()](const Drawable& drawable, const Affine3d& world_T_node) mutable {
+            outermost.add((*mesh)->extremes, world_T_node);
+            const std::size_t count = (*mesh++)->count;
+            const MeshArrays arrays = next < count ? drawable.arrays() : MeshArrays();
+            const auto positions = arrays.positions.as<float>();
             for (; next < count; next += step) {
                 const Vec3d at =
                     world_T_node * Vec3d(positions[3 * next], positions[3 * next + 1], positions[3 * next + 2]);

@@ -15,8 +15,9 @@ struct AnimatedBounds {
     /// Some of the places of what is drawn, evenly among all, at most about kMostSamples, and the outermost; none where
     /// something moves.
     std::vector<Vec3d> samples = {};
-    std::uint64_t looks = 0;   ///< times that were looked at
-    std::uint64_t placed = 0;  ///< nodes that were placed for them
+    std::uint64_t looks = 0;     ///< times that were looked at
+    std::uint64_t placed = 0;    ///< nodes that were placed for them
+    std::uint64_t measured = 0;  ///< corners that were looked at for samples: of each mesh once
 };
 
 /// World bounds of all that is drawn and that switches show now, wherever animations and motions take it: those that
@@ -32,9 +33,9 @@ struct AnimatedBounds {
 /// several animations that play meet otherwise in a later run, and of fields that are not followed (arrays of
 /// positions, levels of detail).
 ///
-/// Cost: that of sceneBounds, a look at all keys, and looks × nodes that move, of which there are at most kMostPlaced:
-/// with more nodes there are fewer looks, evenly among the times, and kFewestLooks at least (at each that stands:
-/// kFewestLooksAlone). 0.2 s for 20,000 keys and up to 10,000 nodes, 1.4 s for 200,000 (unit_sim
+/// Cost: that of sceneBounds, a look at each mesh once, a look at all keys, and looks × nodes that move, of which there
+/// are at most kMostPlaced: with more nodes there are fewer looks, evenly among the times, and kFewestLooks at least
+/// (at each that stands: kFewestLooksAlone). 0.2 s for 20,000 keys and up to 10,000 nodes, 1.4 s for 200,000 (unit_sim
 /// --gtest_filter='AnimatedBounds.Cost*' --gtest_output=xml).
 inline constexpr std::uint64_t kMostPlaced = 2'000'000, kFewestLooks = 32, kFewestLooksAlone = 8;
 inline constexpr std::size_t kMostAlone = 16, kMostSamples = 16'384;

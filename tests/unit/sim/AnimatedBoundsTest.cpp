@@ -172,6 +172,29 @@ TEST(AnimatedBounds, SamplesKnowWhatIsOutermost) {
     EXPECT_LT((sampled.lower - all.lower).norm() + (sampled.upper - all.upper).norm(), 1e-9);
 }
 
+/// What is looked at grows with the meshes, not with where they stand.
+TEST(AnimatedBounds, SamplesLookAtEachMeshOnce) {
+    std::uint64_t measured[2] = {};
+    for (const int places : {1, 1000}) {
+        ListMaker make;
+        const ObjectId sheet = make.sheet(255);
+        for (int i = 0; i < places; ++i) {
+            const ObjectId at = make.create<Transform>();
+            setField<&Transform::translation>(make.builder, at, Vec3d(i, 0, 0));
+            make.node("sheet", make.node("place", kRootNode, at), sheet);
+        }
+        Simulation simulation;
+        ASSERT_TRUE(simulation.load({make.builder.take()}));
+        const AnimatedBounds bounds = animatedBounds(simulation.scene());
+        measured[places > 1] = bounds.measured;
+        Box sampled;
+        for (const Vec3d& place : bounds.samples) sampled.extend(place);
+        EXPECT_LT((sampled.upper - verticesOf(simulation.scene()).upper).norm(), 1e-9);
+    }
+    EXPECT_GT(measured[0], 0u);
+    EXPECT_EQ(measured[0], measured[1]);
+}
+
 TEST(AnimatedBounds, HoldWhatRandomAnimationsShowInEveryFrame) {
     std::size_t moved = 0, frames = 0;
     forSeeds(100, [&](Random& random) {
