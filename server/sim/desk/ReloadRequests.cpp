@@ -250,8 +250,10 @@ ServerActions ReloadRequests::committed(std::uint64_t number, const std::shared_
         count(known, *plan);
         return end(number, std::nullopt);
     }
-    // Somebody has removed or put something in between; what has been made stays known.
-    if (++known.tries < kTries && !around_.whyNoEdit()) return this->plan(number, now);
+    // Somebody has removed or put something in between; what has been made stays known. A person's cancelling (kFailed)
+    // is the end.
+    const bool mayFit = refused->code != ErrorCode::kFailed && !around_.whyNoEdit();
+    if (mayFit && ++known.tries < kTries) return this->plan(number, now);
     return end(number, refused);
 }
 
@@ -260,9 +262,11 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
     Known& known = files_.at(number);
     FileInScene& file = known.file;
     answer::Loaded& told = known.told;
+    const auto named = [&](const std::string& why) {
+        return why.starts_with(file.path) ? why : fmt::format("{}: {}", file.path, why);
+    };
     if (refused) {
-        std::string words =
-            refused->message.starts_with(file.path) ? refused->message : file.path + ": " + refused->message;
+        std::string words = named(refused->message);
         if (words != known.said) say(words + "; what it held before stays", true);
         known.said = std::move(words);
     } else {
@@ -299,8 +303,12 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
                           "it stands as it was loaded: what else was said of that is of no use with a reload");
     if (told.notes.size() > answer::Loaded::kMostNotes) told.notes.resize(answer::Loaded::kMostNotes);
     for (std::string& note : told.notes) note = cutUtf8(note, kMostNoteBytes);
-    const Expected<ApplicationAnswer> answer =
-        refused ? Expected<ApplicationAnswer>(tl::unexpected(*refused)) : Expected<ApplicationAnswer>(told);
+    const auto answer = [&]() -> Expected<ApplicationAnswer> {
+        if (refused) return fail(refused->code, named(refused->message));
+        if (!told.node && !file.held->tops.empty())
+            return fail(ErrorCode::kNotFound, named("nothing of it is in the scene any more; load it anew"));
+        return told;
+    }();
     for (const Asker& asker : std::exchange(known.askers, {})) append(actions, around_.answers().to(asker, answer));
     if (known.again) append(actions, begin(number));
     forgetOldest();
