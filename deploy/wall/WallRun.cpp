@@ -296,8 +296,10 @@ private:
         endServerAt_.reset();
         killAt_.reset();
         for (ClientSlot& client : clients_) client.restartAt.reset();
-        // A server that ended well has told its clients; one that did not leaves them waiting for its return.
-        endClientsAt_ = now() + (end.good() ? options_.finishDeadline : milliseconds(0));
+        // A server that ended well has told its clients, but those that had not joined yet; one that did not leaves
+        // them waiting for its return.
+        const milliseconds patience = result_.interrupted ? options_.leaveDeadline : options_.finishDeadline;
+        endClientsAt_ = now() + (end.good() ? patience : milliseconds(0));
     }
 
     void stopRequested() {

@@ -39,8 +39,9 @@ struct WallRunOptions {
     std::chrono::milliseconds startDeadline{
         300'000};  ///< from the server's start to its "listening on": it imports scenes first
     std::chrono::milliseconds finishDeadline{
-        10'000};                                 ///< from the server's end to the clients'; and of a server told to end
-    std::chrono::milliseconds killAfter{2'000};  ///< from SIGTERM to SIGKILL
+        10'000};  ///< from the server's end to the clients'; and of a server told to end
+    std::chrono::milliseconds leaveDeadline{2'000};  ///< from the server's end to the clients', where a person ended it
+    std::chrono::milliseconds killAfter{2'000};      ///< from SIGTERM to SIGKILL
     std::chrono::milliseconds beforeEndDeadline{20'000};
     /// Doubled each time that the client dies again before it has run for `soundAfter`, up to the longest.
     std::chrono::milliseconds restartDelay{250}, longestRestartDelay{30'000}, soundAfter{60'000};

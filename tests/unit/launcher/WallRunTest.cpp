@@ -174,6 +174,19 @@ TEST_F(WallRunning, EndsInOrderWhenAskedTo) {
     EXPECT_TRUE(has("b.done"));
 }
 
+/// Who had not joined yet does not hear of the server's end.
+TEST_F(WallRunning, EndsClientsThatHearNothingSoonWhenAskedTo) {
+    options_.finishDeadline = 60s;
+    options_.leaveDeadline = 100ms;
+    const auto before = std::chrono::steady_clock::now();
+    const Expected<WallRunResult> result =
+        run(std::string(kListen) + "trap 'exit 0' TERM; while :; do sleep 0.05; done",
+            "if [ $host = b ]; then kill -TERM $PPID; fi; exec sleep 50");
+    ASSERT_TRUE(result);
+    EXPECT_TRUE(result->interrupted);
+    EXPECT_LT(std::chrono::steady_clock::now() - before, 30s);
+}
+
 TEST_F(WallRunning, KillsAServerThatDoesNotEnd) {
     options_.finishDeadline = 100ms;
     const Expected<WallRunResult> result =
