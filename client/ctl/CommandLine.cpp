@@ -179,6 +179,8 @@ Expected<std::variant<CommandLine, HelpText>> parseCommandLine(const std::vector
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     when(load, [&]() -> Expected<Verb> {
+        // The server may need some minutes of a busy machine for a large file.
+        in.load.patience = std::max<std::chrono::milliseconds>(in.line.timeout, std::chrono::minutes(10));
         Placing& placing = in.load.placing;
         if (*loadAt) placing.at = vector3(in.loadAt);
         if (*loadScale) placing.scale = in.loadScale;

@@ -47,6 +47,7 @@ struct Load {
     std::string under;  ///< a node; empty: the root
     Placing placing;
     bool reload = false;
+    std::chrono::milliseconds patience{10'000};  ///< for its answer
 };
 struct Loads {};
 struct Cancel {

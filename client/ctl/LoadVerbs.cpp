@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -53,6 +54,12 @@ private:
     bool isTerminal_ = ::isatty(STDERR_FILENO) == 1, isBegun_ = false;
 };
 
+bool isOnItsWay(Application& application, const std::string& path) {
+    const Expected<answer::Loads> told = application.loads();
+    return told &&
+           std::ranges::any_of(told->loads, [&](const LoadState& one) { return one.yours && one.path == path; });
+}
+
 }  // namespace
 
 Expected<Answer> run(Application& application, const verb::Load& load) {
@@ -73,10 +80,13 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
     }
     const auto reload = load.reload ? Application::Reload::kIfThere : Application::Reload::kNever;
     ProgressLine line(load.file);
-    const Expected<answer::Loaded> loaded =
-        application.load(path, parent, std::chrono::minutes(2), load.placing, reload,
-                         [&](const LoadState& state) { return line.tell(state); });
+    const Expected<answer::Loaded> loaded = application.load(path, parent, load.patience, load.placing, reload,
+                                                             [&](const LoadState& state) { return line.tell(state); });
     line.end();
+    if (!loaded && loaded.error().code == ErrorCode::kNetwork && isOnItsWay(application, path))
+        return fail(ErrorCode::kNetwork,
+                    fmt::format("{} is not loaded after {} s, and goes on: loads says how far it is, cancel ends it",
+                                load.file, load.patience.count() / 1000));
     if (!loaded) return tl::unexpected(loaded.error());
     // Somebody may have taken it away again already.
     const std::string number = fmt::format("#{}", loaded->node.value);

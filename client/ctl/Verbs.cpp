@@ -250,26 +250,31 @@ Expected<Answer> run(Application& application, const verb::Clone& clone) {
     return answer;
 }
 
-/// What was taken back is what redo would do now, and the other way round: unless somebody has edited meanwhile.
-Answer stepAnswer(Application& application, const answer::Committed& committed, std::string done,
-                  answer::StepPlan answer::Steps::*other, const std::string& otherwise) {
-    const Expected<answer::Steps> steps = application.steps();
-    const std::string what = steps ? ((*steps).*other).what : std::string();
-    Answer answer = committedAnswer(application, committed, what.empty() ? otherwise : done + what);
+/// Where nobody else has edited meanwhile, a step's plan tells what has been done: that of an undo stands as the redo's
+/// behind it, that of a redo before it.
+Answer stepAnswer(Application& application, const answer::Committed& committed, std::string_view done,
+                  const std::string& what, const std::string& otherwise) {
+    Answer answer = committedAnswer(application, committed, what.empty() ? otherwise : fmt::format("{}{}", done, what));
     answer.json["what"] = what;
     return answer;
+}
+
+std::string redoOf(Application& application) {
+    const Expected<answer::Steps> steps = application.steps();
+    return steps ? steps->redo.what : std::string();
 }
 
 Expected<Answer> run(Application& application, const verb::Undo&) {
     const Expected<answer::Committed> committed = application.undo();
     if (!committed) return tl::unexpected(committed.error());
-    return stepAnswer(application, *committed, "took back: ", &answer::Steps::redo, "took back the last change");
+    return stepAnswer(application, *committed, "took back: ", redoOf(application), "took back the last change");
 }
 
 Expected<Answer> run(Application& application, const verb::Redo&) {
+    const std::string what = redoOf(application);
     const Expected<answer::Committed> committed = application.redo();
     if (!committed) return tl::unexpected(committed.error());
-    return stepAnswer(application, *committed, "did again: ", &answer::Steps::undo, "did the last change again");
+    return stepAnswer(application, *committed, "did again: ", what, "did the last change again");
 }
 
 Expected<Answer> run(Application& application, const verb::Steps&) {

@@ -58,6 +58,8 @@ TEST(CommandLine, WatchesTheWall) {
     EXPECT_EQ(trace.file, "out.json");
     EXPECT_EQ(trace.frames, 20);
     EXPECT_EQ(trace.patience, std::chrono::seconds(2));
+    EXPECT_EQ(parsed<verb::Load>("load a.obj").patience, std::chrono::minutes(10));
+    EXPECT_EQ(parsed<verb::Load>("--timeout 900 load a.obj").patience, std::chrono::minutes(15));
     EXPECT_EQ(parsed<verb::Trace>("trace out.json").frames, 300);
     EXPECT_NE(refusal("trace").find("FILE"), std::string::npos);
     EXPECT_NE(refusal("trace a --frames 0").find("--frames"), std::string::npos);

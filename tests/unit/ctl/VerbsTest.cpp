@@ -53,6 +53,24 @@ TEST(Ctl, MovesAndTakesBack) {
     EXPECT_EQ(ctl(server, {"move", "/hall", "1", "2", "3"}).exitCode, 1) << "no Transform there";
 }
 
+/// In words of what has been done, not of what an undo would do now.
+TEST(Ctl, SaysWhatARedoDid) {
+    ScriptedServer server;
+    bool isThere = false;
+    server.script([&](const ApplicationRequest& asked) -> Expected<ApplicationAnswer> {
+        if (std::holds_alternative<request::GetSteps>(asked)) {
+            answer::Steps steps;
+            (isThere ? steps.undo : steps.redo).what = isThere ? "removes /box" : "brings 1 node: box";
+            return steps;
+        }
+        if (!std::holds_alternative<request::RedoStep>(asked)) return fail(ErrorCode::kFailed, "unexpected");
+        isThere = true;
+        return answer::Committed{};
+    });
+    const std::string said = ctl(server, {"redo"}).out;
+    EXPECT_TRUE(said.starts_with("did again: brings 1 node: box")) << said;
+}
+
 TEST(Ctl, SetsAnyFieldByItsName) {
     const ScriptedServer server;
     EXPECT_EQ(ctl(server, {"set", "/hall/crane", "translation", "4", "5", "-6"}).exitCode, 0);
