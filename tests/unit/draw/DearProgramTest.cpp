@@ -101,18 +101,18 @@ TEST_F(PersonProgramTest, WhatTakesTooLongIsLeftOutAndNamed) {
 /// the two says something else, before anything is drawn, the text is tried again: for the other one, and for its
 /// shadow.
 TEST_F(PersonProgramTest, WhatIsDrawnWithAgainCastsItsShadowAgain) {
-    restart({.samples = 1, .programsMost = std::chrono::milliseconds(100)});
+    restart({.samples = 1, .programsMost = std::chrono::milliseconds(400)});
     TestScene scene;
     SurfaceProgram program;
     program.verdict = SurfaceProgram::kGood;
     program.reach = 3;
     program.vertex = std::string(kVertexHead) + "position.y += 0.7; }";
     program.surface =
-        "uniform float rounds;\nvoid surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 1000 && float(i) < "
+        "uniform float rounds;\nvoid surface(inout Surface s) { float n = uv.x; for (int i = 0; i < 5000 && float(i) < "
         "rounds; ++i) { n = fract(sin(n * 12.9898 + float(i)) * 43758.5453 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 "
         "+ n * n) + atan(n, 2.0) + inversesqrt(1.0 + n)); n = fract(sin(n * 3.1 + 0.3) * 4375.5453 + pow(abs(cos(n)), "
         "1.3) + exp(-n) + log(2.5 + n * n) + atan(n, 3.0)); } s.base.rgb = vec3(0.9, 0.1 + 1e-3 * n, 0.1); }";
-    const ObjectId rounds = scene.add(Uniform{.name = "rounds", .value = Vec4f(1000, 0, 0, 0)});
+    const ObjectId rounds = scene.add(Uniform{.name = "rounds", .value = Vec4f(5000, 0, 0, 0)});
     std::vector<ObjectId> programs;
     for (const double x : {-0.8, 0.8}) {
         programs.push_back(scene.add(program));
