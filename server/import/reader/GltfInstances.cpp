@@ -105,7 +105,7 @@ std::vector<std::size_t> GltfReader::withoutGlyphs(const std::string& name, cons
     // Files of our own have glyphs so.
     const bool ours = scene_.file.by_tessera() && parts.size() == 1;
     const bool colored = std::ranges::any_of(places, [](const Instance& one) { return one.color != kWhite; });
-    if (parts.empty() || !(ours || colored || areVeryMany(places.size(), parts.size()))) return all;
+    if (places.empty() || parts.empty() || !(ours || colored || areVeryMany(places.size(), parts.size()))) return all;
     const auto areNodes = [&](std::size_t count, std::string_view why) {
         if (colored)
             scene_.note(fmt::format("{}: colours of {} instances are left out: {}", name, count, why));
