@@ -111,16 +111,14 @@ FileHandle lockOfFolder(const std::string& path) {
     return handle;
 }
 
-/// All are beside before the first takes its place. Those of the save before that nothing names any more go.
-Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFile>& files) {
+/// All are beside before the first takes its place. Those of the save before that nothing names any more go. Messages
+/// call the file at `own` by the path that was asked for.
+Expected<std::uint64_t> put(const std::string& path, const FilePlace& own, const std::vector<LeavingFile>& files) {
     std::uint64_t bytes = 0;
-    // Before anybody looks into what is there: it may be a pipe.
-    const Expected<FilePlace> own = placeOfFile(path);
-    if (!own) return tl::unexpected(own.error());
-    const FileHandle lock = lockOfFolder(own->path);
-    std::set<std::string> known = Companions(path).known();
+    const FileHandle lock = lockOfFolder(own.path);
+    std::set<std::string> known = Companions(own.path).known();
     for (const LeavingFile& file : files) {
-        if (known.erase(file.path) > 0 || file.path == path) continue;
+        if (known.erase(file.path) > 0 || file.path == own.path) continue;
         std::error_code unknown;
         if (std::filesystem::exists(std::filesystem::symlink_status(file.path, unknown)))
             return fail(ErrorCode::kRefused,
@@ -130,9 +128,10 @@ Expected<std::uint64_t> put(const std::string& path, const std::vector<LeavingFi
     }
     std::vector<NewFile> made;
     for (const LeavingFile& file : files) {
-        const Expected<FilePlace> place = file.path == path ? own : placeBeside(*own, file.path);
+        const bool isOwn = file.path == own.path;
+        const Expected<FilePlace> place = isOwn ? own : placeBeside(own, file.path);
         if (!place) return tl::unexpected(place.error());
-        Expected<NewFile> beside = NewFile::beside(*place, file.path);
+        Expected<NewFile> beside = NewFile::beside(*place, isOwn ? path : file.path);
         if (!beside) return tl::unexpected(beside.error());
         for (const ByteSlice& part : file.parts) {
             if (Expected<void> written = beside->write(asText(part.bytes())); !written)
@@ -235,21 +234,25 @@ Expected<ExportReport> exportScene(const std::string& path, const Aspect& scene,
     if (!selection) return tl::unexpected(selection.error());
     if (options.tolerance > 0 && std::ranges::none_of(selection->nodes, isSmooth, &SelectedNode::core))
         notes.add("the tolerance counts for nothing: there are no smooth surfaces and no letters");
+    // Before anybody looks into what is there: it may be a pipe. Through a link all goes to where the file really lies:
+    // programs look for companions there.
+    const Expected<FilePlace> own = placeOfFile(path);
+    if (!own) return tl::unexpected(own.error());
     const Expected<LeavingFiles> files =
-        writer->write({.scene = scene, .selection = *selection, .options = options, .path = path, .notes = notes});
+        writer->write({.scene = scene, .selection = *selection, .options = options, .path = own->path, .notes = notes});
     if (!files) return failWith(path, files.error());
     if (files->nodes == 0)
         return fail(ErrorCode::kRefused,
                     fmt::format("{}: nothing of the scene can be written as {}: nothing is written", path,
                                 writer->format.name));
-    const Expected<std::uint64_t> bytes = put(path, files->files);
+    const Expected<std::uint64_t> bytes = put(path, *own, files->files);
     if (!bytes) return tl::unexpected(bytes.error());
     ExportReport report{.files = {},
                         .notes = notes.lines(scene),
                         .nodes = files->nodes,
                         .triangles = files->triangles,
                         .bytes = *bytes};
-    for (const LeavingFile& file : files->files) report.files.push_back(file.path);
+    for (const LeavingFile& file : files->files) report.files.push_back(file.path == own->path ? path : file.path);
     return report;
 }
 

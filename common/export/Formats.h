@@ -18,7 +18,7 @@ struct LeavingScene {
     const Aspect& scene;
     const Selection& selection;
     const ExportOptions& options;
-    std::string path;  ///< of the file: others beside it are named after it
+    std::string path;  ///< where the file really lies, behind links: others beside it are named after it
     ExportNotes& notes;
 };
 

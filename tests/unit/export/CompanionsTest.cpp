@@ -125,6 +125,35 @@ TEST(Companions, ALinkToNothingYetIsFollowed) {
     EXPECT_FALSE(exportScene(scratch.path("a.stl"), pictured(0)));
 }
 
+TEST(Companions, ThroughALinkLieBesideTheRealFileAndHaveItsName) {
+    for (const char* ending : {"gltf", "usda", "wrl", "obj"}) {
+        const Scratch scratch;
+        const std::string path = scratch.path(std::string("link.") + ending);
+        const std::string real = fmt::format("far/real.{}", ending);
+        fs::create_directory(scratch.path("far"));
+        fs::create_symlink(real, path);
+        const auto namesIn = [&](const std::string& folder) {
+            std::set<std::string> names;
+            for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+            return names;
+        };
+        // First the link leads to nothing yet.
+        for (const int pictures : {3, 1}) {
+            const Expected<ExportReport> report = exportScene(path, pictured(pictures));
+            ASSERT_TRUE(report) << report.error().message;
+            EXPECT_EQ(report->files.back(), path);
+            const std::set<std::string> names = namesIn(scratch.path("far"));
+            EXPECT_EQ(names.size(), report->files.size()) << ending;
+            for (const std::string& name : names) EXPECT_TRUE(name.starts_with(real.substr(4))) << name;
+            EXPECT_EQ(namesIn(scratch.path("")), (std::set<std::string>{"far", fs::path(path).filename().string()}));
+            const ImportedAspect again = readBack(scratch.path(real));
+            std::size_t images = 0;
+            for (const ObjectId id : again->ids()) images += again->get<Image>(id) != nullptr ? 1 : 0;
+            EXPECT_GE(images, 1u) << ending;
+        }
+    }
+}
+
 TEST(UniqueNames, AreCountedOnForEachName) {
     UniqueNames names("_");
     EXPECT_EQ(names.take("a"), "a");
