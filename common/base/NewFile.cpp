@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/sendfile.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,6 +15,20 @@ namespace {
 
 tl::unexpected<Error> failedFile(const std::string& said, std::string_view what) {
     return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", said, what, std::strerror(errno)));
+}
+
+/// By which a file without a name gets one.
+std::string handleName(int descriptor) {
+    return fmt::format("/proc/self/fd/{}", descriptor);
+}
+
+/// A file without a name beside the place: it goes with its process, however that ends. Below 0: not to be had here.
+int openNameless(const FilePlace& place) {
+    const std::string folder = std::filesystem::path(place.path).parent_path().string();
+    const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
+    if (fd < 0 || ::access(handleName(fd).c_str(), F_OK) == 0) return fd;
+    ::close(fd);
+    return -1;
 }
 
 }  // namespace
@@ -60,20 +75,29 @@ Expected<NewFile> NewFile::beside(const FilePlace& place, std::string said) {
     NewFile file;
     file.said_ = std::move(said);
     file.path_ = place.path;
-    // Not mkstemp: a new file gets the rights that the user's mask leaves.
-    int fd = -1;
-    for (int i = 0; fd < 0 && i < 100; ++i) {
-        file.temporary_ = fmt::format("{}.{}.{}", place.path, ::getpid(), i);
-        fd = ::open(file.temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (fd < 0 && errno != EEXIST) break;
-    }
-    if (fd < 0) {
-        file.temporary_.clear();
-        return failedFile(file.said_, "cannot write there");
-    }
-    file.descriptor_ = fd;
-    if (place.mode) ::fchmod(fd, *place.mode);
+    file.descriptor_ = openNameless(place);
+    if (file.descriptor_ < 0 && !file.openNamed()) return failedFile(file.said_, "cannot write there");
+    if (place.mode) ::fchmod(file.descriptor_, *place.mode);
     return file;
+}
+
+bool NewFile::openNamed() {
+    // Not mkstemp: a new file gets the rights that the user's mask leaves.
+    return takeName([this](const char* name) {
+        descriptor_ = ::open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        return descriptor_ >= 0;
+    });
+}
+
+template <typename Take>
+bool NewFile::takeName(Take take) {
+    for (int i = 0; i < 100; ++i) {
+        temporary_ = fmt::format("{}.{}.{}", path_, ::getpid(), i);
+        if (take(temporary_.c_str())) return true;
+        if (errno != EEXIST) break;
+    }
+    temporary_.clear();
+    return false;
 }
 
 Expected<void> NewFile::write(std::string_view bytes) {
@@ -89,10 +113,40 @@ Expected<void> NewFile::write(std::string_view bytes) {
 
 Expected<void> NewFile::sync() {
     if (::fdatasync(descriptor_) != 0) return failedFile(said_, "cannot write");
+    isOnDisk_ = true;
     return {};
 }
 
+/// A link cannot replace a file, and a rename can: so it gets a name of its own first.
+Expected<void> NewFile::nameIt() {
+    const std::string handle = handleName(descriptor_);
+    const auto link = [&](const char* name) {
+        return ::linkat(AT_FDCWD, handle.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+    };
+    if (takeName(link)) return {};
+    // Some file systems have files without names, and no links.
+    const int nameless = std::exchange(descriptor_, -1);
+    Expected<void> copied = copyOf(nameless);
+    ::close(nameless);
+    return copied;
+}
+
+Expected<void> NewFile::copyOf(int file) {
+    struct stat info {};
+    if (!openNamed() || ::fstat(file, &info) != 0) return failedFile(said_, "cannot write there");
+    ::fchmod(descriptor_, info.st_mode & 07777);
+    off_t at = 0;
+    while (at < info.st_size) {
+        errno = 0;
+        if (::sendfile(descriptor_, file, &at, static_cast<std::size_t>(info.st_size - at)) <= 0 && errno != EINTR)
+            return failedFile(said_, "cannot write");
+    }
+    return isOnDisk_ ? sync() : Expected<void>();
+}
+
 Expected<void> NewFile::takePlace() {
+    if (temporary_.empty())
+        if (Expected<void> named = nameIt(); !named) return named;
     // Some file systems say only now that there was no room.
     if (::close(std::exchange(descriptor_, -1)) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0)
         return failedFile(said_, "cannot write");

@@ -28,8 +28,9 @@ struct FilePlace {
 /// What a link leads to, for whoever is told what was written; empty: it is no link.
 [[nodiscard]] std::string targetOfLink(const std::string& path);
 
-/// What is written lies beside the place under a name of its own, and goes with this object until it has taken the
-/// place. Errors (kFailed) name the file as `said`. One thread.
+/// What is written lies beside the place, and goes with this object until it has taken the place. It has no name until
+/// then, so that nothing stays of a process that is killed; file systems without such files give it one of its own.
+/// Errors (kFailed) name the file as `said`. One thread.
 class NewFile {
 public:
     [[nodiscard]] static Expected<NewFile> beside(const FilePlace& place, std::string said);
@@ -38,7 +39,8 @@ public:
         : said_(std::move(other.said_)),
           path_(std::move(other.path_)),
           temporary_(std::exchange(other.temporary_, std::string())),
-          descriptor_(std::exchange(other.descriptor_, -1)) {}
+          descriptor_(std::exchange(other.descriptor_, -1)),
+          isOnDisk_(other.isOnDisk_) {}
     NewFile& operator=(NewFile&&) = delete;
 
     [[nodiscard]] Expected<void> write(std::string_view bytes);
@@ -49,11 +51,18 @@ public:
 
 private:
     NewFile() = default;
+    /// Tries names beside the place until `take` has one; else errno says why.
+    template <typename Take>
+    bool takeName(Take take);
+    bool openNamed();
+    [[nodiscard]] Expected<void> nameIt();
+    [[nodiscard]] Expected<void> copyOf(int file);
     void discard();
 
     std::string said_, path_;
-    std::string temporary_;  ///< empty: there is none any more
+    std::string temporary_;  ///< its name beside the place; empty: it has none yet, or none any more
     int descriptor_ = -1;    ///< below 0: closed
+    bool isOnDisk_ = false;
 };
 
 }  // namespace tessera
