@@ -241,10 +241,12 @@ Expected<ExportReport> exportScene(const std::string& path, const Aspect& scene,
     const Expected<LeavingFiles> files =
         writer->write({.scene = scene, .selection = *selection, .options = options, .path = own->path, .notes = notes});
     if (!files) return failWith(path, files.error());
-    if (files->nodes == 0)
+    if (files->nodes == 0) {
+        const std::vector<std::string> lost = notes.lines(scene);
         return fail(ErrorCode::kRefused,
-                    fmt::format("{}: nothing of the scene can be written as {}: nothing is written", path,
-                                writer->format.name));
+                    fmt::format("{}: nothing of the scene can be written as {}: nothing is written{}{}", path,
+                                writer->format.name, lost.empty() ? "" : "; ", fmt::join(lost, "; ")));
+    }
     const Expected<std::uint64_t> bytes = put(path, *own, files->files);
     if (!bytes) return tl::unexpected(bytes.error());
     ExportReport report{.files = {},

@@ -158,6 +158,8 @@ private:
                 if (node.children.empty() && type != typeOf<CollisionObject>()) return -1;
             }
         }
+        // Within a world that turns and scales it back, a node may say more than files can.
+        if (node.core && node.core.info().pose && !canStand(selection_.parent_T_node(node), node.id, notes_)) return -1;
         Places places = placesOf(selection_, node);
         // As readers call those without a name.
         places.outer.name = node.node->name.empty() ? "node" : node.node->name;

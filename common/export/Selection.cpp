@@ -17,23 +17,21 @@ public:
     Selector(const Aspect& scene, ExportNotes& notes) : scene_(scene), notes_(notes) {}
 
     /// The nodes above the selection and its top, from the root's child down; empty: all is selected.
-    Expected<Selection> run(std::vector<ObjectId> way) {
+    Selection run(std::vector<ObjectId> way) {
         way_ = std::move(way);
         const Node& root = scene_.root();
         for (const ObjectId child : root.children)
-            if (way_.empty() || child == way_.front())
-                if (Expected<void> done = add(child, SelectedNode::kNone, 0); !done)
-                    return tl::unexpected(done.error());
+            if (way_.empty() || child == way_.front()) add(child, SelectedNode::kNone, 0);
         return std::move(out_);
     }
 
 private:
-    Expected<void> add(ObjectId id, std::size_t parent, std::size_t depth) {
+    void add(ObjectId id, std::size_t parent, std::size_t depth) {
         const Node& node = *scene_.get<Node>(id);
-        if (node.ofServer) return {};
+        if (node.ofServer) return;
         const std::size_t index = out_.nodes.size();
-        SelectedNode& made = out_.nodes.emplace_back();
-        made = {.id = id, .node = &node, .core = node.core ? scene_.find(node.core) : Object(), .parent = parent};
+        SelectedNode made = {
+            .id = id, .node = &node, .core = node.core ? scene_.find(node.core) : Object(), .parent = parent};
         made.isWay = depth + 1 < way_.size();
         if (parent != SelectedNode::kNone) {
             const SelectedNode& above = out_.nodes[parent];
@@ -41,18 +39,20 @@ private:
             made.world_T_node = above.world_T_node;
         }
         made.world_T_node = placeNode(scene_, node, Affine3d(made.world_T_node));
-        if (!made.world_T_node.matrix().allFinite())
-            return fail(ErrorCode::kBadInput, pathOf(scene_, id) + ": its place is not finite");
+        if (!canStand(made.world_T_node, id, notes_)) return;
         takeMaterials(made);
+        const Object core = made.core;
+        const bool isWay = made.isWay;
+        out_.nodes.push_back(std::move(made));
         out_.byId.emplace(id, index);
         (parent == SelectedNode::kNone ? out_.tops : out_.nodes[parent].children).push_back(index);
-        if (made.isWay) return add(way_[depth + 1], index, depth + 1);
-        if (made.core.is<Billboard>()) notes_.add("billboards stand as they are, turned towards nobody", id);
-        if (made.core.is<Inline>() && node.children.empty()) notes_.add("what an Inline would load is left out", id);
-        return addChildren(id, index, depth);
+        if (isWay) return add(way_[depth + 1], index, depth + 1);
+        if (core.is<Billboard>()) notes_.add("billboards stand as they are, turned towards nobody", id);
+        if (core.is<Inline>() && node.children.empty()) notes_.add("what an Inline would load is left out", id);
+        addChildren(id, index, depth);
     }
 
-    Expected<void> addChildren(ObjectId id, std::size_t index, std::size_t depth) {
+    void addChildren(ObjectId id, std::size_t index, std::size_t depth) {
         const Node& node = *scene_.get<Node>(id);
         const Object core = out_.nodes[index].core;
         const auto seen = core ? seenChildren(core, node.children.size()) : std::nullopt;
@@ -64,9 +64,8 @@ private:
         for (const ObjectId child : node.children) {
             const std::size_t place = at++;
             if (seen && !std::ranges::binary_search(*seen, place)) continue;
-            if (Expected<void> done = add(child, index, depth + 1); !done) return done;
+            add(child, index, depth + 1);
         }
-        return {};
     }
 
     static void takeMaterials(SelectedNode& node) {
@@ -87,6 +86,20 @@ private:
 };
 
 }  // namespace
+
+bool canStand(const Affine3d& place, ObjectId node, ExportNotes& notes) {
+    const auto isWithin = [](const auto& numbers) {
+        return numbers.allFinite() && numbers.cwiseAbs().maxCoeff() <= kUtmostPlace;
+    };
+    if (!isWithin(place.linear()) || !place.translation().allFinite())
+        notes.add("what is scaled beyond 1e15 is left out, with all below it (scale it and what is above it less)",
+                  node);
+    else if (!isWithin(place.translation()))
+        notes.add("what stands beyond 1e15 m is left out, with all below it (move it within 1e15 m)", node);
+    else
+        return true;
+    return false;
+}
 
 Affine3d Selection::parent_T_node(const SelectedNode& node) const {
     if (node.parent == SelectedNode::kNone) return node.world_T_node;

@@ -10,6 +10,11 @@
 
 namespace tessera {
 
+/// Of coordinates and scales: what readers take, ours too.
+inline constexpr double kUtmostPlace = 1e15;
+/// Whether files can have a node there; else a note says why it is left out, and what helps.
+[[nodiscard]] bool canStand(const Affine3d& place, ObjectId node, ExportNotes& notes);
+
 struct SelectedNode {
     static constexpr std::size_t kNone = ~std::size_t{0};
     ObjectId id;
@@ -30,8 +35,8 @@ struct SelectedNode {
 };
 
 /// Nodes in the order of the document, parents first; without the root, what switches hide, all levels of detail but
-/// the finest, and what a server hangs in for itself (common/scene/ServerNodes.h). They hold as long as the scene stays
-/// as it is.
+/// the finest, what a server hangs in for itself (common/scene/ServerNodes.h), and what is below a place that no file
+/// can have. They hold as long as the scene stays as it is.
 struct Selection {
     std::vector<SelectedNode> nodes;
     std::vector<std::size_t> tops;
@@ -45,8 +50,7 @@ struct Selection {
     [[nodiscard]] Affine3d parent_T_node(const SelectedNode& node) const;
 };
 
-/// `under`: the path of a node: it, what is below, and the way down to it. Empty: all. kNotFound as findNode;
-/// kBadInput: a place that is not finite.
+/// `under`: the path of a node: it, what is below, and the way down to it. Empty: all. kNotFound as findNode.
 [[nodiscard]] Expected<Selection> selectNodes(const Aspect& scene, const std::string& under, ExportNotes& notes);
 
 }  // namespace tessera

@@ -66,9 +66,11 @@ Expected<std::vector<WorldMesh>> worldMeshes(const LeavingScene& leaving) {
         made.normals_.col(2) = m.col(0).cross(m.col(1));
         if (made.mirrors()) made.normals_ = -made.normals_;
         for (std::size_t v = 0; v < made.vertices(); ++v)
-            if (!made.position(v).allFinite())
-                return fail(ErrorCode::kBadInput,
-                            pathOf(leaving.scene, node.id) + ": it stands beyond what single precision can say");
+            if (!made.position(v).allFinite()) {
+                leaving.notes.add("what reaches beyond 3e38 m is left out (make it smaller)", node.id);
+                all.pop_back();
+                break;
+            }
     }
     return all;
 }

@@ -29,8 +29,7 @@ private:
     Mat3d normals_ = Mat3d::Identity();  ///< world_T_node's cofactors
 };
 
-/// In the order of the document. Particles are left out, with a note. kBadInput: a place that single precision cannot
-/// say.
+/// In the order of the document. Particles are left out, with a note, and so is what single precision cannot say.
 [[nodiscard]] Expected<std::vector<WorldMesh>> worldMeshes(const LeavingScene& leaving);
 
 /// The normal of a triangle, of length 1; 0 where it has no area.

@@ -116,6 +116,68 @@ TEST(HostileScene, MeshesOfNothingAndShearsAndPointsOfNoSizeAreWritten) {
     expectWritten(built.take(), scratch);
 }
 
+/// Our own importer refuses what stands beyond 1e15, or puts it to 0.
+TEST(HostileScene, WhatStandsTooFarOffIsNamedAndAllElseIsWritten) {
+    const Scratch scratch;
+    BuiltScene built;
+    const ObjectId mesh = built.add(triangleGeometry());
+    Transform far, large;
+    far.translation = Vec3d(1e39, 0, 0);
+    large.scale = Vec3d::Constant(1e200);
+    built.node("near", mesh);
+    built.node("below", mesh, built.node("far", built.add(far)));
+    const ObjectId core = built.add(large);
+    built.node("huge", mesh, built.node("inner", core, built.node("large", core)));
+    // Where what is above turns it back, files of trees cannot say it, and those of triangles can.
+    Transform outer, inner;
+    outer.scale = Vec3d::Constant(1e-10);
+    inner.translation = Vec3d(0, 1e20, 0);
+    built.node("distant", mesh, built.node("within", built.add(inner), built.node("outer", built.add(outer))));
+    const Aspect scene = built.take();
+    expectWritten(scene, scratch);
+    for (const std::string& ending : allEndings()) {
+        const std::string path = scratch.path("out" + ending);
+        const Expected<ExportReport> report = exportScene(path, scene);
+        ASSERT_TRUE(report) << ending << ": " << report.error().message;
+        const std::string notes = fmt::format("{}", fmt::join(report->notes, "\n"));
+        EXPECT_NE(notes.find("(move it within 1e15 m): /far"), std::string::npos) << ending << ": " << notes;
+        EXPECT_NE(notes.find("less): /large"), std::string::npos) << ending << ": " << notes;
+        if (ending == ".csv") continue;
+        const ImportedAspect again = readBack(path);
+        const Box box = sceneBounds(*again);
+        EXPECT_LE(box.upper.cwiseAbs().maxCoeff(), 1e11) << ending;
+        EXPECT_GE(box.upper.x(), 1) << ending;
+        const bool isTree = ending == ".glb" || ending == ".gltf" || ending == ".usda" || ending == ".wrl";
+        EXPECT_EQ(notes.find("/outer/within") != std::string::npos, isTree) << ending << ": " << notes;
+        EXPECT_EQ(box.upper.y() > 1e9, !isTree) << ending;
+    }
+}
+
+TEST(HostileScene, WhereNothingIsLeftItIsSaidWhy) {
+    const Scratch scratch;
+    BuiltScene built;
+    Transform far;
+    far.translation = Vec3d(0, -2e15, 0);
+    built.node("below", built.add(triangleGeometry()), built.node("far", built.add(far)));
+    Geometry wide = triangleGeometry();
+    wide.positions = blobOf<float>({0, 0, 0, 3e38f, 0, 0, 0, 1, 0});
+    Transform large;
+    large.scale = Vec3d::Constant(1e10);
+    const ObjectId grown = built.node("grown", built.add(large));
+    built.node("wide", built.add(wide), grown);
+    const Aspect scene = built.take();
+    for (const char* ending : {".glb", ".stl", ".ply", ".obj"}) {
+        const bool isTree = std::string(ending) == ".glb";
+        const Expected<ExportReport> report =
+            exportScene(scratch.path(std::string("out") + ending), scene, {.under = isTree ? "/far/below" : ""});
+        ASSERT_FALSE(report) << ending;
+        EXPECT_EQ(report.error().code, ErrorCode::kRefused);
+        EXPECT_NE(report.error().message.find("(move it within 1e15 m): /far"), std::string::npos)
+            << report.error().message;
+        EXPECT_EQ(report.error().message.find("/grown/wide") != std::string::npos, !isTree) << report.error().message;
+    }
+}
+
 TEST(HostileScene, AsDeepAsAScene) {
     const Scratch scratch;
     BuiltScene built;
