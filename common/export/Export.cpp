@@ -34,7 +34,8 @@ constexpr std::string_view kGltfKeeps =
     "(EXT_mesh_gpu_instancing)";
 constexpr std::string_view kGltfLost =
     "what switches hide, levels of detail but the finest, surroundings, images in blocks or with a wide range of "
-    "light, layers and programs of materials, collisions; smooth surfaces, letters and volumes are triangles";
+    "light, layers and programs of materials, collisions, how often and how fast animations play and which are paused; "
+    "smooth surfaces, letters and volumes are triangles";
 
 constexpr Writer kWriters[] = {
     {{.name = "glTF 2.0, one file", .endings = "glb", .keeps = kGltfKeeps, .lost = kGltfLost}, writeGlb},
@@ -44,17 +45,20 @@ constexpr Writer kWriters[] = {
       .keeps = "hierarchy, names (as displayName where USD allows no such), places, shared meshes (in full wherever "
                "they stand, beyond 16 MiB of repeats as references), subdivision surfaces as they are, materials "
                "(UsdPreviewSurface) with their images and these images' places, lights and which cast shadows, "
-               "cameras, animations of places as time samples, lines, points, colours of vertices, glyphs "
+               "cameras, animations of places as time samples (speeds and ways back are in their times), lines, "
+               "points, colours of vertices, glyphs "
                "(PointInstancer)",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), "
               "transmission, tints of reflections, ranges and falloffs of lights, widths of lines, opacities of "
-              "vertices, how images are filtered, surroundings, what glTF loses too"},
+              "vertices, how images are filtered, surroundings, which animations play once or are paused, lengths of "
+              "animations but the longest, what glTF loses too but for speeds"},
      writeUsda},
     {{.name = "VRML 2.0, with pictures",
       .endings = "wrl",
       .keeps = "hierarchy, names (in a WorldInfo where VRML allows no such), places, shared meshes by DEF and USE, "
                "materials as Phong's with images of colour, "
-               "lights as strong as 1, viewpoints, animations of places as interpolators, lines, points, colours of "
+               "lights as strong as 1, viewpoints, animations of places as interpolators, with a TimeSensor for each "
+               "animation (its length, speed, pause, whether it loops), lines, points, colours of "
                "vertices, glyphs as triangles",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), other "
               "images and where these lie, metal and roughness, which lights cast shadows, surroundings"},

@@ -9,6 +9,7 @@
 #include "common/cores/ComponentTransform.h"
 #include "common/cores/Skin.h"
 #include "common/cores/Transform.h"
+#include "common/export/LeavingMotions.h"
 
 namespace tessera {
 
@@ -58,8 +59,7 @@ void GltfMotions::add(const SelectedNode& node, const Animation& animation) {
     for (const ObjectId id : animation.channels)
         if (const auto* keys = scene_.get<KeyFrames>(id)) addKeys(node, *keys, channels);
     if (channels.empty()) return;
-    if (animation.mode != Animation::kLoop || animation.speed != 1)
-        notes_.add("how often and how fast animations play is left out", node.id);
+    noteLostPlaying(Playing::of(scene_, animation), notes_, node.id);
     parts_.animations.add(channels.done(node.node->name));
 }
 
@@ -75,6 +75,7 @@ void GltfMotions::addKeys(const SelectedNode& node, const KeyFrames& keys, Chann
         return notes_.add("animations of other fields than places and weights are left out", node.id);
     if (bearers == bearers_.end()) return notes_.add("animations of what is not in the file are left out", node.id);
     const std::span<const double> times = keys.times.as<double>(), values = keys.values.as<double>();
+    if (places && !canLead(values, node.id, notes_)) return;
     Track track{.times = {times.begin(), times.end()},
                 .values = {values.begin(), values.end()},
                 .interpolation = keys.interpolation};
@@ -124,7 +125,8 @@ void GltfMotions::add(const SelectedNode& node, const Motion& motion) {
     if (keys.empty() && !motion.target) return;
     if (!checkKeys(keys) || bearers == bearers_.end() || keyTime(keys, 0) < 0)
         return notes_.add("motions that cannot play here are left out", node.id);
-    if (motion.mode != Motion::kLoop) notes_.add("how often and how fast animations play is left out", node.id);
+    if (!canLead(keys, node.id, notes_)) return;
+    noteLostPlaying(Playing::of(motion), notes_, node.id);
     Track places, turns, scales;
     for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
         for (Track* track : {&places, &turns, &scales}) track->times.push_back(keys[i]);

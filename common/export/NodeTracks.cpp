@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -15,6 +16,38 @@
 namespace tessera {
 namespace {
 
+/// Of a clock; readers take no longer ones, ours too.
+constexpr double kLongestCycle = 1e9;
+
+/// The speed and the way back go into the times, so that what is left loops, plays once, or stands. Nothing: it is so
+/// slow that it stands.
+std::optional<Playing> folded(const Playing& playing) {
+    Playing plain = playing;
+    if (playing.mode == Animation::kPingPong) plain.length *= 2, plain.mode = Animation::kLoop;
+    plain.length /= std::abs(playing.speed);
+    plain.speed = 1;
+    return plain.length <= kLongestCycle ? std::optional(plain) : std::nullopt;
+}
+
+void fold(const Playing& playing, NodeTrack& track) {
+    if (!folded(playing)) return;
+    std::vector<double>& times = track.times;
+    if (playing.mode == Animation::kPingPong) {
+        // The way back of what is symmetric is the way there.
+        for (std::size_t i = times.size(); i-- > 0;) {
+            if (times[i] >= playing.length) continue;
+            const std::array<double, 4> value = track.values[i];
+            times.push_back(2 * playing.length - times[i]);
+            track.values.push_back(value);
+        }
+    } else if (playing.speed < 0) {
+        std::ranges::reverse(times);
+        std::ranges::reverse(track.values);
+        for (double& time : times) time = playing.length - time;
+    }
+    for (double& time : times) time /= std::abs(playing.speed);
+}
+
 class TrackGatherer {
 public:
     TrackGatherer(const Aspect& scene, const Selection& selection, const PlannedTree& tree, ExportNotes& notes)
@@ -25,6 +58,7 @@ public:
     }
 
     void add(const SelectedNode& node, const Animation& animation) {
+        playing_ = Playing::of(scene_, animation);
         for (const ObjectId id : animation.channels) {
             const auto* keys = scene_.get<KeyFrames>(id);
             const Object target = keys && keys->target ? scene_.find(keys->target) : Object();
@@ -41,7 +75,8 @@ public:
                 notes_.add("animations of what is not in the file are left out", node.id);
                 continue;
             }
-            NodeTrack made{.node = -1, .field = keys->field, .times = {}, .values = {}};
+            if (!canLead(keys->values.as<double>(), node.id, notes_)) continue;
+            NodeTrack made{.field = keys->field, .times = {}, .values = {}};
             const auto* component = target.as<ComponentTransform>();
             for (const double time : timesOf(*keys)) {
                 const std::vector<double> numbers = track->at(time);
@@ -58,10 +93,14 @@ public:
     void add(const SelectedNode& node, const Motion& motion) {
         const std::span<const double> keys = motion.keys.as<double>();
         const auto bearers = bearers_.find(motion.target);
-        if (!checkKeys(keys) || bearers == bearers_.end()) return;
-        NodeTrack places{.node = -1, .field = "translation", .times = {}, .values = {}};
-        NodeTrack turns{.node = -1, .field = "rotation", .times = {}, .values = {}};
-        NodeTrack scales{.node = -1, .field = "scale", .times = {}, .values = {}};
+        if (keys.empty() && !motion.target) return;
+        if (!checkKeys(keys) || bearers == bearers_.end())
+            return notes_.add("motions that cannot play here are left out", node.id);
+        if (!canLead(keys, node.id, notes_)) return;
+        playing_ = Playing::of(motion);
+        NodeTrack places{.field = "translation", .times = {}, .values = {}};
+        NodeTrack turns{.field = "rotation", .times = {}, .values = {}};
+        NodeTrack scales{.field = "scale", .times = {}, .values = {}};
         for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
             if (keys[i] < 0) continue;
             for (NodeTrack* track : {&places, &turns, &scales}) track->times.push_back(keys[i]);
@@ -73,7 +112,7 @@ public:
         for (const NodeTrack* track : {&places, &turns, &scales}) addTo(bearers->second, *track, node);
     }
 
-    std::vector<NodeTrack> take() { return std::move(tracks_); }
+    NodeTracks take() { return std::move(made_); }
 
 private:
     /// As PlannedTree has its fields.
@@ -108,13 +147,18 @@ private:
 
     void addTo(const std::vector<int>& nodes, NodeTrack track, const SelectedNode& node) {
         if (track.times.empty()) return;
+        fold(playing_, track);
         for (const int at : nodes) {
             if (!driven_.emplace(at, track.field).second) {
                 notes_.add("of several animations of one place the first is written", node.id);
                 continue;
             }
+            if (made_.clocks.empty() || made_.clocks.back().node != node.id)
+                made_.clocks.push_back(
+                    {.node = node.id, .name = node.node->name, .playing = folded(playing_).value_or(playing_)});
             track.node = at;
-            tracks_.push_back(track);
+            track.clock = made_.clocks.size() - 1;
+            made_.tracks.push_back(track);
         }
     }
 
@@ -122,13 +166,13 @@ private:
     ExportNotes& notes_;
     std::unordered_map<ObjectId, std::vector<int>> bearers_;
     std::set<std::pair<int, std::string>> driven_;
-    std::vector<NodeTrack> tracks_;
+    Playing playing_;  ///< of what is added
+    NodeTracks made_;
 };
 
 }  // namespace
 
-std::vector<NodeTrack> nodeTracks(const Aspect& scene, const Selection& selection, const PlannedTree& tree,
-                                  ExportNotes& notes) {
+NodeTracks nodeTracks(const Aspect& scene, const Selection& selection, const PlannedTree& tree, ExportNotes& notes) {
     TrackGatherer gatherer(scene, selection, tree, notes);
     for (const SelectedNode& node : selection.nodes) {
         if (const auto* animation = node.core.as<Animation>()) gatherer.add(node, *animation);

@@ -1,25 +1,41 @@
 /// Animations of places as lists of values over time, for formats that know straight lines alone.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
-#include "common/export/ExportNotes.h"
+#include "common/export/LeavingMotions.h"
 #include "common/export/PlannedTree.h"
 
 namespace tessera {
 
-/// One property of one node over one time for all: values between times lie on straight lines (rotations turn).
+/// One property of one node: values between times lie on straight lines (rotations turn).
 struct NodeTrack {
     int node = -1;                              ///< in PlannedTree::nodes
+    std::size_t clock = 0;                      ///< in NodeTracks::clocks
     std::string field;                          ///< "translation", "rotation" (w x y z) or "scale"
     std::vector<double> times;                  ///< s, ascending, from 0
     std::vector<std::array<double, 4>> values;  ///< as many
 };
 
+/// What one Animation or Motion plays by.
+struct NodeClock {
+    ObjectId node;
+    std::string name;
+    /// Speeds and ways back are in the times of the tracks: it loops, or plays once, or stands. Where a speed is 0, and
+    /// keys are at no time, they are as they were.
+    Playing playing;
+};
+
+struct NodeTracks {
+    std::vector<NodeClock> clocks;
+    std::vector<NodeTrack> tracks;
+};
+
 /// Of all animations and motions of the selected nodes; where several drive a property the first does. Splines become a
 /// value for each frame of a simulation, steps two values a hundredth of a frame apart.
-[[nodiscard]] std::vector<NodeTrack> nodeTracks(const Aspect& scene, const Selection& selection,
-                                                const PlannedTree& tree, ExportNotes& notes);
+[[nodiscard]] NodeTracks nodeTracks(const Aspect& scene, const Selection& selection, const PlannedTree& tree,
+                                    ExportNotes& notes);
 
 }  // namespace tessera

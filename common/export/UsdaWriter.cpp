@@ -46,11 +46,7 @@ public:
           place_('/' + top_) {}
 
     Expected<LeavingFiles> run() {
-        if (!leaving_.options.still)
-            for (NodeTrack& track : nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes)) {
-                for (const double time : track.times) end_ = std::max(end_, time);
-                tracks_[track.node].push_back(std::move(track));
-            }
+        if (!leaving_.options.still) gatherMotion();
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
         UniqueNames taken("_");
@@ -99,6 +95,22 @@ private:
     void close(std::size_t depth) {
         text_ += usdIndent(depth) + "}\n";
         place_.erase(place_.rfind('/'));
+    }
+
+    void gatherMotion() {
+        NodeTracks all = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
+        for (const NodeClock& clock : all.clocks) end_ = std::max(end_, clock.playing.length);
+        for (const NodeClock& clock : all.clocks) {
+            noteLostPlaying(clock.playing, leaving_.notes, clock.node);
+            // One time for all: what would begin again waits at its end for the longest.
+            const bool isShort = clock.playing.length > 0 && clock.playing.length < end_ * (1 - 1e-6);
+            if (isShort && clock.playing.mode == Animation::kLoop && !clock.playing.paused)
+                leaving_.notes.add("animations begin again together, when the longest ends", clock.node);
+        }
+        for (NodeTrack& track : all.tracks) {
+            end_ = std::max(end_, track.times.back());
+            tracks_[track.node].push_back(std::move(track));
+        }
     }
 
     Expected<void> addNode(int index, std::size_t depth, UniqueNames& siblings) {

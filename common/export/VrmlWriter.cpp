@@ -77,8 +77,8 @@ public:
           meshes_(leaving.scene, leaving.options.tolerance, leaving.notes) {}
 
     Expected<LeavingFiles> run() {
-        if (!leaving_.options.still) tracks_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
-        for (const NodeTrack& track : tracks_) moving_.insert(track.node);
+        if (!leaving_.options.still) motion_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
+        for (const NodeTrack& track : motion_.tracks) moving_.insert(track.node);
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
         for (const int top : tree_.tops)
@@ -328,24 +328,23 @@ private:
             text_ += fmt::format("{}{}PointLight {{ {} }}\n", in, called, falls);
     }
 
-    /// One clock for all, and an interpolator for each property that moves. ROUTEs come behind the last node: some
-    /// readers take none between nodes.
+    /// A clock for each animation, and an interpolator for each property that moves. ROUTEs come behind the last node:
+    /// some readers take none between nodes.
     void addMotion() {
-        double end = 0;
-        for (const NodeTrack& track : tracks_) end = std::max(end, track.times.back());
-        if (!(end > 0)) return;
-        const std::string clock = uniqueName("Clock");
         std::string routes;
-        text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop TRUE }}\n", clock, end);
-        for (const NodeTrack& track : tracks_) {
+        std::vector<std::string> clocks(motion_.clocks.size());
+        for (const NodeTrack& track : motion_.tracks) {
             const auto moved = names_.find(track.node);
-            if (moved == names_.end()) continue;
+            const double cycle = motion_.clocks[track.clock].playing.length;
+            if (moved == names_.end() || !(cycle > 0)) continue;
+            std::string& clock = clocks[track.clock];
+            if (clock.empty()) clock = addClock(motion_.clocks[track.clock]);
             const bool turns = track.field == "rotation";
             const std::string name = uniqueName(moved->second + "_" + track.field);
             std::string keys, values;
             for (std::size_t i = 0; i < track.times.size(); ++i) {
                 const std::array<double, 4>& v = track.values[i];
-                keys += fmt::format("{}{}", i == 0 ? "" : " ", std::clamp(track.times[i] / end, 0.0, 1.0));
+                keys += fmt::format("{}{}", i == 0 ? "" : " ", std::clamp(track.times[i] / cycle, 0.0, 1.0));
                 values += (i == 0 ? "" : ", ") + (turns ? axisAndAngle(Quatd(v[0], v[1], v[2], v[3]))
                                                         : fmt::format("{} {} {}", v[0], v[1], v[2]));
             }
@@ -357,12 +356,24 @@ private:
         text_ += routes;
     }
 
+    /// Its name.
+    std::string addClock(const NodeClock& clock) {
+        std::string name = uniqueName(clock.name.empty() ? "Clock" : clock.name);
+        const Playing& playing = clock.playing;
+        const bool loops = playing.mode != Animation::kOnce, stands = playing.paused || playing.speed != 1;
+        if (!loops) leaving_.notes.add("animations that play once wait until an event begins them", clock.node);
+        if (playing.speed != 1) leaving_.notes.add("animations as slow as to stand are paused", clock.node);
+        text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop {}{} }}\n", name, playing.length,
+                             loops ? "TRUE" : "FALSE", stands ? " enabled FALSE" : "");
+        return name;
+    }
+
     const LeavingScene& leaving_;
     Companions companions_;
     PlannedTree tree_;
     LeavingMeshes meshes_;
     LeavingFiles files_;
-    std::vector<NodeTrack> tracks_;
+    NodeTracks motion_;
     std::map<ObjectId, std::size_t> uses_;
     std::map<ObjectId, std::string> shapes_;
     std::map<std::tuple<ObjectId, bool, bool>, std::string> looks_;

@@ -12,6 +12,7 @@
 #include "common/cores/SubdivisionSurface.h"
 #include "common/cores/Volume.h"
 #include "common/drawable/SceneBounds.h"
+#include "common/export/LeavingMotions.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
 
@@ -94,6 +95,18 @@ Volume smallVolume() {
     volume.sizeX = volume.sizeY = volume.sizeZ = 3;
     volume.surfaceValue = 128;
     return volume;
+}
+
+/// A triangle that moves by an animation of its own.
+void addRide(BuiltScene& built, Animation animation, double length = 1) {
+    KeyFrames keys;
+    keys.target = built.add(Transform());
+    keys.field = "translation";
+    keys.times = blobOf<double>({0, length});
+    keys.values = blobOf<double>({0, 0, 0, 1, 2, 3});
+    animation.channels = {built.add(keys)};
+    built.node("a", built.add(triangleGeometry()), built.node("place", keys.target));
+    built.node("ride", built.add(animation));
 }
 
 std::vector<Kind> kinds() {
@@ -208,19 +221,38 @@ std::vector<Kind> kinds() {
              built.node("a", built.add(triangleGeometry()));
          },
          [](const Aspect& s) { return yesIf(!allOf<Camera>(s).empty()); }, "Camera"},
-        {"animations of places",
-         [](BuiltScene& built) {
-             KeyFrames keys;
-             keys.target = built.add(Transform());
-             keys.field = "translation";
-             keys.times = blobOf<double>({0, 1});
-             keys.values = blobOf<double>({0, 0, 0, 1, 2, 3});
-             Animation animation;
-             animation.channels = {built.add(keys)};
-             built.node("a", built.add(triangleGeometry()), built.node("place", keys.target));
-             built.node("ride", built.add(animation));
-         },
+        {"animations of places", [](BuiltScene& built) { addRide(built, Animation()); },
          [](const Aspect& s) { return yesIf(!allOf<KeyFrames>(s).empty()); }, nullptr},
+        {"speeds of animations", [](BuiltScene& built) { addRide(built, {.channels = {}, .speed = 4}); },
+         [](const Aspect& s) {
+             for (const Animation* a : allOf<Animation>(s))
+                 if (std::abs(Playing::of(s, *a).length / a->speed - 0.25) < 1e-4) return kYes;
+             return kNo;
+         },
+         nullptr},
+        {"lengths of animations",
+         [](BuiltScene& built) {
+             addRide(built, Animation());
+             addRide(built, Animation(), 3);
+         },
+         [](const Aspect& s) {
+             double shortest = 1e9;
+             for (const Animation* a : allOf<Animation>(s)) shortest = std::min(shortest, Playing::of(s, *a).length);
+             return yesIf(std::abs(shortest - 1) < 1e-4);
+         },
+         nullptr},
+        {"modes of animations", [](BuiltScene& built) { addRide(built, {.channels = {}, .mode = Animation::kOnce}); },
+         [](const Aspect& s) {
+             const auto all = allOf<Animation>(s);
+             return yesIf(!all.empty() && all.front()->mode == Animation::kOnce);
+         },
+         nullptr},
+        {"pauses of animations", [](BuiltScene& built) { addRide(built, {.channels = {}, .playing = false}); },
+         [](const Aspect& s) {
+             const auto all = allOf<Animation>(s);
+             return yesIf(!all.empty() && !all.front()->playing);
+         },
+         nullptr},
         {"skins", [](BuiltScene& built) { built.node("a", built.add(barSkin(built))); },
          [](const Aspect& s) {
              const auto skins = allOf<Skin>(s);

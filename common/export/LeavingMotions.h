@@ -1,0 +1,31 @@
+/// How animations play, and what formats for other programs lose of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/cores/Animation.h"
+#include "common/cores/Motion.h"
+#include "common/export/ExportNotes.h"
+
+namespace tessera {
+
+/// Of an Animation or a Motion.
+struct Playing {
+    double length = 0;  ///< s, of its keys: once through, one way
+    double speed = 1;
+    std::int64_t mode = Animation::kLoop;  ///< as Animation::mode
+    bool paused = false;
+
+    [[nodiscard]] static Playing of(const Aspect& scene, const Animation& animation);
+    /// Its keys have passed checkKeys.
+    [[nodiscard]] static Playing of(const Motion& motion);
+};
+
+/// Of formats that play all from their beginnings, as fast as the keys say, for ever.
+void noteLostPlaying(const Playing& playing, ExportNotes& notes, ObjectId node);
+
+/// Whether files can have values of places: what is not finite, or beyond kUtmostPlace, is noted.
+[[nodiscard]] bool canLead(std::span<const double> values, ObjectId node, ExportNotes& notes);
+
+}  // namespace tessera

@@ -1,0 +1,191 @@
+/// How animations play: what each format keeps of it, and says of what it loses.
+#include <gmock/gmock.h>
+
+#include "common/cores/Motion.h"
+#include "common/export/LeavingMotions.h"
+#include "tests/unit/export/BuiltScene.h"
+#include "tests/unit/export/ExportFixture.h"
+
+namespace tessera {
+namespace {
+
+using testing::Contains;
+using testing::DoubleNear;
+using testing::HasSubstr;
+using testing::Not;
+using testing::Pointwise;
+
+constexpr const char *kLost = "how often and how fast animations play is left out: ",
+                     *kPaused = "animations that are paused play in the file: ",
+                     *kTogether = "animations begin again together, when the longest ends: ",
+                     *kWaits = "animations that play once wait until an event begins them: ";
+
+/// A triangle at "place NAME" that an animation of this name raises by 1 m.
+void addRise(BuiltScene& built, const std::string& name, Animation animation, std::initializer_list<double> times,
+             std::initializer_list<double> values) {
+    KeyFrames keys;
+    keys.target = built.add(Transform());
+    keys.field = "translation";
+    keys.times = blobOf<double>(times);
+    keys.values = blobOf<double>(values);
+    animation.channels = {built.add(keys)};
+    built.node("a", built.add(triangleGeometry()), built.node("place_" + name, keys.target));
+    built.node(name, built.add(animation));
+}
+
+Aspect rising() {
+    BuiltScene built;
+    addRise(built, "fast", {.channels = {}, .speed = 4}, {0, 2}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "slow", Animation(), {0, 3}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "once", {.channels = {}, .mode = Animation::kOnce}, {0, 1}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "held", {.channels = {}, .playing = false, .time = 0.5}, {0, 3}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "swing", {.channels = {}, .speed = 2, .mode = Animation::kPingPong}, {0, 1, 3},
+            {0, 0, 0, 0, 1, 0, 0, 2, 0});
+    addRise(built, "back", {.channels = {}, .speed = -1}, {0, 2, 3}, {0, 0, 0, 0, 1, 0, 0, 2, 0});
+    return built.take();
+}
+
+std::vector<std::string> notesOf(const std::string& path, const Aspect& scene) {
+    const Expected<ExportReport> report = exportScene(path, scene);
+    EXPECT_TRUE(report) << (report ? "" : report.error().message);
+    return report ? report->notes : std::vector<std::string>();
+}
+
+struct Rise {
+    std::vector<double> times, heights;
+};
+/// What moves "place_NAME".
+Rise riseOf(const Aspect& scene, const std::string& name) {
+    for (const ObjectId id : scene.ids()) {
+        const auto* keys = scene.get<KeyFrames>(id);
+        if (!keys) continue;
+        for (const ObjectId other : scene.ids()) {
+            const Node* node = scene.get<Node>(other);
+            if (!node || node->core != keys->target || node->name != "place_" + name) continue;
+            Rise rise;
+            const auto times = keys->times.as<double>(), values = keys->values.as<double>();
+            rise.times.assign(times.begin(), times.end());
+            for (std::size_t i = 1; i < values.size(); i += 3) rise.heights.push_back(values[i]);
+            return rise;
+        }
+    }
+    return {};
+}
+
+const Animation* animationOf(const Aspect& scene, const std::string& name) {
+    for (const ObjectId id : scene.ids())
+        if (const Node* node = scene.get<Node>(id); node && node->name == name)
+            if (const auto* animation = scene.coreOf<Animation>(*node)) return animation;
+    ADD_FAILURE() << "no animation " << name;
+    static const Animation kNone;
+    return &kNone;
+}
+
+void expectRise(const Rise& rise, const std::vector<double>& times, const std::vector<double>& heights) {
+    EXPECT_THAT(rise.times, Pointwise(DoubleNear(1e-5), times));
+    EXPECT_THAT(rise.heights, Pointwise(DoubleNear(1e-5), heights));
+}
+
+TEST(MotionsLeave, GltfSaysWhichItHasNoWordFor) {
+    const Scratch scratch;
+    for (const char* out : {"out.glb", "out.gltf"}) {
+        const auto notes = notesOf(scratch.path(out), rising());
+        EXPECT_THAT(notes, Contains(std::string(kLost) + "/fast, /once, /swing and 1 more"));
+        EXPECT_THAT(notes, Contains(std::string(kPaused) + "/held"));
+    }
+}
+
+TEST(MotionsLeave, UsdHasSpeedsAndWaysBackInItsTimes) {
+    const Scratch scratch;
+    const std::string path = scratch.path("out.usda");
+    const auto notes = notesOf(path, rising());
+    EXPECT_THAT(notes, Contains(std::string(kLost) + "/once"));
+    EXPECT_THAT(notes, Contains(std::string(kPaused) + "/held"));
+    EXPECT_THAT(notes, Contains(std::string(kTogether) + "/fast"));
+    const ImportedAspect again = readBack(path);
+    EXPECT_NEAR(riseOf(*again, "fast").times.at(1), 0.5, 1e-5);
+    const Rise swing = riseOf(*again, "swing");
+    expectRise(swing, {0, 0.5, 1.5, 2.5, 3}, {0, 1, 2, 1, 0});
+    expectRise(riseOf(*again, "back"), {0, 1, 3}, {2, 1, 0});
+}
+
+TEST(MotionsLeave, VrmlHasAClockForEach) {
+    const Scratch scratch;
+    const std::string first = scratch.path("out.wrl"), second = scratch.path("again.wrl");
+    for (const std::string& path : {first, second}) {
+        const auto notes = path == first ? notesOf(path, rising()) : notesOf(path, *readBack(first));
+        for (const char* never : {kLost, kPaused, kTogether})
+            EXPECT_THAT(notes, Not(Contains(HasSubstr(never)))) << path;
+        EXPECT_THAT(notes, Contains(std::string(kWaits) + "/once"));
+        const ImportedAspect again = readBack(path);
+        expectRise(riseOf(*again, "fast"), {0, 0.5}, {0, 1});
+        expectRise(riseOf(*again, "slow"), {0, 3}, {0, 1});
+        expectRise(riseOf(*again, "once"), {0, 1}, {0, 1});
+        expectRise(riseOf(*again, "held"), {0, 3}, {0, 1});
+        expectRise(riseOf(*again, "swing"), {0, 0.5, 1.5, 2.5, 3}, {0, 1, 2, 1, 0});
+        expectRise(riseOf(*again, "back"), {0, 1, 3}, {2, 1, 0});
+        for (const char* name : {"fast", "slow", "held", "swing", "back"}) {
+            EXPECT_EQ(animationOf(*again, name)->mode, Animation::kLoop) << name;
+            EXPECT_EQ(animationOf(*again, name)->playing, std::string(name) != "held") << name;
+        }
+        EXPECT_EQ(animationOf(*again, "once")->mode, Animation::kOnce);
+    }
+}
+
+TEST(MotionsLeave, WhatIsTooSlowStands) {
+    const Scratch scratch;
+    for (const double speed : {0.0, 1e-300, -1e-300}) {
+        BuiltScene built;
+        addRise(built, "still", {.channels = {}, .speed = speed, .mode = Animation::kPingPong}, {0, 2},
+                {0, 0, 0, 0, 1, 0});
+        const Aspect scene = built.take();
+        for (const char* out : {"out.glb", "out.usda"})
+            EXPECT_THAT(notesOf(scratch.path(out), scene), Contains(std::string(kLost) + "/still")) << out;
+        EXPECT_THAT(notesOf(scratch.path("out.wrl"), scene), Contains(HasSubstr("are paused: /still")));
+        const ImportedAspect again = readBack(scratch.path("out.wrl"));
+        EXPECT_FALSE(animationOf(*again, "still")->playing);
+        expectRise(riseOf(*again, "still"), {0, 2}, {0, 1});
+    }
+}
+
+/// Our own importer takes no keys beyond.
+TEST(MotionsLeave, KeysBeyondWhatReadersTakeAreLeftOut) {
+    const Scratch scratch;
+    BuiltScene built;
+    addRise(built, "near", Animation(), {0, 1}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "far", Animation(), {0, 1}, {0, 0, 0, 0, 1e39, 0});
+    const Aspect scene = built.take();
+    for (const char* out : {"out.glb", "out.usda", "out.wrl"}) {
+        EXPECT_THAT(notesOf(scratch.path(out), scene), Contains(HasSubstr("(keep their keys within 1e15 m): /far")));
+        const ImportedAspect again = readBack(scratch.path(out));
+        expectRise(riseOf(*again, "near"), {0, 1}, {0, 1});
+        EXPECT_TRUE(riseOf(*again, "far").times.empty()) << out;
+    }
+}
+
+TEST(MotionsLeave, OfMotionsTheSameIsSaid) {
+    const Scratch scratch;
+    BuiltScene built;
+    Motion motion;
+    motion.target = built.add(Transform());
+    motion.keys = blobOf<double>({0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 2, 0, 1, 0, 1, 0, 0, 0, 1, 1, 1});
+    built.node("a", built.add(triangleGeometry()), built.node("place_lift", motion.target));
+    built.node("lift", built.add(motion));
+    built.node("lost", built.add([] {
+        Motion bad;
+        bad.keys = blobOf<double>({0, 1});
+        return bad;
+    }()));
+    const Aspect scene = built.take();
+    for (const char* out : {"out.glb", "out.usda", "out.wrl"}) {
+        const auto notes = notesOf(scratch.path(out), scene);
+        const bool isVrml = std::string(out) == "out.wrl";
+        EXPECT_THAT(notes, Contains(std::string(isVrml ? kWaits : kLost) + "/lift")) << out;
+        EXPECT_THAT(notes, Contains(HasSubstr("that cannot play here are left out: /lost"))) << out;
+    }
+    const ImportedAspect again = readBack(scratch.path("out.wrl"));
+    EXPECT_EQ(animationOf(*again, "lift")->mode, Animation::kOnce);
+}
+
+}  // namespace
+}  // namespace tessera
