@@ -25,6 +25,12 @@ std::string lookOf(const Material& material) {
     return look + fmt::format(" metallic {} roughness {}", material.metallic, material.roughness);
 }
 
+/// As all formats count them: points are shown as faces, and have none.
+std::uint64_t trianglesOf(const Drawable& drawable) {
+    const bool isPoints = !drawable.derived() && drawable.arrays().kind == MeshKind::kPoints;
+    return isPoints ? 0 : drawable.triangleCount();
+}
+
 }  // namespace
 
 Expected<LeavingFiles> writeCsv(const LeavingScene& leaving) {
@@ -50,7 +56,7 @@ Expected<LeavingFiles> writeCsv(const LeavingScene& leaving) {
         const Drawable drawable = node.isWay ? Drawable() : drawableOf(node.core);
         const Vec3d at = node.world_T_node.translation();
         const Vec3d size = boxes[i].empty() ? Vec3d(Vec3d::Zero()) : boxes[i].size();
-        const std::uint64_t triangles = drawable ? drawable.triangleCount() : 0;
+        const std::uint64_t triangles = drawable ? trianglesOf(drawable) : 0;
         files.triangles += triangles;
         text += fmt::format(
             "{},{},{},{},{},{},{},{},{},{}\r\n", csvQuoted(paths[i]),

@@ -173,14 +173,22 @@ TEST(MeshFormats, ATreeIsATable) {
     Transform place;
     place.translation = Vec3d(1, 2, 3);
     built.node("say \"a,b\"", built.add(triangleGeometry()), built.node("hall", built.add(place)));
+    Geometry points = triangleGeometry();
+    points.indices = {};
+    points.primitive = Geometry::kPoints;
+    points.pointRadius = 0.5;
+    built.node("points", built.add(points));
     const Aspect scene = built.take();
-    ASSERT_TRUE(exportScene(scratch.path("out.csv"), scene));
+    const Expected<ExportReport> report = exportScene(scratch.path("out.csv"), scene);
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->triangles, 1u);
     std::ifstream file(scratch.path("out.csv"), std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     EXPECT_EQ(text,
               "path,type,x,y,z,size_x,size_y,size_z,triangles,material\r\n"
               "/hall,Transform,1,2,3,1,1,0,0,\r\n"
-              "\"/hall/say \"\"a,b\"\"\",Geometry,1,2,3,1,1,0,1,#e7e7e7 metallic 0 roughness 0.6\r\n");
+              "\"/hall/say \"\"a,b\"\"\",Geometry,1,2,3,1,1,0,1,#e7e7e7 metallic 0 roughness 0.6\r\n"
+              "/points,Geometry,0,0,0,2,2,1,0,#e7e7e7 metallic 0 roughness 0.6\r\n");
 }
 
 }  // namespace
