@@ -56,13 +56,6 @@ std::string fieldsOf(const SoNode& node) {
     return all;
 }
 
-SoNode* nodeIn(const SoNode& node, const char* name) {
-    const SoField* const field = node.getField(name);
-    return field != nullptr && field->isOfType(SoSFNode::getClassTypeId())
-               ? static_cast<const SoSFNode*>(field)->getValue()
-               : nullptr;
-}
-
 std::string shapeName(const SoNode& shape) {
     const SoNode* const geometry = is<SoVRMLShape>(shape) ? as<SoVRMLShape>(shape).geometry.getValue() : nullptr;
     return kindOf(geometry != nullptr ? *geometry : shape);
@@ -74,14 +67,13 @@ CoinShapes::Parts pointsOf(const SoVRMLPointSet& set) {
     MeshData mesh;
     mesh.primitive = Primitive::kPoints;
     const SoNode* const coord = set.coord.getValue();
-    const SoNode* const color = set.color.getValue();
     if (coord == nullptr || !is<SoVRMLCoordinate>(*coord)) return parts;
     const SoMFVec3f& points = as<SoVRMLCoordinate>(*coord).point;
     for (int i = 0; i < points.getNum(); ++i)
         mesh.positions.insert(mesh.positions.end(), {points[i][0], points[i][1], points[i][2]});
-    parts.colored = color != nullptr && is<SoVRMLColor>(*color) && as<SoVRMLColor>(*color).color.getNum() > 0;
+    parts.colored = hasColors(set);
     if (parts.colored) {
-        const SoMFColor& colors = as<SoVRMLColor>(*color).color;  // as many as points: CoinIndices
+        const SoMFColor& colors = as<SoVRMLColor>(*set.color.getValue()).color;  // as many as points: CoinIndices
         for (int i = 0; i < points.getNum(); ++i) {
             for (int c = 0; c < 3; ++c)
                 mesh.colors.push_back(
@@ -262,13 +254,16 @@ Expected<CoinShapes::Parts> CoinWalk::partsOf(SoVRMLShape& shape, SoNode& geomet
         if (!mesh) noteWrong(geometry, mesh.error().message + ": it is left out");
     } else {
         const PlainNormals plain(geometry);
-        return gather(shape, textured, !flag(geometry, "ccw", true), plain);
+        return gather(
+            shape, {.textured = textured, .reversed = !flag(geometry, "ccw", true), .ownColors = hasColors(geometry)},
+            plain);
     }
     return parts;
 }
 
-Expected<CoinShapes::Parts> CoinWalk::gather(SoNode& shape, bool textured, bool reversed, const PlainNormals& plain) {
-    Expected<CoinShapes::Parts> parts = shapes_.gather(shape, {.textured = textured, .reversed = reversed});
+Expected<CoinShapes::Parts> CoinWalk::gather(SoNode& shape, const CoinShapes::Wanted& wanted,
+                                             const PlainNormals& plain) {
+    Expected<CoinShapes::Parts> parts = shapes_.gather(shape, wanted);
     for (std::size_t i = 0; parts && plain.creaseAngle() && i < parts->meshes.size(); ++i)
         if (MeshData& mesh = parts->meshes[i]; mesh.primitive == Primitive::kTriangles)
             setSmoothNormals(mesh, *plain.creaseAngle());
@@ -282,7 +277,8 @@ Expected<void> CoinWalk::addShape(SoNode& shape, Place& at) {
     SoState& state = *action_.getState();
     state.push();
     if (const std::string wrong = mendIndices(shape, action_); !wrong.empty()) noteWrong(shape, wrong);
-    Expected<CoinShapes::Parts> parts = gather(shape, textured, look.clockwise, PlainNormals(shape, action_));
+    Expected<CoinShapes::Parts> parts =
+        gather(shape, {.textured = textured, .reversed = look.clockwise}, PlainNormals(shape, action_));
     state.pop();
     if (!parts) return tl::unexpected(parts.error());
     CoinMaterials::Wanted wanted{

@@ -85,7 +85,8 @@ std::string CoinMaterials::name(const Wanted& wanted) {
     // Nothing lights lines and points of VRML 2: they have the glow's colour.
     if (wanted.strokes && wanted.vrml2 && !wanted.colored && !look.unlit) base = emissive;
     setColor(*message.mutable_base_color(), base);
-    message.mutable_base_color()->set_a(wanted.colored ? 1.0f : opacity);
+    // Colours of VRML 2 have no transparency of their own: geometry that others show more clearly shares them.
+    message.mutable_base_color()->set_a(wanted.colored && !wanted.vrml2 ? 1.0f : opacity);
     message.set_unlit(unlit);
     if (!unlit) {
         message.set_shading(MaterialMessage::PHONG);
@@ -96,8 +97,7 @@ std::string CoinMaterials::name(const Wanted& wanted) {
     if (look.drawStyle == SoDrawStyle::LINES && !wanted.strokes) message.set_fill(MaterialMessage::EDGES);
     if (look.drawStyle == SoDrawStyle::POINTS && !wanted.strokes) message.set_fill(MaterialMessage::CORNERS);
     if (shown != nullptr) message.set_base_color_image(shown->image);
-    if ((wanted.colored && opacity < 1) || opacity < 1 || (shown != nullptr && shown->translucent))
-        message.set_alpha_mode(MaterialMessage::BLEND);
+    if (opacity < 1 || (shown != nullptr && shown->translucent)) message.set_alpha_mode(MaterialMessage::BLEND);
     std::string key = message.SerializeAsString();
     // What moves must not take along what merely looks like it at rest.
     if (wanted.moves) key += fmt::format("{}", static_cast<const void*>(wanted.source));

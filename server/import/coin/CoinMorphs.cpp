@@ -287,8 +287,10 @@ Expected<CoinMorphs::Faces> CoinMorphs::gather(CoinShapes& shapes, SoNode& shape
     Expected<CoinShapes::Parts> parts;
     {
         const CornerNumbers numbers(set);
-        parts =
-            shapes.gather(shape, {.textured = textured, .reversed = set.ccw.getValue() == FALSE, .rawNormals = true});
+        parts = shapes.gather(shape, {.textured = textured,
+                                      .reversed = set.ccw.getValue() == FALSE,
+                                      .rawNormals = true,
+                                      .ownColors = hasColors(geometry)});
     }
     if (!parts) return tl::unexpected(parts.error());
     if (parts->meshes.empty() || parts->meshes.front().primitive != Primitive::kTriangles) return faces;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Inventor/SbVec3f.h>
+#include <Inventor/VRMLnodes/SoVRMLColor.h>
+#include <Inventor/fields/SoSFNode.h>
 #include <Inventor/nodes/SoNode.h>
 
 #include "common/math/Types.h"
@@ -18,6 +20,20 @@ template <typename Node>
 template <typename Node>
 [[nodiscard]] const Node& as(const SoNode& node) {
     return static_cast<const Node&>(node);
+}
+
+/// What a field of this name holds; null: there is none.
+[[nodiscard]] inline SoNode* nodeIn(const SoNode& node, const char* name) {
+    const SoField* const field = node.getField(name);
+    return field != nullptr && field->isOfType(SoSFNode::getClassTypeId())
+               ? static_cast<const SoSFNode*>(field)->getValue()
+               : nullptr;
+}
+
+/// Whether a geometry of VRML 2 has a Color: the material's does not count then, even if all of it are the same.
+[[nodiscard]] inline bool hasColors(const SoNode& geometry) {
+    const SoNode* const color = nodeIn(geometry, "color");
+    return color != nullptr && is<SoVRMLColor>(*color) && as<SoVRMLColor>(*color).color.getNum() > 0;
 }
 
 [[nodiscard]] inline Vec3d vectorOf(const SbVec3f& v) {

@@ -97,8 +97,8 @@ std::uint32_t CoinShapes::colorOf(int material) {
     if (!color) {
         const SbColor& diffuse = SoLazyElement::getDiffuse(action_.getState(), static_cast<int>(index));
         const int transparencies = std::max(lazy->getNumTransparencies(), 1);
-        const float transparency =
-            SoLazyElement::getTransparency(action_.getState(), std::min(static_cast<int>(index), transparencies - 1));
+        const int which = std::min(static_cast<int>(index), transparencies - 1);
+        const float transparency = wanted_.ownColors ? 0.0f : SoLazyElement::getTransparency(action_.getState(), which);
         color =
             byteOf(diffuse[0]) << 24 | byteOf(diffuse[1]) << 16 | byteOf(diffuse[2]) << 8 | byteOf(1.0f - transparency);
     }
@@ -127,7 +127,7 @@ std::uint32_t CoinShapes::number(Kind& kind, const SoPrimitiveVertex& vertex, bo
     }
     corner.color = colorOf(vertex.getMaterialIndex());
     if (!firstColor_) firstColor_ = corner.color;
-    colored_ = colored_ || corner.color != *firstColor_;
+    colored_ = colored_ || wanted_.ownColors || corner.color != *firstColor_;
     const auto [place, isNew] = kind.numbers.try_emplace(corner, static_cast<std::uint32_t>(kind.corners.size()));
     if (isNew) kind.corners.push_back(corner);
     return place->second;

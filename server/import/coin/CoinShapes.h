@@ -31,6 +31,7 @@ public:
         bool textured = false;    ///< else it has no texture coordinates
         bool reversed = false;    ///< its triangles are seen from the other side
         bool rawNormals = false;  ///< of any length; triangles that are one point stay
+        bool ownColors = false;   ///< corners have their own, though all be alike; transparency is the material's
     };
     /// Of one shape, in the action's state. kLimit: it is more than a mesh can hold, or than there is room for.
     [[nodiscard]] Expected<Parts> gather(SoNode& shape, const Wanted& wanted);

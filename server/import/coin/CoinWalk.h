@@ -93,7 +93,7 @@ private:
     Expected<Made> makeMoving(SoVRMLShape& shape, SoNode& geometry, bool textured, bool replaces);
     void addGeometry(const Part& part, Message& node);
     Expected<CoinShapes::Parts> partsOf(SoVRMLShape& shape, SoNode& geometry, bool textured, const SbMatrix& texture);
-    Expected<CoinShapes::Parts> gather(SoNode& shape, bool textured, bool reversed, const PlainNormals& plain);
+    Expected<CoinShapes::Parts> gather(SoNode& shape, const CoinShapes::Wanted& wanted, const PlainNormals& plain);
     Made nameMeshes(const SoNode& shape, CoinShapes::Parts parts, const CoinLook& look);
     Parts nameParts(const Made& made, CoinMaterials::Wanted wanted);
     Expected<void> placeParts(const SoNode& shape, const Parts& parts, Place& at);
