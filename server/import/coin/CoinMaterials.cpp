@@ -80,10 +80,13 @@ std::string CoinMaterials::name(const Wanted& wanted) {
     MaterialMessage message;
     message.set_double_sided(look.backFaces);
     const bool unlit = look.unlit || wanted.strokes;
-    Vec3f base = wanted.colored ? Vec3f(Vec3f::Ones()) : diffuse;
-    if (shown != nullptr && shown->replaces) base.setOnes();
+    using Counted = CoinMotion::Counted;
+    const bool replaced = wanted.colored || (shown != nullptr && shown->replaces);
     // Nothing lights lines and points of VRML 2: they have the glow's colour.
-    if (wanted.strokes && wanted.vrml2 && !wanted.colored && !look.unlit) base = emissive;
+    const bool glows = wanted.strokes && wanted.vrml2 && !look.unlit;
+    const Counted diffuseCounts = replaced || glows ? Counted::kNot : Counted::kAsBase;
+    const Counted emissiveCounts = !unlit ? Counted::kAsGlow : glows && !replaced ? Counted::kAsBase : Counted::kNot;
+    const Vec3f base = replaced ? Vec3f(Vec3f::Ones()) : glows ? emissive : diffuse;
     setColor(*message.mutable_base_color(), base);
     // Colours of VRML 2 have no transparency of their own: geometry that others show more clearly shares them.
     message.mutable_base_color()->set_a(wanted.colored && !wanted.vrml2 ? 1.0f : opacity);
@@ -100,13 +103,15 @@ std::string CoinMaterials::name(const Wanted& wanted) {
     if (opacity < 1 || (shown != nullptr && shown->translucent)) message.set_alpha_mode(MaterialMessage::BLEND);
     std::string key = message.SerializeAsString();
     // What moves must not take along what merely looks like it at rest.
-    if (wanted.moves) key += fmt::format("{}", static_cast<const void*>(wanted.source));
+    if (wanted.moves)
+        key += fmt::format("{} {} {}", static_cast<const void*>(wanted.source), static_cast<int>(diffuseCounts),
+                           static_cast<int>(emissiveCounts));
     const auto [place, isNew] = materials_.try_emplace(key);
     if (!isNew) return place->second;
     const std::size_t number = materials_.size();
     place->second = called.empty() ? fmt::format("material {}", number) : fmt::format("{} {}", called, number);
     message.set_name(place->second);
-    if (wanted.moves) motion_.addMaterial(*wanted.source, message);
+    if (wanted.moves) motion_.addMaterial(*wanted.source, message, diffuseCounts, emissiveCounts);
     *scene_.file.add_material() = std::move(message);
     return place->second;
 }

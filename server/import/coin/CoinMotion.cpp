@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 
 #include "common/base/Utf8.h"
@@ -142,7 +143,9 @@ const SoVRMLCoordinateInterpolator* CoinMotion::pointsOf(const SoNode& coordinat
 std::optional<CoinMotion::Track> CoinMotion::weightsOf(const SoNode& coordinate, std::size_t targets,
                                                        const std::vector<double>& weights) {
     const Route* const route = routeTo(coordinate, "point");
-    return route == nullptr ? std::nullopt : trackOf(*route, "weights", targets, weights, {});
+    if (route == nullptr) return std::nullopt;
+    const std::optional<Keys> keys = keysOf(*route, false, targets, weights);
+    return keys ? std::optional(trackOf(*route, "weights", *keys, {})) : std::nullopt;
 }
 
 void CoinMotion::addTarget(const Track& track, proto::scene::Node& message) {
@@ -178,36 +181,82 @@ void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
     }
 }
 
-void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& material) {
+void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& material, Counted diffuse,
+                             Counted emissive) {
     const auto routes = routes_.find(&node);
     if (routes == routes_.end()) return;
+    const Route *color = nullptr, *opacity = nullptr;
     for (const Route& route : routes->second) {
         std::size_t width = 0;
-        std::vector<double> values = valuesOf(route, width), written;
-        proto::scene::Channel channel;
-        channel.set_material(material.name());
-        std::string field;
-        const proto::scene::Color& base = material.base_color();
-        if (route.field == "diffuseColor" && width == 3) {
-            field = "baseColor";
-            for (std::size_t i = 0; i + 2 < values.size(); i += 3)
-                written.insert(written.end(), {linearOfSrgb(values[i]), linearOfSrgb(values[i + 1]),
-                                               linearOfSrgb(values[i + 2]), double{base.a()}});
+        std::vector<double> values = valuesOf(route, width);
+        if ((route.field == "diffuseColor" || route.field == "emissiveColor") && width == 3) {
+            const Counted counted = route.field == "diffuseColor" ? diffuse : emissive;
+            if (counted == Counted::kAsBase) color = &route;
+            if (counted != Counted::kAsGlow) continue;  // nobody sees what does not count
+            for (double& value : values) value = linearOfSrgb(value);
+            proto::scene::Channel channel;
+            channel.set_material(material.name());
+            addChannel(route, "emissive", 3, values, std::move(channel));
         } else if (route.field == "transparency" && width == 1) {
-            field = "baseColor";
-            for (const double value : values)
-                written.insert(written.end(), {base.r(), base.g(), base.b(), std::clamp(1 - value, 0.0, 1.0)});
-        } else if (route.field == "emissiveColor" && width == 3) {
-            field = "emissive";
-            for (const double value : values) written.push_back(linearOfSrgb(value));
-        }
-        if (field.empty()) {
+            opacity = &route;
+        } else {
             notes_.add(fmt::format("{} of a material stands still: it cannot be animated here", route.field),
                        nameOf(node));
-            continue;
         }
-        addChannel(route, field, field == "baseColor" ? 4 : 3, written, std::move(channel));
     }
+    addBaseColor(node, material, color, opacity);
+}
+
+/// Both are one field here, and so of one track.
+void CoinMotion::addBaseColor(const SoNode& node, const proto::scene::Material& material, const Route* color,
+                              const Route* opacity) {
+    std::size_t width = 0;
+    std::optional<Keys> colors, opacities;
+    if (color != nullptr) {
+        std::vector<double> values = valuesOf(*color, width);
+        for (double& value : values) value = linearOfSrgb(value);
+        colors = keysOf(*color, false, 3, values);
+    }
+    if (opacity != nullptr) {
+        std::vector<double> values = valuesOf(*opacity, width);
+        for (double& value : values) value = std::clamp(1 - value, 0.0, 1.0);
+        opacities = keysOf(*opacity, false, 1, values);
+    }
+    if (colors && opacities && color->sensor != opacity->sensor) {
+        notes_.add("the transparency of a material stands still: another TimeSensor moves its colour", nameOf(node));
+        opacities.reset();
+    }
+    if (!colors && !opacities) return;
+    const Route& route = colors ? *color : *opacity;
+    const proto::scene::Color& base = material.base_color();
+    if (!colors) colors = Keys{{0}, {base.r(), base.g(), base.b()}};
+    if (!opacities) opacities = Keys{{0}, {base.a()}};
+    Keys joined;
+    std::ranges::set_union(colors->times, opacities->times, std::back_inserter(joined.times));
+    if (joined.times.size() > kMaxKeysPerChannel) {
+        notes_.add("the colours and transparencies of a material have more than a million keys: they stand still",
+                   nameOf(node));
+        return;
+    }
+    for (const double time : joined.times) {
+        const std::vector<double> rgb = colors->at(time, 3), a = opacities->at(time, 1);
+        joined.values.insert(joined.values.end(), rgb.begin(), rgb.end());
+        joined.values.push_back(a.front());
+    }
+    proto::scene::Channel channel;
+    channel.set_material(material.name());
+    Track track = trackOf(route, "baseColor", joined, std::move(channel));
+    add(track.sensor, std::move(track.channel));
+}
+
+std::vector<double> CoinMotion::Keys::at(double time, std::size_t width) const {
+    const auto row = [&](std::size_t k) { return std::span(values).subspan(k * width, width); };
+    const auto next = static_cast<std::size_t>(std::ranges::upper_bound(times, time) - times.begin());
+    if (next == 0 || next == times.size()) {
+        const auto end = row(next == 0 ? 0 : next - 1);
+        return {end.begin(), end.end()};
+    }
+    return between(row(next - 1), row(next), (time - times[next - 1]) / (times[next] - times[next - 1]), false);
 }
 
 void CoinMotion::leaveOut(const SoNode& node) {
@@ -246,12 +295,23 @@ std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width)
 
 void CoinMotion::addChannel(const Route& route, const std::string& field, std::size_t width,
                             const std::vector<double>& values, proto::scene::Channel channel) {
-    if (std::optional<Track> track = trackOf(route, field, width, values, std::move(channel)))
-        add(track->sensor, std::move(track->channel));
+    const bool turns = width == 4 && (field == "rotation" || field == "scaleOrientation");
+    const std::optional<Keys> keys = keysOf(route, turns, width, values);
+    if (!keys) return;
+    Track track = trackOf(route, field, *keys, std::move(channel));
+    add(track.sensor, std::move(track.channel));
 }
 
-std::optional<CoinMotion::Track> CoinMotion::trackOf(const Route& route, const std::string& field, std::size_t width,
-                                                     const std::vector<double>& values, proto::scene::Channel channel) {
+CoinMotion::Track CoinMotion::trackOf(const Route& route, const std::string& field, const Keys& keys,
+                                      proto::scene::Channel channel) {
+    channel.set_field(field);
+    channel.set_times_blob(scene_.addBlob(bytesOfNumbers(keys.times)));
+    channel.set_values_blob(scene_.addBlob(bytesOfNumbers(keys.values)));
+    return {std::move(channel), route.sensor};
+}
+
+std::optional<CoinMotion::Keys> CoinMotion::keysOf(const Route& route, bool turns, std::size_t width,
+                                                   const std::vector<double>& values) {
     const auto what = [&](const char* why) {
         notes_.add(fmt::format("an interpolator moves nothing: {}", why), nameOf(*route.interpolator));
         return std::nullopt;
@@ -269,7 +329,6 @@ std::optional<CoinMotion::Track> CoinMotion::trackOf(const Route& route, const s
         if (!std::isfinite(keyAt(k))) return what("a key is not finite");
         if (k > 0 && keyAt(k) < keyAt(k - 1)) return what("its keys do not ascend");
     }
-    const bool turns = width == 4 && (field == "rotation" || field == "scaleOrientation");
     const auto rowOf = [&](std::size_t k) { return std::span(values).subspan(k * width, width); };
     // A cycle is from 0 to 1. Keys beyond are only seen through what is between them and others.
     std::size_t first = 0, end = keys;  // those within it
@@ -295,10 +354,7 @@ std::optional<CoinMotion::Track> CoinMotion::trackOf(const Route& route, const s
         const std::vector<double> last = valueAt(1, end);
         kept.insert(kept.end(), last.begin(), last.end());
     }
-    channel.set_field(field);
-    channel.set_times_blob(scene_.addBlob(bytesOfNumbers(times)));
-    channel.set_values_blob(scene_.addBlob(bytesOfNumbers(kept)));
-    return Track{std::move(channel), route.sensor};
+    return Keys{std::move(times), std::move(kept)};
 }
 
 void CoinMotion::add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel) {

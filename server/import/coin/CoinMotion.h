@@ -43,8 +43,10 @@ public:
     [[nodiscard]] std::optional<Track> weightsOf(const SoNode& coordinate, std::size_t targets,
                                                  const std::vector<double>& weights);
     void addTarget(const Track& track, proto::scene::Node& message);
+    /// Where a colour of a material is seen, if at all.
+    enum class Counted { kNot, kAsBase, kAsGlow };
     /// Of a material that is held and moves: once for each material of the scene that stands for it.
-    void addMaterial(const SoNode& node, const proto::scene::Material& material);
+    void addMaterial(const SoNode& node, const proto::scene::Material& material, Counted diffuse, Counted emissive);
     /// Of one that is held and moves, and that nothing here can move: a note.
     void leaveOut(const SoNode& node);
     /// A node at the top for each sensor.
@@ -58,8 +60,17 @@ private:
     };
     void addChannel(const Route& route, const std::string& field, std::size_t width, const std::vector<double>& values,
                     proto::scene::Channel channel);
-    std::optional<Track> trackOf(const Route& route, const std::string& field, std::size_t width,
-                                 const std::vector<double>& values, proto::scene::Channel channel);
+    void addBaseColor(const SoNode& node, const proto::scene::Material& material, const Route* color,
+                      const Route* opacity);
+    /// Within the cycle, in seconds.
+    struct Keys {
+        std::vector<double> times, values;
+        /// Of so many values, on a straight line between two keys.
+        [[nodiscard]] std::vector<double> at(double time, std::size_t width) const;
+    };
+    /// Nothing: a note says why.
+    std::optional<Keys> keysOf(const Route& route, bool turns, std::size_t width, const std::vector<double>& values);
+    Track trackOf(const Route& route, const std::string& field, const Keys& keys, proto::scene::Channel channel);
     [[nodiscard]] const Route* routeTo(const SoNode& node, std::string_view field) const;
     std::uint32_t keyOf(proto::scene::Node& message);
     void add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel);

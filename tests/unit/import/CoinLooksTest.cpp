@@ -97,5 +97,99 @@ TEST_F(CoinLooks, ColouredCornersHaveTheTransparencyOfEachMaterial) {
     }
 }
 
+/// Numbers of the only channel, and its field.
+struct OnlyChannel {
+    std::string field;
+    std::vector<double> times, values;
+};
+
+std::string driven(const std::string& kind, const std::string& values, const std::string& to,
+                   const std::string& keys = "0 1", const std::string& clock = "T") {
+    static int number = 0;
+    const std::string name = fmt::format("I{}", ++number);
+    return fmt::format(
+        "DEF {0} {1} {{ key [ {2} ] keyValue [ {3} ] }} ROUTE {4}.fraction_changed TO {0}.set_fraction ROUTE "
+        "{0}.value_changed TO {5}\n",
+        name, kind, keys, values, clock, to);
+}
+
+class CoinMovingLooks : public CoinLooks {
+protected:
+    void readMoving(const std::string& text) {
+        read("a.wrl", kLooksHead + text.substr(0, text.find("DEF I")) +
+                          "DEF T TimeSensor { cycleInterval 4 loop TRUE } DEF U TimeSensor { loop TRUE }\n" +
+                          text.substr(text.find("DEF I")));
+    }
+    [[nodiscard]] OnlyChannel channel() const {
+        const auto found = all<KeyFrames>();
+        EXPECT_EQ(found.size(), 1u);
+        if (found.size() != 1) return {};
+        const auto times = found[0]->times.as<double>(), values = found[0]->values.as<double>();
+        return {found[0]->field, {times.begin(), times.end()}, {values.begin(), values.end()}};
+    }
+};
+
+const std::string kGreen = "0 1 0, 0 1 0";
+const std::string kNamed = "DEF M Material { diffuseColor 1 1 1 emissiveColor 1 0 0 }";
+
+TEST_F(CoinMovingLooks, WhatDoesNotCountMovesNothing) {
+    const std::string lines = "IndexedLineSet { " + kThreePoints + "coordIndex [ 0 1 2 -1 ] }";
+    const std::string different = "color Color { color [ 1 0 0, 0 1 0, 0 0 1 ] } ";
+    const std::string diffuse = driven("ColorInterpolator", kGreen, "M.diffuseColor");
+    for (const std::string& shape :
+         {shapeOf(kNamed, "Box {}", "texture PixelTexture { image 1 1 3 0xff0000 }"),
+          shapeOf(kNamed, facesWith(kRedCorners)), shapeOf(kNamed, facesWith(different)), shapeOf(kNamed, lines)}) {
+        readMoving(shape + diffuse);
+        EXPECT_EQ(notes_, "");
+        EXPECT_TRUE(all<KeyFrames>().empty()) << shape;
+    }
+    readMoving(shapeOf(kNamed, lines) + driven("ColorInterpolator", kGreen, "M.emissiveColor"));
+    EXPECT_EQ(channel().field, "baseColor") << "nothing lights lines";
+    EXPECT_EQ(channel().values, (std::vector<double>{0, 1, 0, 1, 0, 1, 0, 1}));
+    EXPECT_EQ(all<Material>().at(0)->baseColor, Vec4f(1, 0, 0, 1));
+    readMoving(shapeOf(kNamed, "Box {}") + driven("ColorInterpolator", kGreen, "M.emissiveColor"));
+    EXPECT_EQ(channel().field, "emissive");
+    // A grey picture makes the colour darker.
+    readMoving(shapeOf(kNamed, "Box {}", "texture PixelTexture { image 1 1 1 0x80 }") + diffuse);
+    EXPECT_EQ(channel().field, "baseColor");
+    // Both are white at rest, and one of them moves.
+    readMoving(
+        shapeOf(kNamed, "Box {}") +
+        shapeOf("USE M", "IndexedFaceSet { solid TRUE " + kThreePoints + kRedCorners + "coordIndex [ 0 1 2 -1 ] }") +
+        diffuse);
+    EXPECT_EQ(all<Material>().size(), 2u);
+    EXPECT_EQ(channel().field, "baseColor");
+}
+
+TEST_F(CoinMovingLooks, TransparencyMovesColouredCorners) {
+    readMoving(shapeOf("DEF M Material { transparency 0.5 }", facesWith(kRedCorners)) +
+               driven("ScalarInterpolator", "0 1", "M.transparency"));
+    EXPECT_EQ(notes_, "");
+    EXPECT_EQ(channel().values, (std::vector<double>{1, 1, 1, 1, 1, 1, 1, 0}));
+    EXPECT_EQ(cornerColors().at(3), 255);
+}
+
+TEST_F(CoinMovingLooks, ColourAndTransparencyAreOneTrack) {
+    const std::string box = shapeOf("DEF M Material { diffuseColor 1 0 0 transparency 0.25 }", "Box {}");
+    const std::string color = driven("ColorInterpolator", "0 0 0, 0 1 0, 0 0 0", "M.diffuseColor", "0 0.5 1");
+    readMoving(box + driven("ScalarInterpolator", "0 1 1", "M.transparency", "0 0.25 1") + color);
+    EXPECT_EQ(notes_, "");
+    EXPECT_EQ(channel().field, "baseColor");
+    EXPECT_EQ(channel().times, (std::vector<double>{0, 1, 2, 4}));
+    EXPECT_EQ(channel().values, (std::vector<double>{0, 0, 0, 1, 0, 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}));
+    readMoving(box + driven("ScalarInterpolator", "0 1 1", "M.transparency", "0 0.25 1", "U") + color);
+    EXPECT_NE(notes_.find("the transparency of a material stands still: another TimeSensor moves its colour (the "
+                          "first: 'M')"),
+              std::string::npos)
+        << notes_;
+    EXPECT_EQ(channel().times, (std::vector<double>{0, 2, 4}));
+    EXPECT_EQ(channel().values.at(3), 0.75) << "as at rest";
+    // An interpolator without keys takes nothing of the other one.
+    readMoving(box + driven("ScalarInterpolator", "0 1", "M.transparency", "0 1", "U") +
+               driven("ColorInterpolator", "", "M.diffuseColor", ""));
+    EXPECT_EQ(channel().times, (std::vector<double>{0, 1}));
+    EXPECT_EQ(channel().values, (std::vector<double>{1, 0, 0, 1, 1, 0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace tessera
