@@ -269,9 +269,20 @@ Expected<void> CoinWalk::addView(const SoNode& node, Place& at) {
         leaveOut("a viewpoint that is nowhere", node);
         return {};
     }
-    Expected<Opened> opened = openAt(name.empty() ? "viewpoint" : name, map, at);
+    if (name.empty()) name = "viewpoint";
+    const bool moves = motion_.drives(node, "position") || motion_.drives(node, "orientation");
+    Expected<Opened> opened = moves ? openMoving(node, name, at) : openAt(name, map, at);
+    SoModelMatrixElement::set(&state, nullptr, before);
     if (!opened || opened->node == nullptr) return opened ? Expected<void>() : tl::unexpected(opened.error());
     if (Expected<void> room = takeNode(); !room) return room;
+    if (moves) {
+        float x = 0, y = 0, z = 0, w = 1;
+        turn.getValue(x, y, z, w);
+        const Quatd turned(w, x, y, z);
+        setTransform(*opened->node->mutable_transform(), vectorOf(where), turned, Vec3d::Ones());
+        opened->place.world = opened->place.world * Eigen::Translation3d(vectorOf(where)) * turned;
+        motion_.addTarget(node, *opened->node);
+    }
 
     view.wall = opened->node->add_node();
     view.wall->set_name("wall");

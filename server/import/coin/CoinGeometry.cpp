@@ -194,6 +194,7 @@ bool CoinWalk::holdGeometry(SoNode& geometry) {
             scene_.note("a NormalInterpolator is left out: normals are made anew of points that move");
         else
             motion_.leaveOut(*node);
+        motion_.passOver(*node);
     }
     if (motion_.hold(geometry)) motion_.leaveOut(geometry);
     return pointsMove;

@@ -8,12 +8,14 @@
 #include <Inventor/VRMLnodes/SoVRMLPositionInterpolator.h>
 #include <Inventor/VRMLnodes/SoVRMLScalarInterpolator.h>
 #include <Inventor/VRMLnodes/SoVRMLTimeSensor.h>
+#include <Inventor/VRMLnodes/SoVRMLViewpoint.h>
 #include <Inventor/engines/SoEngineOutput.h>
 #include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProtoInstance.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <span>
@@ -26,15 +28,20 @@
 namespace tessera {
 namespace {
 
+constexpr int kMostInterfaces = 64;
+
+bool isInterface(const SoFieldContainer* container) {
+    return container != nullptr && container->isOfType(SoProtoInstance::getClassTypeId());
+}
+
 /// Where a field gets its value from through the interfaces of prototypes: itself, where it has one of its own.
 SoField& sourceOf(SoField& field) {
     SoField* source = &field;
-    constexpr int kMostInterfaces = 64;
     for (int i = 0; i < kMostInterfaces; ++i) {
+        // A route counts beside an IS, which may lead to nothing.
+        if (SoEngineOutput* output = nullptr; source->getConnectedEngine(output) && output != nullptr) break;
         SoField* master = nullptr;
-        if (!source->getConnectedField(master) || master == nullptr || master->getContainer() == nullptr ||
-            !master->getContainer()->isOfType(SoProtoInstance::getClassTypeId()))
-            break;
+        if (!source->getConnectedField(master) || master == nullptr || !isInterface(master->getContainer())) break;
         source = master;
     }
     return *source;
@@ -46,6 +53,38 @@ SoNodeEngine* driverOf(SoField& field) {
     const SoField& source = sourceOf(field);
     if (!source.getConnectedEngine(output) || output == nullptr || !output->isNodeEngineOutput()) return nullptr;
     return output->getNodeContainer();
+}
+
+/// The nodes' fields that these ones are, where some are of the interfaces of prototypes.
+std::vector<SoField*> fieldsBehind(const SoFieldList& fields, int interfaces = 0) {
+    std::vector<SoField*> behind;
+    for (int i = 0; i < fields.getLength(); ++i) {
+        SoField* const field = fields[i];
+        const SoFieldContainer* const container = field->getContainer();
+        if (isInterface(container) && interfaces < kMostInterfaces) {
+            SoFieldList further;
+            field->getForwardConnections(further);
+            const std::vector<SoField*> all = fieldsBehind(further, interfaces + 1);
+            behind.insert(behind.end(), all.begin(), all.end());
+        } else if (container != nullptr && container->isOfType(SoNode::getClassTypeId())) {
+            behind.push_back(field);
+        }
+    }
+    return behind;
+}
+
+/// Whether it runs by itself now (ISO/IEC 14772-1:1997, 4.6.9). A stopTime that is not behind startTime is none.
+bool runs(const SoVRMLTimeSensor& sensor) {
+    if (!sensor.loop.getValue() || !sensor.enabled.getValue()) return false;
+    const double now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+    const double start = sensor.startTime.getValue().getValue(), stop = sensor.stopTime.getValue().getValue();
+    return !(start > now) && !(stop > start && stop <= now);
+}
+
+/// "Viewpoint"
+std::string wordOf(const SoNode& node) {
+    const std::string name = node.getTypeId().getName().getString();
+    return name.starts_with("VRML") ? name.substr(4) : name;
 }
 
 void appendRotation(std::vector<double>& values, const SbRotation& rotation) {
@@ -92,6 +131,8 @@ std::string nameOf(const SoNode& node) {
 
 bool CoinMotion::hold(SoNode& node) {
     if (!held_.insert(&node).second) return routes_.contains(&node);
+    if (node.isOfType(SoVRMLInterpolator::getClassTypeId()))
+        interpolators_.push_back(static_cast<SoVRMLInterpolator*>(&node));
     SoFieldList fields;
     const int count = node.getFields(fields);
     for (int i = 0; i < count; ++i) {
@@ -117,6 +158,8 @@ bool CoinMotion::hold(SoNode& node) {
             notes_.add("an interpolator moves nothing: no TimeSensor drives it", nameOf(*interpolator));
             continue;
         }
+        if (!routes_.contains(&node)) moving_.push_back(&node);
+        used_.insert(interpolator);
         routes_[&node].push_back({interpolator, static_cast<SoVRMLTimeSensor*>(clock), name.getString()});
     }
     return routes_.contains(&node);
@@ -162,19 +205,23 @@ std::uint32_t CoinMotion::keyOf(proto::scene::Node& message) {
 void CoinMotion::addTarget(const SoNode& node, proto::scene::Node& message) {
     const auto routes = routes_.find(&node);
     if (routes == routes_.end()) return;
+    told_.insert(&node);
+    const bool isView = node.isOfType(SoVRMLViewpoint::getClassTypeId());
     for (const Route& route : routes->second) {
         std::size_t width = 0;
         const std::vector<double> values = valuesOf(route, width);
         proto::scene::Channel channel;
         channel.set_target_key(keyOf(message));
         std::string field = route.field;
+        if (isView && field == "position") field = "translation";
+        if (isView && field == "orientation") field = "rotation";
         const bool centred = message.has_component_transform();
         const bool known =
             ((field == "translation" || field == "scale" || (centred && field == "center")) && width == 3) ||
             ((field == "rotation" || (centred && field == "scaleOrientation")) && width == 4) ||
             (field == "intensity" && width == 1);
         if (!known) {
-            notes_.add(fmt::format("{} stands still: it cannot be animated here", field), nameOf(node));
+            standStill(node, route.field);
             continue;
         }
         addChannel(route, field, width, values, std::move(channel));
@@ -185,6 +232,7 @@ void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& m
                              Counted emissive) {
     const auto routes = routes_.find(&node);
     if (routes == routes_.end()) return;
+    told_.insert(&node);
     const Route *color = nullptr, *opacity = nullptr;
     for (const Route& route : routes->second) {
         std::size_t width = 0;
@@ -200,8 +248,7 @@ void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& m
         } else if (route.field == "transparency" && width == 1) {
             opacity = &route;
         } else {
-            notes_.add(fmt::format("{} of a material stands still: it cannot be animated here", route.field),
-                       nameOf(node));
+            standStill(node, route.field);
         }
     }
     addBaseColor(node, material, color, opacity);
@@ -261,11 +308,36 @@ std::vector<double> CoinMotion::Keys::at(double time, std::size_t width) const {
 
 void CoinMotion::leaveOut(const SoNode& node) {
     const auto routes = routes_.find(&node);
-    if (routes == routes_.end()) return;
-    for (const Route& route : routes->second)
-        notes_.add(fmt::format("{} of a {} stands still: it cannot be animated here", route.field,
-                               node.getTypeId().getName().getString()),
-                   nameOf(node));
+    if (routes == routes_.end() || !told_.insert(&node).second) return;
+    for (const Route& route : routes->second) standStill(node, route.field);
+}
+
+void CoinMotion::standStill(const SoNode& node, std::string_view field) {
+    notes_.add(fmt::format("{} of a {} stands still: it cannot be animated here", field, wordOf(node)), nameOf(node));
+}
+
+/// Nothing that would move in the file is lost without a word.
+void CoinMotion::noteLost() {
+    for (const SoNode* const node : moving_) leaveOut(*node);
+    // Coin itself drops routes whose kinds differ, and those within a prototype to another one's interface.
+    for (SoVRMLInterpolator* const interpolator : interpolators_) {
+        const SoNodeEngine* const clock = driverOf(interpolator->set_fraction);
+        SoEngineOutput* const output = interpolator->getOutput("value_changed");
+        if (clock == nullptr || output == nullptr) continue;
+        SoFieldList driven;
+        output->getForwardConnections(driven);
+        const std::vector<SoField*> fields = fieldsBehind(driven);
+        if (fields.empty() && !used_.contains(interpolator))
+            notes_.add("an interpolator moves nothing: no field of a known node takes its values",
+                       nameOf(*interpolator));
+        for (SoField* const field : fields) {
+            auto* const node = static_cast<SoNode*>(field->getContainer());
+            if (held_.contains(node)) continue;  // its routes are known
+            SbName name;
+            node->getFieldName(field, name);
+            standStill(*node, name.getString());
+        }
+    }
 }
 
 std::vector<double> CoinMotion::valuesOf(const Route& route, std::size_t& width) const {
@@ -364,13 +436,15 @@ void CoinMotion::add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel) {
 }
 
 void CoinMotion::finish() {
+    noteLost();
     std::size_t waiting = 0;
     for (SoVRMLTimeSensor* const sensor : order_) {
         proto::scene::Animation& animation = animations_.at(sensor);
         const bool loops = sensor->loop.getValue();
         animation.set_mode(loops ? proto::scene::Animation::LOOP : proto::scene::Animation::ONCE);
-        // What does not begin by itself waits for an event in the file.
-        const bool waits = !loops || !sensor->enabled.getValue();
+        const bool waits = !runs(*sensor);
+        if (!waits && sensor->stopTime.getValue().getValue() > sensor->startTime.getValue().getValue())
+            notes_.add("an animation plays on behind its stopTime", nameOf(*sensor));
         animation.set_paused(waits);
         if (waits) ++waiting;
         proto::scene::Node* node = scene_.addBeside();
@@ -379,8 +453,8 @@ void CoinMotion::finish() {
         *node->mutable_animation() = std::move(animation);
     }
     if (waiting > 0)
-        scene_.note(
-            fmt::format("{} of its animations wait for an event: they stand until somebody plays them", waiting));
+        scene_.note(fmt::format(
+            "{} of its animations wait for an event or a time: they stand until somebody plays them", waiting));
 }
 
 }  // namespace tessera

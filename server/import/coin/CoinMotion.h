@@ -47,9 +47,11 @@ public:
     enum class Counted { kNot, kAsBase, kAsGlow };
     /// Of a material that is held and moves: once for each material of the scene that stands for it.
     void addMaterial(const SoNode& node, const proto::scene::Material& material, Counted diffuse, Counted emissive);
-    /// Of one that is held and moves, and that nothing here can move: a note.
+    /// Of one that is held and moves, and that nothing here can move: a note for each field.
     void leaveOut(const SoNode& node);
-    /// A node at the top for each sensor.
+    /// Of one that notes name already.
+    void passOver(const SoNode& node) { told_.insert(&node); }
+    /// A node at the top for each sensor, and notes on all that is held, moves and was never told of.
     void finish();
 
 private:
@@ -72,6 +74,8 @@ private:
     std::optional<Keys> keysOf(const Route& route, bool turns, std::size_t width, const std::vector<double>& values);
     Track trackOf(const Route& route, const std::string& field, const Keys& keys, proto::scene::Channel channel);
     [[nodiscard]] const Route* routeTo(const SoNode& node, std::string_view field) const;
+    void standStill(const SoNode& node, std::string_view field);
+    void noteLost();
     std::uint32_t keyOf(proto::scene::Node& message);
     void add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel);
     std::vector<double> valuesOf(const Route& route, std::size_t& width) const;
@@ -80,6 +84,10 @@ private:
     CountedNotes& notes_;
     std::map<const SoNode*, std::vector<Route>> routes_;
     std::set<const SoNode*> held_;
+    std::vector<const SoNode*> moving_;  ///< that have routes, as they came
+    std::set<const SoNode*> told_;       ///< what becomes of their routes is settled
+    std::vector<SoVRMLInterpolator*> interpolators_;
+    std::set<const SoVRMLInterpolator*> used_;  ///< that have a route here
     std::vector<SoVRMLTimeSensor*> order_;
     std::map<SoVRMLTimeSensor*, proto::scene::Animation> animations_;
     std::uint32_t lastKey_ = 0;

@@ -172,6 +172,7 @@ Expected<void> CoinWalk::visitKnown(SoNode& node, Place& at) {
         return {};
     }
     if (isLost(node)) {
+        motion_.passOver(node);
         leaveOut(is<SoVRMLScript>(node) ? "Script (programs of files are not run)" : kindOf(node), node);
         return {};
     }
@@ -263,19 +264,10 @@ Expected<void> CoinWalk::addTransform(SoVRMLTransform& node, Place& at) {
         opened = open(node, "Transform", at);
     } else {
         // Its parts as they are: what moves replaces one of them, and leaves the others.
-        Place* in = &at;
-        Expected<Opened> outer;
-        if (!modelMatrix().isApprox(Affine3d::Identity(), 0.0)) {
-            outer = open(node, "Transform", at);
-            if (outer && outer->node != nullptr) {
-                outer->place.names = &outer->names;
-                in = &outer->place;
-            }
-        }
         const std::string name = calledName(node);
-        opened = openAt(name.empty() ? "Transform" : name, Affine3d::Identity(), *in);
+        opened = openMoving(node, name.empty() ? "Transform" : name, at);
         if (opened && opened->node != nullptr) {
-            opened->place.world = in->world * affineOf(matrix);
+            opened->place.world = opened->place.world * affineOf(matrix);
             if (centred) {
                 proto::scene::ComponentTransform& parts = *opened->node->mutable_component_transform();
                 opened->node->clear_transform();
@@ -399,6 +391,14 @@ Expected<CoinWalk::Opened> CoinWalk::open(const SoNode& node, const char* otherw
     Expected<Opened> opened = openAt(name.empty() ? otherwise : name, map, at);
     resetModelMatrix();
     return opened;
+}
+
+Expected<CoinWalk::Opened> CoinWalk::openMoving(const SoNode& node, const std::string& name, Place& at) {
+    if (modelMatrix().isApprox(Affine3d::Identity(), 0.0)) return openAt(name, Affine3d::Identity(), at);
+    Expected<Opened> outer = open(node, name.c_str(), at);
+    if (!outer || outer->node == nullptr) return outer;
+    outer->place.names = &outer->names;
+    return openAt(name, Affine3d::Identity(), outer->place);
 }
 
 Expected<CoinWalk::Opened> CoinWalk::openAt(const std::string& name, const Affine3d& map, Place& at) {

@@ -106,6 +106,8 @@ private:
 
     /// A node at what Coin's model matrix says, which is identity from then on.
     Expected<Opened> open(const SoNode& node, const char* otherwise, Place& at);
+    /// The same, and in it one that is nowhere else, whose transform moves.
+    Expected<Opened> openMoving(const SoNode& node, const std::string& name, Place& at);
     Expected<Opened> openAt(const std::string& name, const Affine3d& map, Place& at);
     Message* make(const std::string& name, Place& at);
     /// kLimit: there are too many.

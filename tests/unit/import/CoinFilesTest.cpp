@@ -346,14 +346,16 @@ TEST_F(CoinFiles, SayWhichOfTwoInterpolatorsMovesAField) {
         "DEF B Transform { children DEF S Shape { geometry Box {} } } DEF C Transform { children USE S }\n"
         "DEF T TimeSensor { loop TRUE }\n"
         "DEF P PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 0 0 ] }\n"
+        "ROUTE T.fraction_changed TO P.set_fraction\n"
+        "ROUTE P.value_changed TO C.set_translation ROUTE P.value_changed TO B.set_translation\n";
+    const std::string further =
         "DEF Q PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 0 2 0 ] }\n"
-        "ROUTE T.fraction_changed TO P.set_fraction ROUTE T.fraction_changed TO Q.set_fraction\n"
-        "ROUTE P.value_changed TO C.set_translation ROUTE P.value_changed TO B.set_translation";
+        "ROUTE T.fraction_changed TO Q.set_fraction ROUTE Q.value_changed TO B.set_translation";
     EXPECT_EQ(notesOf("a.wrl", text), "");
-    EXPECT_NE(notesOf("b.wrl", text + " ROUTE Q.value_changed TO B.set_translation")
+    EXPECT_NE(notesOf("b.wrl", text + further)
                   .find("of several interpolators that move one translation the last one does (the first: 'B')"),
               std::string::npos);
-    Expected<ImportedScene> scene = load("b.wrl", text + " ROUTE Q.value_changed TO B.set_translation");
+    Expected<ImportedScene> scene = load("b.wrl", text + further);
     ASSERT_TRUE(scene) << messageOf(scene);
     const ImportedAspect aspect(std::move(*scene));
     ASSERT_EQ(all<KeyFrames>(aspect).size(), 2u);
