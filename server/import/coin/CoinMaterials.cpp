@@ -11,6 +11,7 @@
 
 #include "common/base/Hash.h"
 #include "common/math/Srgb.h"
+#include "server/import/coin/GreyPicture.h"
 #include "server/import/reader/BoundedNumbers.h"
 
 namespace tessera {
@@ -131,7 +132,6 @@ CoinMaterials::Shown CoinMaterials::makePicture(const SoNode& texture, const std
         for (int i = 0; i < node.url.getNum(); ++i) names.emplace_back(node.url[i].getString());
         repeatS = node.repeatS.getValue();
         repeatT = node.repeatT.getValue();
-        shown.replaces = true;
     } else if (texture.isOfType(SoVRMLPixelTexture::getClassTypeId())) {
         const auto& node = static_cast<const SoVRMLPixelTexture&>(texture);
         bare = &node.image;
@@ -164,7 +164,9 @@ CoinMaterials::Shown CoinMaterials::makePicture(const SoNode& texture, const std
         key = decoded ? "picture " + toHex(hash128(decoded->rgba)) : "picture";
     } else {
         key = "picture " + names.front();
-        decoded = decodeFile(names, from, key);
+        bool isGrey = false;
+        decoded = decodeFile(names, from, key, isGrey);
+        if (texture.isOfType(SoVRMLImageTexture::getClassTypeId())) shown.replaces = !isGrey;
     }
     if (!decoded) {
         scene_.note(fmt::format("{} is left out: {}", key, decoded.error().message));
@@ -181,9 +183,9 @@ CoinMaterials::Shown CoinMaterials::makePicture(const SoNode& texture, const std
     return shown;
 }
 
-/// The first of them that is there. `key`: what it is called, one name for each file.
+/// The first of them that is there. `key`: its name, one for each file.
 Expected<DecodedImage> CoinMaterials::decodeFile(const std::vector<std::string>& names, const std::string& from,
-                                                 std::string& key) {
+                                                 std::string& key, bool& isGrey) {
     Expected<DecodedImage> first = fail(ErrorCode::kNotFound, "it has no name");
     for (std::size_t i = 0; i < names.size(); ++i) {
         std::string name = names[i];
@@ -192,6 +194,7 @@ Expected<DecodedImage> CoinMaterials::decodeFile(const std::vector<std::string>&
         Expected<DecodedImage> decoded = tl::unexpected(path ? Error{} : path.error());
         if (path) {
             const Expected<Bytes> bytes = files_.read(*path);
+            isGrey = bytes && isGreyPicture(*bytes);
             decoded = bytes ? pictures_.decode(*bytes) : tl::unexpected(bytes.error());
         }
         if (decoded) {

@@ -48,7 +48,8 @@ private:
     };
     const Shown& picture(const SoNode& texture, const std::string& from);
     Shown makePicture(const SoNode& texture, const std::string& from);
-    Expected<DecodedImage> decodeFile(const std::vector<std::string>& names, const std::string& from, std::string& key);
+    Expected<DecodedImage> decodeFile(const std::vector<std::string>& names, const std::string& from, std::string& key,
+                                      bool& isGrey);
 
     const CoinFiles& files_;
     const ReadLimits& limits_;

@@ -11,6 +11,7 @@
 #include "common/cores/Geometry.h"
 #include "common/cores/Material.h"
 #include "tests/unit/import/ImportFixture.h"
+#include "tests/unit/import/PngBytes.h"
 
 namespace tessera {
 namespace {
@@ -93,8 +94,50 @@ TEST_F(CoinLooks, ColouredCornersHaveTheTransparencyOfEachMaterial) {
         for (const Material* one : all<Material>()) opacities.push_back(one->baseColor.w());
         std::ranges::sort(opacities);
         EXPECT_EQ(opacities, (std::vector<float>{0.5f, 0.75f})) << geometry;
-        for (const Geometry* one : all<Geometry>()) EXPECT_EQ(one->colors.as<std::uint8_t>()[3], 255) << geometry;
+        for (const Geometry* one : all<Geometry>()) {
+            ASSERT_EQ(one->colors.as<std::uint8_t>().size(), 12u) << geometry;
+            EXPECT_EQ(one->colors.as<std::uint8_t>()[3], 255) << geometry;
+        }
     }
+}
+
+/// Of one block in the middle of what there is between black and white; `components`: 1 is grey, 3 are colours.
+std::string jpegOf(int components) {
+    const auto segment = [](int marker, const std::string& data) {
+        return std::string("\xff") + static_cast<char>(marker) + big(data.size() + 2, 2) + data;
+    };
+    std::string frame = big(8, 1) + big(8, 2) + big(8, 2) + big(static_cast<unsigned>(components), 1);
+    std::string scan = big(static_cast<unsigned>(components), 1);
+    for (int c = 1; c <= components; ++c) {
+        frame += big(static_cast<unsigned>(c), 1) + std::string("\x11\0", 2);
+        scan += big(static_cast<unsigned>(c), 1) + std::string("\0", 1);
+    }
+    // Each table has one code, a bit of zero.
+    const std::string codes = "\1" + std::string(16, '\0');
+    return "\xff\xd8" + segment(0xdb, std::string(1, '\0') + std::string(64, '\1')) + segment(0xc0, frame) +
+           segment(0xc4, std::string(1, '\0') + codes) + segment(0xc4, "\x10" + codes) +
+           segment(0xda, scan + std::string("\0\x3f\0", 3)) + (components == 1 ? "\x3f" : "\x03") + "\xff\xd9";
+}
+
+TEST_F(CoinLooks, GreyPicturesOfFilesMakeTheColourDarker) {
+    const auto colorWith = [&](const std::string& name, const std::string& content) {
+        scratch_.write(name, content);
+        read("a.wrl", kLooksHead + shapeOf("Material { diffuseColor 1 0 0 }", "Box {}",
+                                           "texture ImageTexture { url \"" + name + "\" }"));
+        EXPECT_EQ(notes_, "") << name;
+        const auto materials = all<Material>();
+        return materials.size() == 1 && materials[0]->baseColorImage ? materials[0]->baseColor : Vec4f(0, 0, 0, 0);
+    };
+    const auto png = [](unsigned colours, const std::string& pixel) {
+        return pngOf(1, 1, {.colours = colours}, std::string(1, '\0') + pixel);
+    };
+    const Vec4f red(1, 0, 0, 1), white(1, 1, 1, 1);
+    EXPECT_EQ(colorWith("grey.png", png(0, "\x80")), red);
+    EXPECT_EQ(colorWith("opacity.png", png(4, "\x80\x40")), red);
+    EXPECT_EQ(colorWith("colours.png", png(2, "\x80\x80\x80")), white);
+    EXPECT_EQ(colorWith("all.png", png(6, "\x80\x80\x80\x40")), white);
+    EXPECT_EQ(colorWith("grey.jpg", jpegOf(1)), red);
+    EXPECT_EQ(colorWith("colours.jpg", jpegOf(3)), white);
 }
 
 /// Numbers of the only channel, and its field.
