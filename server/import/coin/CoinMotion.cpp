@@ -240,7 +240,7 @@ void CoinMotion::addMaterial(const SoNode& node, const proto::scene::Material& m
         if ((route.field == "diffuseColor" || route.field == "emissiveColor") && width == 3) {
             const Counted counted = route.field == "diffuseColor" ? diffuse : emissive;
             if (counted == Counted::kAsBase) color = &route;
-            if (counted != Counted::kAsGlow) continue;  // nobody sees what does not count
+            if (counted != Counted::kAsGlow) continue;
             for (double& value : values) value = linearOfSrgb(value);
             proto::scene::Channel channel;
             channel.set_material(material.name());
@@ -316,10 +316,11 @@ void CoinMotion::standStill(const SoNode& node, std::string_view field) {
     notes_.add(fmt::format("{} of a {} stands still: it cannot be animated here", field, wordOf(node)), nameOf(node));
 }
 
-/// Nothing that would move in the file is lost without a word.
+/// No motion of the file is lost without a note.
 void CoinMotion::noteLost() {
     for (const SoNode* const node : moving_) leaveOut(*node);
-    // Coin itself drops routes whose kinds differ, and those within a prototype to another one's interface.
+    // Coin itself drops routes whose kinds differ, and those within a prototype to another one's interface, without a
+    // word.
     for (SoVRMLInterpolator* const interpolator : interpolators_) {
         const SoNodeEngine* const clock = driverOf(interpolator->set_fraction);
         SoEngineOutput* const output = interpolator->getOutput("value_changed");

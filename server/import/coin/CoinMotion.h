@@ -85,7 +85,7 @@ private:
     std::map<const SoNode*, std::vector<Route>> routes_;
     std::set<const SoNode*> held_;
     std::vector<const SoNode*> moving_;  ///< that have routes, as they came
-    std::set<const SoNode*> told_;       ///< what becomes of their routes is settled
+    std::set<const SoNode*> told_;       ///< whose routes became channels or notes
     std::vector<SoVRMLInterpolator*> interpolators_;
     std::set<const SoVRMLInterpolator*> used_;  ///< that have a route here
     std::vector<SoVRMLTimeSensor*> order_;

@@ -101,7 +101,7 @@ TEST_F(CoinLooks, ColouredCornersHaveTheTransparencyOfEachMaterial) {
     }
 }
 
-/// Of one block in the middle of what there is between black and white; `components`: 1 is grey, 3 are colours.
+/// One block of middle grey. `components`: 1 is grey, 3 are colours.
 std::string jpegOf(int components) {
     const auto segment = [](int marker, const std::string& data) {
         return std::string("\xff") + static_cast<char>(marker) + big(data.size() + 2, 2) + data;
@@ -175,7 +175,7 @@ protected:
 const std::string kGreen = "0 1 0, 0 1 0";
 const std::string kNamed = "DEF M Material { diffuseColor 1 1 1 emissiveColor 1 0 0 }";
 
-TEST_F(CoinMovingLooks, WhatDoesNotCountMovesNothing) {
+TEST_F(CoinMovingLooks, ColoursThatAreNotSeenMoveNothing) {
     const std::string lines = "IndexedLineSet { " + kThreePoints + "coordIndex [ 0 1 2 -1 ] }";
     const std::string different = "color Color { color [ 1 0 0, 0 1 0, 0 0 1 ] } ";
     const std::string diffuse = driven("ColorInterpolator", kGreen, "M.diffuseColor");

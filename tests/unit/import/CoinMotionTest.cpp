@@ -1,4 +1,4 @@
-// VRML: what interpolators move here, what stands still with a note, and which animations play by themselves.
+// VRML: fields that interpolators move, those that stand still with a note, and animations that play by themselves.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -68,7 +68,7 @@ TEST_F(CoinMotions, ViewpointsMove) {
     ASSERT_TRUE(channels.contains("translation") && channels.contains("rotation"));
     EXPECT_EQ((**aspect_).get<Transform>(channels["translation"]->target), place);
     EXPECT_EQ(channels["translation"]->values.as<double>()[3], 5);
-    // Of what stands above it both stay.
+    // The Transform above it stays.
     read("Shape { geometry Box {} } Transform { translation 3 0 0 children " + view + " }" + moves);
     EXPECT_EQ(aspect_->core<Transform>("/a/Transform")->translation, Vec3d(3, 0, 0));
     EXPECT_EQ(aspect_->core<Transform>("/a/Transform/V")->translation, Vec3d(0, 1, 9));
@@ -77,7 +77,7 @@ TEST_F(CoinMotions, ViewpointsMove) {
     expectNote("fieldOfView of a Viewpoint stands still: it cannot be animated here (the first: 'V')");
 }
 
-TEST_F(CoinMotions, WhatCannotMoveIsNamed) {
+TEST_F(CoinMotions, FieldsThatStandStillAreNamed) {
     const std::string box = "Shape { geometry Box {} }\n";
     const auto expectStill = [&](const std::string& node, const std::string& kind, const std::string& values,
                                  const std::string& field, const std::string& word) {
@@ -89,10 +89,10 @@ TEST_F(CoinMotions, WhatCannotMoveIsNamed) {
     expectStill("Background { skyColor [ 0 0 1 ] }", "Color", "0 0 0, 1 0 0", "skyColor", "Background");
     expectStill("LOD { range 5 level [ Group {} Group {} ] }", "Position", "0 0 0, 1 0 0", "center", "LOD");
     expectStill("PointLight {}", "Position", "0 0 0, 1 0 0", "location", "PointLight");
-    // What is left out altogether has that note alone.
+    // A node that is left out altogether has that note alone.
     read(box + "DEF X Fog {}" + kClock + movedBy("I", "Scalar", "0 1", "X.visibilityRange"));
     EXPECT_EQ(notes_.find("visibilityRange"), std::string::npos);
-    // Of kinds that no route fits Coin takes none.
+    // Coin drops a route between fields of different types.
     read(
         "Shape { appearance Appearance { material Material {} texture PixelTexture { image 1 1 3 0xff0000 } "
         "textureTransform DEF X TextureTransform {} } geometry Box {} }" +
