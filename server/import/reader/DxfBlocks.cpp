@@ -38,15 +38,16 @@ bool DxfReader::takeRoomFor(std::size_t places, std::size_t nodesOfEach) {
 }
 
 bool DxfReader::takeRoomFor(std::size_t places, const DxfGuise& guise, DxfContent& to) {
-    // Twenty million triangles or so: hosts draw each.
-    constexpr std::size_t kMostPlacedLetters = 200'000;
-    const std::size_t room = kMostPlacedLetters - std::min(placedLetters_, kMostPlacedLetters);
-    if (guise.letters > 0 && places > room / guise.letters) {
-        leftOut(fmt::format("places of blocks with letters beyond {} of these", kMostPlacedLetters));
+    // As many letters as nodes: of a small file twenty million triangles or so, which hosts draw each. What stands in a
+    // block counts where that one is placed.
+    const bool counts = open_.empty();
+    const std::size_t room = mostNodes_ - std::min(placedLetters_, mostNodes_);
+    if (counts && guise.letters > 0 && places > room / guise.letters) {
+        leftOut(fmt::format("places of blocks with more than {} letters together (--import-memory: more)", mostNodes_));
         return false;
     }
     if (!takeRoomFor(places, guise.nodes)) return false;
-    placedLetters_ += places * guise.letters;
+    if (counts) placedLetters_ += places * guise.letters;
     to.placedNodes += places * (guise.nodes + 1);
     to.letters += places * guise.letters;
     return true;

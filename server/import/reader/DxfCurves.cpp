@@ -74,7 +74,7 @@ double dxfSweep(double start, double end) {
     // Files round: 6.2832 is a whole turn, and no arc of 1.5e-5.
     constexpr double kRounded = 1e-4;
     const double sweep = std::remainder(end - start, 2 * pi);
-    const bool whole = sweep > 0 && sweep < kRounded && std::abs(end - start) > pi;
+    const bool whole = sweep > 0 && sweep < kRounded && end - start > pi;
     if (whole) return 2 * pi;
     return sweep > 1e-12 ? sweep : sweep + 2 * pi;
 }

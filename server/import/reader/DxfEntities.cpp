@@ -19,8 +19,6 @@ constexpr double kDegrees = std::numbers::pi / 180;
 constexpr double kFarthest = 1e12;
 /// With more curves are coarser.
 constexpr std::size_t kManyCurvePoints = 2'000'000;
-/// A circle of rough chords is of 9 points, and of 30 bytes or more.
-constexpr std::size_t kBytesPerRoughPoint = 3;
 
 Mat3d frameOf(const DxfRecord& record) {
     return dxfFrame(record.point(210, Vec3d::UnitZ()));
@@ -32,14 +30,28 @@ void turnAll(const Mat3d& frame, DxfPath& path) {
 
 }  // namespace
 
-const DxfChords& DxfReader::chords(std::size_t underWay) {
+const DxfChords& DxfReader::chords(std::size_t halfTurns) {
     static const DxfChords kFine;
-    const std::size_t points = curvePoints_ + underWay;
-    if (points < kManyCurvePoints) return kFine;
-    // Those that follow shall have room, too.
-    const std::size_t left = fileBytes_ - std::min(document_.groups().mark().at, fileBytes_);
-    const std::size_t room = mostCurvePoints_ - std::min(points, mostCurvePoints_);
-    return left / kBytesPerRoughPoint < room ? kCoarseChords : kRoughChords;
+    const auto pointsOf = [&](const DxfChords& chords) {
+        return halfTurns * static_cast<std::size_t>(chords.perTurn) / 2;
+    };
+    if (curvePoints_ + pointsOf(kFine) < kManyCurvePoints) return kFine;
+    // What follows shall have room too, if it is as what came so far. Once rough they stay so: they look alike.
+    const auto at = static_cast<double>(std::clamp<std::size_t>(document_.groups().mark().at, 1, fileBytes_ + 1));
+    const double left = std::max(static_cast<double>(fileBytes_) - at, 0.0);
+    const double room = static_cast<double>(mostCurvePoints_) - static_cast<double>(curvePoints_);
+    const double coming = static_cast<double>(coarsePoints_) / at * left + static_cast<double>(pointsOf(kCoarseChords));
+    if (!areRough_ && coming <= room) return kCoarseChords;
+    if (!std::exchange(areRough_, true))
+        scene_.note(fmt::format("of its very many curves some are of {} chords a turn (save the drawing in parts)",
+                                kRoughChords.perTurn));
+    return kRoughChords;
+}
+
+void DxfReader::countCurve(std::size_t points, const DxfChords& chords) {
+    curvePoints_ += points;
+    coarsePoints_ +=
+        points * static_cast<std::size_t>(kCoarseChords.perTurn) / static_cast<std::size_t>(chords.perTurn);
 }
 
 bool DxfReader::hasRoomForCurve(const DxfRecord& record, Reading& to) {
@@ -115,6 +127,7 @@ bool DxfReader::addShape(const DxfRecord& record, Reading& to) {
 
 void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
     if (!hasRoomForCurve(record, to)) return;
+    const DxfChords& chords = this->chords();
     DxfPath path;
     const Vec3d center = record.point(10);
     if (record.type == "SPLINE") {
@@ -125,22 +138,22 @@ void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
         spline.points = record.points(10);
         spline.through = record.points(11);
         spline.closed = (record.integer(70, 0) & 1) != 0;
-        path = dxfSplinePath(spline, chords());
+        path = dxfSplinePath(spline, chords);
         if (path.empty()) return addUnsound();
     } else if (record.type == "ELLIPSE") {
         const Vec3d major = record.point(11), normal = frameOf(record).col(2);
         const double start = record.number(41, 0), end = record.number(42, 2 * std::numbers::pi);
         addDxfEllipse(path, center, major, record.number(40, 1) * normal.cross(major), start, dxfSweep(start, end),
-                      chords());
+                      chords);
     } else {
         const double radius = record.number(40, 0);
         const bool whole = record.type == "CIRCLE";
         const double start = whole ? 0 : record.number(50, 0) * kDegrees;
         const double sweep = whole ? 2 * std::numbers::pi : dxfSweep(start, record.number(51, 0) * kDegrees);
-        addDxfEllipse(path, center, Vec3d(radius, 0, 0), Vec3d(0, radius, 0), start, sweep, chords());
+        addDxfEllipse(path, center, Vec3d(radius, 0, 0), Vec3d(0, radius, 0), start, sweep, chords);
         turnAll(frameOf(record), path);
     }
-    curvePoints_ += path.size();
+    countCurve(path.size(), chords);
     addPath(record, path, false, to);
 }
 
@@ -162,13 +175,13 @@ void DxfReader::addLightPolyline(const DxfRecord& record, Reading& to) {
 
 void DxfReader::addBulged(const DxfRecord& record, std::span<const Vec3d> corners, std::span<const double> bulges,
                           bool closed, Reading& to) {
-    const bool curved = std::ranges::any_of(bulges, [](double bulge) { return bulge != 0; });
-    if (curved && !hasRoomForCurve(record, to)) return;
+    const auto arcs = static_cast<std::size_t>(std::ranges::count_if(bulges, [](double bulge) { return bulge != 0; }));
+    if (arcs > 0 && !hasRoomForCurve(record, to)) return;
+    const DxfChords& chords = this->chords(arcs);
     DxfPath path{corners.front()};
     const std::size_t sides = closed ? corners.size() : corners.size() - 1;
-    for (std::size_t i = 0; i < sides; ++i)
-        addDxfBulge(path, corners[(i + 1) % corners.size()], bulges[i], chords(path.size()));
-    if (path.size() > corners.size() + 1) curvePoints_ += path.size();
+    for (std::size_t i = 0; i < sides; ++i) addDxfBulge(path, corners[(i + 1) % corners.size()], bulges[i], chords);
+    if (path.size() > corners.size() + 1) countCurve(path.size(), chords);
     turnAll(frameOf(record), path);
     addPath(record, path, false, to);
 }
@@ -299,13 +312,14 @@ void DxfReader::addHatch(const DxfRecord& record, Reading& to) {
     if (record.integer(70, 0) != 1) return leftOut("patterns of hatches");
     if (record.integer(450, 0) != 0) leftOut("gradients of hatches, which have one colour,");
     if (!hasRoomForCurve(record, to)) return;
-    const std::vector<DxfPath> rings = dxfHatchRings(record, chords());
+    const DxfChords& chords = this->chords();
+    const std::vector<DxfPath> rings = dxfHatchRings(record, chords);
     for (const DxfPath& ring : rings)
         if (!isSound(ring)) return;
     Expected<DxfFill> fill = dxfFilled(rings);
     if (!fill) return leftOut("hatches with too many corners");
     turnAll(frameOf(record), fill->corners);
-    curvePoints_ += fill->corners.size();
+    countCurve(fill->corners.size(), chords);
     if (!fill->triangles.empty()) bucketOf(record, to).addTriangles(fill->corners, fill->triangles);
 }
 

@@ -62,8 +62,9 @@ private:
     [[nodiscard]] bool isSound(std::span<const Vec3d> path);
     /// An entity that says too little, or what cannot be.
     void addUnsound();
-    /// `underWay`: points of the curve that is being made.
-    [[nodiscard]] const DxfChords& chords(std::size_t underWay = 0);
+    /// `halfTurns`: of a polyline its arcs, counted as such.
+    [[nodiscard]] const DxfChords& chords(std::size_t halfTurns = 0);
+    void countCurve(std::size_t points, const DxfChords& chords);
     /// False, and said: curves have so many points already that no further one is worked out.
     bool hasRoomForCurve(const DxfRecord& record, Reading& to);
 
@@ -89,8 +90,10 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     std::map<std::string, std::size_t> leftOut_;  ///< how many, by what is said of them
-    std::size_t unsound_ = 0, curvePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0, placedLetters_ = 0;
+    std::size_t unsound_ = 0, curvePoints_ = 0, coarsePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0,
+                placedLetters_ = 0;
     std::string firstUnsound_;
+    bool areRough_ = false;  ///< chords of curves, from some curve on
 
     using GuiseKey = std::tuple<const DxfBlock*, const DxfLayer*, DxfColor>;
     std::map<GuiseKey, DxfGuise> guises_;

@@ -13,7 +13,7 @@ namespace {
 /// Without this, an accessor without data could ask for any amount of zeros.
 constexpr std::size_t kMaxElements = 64'000'000;
 /// Of all accessors: few sparse values may stand for very many zeros.
-constexpr std::uint64_t kFreeZeros = 32'000'000, kZerosPerByte = 2;
+constexpr std::uint64_t kFreeZeros = 32'000'000, kZerosPerByte = 16;
 
 /// One number of a component type, as a double.
 double readNumber(const unsigned char* at, int componentType) {
@@ -81,9 +81,9 @@ Expected<GltfAccessors::Layout> GltfAccessors::layout(int accessor) const {
         const std::uint64_t most = kFreeZeros + kZerosPerByte * bytesGranted();
         if (zeros_ > most)
             return fail(ErrorCode::kLimit,
-                        fmt::format("its accessors have {} numbers that stand in no buffer, and {} are read of {} "
-                                    "bytes: give accessor {} a buffer view",
-                                    zeros_, most, bytesGranted(), accessor));
+                        fmt::format("more than {} numbers of its accessors stand in no buffer, too many for a file of "
+                                    "{} bytes: write accessor {} with all its numbers",
+                                    most, bytesGranted(), accessor));
     }
     return Layout{&found, components, static_cast<std::size_t>(bytes)};
 }

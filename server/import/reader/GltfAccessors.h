@@ -35,7 +35,8 @@ private:
     [[nodiscard]] Expected<void> visit(const Layout& layout, int components, Store store) const;
 
     const tinygltf::Model& model_;
-    mutable std::uint64_t zeros_ = 0;  ///< numbers that stand in no buffer, of all accessors that were read
+    /// Numbers that stand in no buffer, as often as they were read: meshes may share an accessor, and each has a copy.
+    mutable std::uint64_t zeros_ = 0;
 };
 
 }  // namespace tessera

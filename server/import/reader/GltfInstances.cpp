@@ -146,6 +146,8 @@ Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Nod
     const Expected<std::vector<Instance>> places = instances(node);
     if (!places) return tl::unexpected(places.error());
     if (places->empty()) addParts(*parts, placed);
+    if (Expected<void> room = hasRoomForNodes(places->size() * parts->size() / ReadLimits::kGlyphsPerNode); !room)
+        return room;
     const std::vector<std::size_t> nodes = withoutGlyphs(placed.name(), *parts, *places, placed);
     const std::size_t glyphs = (places->size() - nodes.size()) * parts->size();
     const std::size_t more = nodes.size() * (parts->size() + 1) + glyphs / ReadLimits::kGlyphsPerNode;

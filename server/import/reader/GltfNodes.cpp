@@ -118,6 +118,8 @@ Expected<void> GltfReader::walk(int index, const Affine3d& world_T_parent, std::
         if (!parts) return tl::unexpected(parts.error());
         const Expected<std::vector<Instance>> places = instances(node);
         if (!places) return tl::unexpected(places.error());
+        if (Expected<void> room = hasRoomForNodes(places->size() * parts->size() / ReadLimits::kGlyphsPerNode); !room)
+            return room;
         for (const Part& part : *parts) {
             if (places->empty()) bounds_.extend(part.bounds.transformed(world_T_node));
             for (const Instance& place : *places)

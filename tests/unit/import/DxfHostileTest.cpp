@@ -152,6 +152,16 @@ TEST(DxfHostile, VeryManyCirclesAreRoughRatherThanLeftOut) {
         importDxfWithin2s("0\nSECTION\n2\nENTITIES\n" + circles + "0\nENDSEC\n0\nEOF\n");
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_FALSE(hasNote(*scene, "left out")) << scene->notes.front();
+    EXPECT_TRUE(hasNote(*scene, "of its very many curves some are of 8 chords a turn"));
+    // As programs write them they have room.
+    circles.clear();
+    for (int i = 0; i < 150'000; ++i)
+        circles += fmt::format(
+            "0\nCIRCLE\n5\n{:X}\n330\n1F\n100\nAcDbEntity\n8\n0\n100\nAcDbCircle\n10\n{}.523456\n20\n"
+            "{}.5\n30\n0.0\n40\n0.25\n",
+            i, i % 1000, i / 1000);
+    const std::string said = readDxfAlone("0\nSECTION\n2\nENTITIES\n" + circles + "0\nENDSEC\n0\nEOF\n");
+    EXPECT_FALSE(dxfSays(said, "chords")) << said;
 }
 
 TEST(DxfHostile, OnePolylineOfVeryManyArcsIsRough) {
@@ -176,11 +186,21 @@ TEST(DxfHostile, CurvesThatHaveNoRoomAreCountedWhereverTheirBlockStands) {
 
 TEST(DxfHostile, LettersCountWhereverTheirBlockStands) {
     const std::string block = "0 BLOCK\n2 A\n0 TEXT\n40 1\n1 " + std::string(960, 'x') + "\n0 ENDBLK\n";
-    const Expected<ImportedScene> many =
-        importDxfWithin2s(blocksAndEntities(block, "0 INSERT\n2 A\n70 300\n71 300\n0 INSERT\n2 A\n"));
+    const std::string file = blocksAndEntities(block, "0 INSERT\n2 A\n70 300\n71 300\n0 INSERT\n2 A\n");
+    const Expected<ImportedScene> many = importDxfWithin2s(file);
     ASSERT_TRUE(many) << messageOf(many);
-    EXPECT_TRUE(hasNote(*many, "places of blocks with letters beyond 200000 of these: 1 left out"));
+    EXPECT_TRUE(hasNote(*many, fmt::format("places of blocks with more than {} letters together (--import-memory: "
+                                           "more): 1 left out",
+                                           ReadLimits().nodesOf(file.size()))));
     EXPECT_EQ(many->geometries, 1u);
+    // What is placed once counts once, however deep it is nested.
+    std::string nested = "0 BLOCK\n2 B0\n";
+    for (int i = 0; i < 55; ++i) nested += fmt::format("0 TEXT\n20 {}\n40 1\n1 {}\n", i, std::string(960, 'x'));
+    for (int i = 1; i < 5; ++i) nested += fmt::format("0 ENDBLK\n0 BLOCK\n2 B{}\n0 INSERT\n2 B{}\n", i, i - 1);
+    const Expected<ImportedScene> once =
+        importDxfWithin2s(blocksAndEntities(nested + "0 ENDBLK\n", "0 INSERT\n2 B4\n"));
+    ASSERT_TRUE(once) << messageOf(once);
+    EXPECT_FALSE(hasNote(*once, "left out"));
     std::string texts;
     for (int i = 0; i < 4'000; ++i) texts += "0 TEXT\n40 1\n1 Комната\xc2\xb0\xc2\xb0\n";
     const std::string said = readDxfAlone(groupsOf(

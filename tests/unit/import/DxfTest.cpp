@@ -109,6 +109,7 @@ TEST(DxfCurves, SweepsThatAreRoundedToAWholeTurnAreOne) {
     EXPECT_DOUBLE_EQ(dxfSweep(1, 1 + 1e-5), (1 + 1e-5) - 1) << "an arc however short";
     EXPECT_NEAR(dxfSweep(0, 6.2831), 6.2831, 1e-12);
     EXPECT_NEAR(dxfSweep(6, 0.5), 0.5 - 6 + kTurn, 1e-12);
+    EXPECT_NEAR(dxfSweep(kTurn - 3e-5, 0), 3e-5, 1e-12) << "flat arcs of roads cross 0, too";
 }
 
 /// Chords are a little shorter than curves.

@@ -216,7 +216,7 @@ TEST(GltfInstances, OfFewSparseBytesAreBounded) {
                              fmt::format(R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
         "meshes":[{{"primitives":[{}]}}])",
                                          primitives)))
-                  .find("numbers that stand in no buffer"),
+                  .find("numbers of its accessors stand in no buffer"),
               std::string::npos);
 }
 

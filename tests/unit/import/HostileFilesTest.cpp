@@ -166,15 +166,18 @@ TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
         "buffers":[{"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}]})"),
                 ErrorCode::kBadInput, "reaches past the end of buffer view 0");
     if (kSanitized) return;  // the sanitizers' own memory is beyond any limit
-    // 60 million vertices of nothing fit the element limit, but not the memory.
+    // 60 million vertices of nothing fit the element limit, but not the file's bytes.
+    expectError(scratch.write("none.gltf", before + R"("componentType":5126,"count":60000000,"type":"VEC3"}]})"),
+                ErrorCode::kLimit, "numbers of its accessors stand in no buffer");
+    // Ten million do, and not the memory.
     ImportOptions small = importOptions();
-    small.maxMemoryBytes = std::size_t{400} << 20;
+    small.maxMemoryBytes = std::size_t{200} << 20;
     const std::string bomb =
-        scratch.write("bomb.gltf", before + R"("componentType":5126,"count":60000000,"type":"VEC3"}]})");
+        scratch.write("bomb.gltf", before + R"("componentType":5126,"count":10000000,"type":"VEC3"}]})");
     const Expected<ImportedScene> scene = importScene(bomb, kRootNode, small);
     ASSERT_FALSE(scene);
     EXPECT_EQ(scene.error().message,
-              bomb + ": it needs more than 400 MiB of memory to read: --import-memory gives it more");
+              bomb + ": it needs more than 200 MiB of memory to read: --import-memory gives it more");
     EXPECT_EQ(scene.error().code, ErrorCode::kLimit);
 }
 
