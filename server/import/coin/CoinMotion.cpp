@@ -9,7 +9,9 @@
 #include <Inventor/VRMLnodes/SoVRMLScalarInterpolator.h>
 #include <Inventor/VRMLnodes/SoVRMLTimeSensor.h>
 #include <Inventor/VRMLnodes/SoVRMLViewpoint.h>
+#include <Inventor/engines/SoEngine.h>
 #include <Inventor/engines/SoEngineOutput.h>
+#include <Inventor/engines/SoNodeEngine.h>
 #include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProtoInstance.h>
 #include <fmt/format.h>
@@ -55,7 +57,7 @@ SoNodeEngine* driverOf(SoField& field) {
     return output->getNodeContainer();
 }
 
-/// The nodes' fields that these ones are, where some are of the interfaces of prototypes.
+/// The fields of nodes that get the values of these ones, through the interfaces of prototypes.
 std::vector<SoField*> fieldsBehind(const SoFieldList& fields, int interfaces = 0) {
     std::vector<SoField*> behind;
     for (int i = 0; i < fields.getLength(); ++i) {
@@ -109,10 +111,15 @@ bool hasFurtherDriver(SoField& field) {
     SoField& source = sourceOf(field);
     SoEngineOutput *last = nullptr, *further = nullptr;
     if (!source.getConnectedEngine(last) || last == nullptr) return false;
+    // The connection may be all that holds it.
+    SoFieldContainer* const engine =
+        last->isNodeEngineOutput() ? static_cast<SoFieldContainer*>(last->getNodeContainer()) : last->getContainer();
+    engine->ref();
     source.disconnect(last);
     const bool has = source.getConnectedEngine(further) && further != nullptr;
     source.appendConnection(last, TRUE);
     source.enableConnection(FALSE);
+    engine->unrefNoDelete();
     return has;
 }
 
@@ -445,7 +452,7 @@ void CoinMotion::finish() {
         animation.set_mode(loops ? proto::scene::Animation::LOOP : proto::scene::Animation::ONCE);
         const bool waits = !runs(*sensor);
         if (!waits && sensor->stopTime.getValue().getValue() > sensor->startTime.getValue().getValue())
-            notes_.add("an animation plays on behind its stopTime", nameOf(*sensor));
+            notes_.add("an animation goes on after its stopTime", nameOf(*sensor));
         animation.set_paused(waits);
         if (waits) ++waiting;
         proto::scene::Node* node = scene_.addBeside();

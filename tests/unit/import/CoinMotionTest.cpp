@@ -137,7 +137,7 @@ TEST_F(CoinMotions, TimeSensorsRunAsTheirTimesSay) {
         expectNote("1 of its animations wait for an event or a time: they stand until somebody plays them");
     }
     EXPECT_TRUE(plays("stopTime 9e9"));
-    expectNote("an animation plays on behind its stopTime (the first: 'T')");
+    expectNote("an animation goes on after its stopTime (the first: 'T')");
 }
 
 }  // namespace
