@@ -250,8 +250,7 @@ Expected<Answer> run(Application& application, const verb::Clone& clone) {
     return answer;
 }
 
-/// Where nobody else has edited meanwhile, a step's plan tells what has been done: that of an undo stands as the redo's
-/// behind it, that of a redo before it.
+/// `what`: as the redo's plan says it, which stands before a redo and behind an undo. Others may have edited meanwhile.
 Answer stepAnswer(Application& application, const answer::Committed& committed, std::string_view done,
                   const std::string& what, const std::string& otherwise) {
     Answer answer = committedAnswer(application, committed, what.empty() ? otherwise : fmt::format("{}{}", done, what));

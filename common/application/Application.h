@@ -175,7 +175,7 @@ public:
     /// place: what has changed in it, without what people have changed since. Says `reloaded` then.
     enum class Reload : bool { kNever, kIfThere };
     [[nodiscard]] Expected<answer::Loaded> load(const std::string& path, ObjectId parent = {},
-                                                std::chrono::milliseconds timeout = std::chrono::minutes(2),
+                                                std::chrono::milliseconds timeout = std::chrono::minutes(10),
                                                 const Placing& placing = {}, Reload reload = Reload::kNever);
     /// The same, and `tell` hears four times a second how far it is (of nothing but the path, before that is known).
     /// False from it cancels the load, which then ends as any that fails. It may not call this Application.

@@ -26,7 +26,8 @@ from .objects import Node, Nodes, Object, many
 from .shapes import Shown
 
 _NAMES_AT_ONCE = 64  # what is asked for costs the server time between two frames
-_LOAD_TIMEOUT = 120.0
+_LOAD_TIMEOUT = 600.0  # the server may need minutes of a busy machine
+_IMAGE_TIMEOUT = 120.0
 _MOST_TAKEN = 4096  # names of arrays
 _ALL_LEVELS = 2 ** 32 - 1
 
@@ -263,7 +264,7 @@ class Wall:
 
     # ---- what is seen
 
-    def image(self, timeout: float = _LOAD_TIMEOUT) -> Array:
+    def image(self, timeout: float = _IMAGE_TIMEOUT) -> Array:
         """What the wall shows, height × width × 3 (uint8): the visible pixels of all screens side by side, lossless,
         and not older than this program's last granted edit. Tiles that nobody draws are black. The server waits as
         long as hosts draw, a minute at most."""
