@@ -292,12 +292,12 @@ private:
     void serverEnded(const ChildEnd& end) {
         readServer();
         result_.server = end;
+        serverEndedAt_ = now();
         ending_ = true;
         endServerAt_.reset();
         killAt_.reset();
         for (ClientSlot& client : clients_) client.restartAt.reset();
-        // A server that ended well has told its clients, but those that had not joined yet; one that did not leaves
-        // them waiting for its return.
+        // A server that ended well has told the clients that had joined. The others wait for its return.
         const milliseconds patience = result_.interrupted ? options_.leaveDeadline : options_.finishDeadline;
         endClientsAt_ = now() + (end.good() ? patience : milliseconds(0));
     }
@@ -382,7 +382,7 @@ private:
         if (endClientsAt_ && now() >= *endClientsAt_) {
             clientsToldToEnd_ = true;
             endClientsAt_.reset();
-            killClientsAt_ = now() + options_.killAfter;
+            killClientsAt_ = std::max(now() + options_.killAfter, serverEndedAt_ + options_.finishDeadline);
             eachRunning([](ClientSlot& client) {
                 // Where nobody feeds its input a client elsewhere ends, and ssh after it: so it is known to have ended.
                 if (client.remote != nullptr)
@@ -433,8 +433,9 @@ private:
     bool underWay_ = false;  ///< a frame has been shown
     bool ending_ = false;    ///< the server has ended or was told to
     bool clientsToldToEnd_ = false;
-    std::optional<SteadyTime> endServerAt_;   ///< until then it has to listen
-    std::optional<SteadyTime> killAt_;        ///< the server, told to end
+    std::optional<SteadyTime> endServerAt_;  ///< until then it has to listen
+    std::optional<SteadyTime> killAt_;       ///< the server, told to end
+    SteadyTime serverEndedAt_ = {};
     std::optional<SteadyTime> endClientsAt_;  ///< by SIGTERM
     std::optional<SteadyTime> killClientsAt_;
     std::optional<SteadyTime> drainUntil_;

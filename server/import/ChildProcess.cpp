@@ -160,8 +160,10 @@ std::string signalInWords(int signal, const ImportOptions& options) {
         case SIGTRAP:
             return "its reader crashed on it (illegal instruction)";
         case SIGXCPU:
-            return fmt::format("it needs more than {} s of processor time, and {} s for each MiB that was read",
-                               options.maxCpuTime.count(), ImportOptions::kCpuTimePerMebibyte.count());
+            return fmt::format(
+                "it needs more than {} s of processor time, and {} s for each MiB that was read, or {} s in all",
+                options.maxCpuTime.count(), ImportOptions::kCpuTimePerMebibyte.count(),
+                std::max(options.mostCpuTime, options.maxCpuTime).count());
         case SIGXFSZ:
             return "its reader tried to write a file, which is forbidden";
         case SIGSYS:

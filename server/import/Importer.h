@@ -63,8 +63,8 @@ struct ImportOptions {
     std::size_t maxResultBytes = std::size_t{1} << 30;  ///< what it may hand over
     std::size_t maxMemoryBytes = std::size_t{2} << 30;  ///< address space
     /// And kCpuTimePerMebibyte for each MiB of the files that it reads, but no more than mostCpuTime. Ten times what
-    /// the slowest of 1,346 real models takes: 0.9 s for few bytes (a surface that is divided), 0.2 s for a MiB of
-    /// large ones.
+    /// the slowest of 1,346 real models takes. That is 0.9 s for few bytes (a surface that is divided), and 0.2 s for
+    /// a MiB of large ones.
     std::chrono::seconds maxCpuTime{10};
     static constexpr std::chrono::seconds kCpuTimePerMebibyte{2};
     std::chrono::seconds mostCpuTime{60};  ///< and one more for each 4 MiB of the file

@@ -33,10 +33,10 @@ struct AnimatedBounds {
 /// several animations that play meet otherwise in a later run, and of fields that are not followed (arrays of
 /// positions, levels of detail).
 ///
-/// Cost: that of sceneBounds, a look at each mesh once, a look at all keys, and looks × nodes that move, of which there
-/// are at most kMostPlaced: with more nodes there are fewer looks, evenly among the times, and kFewestLooks at least
-/// (at each that stands: kFewestLooksAlone). 0.2 s for 20,000 keys and up to 10,000 nodes, 1.4 s for 200,000 (unit_sim
-/// --gtest_filter='AnimatedBounds.Cost*' --gtest_output=xml).
+/// Cost: for samples each mesh is looked at once. All else is that of sceneBounds, a look at all keys, and looks ×
+/// nodes that move. Of these there are at most kMostPlaced: with more nodes there are fewer looks, evenly among the
+/// times. There are kFewestLooks at least (at each that stands: kFewestLooksAlone). 0.2 s for 20,000 keys and up to
+/// 10,000 nodes, 1.4 s for 200,000 (unit_sim --gtest_filter='AnimatedBounds.Cost*' --gtest_output=xml).
 inline constexpr std::uint64_t kMostPlaced = 2'000'000, kFewestLooks = 32, kFewestLooksAlone = 8;
 inline constexpr std::size_t kMostAlone = 16, kMostSamples = 16'384;
 [[nodiscard]] AnimatedBounds animatedBounds(const Aspect& scene);

@@ -47,7 +47,7 @@ TEST_F(FakeImporter, ThatCrashesIsExplained) {
               "its reader crashed on it (segmentation fault: malformed, or nested too deeply)");
     EXPECT_EQ(errorWith("kill -ABRT $$"), "its reader gave up on it (aborted)");
     EXPECT_EQ(errorWith("kill -XCPU $$"),
-              "it needs more than 10 s of processor time, and 2 s for each MiB that was read");
+              "it needs more than 10 s of processor time, and 2 s for each MiB that was read, or 60 s in all");
     EXPECT_EQ(errorWith("kill -SYS $$"),
               "its reader tried a system call that is forbidden to it (network, processes or the like)");
     EXPECT_EQ(errorWith("kill -KILL $$"), "its reader was killed (out of memory, or by somebody)");
