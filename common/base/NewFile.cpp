@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -75,6 +76,10 @@ Expected<NewFile> NewFile::beside(const FilePlace& place, std::string said) {
     NewFile file;
     file.said_ = std::move(said);
     file.path_ = place.path;
+    // Else only the rename would say so, when other files of the same save have taken their places.
+    struct stat there {};
+    if (::lstat(place.path.c_str(), &there) != 0 && errno == ENAMETOOLONG)
+        return failedFile(file.said_, "cannot write there");
     file.descriptor_ = openNameless(place);
     if (file.descriptor_ < 0 && !file.openNamed()) return failedFile(file.said_, "cannot write there");
     if (place.mode) ::fchmod(file.descriptor_, *place.mode);
@@ -91,8 +96,12 @@ bool NewFile::openNamed() {
 
 template <typename Take>
 bool NewFile::takeName(Take take) {
+    // Counted on: many files of one save have names at once. The target's name is no part of it: together they might be
+    // too long.
+    static std::atomic<unsigned> next = 0;
     for (int i = 0; i < 100; ++i) {
-        temporary_ = fmt::format("{}.{}.{}", path_, ::getpid(), i);
+        const std::string name = fmt::format(".tessera.{}.{}", ::getpid(), next++);
+        temporary_ = (std::filesystem::path(path_).parent_path() / name).string();
         if (take(temporary_.c_str())) return true;
         if (errno != EEXIST) break;
     }
@@ -117,8 +126,20 @@ Expected<void> NewFile::sync() {
     return {};
 }
 
+Expected<void> NewFile::giveName() {
+    if (descriptor_ < 0) return {};
+    if (temporary_.empty())
+        if (Expected<void> linked = linkOrCopy(); !linked) {
+            discard();  // a part of a copy must not take the place
+            return linked;
+        }
+    // Some file systems say only now that there was no room.
+    if (::close(std::exchange(descriptor_, -1)) != 0) return failedFile(said_, "cannot write");
+    return {};
+}
+
 /// A link cannot replace a file, and a rename can: so it gets a name of its own first.
-Expected<void> NewFile::nameIt() {
+Expected<void> NewFile::linkOrCopy() {
     const std::string handle = handleName(descriptor_);
     const auto link = [&](const char* name) {
         return ::linkat(AT_FDCWD, handle.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
@@ -145,11 +166,8 @@ Expected<void> NewFile::copyOf(int file) {
 }
 
 Expected<void> NewFile::takePlace() {
-    if (temporary_.empty())
-        if (Expected<void> named = nameIt(); !named) return named;
-    // Some file systems say only now that there was no room.
-    if (::close(std::exchange(descriptor_, -1)) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0)
-        return failedFile(said_, "cannot write");
+    if (Expected<void> named = giveName(); !named) return named;
+    if (::rename(temporary_.c_str(), path_.c_str()) != 0) return failedFile(said_, "cannot write");
     temporary_.clear();
     return {};
 }

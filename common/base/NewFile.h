@@ -46,7 +46,10 @@ public:
     [[nodiscard]] Expected<void> write(std::string_view bytes);
     /// Its bytes are on the disk.
     [[nodiscard]] Expected<void> sync();
-    /// Nothing is to be written after it.
+    /// All but the rename, and with it all that needs room on the disk. Nothing is to be written after it. Whoever has
+    /// several files gives each of them a name before the first takes its place.
+    [[nodiscard]] Expected<void> giveName();
+    /// Gives it a name first, where it has none.
     [[nodiscard]] Expected<void> takePlace();
 
 private:
@@ -55,7 +58,7 @@ private:
     template <typename Take>
     bool takeName(Take take);
     bool openNamed();
-    [[nodiscard]] Expected<void> nameIt();
+    [[nodiscard]] Expected<void> linkOrCopy();
     [[nodiscard]] Expected<void> copyOf(int file);
     void discard();
 

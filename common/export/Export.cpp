@@ -145,6 +145,8 @@ Expected<std::uint64_t> put(const std::string& path, const FilePlace& own, const
         made.push_back(std::move(*beside));
     }
     for (NewFile& file : made)
+        if (Expected<void> named = file.giveName(); !named) return tl::unexpected(named.error());
+    for (NewFile& file : made)
         if (Expected<void> placed = file.takePlace(); !placed) return tl::unexpected(placed.error());
     std::error_code gone;
     for (const std::string& leftover : known)

@@ -1,22 +1,20 @@
 /// Files that take another one's place at once.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
-#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
-#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "common/base/NewFile.h"
+#include "tests/unit/base/ForbiddenCalls.h"
 
 namespace tessera {
 namespace {
@@ -58,18 +56,6 @@ protected:
         if (done) done = file->takePlace();
         return done ? std::string() : done.error().message;
     }
-    /// The status with which another process ends that does this.
-    template <typename Work>
-    static int elsewhere(Work work) {
-        const pid_t child = ::fork();
-        if (child == 0) {
-            work();
-            ::_exit(0);
-        }
-        int status = -1;
-        EXPECT_EQ(::waitpid(child, &status, 0), child);
-        return status;
-    }
     [[nodiscard]] bool hasNameless() const {
         const int fd = ::open(folder_.c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0600);
         if (fd >= 0) ::close(fd);
@@ -79,19 +65,6 @@ protected:
 private:
     fs::path folder_;
 };
-
-/// In this process from now on a call fails.
-void forbid(unsigned call, unsigned error) {
-    sock_filter steps[] = {
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | error),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-    };
-    const sock_fprog program{.len = static_cast<unsigned short>(std::size(steps)), .filter = steps};
-    if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
-        ::_exit(77);
-}
 
 TEST_F(NewFileTest, OfAProcessThatIsKilledNothingStays) {
     if (!hasNameless()) GTEST_SKIP() << "this file system has no files without names";
@@ -135,11 +108,51 @@ TEST_F(NewFileTest, OneThatIsGivenUpLeavesWhatWasThere) {
 }
 
 TEST_F(NewFileTest, NamesOfOthersBesideItStay) {
-    std::ofstream(path("a") + "." + std::to_string(::getpid()) + ".0") << "theirs";
+    std::set<std::string> all{"a"};
+    // Some of the next names, whichever these are; a hundred in a row would leave none.
+    for (int i = 0; i < 3000; i += 2) {
+        all.insert(".tessera." + std::to_string(::getpid()) + "." + std::to_string(i));
+        std::ofstream(path(".tessera." + std::to_string(::getpid()) + "." + std::to_string(i))) << "theirs";
+    }
+    EXPECT_EQ(put(path("a"), "ours"), "");
     EXPECT_EQ(put(path("a"), "ours"), "");
     EXPECT_EQ(contentOf(path("a")), "ours");
-    EXPECT_EQ(contentOf(path("a") + "." + std::to_string(::getpid()) + ".0"), "theirs");
-    EXPECT_EQ(names().size(), 2u);
+    EXPECT_EQ(names(), all);
+}
+
+TEST_F(NewFileTest, ManyHaveNamesBeforeTheFirstTakesItsPlace) {
+    std::ofstream(path("0")) << "before";
+    std::vector<NewFile> files;
+    std::set<std::string> all;
+    for (int i = 0; i < 250; ++i) {
+        all.insert(std::to_string(i));
+        Expected<NewFile> file = NewFile::beside({.path = path(std::to_string(i)), .mode = {}}, "file");
+        ASSERT_TRUE(file);
+        ASSERT_TRUE(file->write("after"));
+        files.push_back(std::move(*file));
+    }
+    for (NewFile& file : files) ASSERT_TRUE(file.giveName());
+    EXPECT_EQ(names().size(), 251u);
+    EXPECT_EQ(contentOf(path("0")), "before");
+    for (NewFile& file : files) ASSERT_TRUE(file.takePlace());
+    EXPECT_EQ(names(), all);
+    EXPECT_EQ(contentOf(path("0")), "after");
+    {
+        Expected<NewFile> file = NewFile::beside({.path = path("0"), .mode = {}}, "file");
+        ASSERT_TRUE(file && file->giveName());
+        EXPECT_EQ(names().size(), 251u);
+    }
+    EXPECT_EQ(names(), all) << "one that has a name and is given up goes, too";
+}
+
+TEST_F(NewFileTest, ItsNameMayBeAsLongAsTheFileSystemHasThem) {
+    const std::string longest(255, 'n');
+    EXPECT_EQ(put(path(longest), "content"), "");
+    EXPECT_EQ(contentOf(path(longest)), "content");
+    EXPECT_EQ(names(), std::set<std::string>{longest});
+    const Expected<NewFile> tooLong = NewFile::beside({.path = path(longest + 'n'), .mode = {}}, "it");
+    ASSERT_FALSE(tooLong) << "the rename would be too late";
+    EXPECT_EQ(tooLong.error().message, "it: cannot write there: File name too long");
 }
 
 /// File systems of networks have files without names, and some of these no links.
@@ -152,7 +165,7 @@ TEST_F(NewFileTest, WhereNothingCanBeLinkedItIsCopied) {
         if (!put(path("file"), content).empty()) ::_exit(1);
     });
     ASSERT_TRUE(WIFEXITED(status));
-    if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "this kernel has no seccomp";
+    if (WEXITSTATUS(status) == kCannotForbid) GTEST_SKIP() << "this kernel has no seccomp";
     EXPECT_EQ(WEXITSTATUS(status), 0);
     EXPECT_EQ(contentOf(path("file")), content);
     EXPECT_EQ(rightsOf(path("file")), 0604u);

@@ -1,8 +1,12 @@
 /// Files beside the one that was asked for: whose they are, and what happens to those of others.
+#include <fcntl.h>
+#include <sys/syscall.h>
+
 #include "common/cores/DirectionalLight.h"
 #include "common/cores/Image.h"
 #include "common/cores/PointLight.h"
 #include "common/export/UniqueNames.h"
+#include "tests/unit/base/ForbiddenCalls.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
 
@@ -152,6 +156,65 @@ TEST(Companions, ThroughALinkLieBesideTheRealFileAndHaveItsName) {
             EXPECT_GE(images, 1u) << ending;
         }
     }
+}
+
+/// Pictures come first: those of a new save must not stand beside the old scene.
+TEST(Companions, StayWhereALaterFileOfTheSaveGetsNoName) {
+    const Scratch scratch;
+    const std::string path = scratch.path("chair.usda");
+    Material red;
+    red.baseColor = Vec4f(1, 0, 0, 1);
+    ASSERT_TRUE(exportScene(path, pictured(1)));
+    std::map<std::string, std::string> before;
+    for (const auto& entry : fs::directory_iterator(scratch.path(""))) before[entry.path()] = textOf(entry.path());
+    const Aspect next = pictured(3, red);
+    const int status = elsewhere([&] {
+        const int fd = ::open(scratch.path("").c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
+        if (fd < 0) ::_exit(kCannotForbid);
+        // Files are copied then, which works for small ones: not for the scene.
+        forbid(SYS_linkat, EPERM);
+        forbid(SYS_sendfile, ENOSPC, 3, 500);
+        const Expected<ExportReport> report = exportScene(path, next);
+        ::_exit(!report && report.error().message.find("No space left") != std::string::npos ? 0 : 1);
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    if (WEXITSTATUS(status) == kCannotForbid) GTEST_SKIP() << "no seccomp, or no files without names here";
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    std::map<std::string, std::string> after;
+    for (const auto& entry : fs::directory_iterator(scratch.path(""))) after[entry.path()] = textOf(entry.path());
+    EXPECT_EQ(after, before);
+}
+
+/// The tenth one's name is a byte longer than the first one's.
+TEST(Companions, WithNamesThatAreTooLongReplaceNothing) {
+    const Scratch scratch;
+    const auto manyPictures = [](int pictures, std::uint8_t blue) {
+        BuiltScene built;
+        for (int i = 0; i < pictures; ++i) {
+            Image image;
+            image.pixels = blobOf<std::uint8_t>({static_cast<std::uint8_t>(i), 204, blue, 255});
+            image.widthPx = image.heightPx = 1;
+            Material material;
+            material.baseColorImage = built.add(image);
+            Geometry geometry = triangleGeometry();
+            geometry.texcoords = blobOf<float>({0, 0, 1, 0, 0, 1});
+            geometry.material = built.add(material);
+            built.node("chair", built.add(geometry));
+        }
+        return built.take();
+    };
+    const std::string path = scratch.path(std::string(244, 'n') + ".usda");  // ".9.png" makes 255
+    ASSERT_TRUE(exportScene(path, manyPictures(10, 0)));
+    std::map<std::string, std::string> before;
+    for (const auto& entry : fs::directory_iterator(scratch.path(""))) before[entry.path()] = textOf(entry.path());
+    EXPECT_EQ(before.size(), 11u);
+    const Expected<ExportReport> report = exportScene(path, manyPictures(11, 255));
+    ASSERT_FALSE(report);
+    EXPECT_NE(report.error().message.find("cannot write there: File name too long"), std::string::npos)
+        << report.error().message;
+    std::map<std::string, std::string> after;
+    for (const auto& entry : fs::directory_iterator(scratch.path(""))) after[entry.path()] = textOf(entry.path());
+    EXPECT_EQ(after, before);
 }
 
 TEST(UniqueNames, AreCountedOnForEachName) {

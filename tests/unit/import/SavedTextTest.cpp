@@ -2,9 +2,11 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <limits>
 #include <thread>
@@ -323,20 +325,35 @@ TEST(SavedText, IsNeverTornFromItsArrays) {
     const std::string path = savedYard(scratch);
     const std::string before = contentOf(path), first = arraysIn(scratch).at(0);
     const ImportedAspect scene = sphereOf(2);
-    // Cut short before the text takes its place: all names that it could have until then are there.
-    for (int i = 0; i < 100; ++i) scratch.write(fmt::format("yard.tsct.{}.{}", ::getpid(), i), "");
-    const Expected<void> failed = saveScene(path, *scene);
-    ASSERT_FALSE(failed);
-    EXPECT_EQ(failed.error().message, path + ": cannot write there: File exists");
+    // Cut short before the text takes its place: there is room for the arrays, and none for a text with so many nodes.
+    std::string many;
+    for (int i = 0; i < 1000; ++i) many += fmt::format("\nnode {{ name: \"{:0>100}\" }}", i);
+    const auto longOne = [&](const std::string& text) {
+        const Scratch outside;
+        Expected<ImportedScene> read = importScene(outside.write("o.tsct", text + many), kRootNode, importOptions());
+        EXPECT_TRUE(read) << messageOf(read);
+        return ImportedAspect(std::move(*read));
+    };
+    const auto saveShort = [&](const Aspect& what) {
+        rlimit all{};
+        EXPECT_EQ(::getrlimit(RLIMIT_FSIZE, &all), 0);
+        const rlimit less{.rlim_cur = 60'000, .rlim_max = all.rlim_max};
+        const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+        EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &less), 0);
+        const Expected<void> saved = saveScene(path, what);
+        EXPECT_EQ(::setrlimit(RLIMIT_FSIZE, &all), 0);
+        std::signal(SIGXFSZ, handler);
+        return saved ? std::string() : saved.error().message;
+    };
+    EXPECT_EQ(saveShort(*longOne("node { sphere { radius: 2 segments: 12 } }")),
+              path + ": cannot write: File too large");
     EXPECT_EQ(contentOf(path), before);
     EXPECT_EQ(arraysIn(scratch), std::vector<std::string>{first});
     EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
     // Nor do arrays go that were there before it.
-    const Expected<ImportedScene> yard = importScene(path, kRootNode, importOptions());
-    ASSERT_TRUE(yard);
-    ASSERT_FALSE(saveScene(path, *ImportedAspect(ImportedScene(*yard))));
+    EXPECT_EQ(saveShort(*longOne(contentOf(scratch.path("authored.tsct")))), path + ": cannot write: File too large");
+    EXPECT_EQ(arraysIn(scratch), std::vector<std::string>{first});
     EXPECT_TRUE(importScene(path, kRootNode, importOptions()));
-    for (int i = 0; i < 100; ++i) std::filesystem::remove(scratch.path(fmt::format("yard.tsct.{}.{}", ::getpid(), i)));
     // What nobody names any more goes.
     std::string arrays;
     ASSERT_TRUE(saveScene(path, *scene, {}, &arrays));
