@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 #include <sys/sendfile.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 namespace tessera {
 namespace {
@@ -18,15 +21,39 @@ tl::unexpected<Error> failedFile(const std::string& said, std::string_view what)
     return fail(ErrorCode::kFailed, fmt::format("{}: {}: {}", said, what, std::strerror(errno)));
 }
 
+/// Of a new file, before the user's mask.
+constexpr mode_t kMostRights = 0666;
+
 /// By which a file without a name gets one.
 std::string handleName(int descriptor) {
     return fmt::format("/proc/self/fd/{}", descriptor);
 }
 
+/// Of this process, asked without changing it, as threads share it. Nothing: /proc does not say it.
+std::optional<mode_t> currentMask() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("Umask:"))
+            return static_cast<mode_t>(std::strtoul(line.c_str() + std::strlen("Umask:"), nullptr, 8));
+    return std::nullopt;
+}
+
+/// Linux before 6.0 forgets the mask for files without names where a file system has no access control lists. In a
+/// folder with a default list that counts in place of the mask.
+void applyMask(int descriptor, const char* folder) {
+    struct stat info {};
+    if (::fstat(descriptor, &info) != 0 || (info.st_mode & 0777) != kMostRights) return;
+    if (::getxattr(folder, "system.posix_acl_default", nullptr, 0) >= 0) return;
+    if (const std::optional<mode_t> mask = currentMask(); mask && (*mask & kMostRights) != 0)
+        ::fchmod(descriptor, kMostRights & ~*mask);
+}
+
 /// A file without a name beside the place: it goes with its process, however that ends. Below 0: not to be had here.
 int openNameless(const FilePlace& place) {
-    const std::string folder = std::filesystem::path(place.path).parent_path().string();
-    const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
+    std::string folder = std::filesystem::path(place.path).parent_path().string();
+    if (folder.empty()) folder = ".";
+    const int fd = ::open(folder.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, kMostRights);
+    if (fd >= 0) applyMask(fd, folder.c_str());
     if (fd < 0 || ::access(handleName(fd).c_str(), F_OK) == 0) return fd;
     ::close(fd);
     return -1;
@@ -89,7 +116,7 @@ Expected<NewFile> NewFile::beside(const FilePlace& place, std::string said) {
 bool NewFile::openNamed() {
     // Not mkstemp: a new file gets the rights that the user's mask leaves.
     return takeName([this](const char* name) {
-        descriptor_ = ::open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        descriptor_ = ::open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kMostRights);
         return descriptor_ >= 0;
     });
 }
@@ -144,7 +171,8 @@ Expected<void> NewFile::linkOrCopy() {
     const auto link = [&](const char* name) {
         return ::linkat(AT_FDCWD, handle.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
     };
-    if (takeName(link)) return {};
+    // A log of changes, as btrfs keeps one, may pass over files without links.
+    if (takeName(link)) return isOnDisk_ ? sync() : Expected<void>();
     // Some file systems have files without names, and no links.
     const int nameless = std::exchange(descriptor_, -1);
     Expected<void> copied = copyOf(nameless);

@@ -44,7 +44,7 @@ public:
     NewFile& operator=(NewFile&&) = delete;
 
     [[nodiscard]] Expected<void> write(std::string_view bytes);
-    /// Its bytes are on the disk.
+    /// Its bytes are on the disk; once more when it gets its name.
     [[nodiscard]] Expected<void> sync();
     /// All but the rename, and with it all that needs room on the disk. Nothing is to be written after it. Whoever has
     /// several files gives each of them a name before the first takes its place.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -92,6 +93,50 @@ TEST_F(NewFileTest, NewOnesGetTheRightsThatTheMaskLeavesAndOthersThoseThatWereTh
     EXPECT_EQ(rightsOf(path("new")), 0444u);
     EXPECT_EQ(contentOf(path("new")), "two");
     EXPECT_EQ(names(), std::set<std::string>{"new"});
+}
+
+/// A default list of access: all may read and write. The kernel then makes files as if there were no mask.
+std::string listForAll() {
+    const auto entry = [](char tag) { return std::string{tag, 0, 6, 0, -1, -1, -1, -1}; };  // 6: read and write
+    return std::string{2, 0, 0, 0} + entry(0x01) + entry(0x04) + entry(0x20);               // owner, group, others
+}
+
+TEST_F(NewFileTest, WhereTheKernelForgetsTheMaskItCountsNevertheless) {
+    if (!hasNameless()) GTEST_SKIP() << "this file system has no files without names";
+    const std::string list = listForAll();
+    if (::setxattr(path("").c_str(), "system.posix_acl_default", list.data(), list.size(), 0) != 0)
+        GTEST_SKIP() << "this file system has no access control lists";
+    const mode_t before = ::umask(027);
+    EXPECT_EQ(put(path("listed"), "one"), "");
+    // Who cannot see the list has a kernel that forgets the mask.
+    const int status = elsewhere([&] {
+        forbid(SYS_getxattr, ENODATA);
+        if (!put(path("masked"), "one").empty()) ::_exit(1);
+    });
+    ::umask(before);
+    EXPECT_EQ(rightsOf(path("listed")), 0666u) << "in a folder with a list that counts";
+    ASSERT_TRUE(WIFEXITED(status));
+    if (WEXITSTATUS(status) == kCannotForbid) GTEST_SKIP() << "this kernel has no seccomp";
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(rightsOf(path("masked")), 0640u);
+}
+
+TEST_F(NewFileTest, WhereItIsToBeOnTheDiskItIsSyncedWithItsName) {
+    if (!hasNameless()) GTEST_SKIP() << "this file system has no files without names";
+    std::ofstream(path("file")) << "before";
+    const int status = elsewhere([&] {
+        Expected<NewFile> file = NewFile::beside({.path = path("file"), .mode = {}}, "file");
+        if (!file || !file->write("after") || !file->sync()) ::_exit(1);
+        forbid(SYS_fdatasync, EIO);
+        const Expected<void> placed = file->takePlace();
+        if (placed || placed.error().message != "file: cannot write: Input/output error") ::_exit(2);
+        { const NewFile gone = std::move(*file); }
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    if (WEXITSTATUS(status) == kCannotForbid) GTEST_SKIP() << "this kernel has no seccomp";
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+    EXPECT_EQ(contentOf(path("file")), "before");
+    EXPECT_EQ(names(), std::set<std::string>{"file"});
 }
 
 TEST_F(NewFileTest, OneThatIsGivenUpLeavesWhatWasThere) {
