@@ -117,9 +117,12 @@ private:
     /// "DEF name ", of what has this name; VRML's own, where that is another one, is listed.
     std::string def(const std::string& name) {
         ++files_.nodes;
-        const std::string own = uniqueName(name);
+        return fmt::format("DEF {} ", listedName(name));
+    }
+    std::string listedName(const std::string& name) {
+        std::string own = uniqueName(name);
         if (own != name) otherNames_.push_back(fmt::format("{}={}", own, name));
-        return fmt::format("DEF {} ", own);
+        return own;
     }
 
     Expected<void> addNode(int index, std::size_t depth) {
@@ -358,7 +361,7 @@ private:
 
     /// Its name.
     std::string addClock(const NodeClock& clock) {
-        std::string name = uniqueName(clock.name.empty() ? "Clock" : clock.name);
+        std::string name = clock.name.empty() ? uniqueName("Clock") : listedName(clock.name);
         const Playing& playing = clock.playing;
         const bool loops = playing.mode != Animation::kOnce, stands = playing.paused || playing.speed != 1;
         if (!loops) leaving_.notes.add("animations that play once wait until an event begins them", clock.node);

@@ -443,7 +443,7 @@ void CoinMotion::add(SoVRMLTimeSensor* sensor, proto::scene::Channel channel) {
     *animation->second.add_channel() = std::move(channel);
 }
 
-void CoinMotion::finish() {
+void CoinMotion::finish(const std::function<std::string(const SoNode&)>& calledName) {
     noteLost();
     std::size_t waiting = 0;
     for (SoVRMLTimeSensor* const sensor : order_) {
@@ -456,7 +456,7 @@ void CoinMotion::finish() {
         animation.set_paused(waits);
         if (waits) ++waiting;
         proto::scene::Node* node = scene_.addBeside();
-        const std::string name = nameOf(*sensor);
+        const std::string name = calledName(*sensor);
         node->set_name(name.empty() ? "animation" : name);
         *node->mutable_animation() = std::move(animation);
     }

@@ -1,6 +1,7 @@
 /// Interpolators that time sensors drive, as Animations: each sensor is one.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -52,7 +53,8 @@ public:
     /// Of one that notes name already.
     void passOver(const SoNode& node) { told_.insert(&node); }
     /// A node at the top for each sensor, and notes on all that is held, moves and was never told of.
-    void finish();
+    /// `calledName`: what people call a node; empty: nobody does.
+    void finish(const std::function<std::string(const SoNode&)>& calledName);
 
 private:
     struct Route {

@@ -455,7 +455,7 @@ void CoinWalk::finish() {
         scene_.note(fmt::format(
             "of {} viewpoints the wall stands at the first; bookmarks (keys 1 to 9) go to the others", views_.size()));
     materials_.finish();
-    motion_.finish();
+    motion_.finish([this](const SoNode& node) { return calledName(node); });
     leftOut_.writeTo(scene_);
 }
 

@@ -132,6 +132,17 @@ TEST(MotionsLeave, VrmlHasAClockForEach) {
     }
 }
 
+TEST(MotionsLeave, VrmlKeepsTheirNames) {
+    const Scratch scratch;
+    BuiltScene built;
+    addRise(built, "crane ride", Animation(), {0, 1}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "1st ride", Animation(), {0, 1}, {0, 0, 0, 0, 1, 0});
+    addRise(built, "grün", Animation(), {0, 1}, {0, 0, 0, 0, 1, 0});
+    ASSERT_TRUE(exportScene(scratch.path("out.wrl"), built.take()));
+    const ImportedAspect again = readBack(scratch.path("out.wrl"));
+    for (const char* name : {"crane ride", "1st ride", "grün"}) animationOf(*again, name);
+}
+
 TEST(MotionsLeave, WhatIsTooSlowStands) {
     const Scratch scratch;
     for (const double speed : {0.0, 1e-300, -1e-300}) {
