@@ -123,13 +123,13 @@ void GltfMotions::add(const SelectedNode& node, const Motion& motion) {
     const std::span<const double> keys = motion.keys.as<double>();
     const auto bearers = bearers_.find(motion.target);
     if (keys.empty() && !motion.target) return;
-    if (!checkKeys(keys) || bearers == bearers_.end() || keyTime(keys, 0) < 0)
+    if (!checkKeys(keys) || bearers == bearers_.end())
         return notes_.add("motions that cannot play here are left out", node.id);
     if (!canLead(keys, node.id, notes_)) return;
     noteLostPlaying(Playing::of(motion), notes_, node.id);
     Track places, turns, scales;
     for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
-        for (Track* track : {&places, &turns, &scales}) track->times.push_back(keys[i]);
+        for (Track* track : {&places, &turns, &scales}) track->times.push_back(keys[i] - keyTime(keys, 0));
         places.values.insert(places.values.end(), &keys[i + 1], &keys[i + 4]);
         turns.values.insert(turns.values.end(), &keys[i + 4], &keys[i + 8]);
         scales.values.insert(scales.values.end(), &keys[i + 8], &keys[i] + kScalarsPerKey);

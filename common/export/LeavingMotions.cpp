@@ -21,7 +21,7 @@ Playing Playing::of(const Motion& motion) {
                   Motion::kPingPong == Animation::kPingPong);
     const std::span<const double> keys = motion.keys.as<double>();
     const double last = keyTime(keys, keys.size() / kScalarsPerKey - 1);
-    return {.length = std::max(last, 0.0), .mode = motion.mode, .paused = !motion.playing};
+    return {.length = last - keyTime(keys, 0), .mode = motion.mode, .paused = !motion.playing};
 }
 
 void noteLostPlaying(const Playing& playing, ExportNotes& notes, ObjectId node) {

@@ -18,7 +18,7 @@ struct Playing {
     bool paused = false;
 
     [[nodiscard]] static Playing of(const Aspect& scene, const Animation& animation);
-    /// Its keys have passed checkKeys.
+    /// Its keys have passed checkKeys. The first one, whatever its time, is its beginning: files have it at 0 s.
     [[nodiscard]] static Playing of(const Motion& motion);
 };
 

@@ -102,8 +102,7 @@ public:
         NodeTrack turns{.field = "rotation", .times = {}, .values = {}};
         NodeTrack scales{.field = "scale", .times = {}, .values = {}};
         for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
-            if (keys[i] < 0) continue;
-            for (NodeTrack* track : {&places, &turns, &scales}) track->times.push_back(keys[i]);
+            for (NodeTrack* track : {&places, &turns, &scales}) track->times.push_back(keys[i] - keyTime(keys, 0));
             places.values.push_back({keys[i + 1], keys[i + 2], keys[i + 3], 0});
             const Quatd turn = Quatd(keys[i + 4], keys[i + 5], keys[i + 6], keys[i + 7]).normalized();
             turns.values.push_back({turn.w(), turn.x(), turn.y(), turn.z()});

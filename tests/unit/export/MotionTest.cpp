@@ -174,6 +174,32 @@ TEST(MotionsLeave, KeysBeyondWhatReadersTakeAreLeftOut) {
     }
 }
 
+/// Ours repeat from the last key to the first one, whenever that is.
+TEST(MotionsLeave, MotionsBeginAtTheirFirstKey) {
+    const Scratch scratch;
+    BuiltScene built;
+    const auto addMotion = [&](const std::string& name, double first, std::int64_t mode) {
+        Motion motion;
+        motion.target = built.add(Transform());
+        motion.keys = blobOf<double>({first, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, first + 2, 0, 1, 0, 1, 0, 0, 0, 1, 1, 1});
+        motion.mode = mode;
+        built.node("a", built.add(triangleGeometry()), built.node("place_" + name, motion.target));
+        built.node(name, built.add(motion));
+    };
+    addMotion("swing", 1, Motion::kPingPong);
+    addMotion("late", 1, Motion::kLoop);
+    addMotion("early", -1, Motion::kLoop);
+    const Aspect scene = built.take();
+    for (const char* out : {"out.wrl", "out.usda", "out.glb"}) {
+        ASSERT_TRUE(exportScene(scratch.path(out), scene));
+        const ImportedAspect again = readBack(scratch.path(out));
+        const bool isGltf = std::string(out) == "out.glb";  // which has no ways back
+        expectRise(riseOf(*again, "swing"), isGltf ? std::vector<double>{0, 2} : std::vector<double>{0, 2, 4},
+                   isGltf ? std::vector<double>{0, 1} : std::vector<double>{0, 1, 0});
+        for (const char* name : {"late", "early"}) expectRise(riseOf(*again, name), {0, 2}, {0, 1});
+    }
+}
+
 TEST(MotionsLeave, OfMotionsTheSameIsSaid) {
     const Scratch scratch;
     BuiltScene built;
