@@ -16,11 +16,8 @@
 namespace tessera {
 namespace {
 
-/// Of a clock; readers take no longer ones, ours too.
-constexpr double kLongestCycle = 1e9;
-
-/// The speed and the way back go into the times, so that what is left loops, plays once, or stands. Nothing: it is so
-/// slow that it stands.
+/// The speed and the way back go into the times, so that it loops or plays once. Nothing: it takes so long that it
+/// stands.
 std::optional<Playing> folded(const Playing& playing) {
     Playing plain = playing;
     if (playing.mode == Animation::kPingPong) plain.length *= 2, plain.mode = Animation::kLoop;
@@ -153,8 +150,10 @@ private:
                 continue;
             }
             if (made_.clocks.empty() || made_.clocks.back().node != node.id)
-                made_.clocks.push_back(
-                    {.node = node.id, .name = node.node->name, .playing = folded(playing_).value_or(playing_)});
+                made_.clocks.push_back({.node = node.id,
+                                        .name = node.node->name,
+                                        .playing = folded(playing_).value_or(playing_),
+                                        .stands = !folded(playing_)});
             track.node = at;
             track.clock = made_.clocks.size() - 1;
             made_.tracks.push_back(track);

@@ -10,6 +10,9 @@
 
 namespace tessera {
 
+/// s; readers take no longer ones, ours too.
+inline constexpr double kLongestCycle = 1e9;
+
 /// One property of one node: values between times lie on straight lines (rotations turn).
 struct NodeTrack {
     int node = -1;                              ///< in PlannedTree::nodes
@@ -23,9 +26,9 @@ struct NodeTrack {
 struct NodeClock {
     ObjectId node;
     std::string name;
-    /// Speeds and ways back are in the times of the tracks: it loops, or plays once, or stands. Where a speed is 0, and
-    /// keys are at no time, they are as they were.
+    /// Speeds and ways back are in the times of the tracks: it loops, or plays once. Where it stands, all is as it was.
     Playing playing;
+    bool stands = false;  ///< it takes longer than kLongestCycle, or for ever as its speed is 0
 };
 
 struct NodeTracks {

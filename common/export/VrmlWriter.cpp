@@ -363,11 +363,13 @@ private:
     std::string addClock(const NodeClock& clock) {
         std::string name = clock.name.empty() ? uniqueName("Clock") : listedName(clock.name);
         const Playing& playing = clock.playing;
-        const bool loops = playing.mode != Animation::kOnce, stands = playing.paused || playing.speed != 1;
+        const bool loops = playing.mode != Animation::kOnce, stands = playing.paused || clock.stands;
         if (!loops) leaving_.notes.add("animations that play once wait until an event begins them", clock.node);
-        if (playing.speed != 1) leaving_.notes.add("animations as slow as to stand are paused", clock.node);
-        text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop {}{} }}\n", name, playing.length,
-                             loops ? "TRUE" : "FALSE", stands ? " enabled FALSE" : "");
+        if (clock.stands)
+            leaving_.notes.add("animations that take more than 1e9 s, or for ever, are paused", clock.node);
+        text_ += fmt::format("DEF {} TimeSensor {{ cycleInterval {} loop {}{} }}\n", name,
+                             std::min(playing.length, kLongestCycle), loops ? "TRUE" : "FALSE",
+                             stands ? " enabled FALSE" : "");
         return name;
     }
 

@@ -159,6 +159,31 @@ TEST(MotionsLeave, WhatIsTooSlowStands) {
     }
 }
 
+/// Readers of VRML take no cycles of more than 1e9 s, ours too.
+TEST(MotionsLeave, WhatTakesTooLongStands) {
+    const Scratch scratch;
+    BuiltScene built;
+    addRise(built, "swing", {.channels = {}, .mode = Animation::kPingPong}, {0, 6e8}, {0, 0, 0, 0, 1, 0});
+    Motion motion;
+    motion.target = built.add(Transform());
+    motion.keys = blobOf<double>({0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 2e9, 0, 1, 0, 1, 0, 0, 0, 1, 1, 1});
+    motion.mode = Motion::kLoop;
+    built.node("a", built.add(triangleGeometry()), built.node("place_aeon", motion.target));
+    built.node("aeon", built.add(motion));
+    addRise(built, "longest", Animation(), {0, 1e9}, {0, 0, 0, 0, 1, 0});
+    const Aspect scene = built.take();
+    for (const char* out : {"out.glb", "out.usda"}) {
+        ASSERT_TRUE(exportScene(scratch.path(out), scene));
+        expectRise(riseOf(*readBack(scratch.path(out)), "longest"), {0, 1e9}, {0, 1});
+    }
+    EXPECT_THAT(notesOf(scratch.path("out.wrl"), scene), Contains(HasSubstr("are paused: /swing, /aeon")));
+    const ImportedAspect again = readBack(scratch.path("out.wrl"));
+    for (const char* name : {"swing", "aeon"}) EXPECT_FALSE(animationOf(*again, name)->playing) << name;
+    EXPECT_TRUE(animationOf(*again, "longest")->playing);
+    expectRise(riseOf(*again, "swing"), {0, 6e8}, {0, 1});
+    expectRise(riseOf(*again, "aeon"), {0, 1e9}, {0, 1});
+}
+
 /// Our own importer takes no keys beyond.
 TEST(MotionsLeave, KeysBeyondWhatReadersTakeAreLeftOut) {
     const Scratch scratch;
