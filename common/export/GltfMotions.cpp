@@ -66,7 +66,7 @@ void GltfMotions::add(const SelectedNode& node, const Animation& animation) {
 void GltfMotions::addKeys(const SelectedNode& node, const KeyFrames& keys, Channels& channels) {
     const Object target = keys.target ? scene_.find(keys.target) : Object();
     const Expected<KeyTrack> sound = KeyTrack::of(keys, target ? &target.info() : nullptr);
-    if (!sound) return notes_.add("animations that cannot play are left out", node.id);
+    if (!sound) return noteUnsound(keys.values, node.id, notes_);
     const auto bearers = bearers_.find(keys.target);
     const bool weights = target.is<Skin>() && keys.field == "weights";
     const bool places = (target.is<Transform>() || target.is<ComponentTransform>()) &&
@@ -75,7 +75,7 @@ void GltfMotions::addKeys(const SelectedNode& node, const KeyFrames& keys, Chann
         return notes_.add("animations of other fields than places and weights are left out", node.id);
     if (bearers == bearers_.end()) return notes_.add("animations of what is not in the file are left out", node.id);
     const std::span<const double> times = keys.times.as<double>(), values = keys.values.as<double>();
-    if (places && !canLead(values, node.id, notes_)) return;
+    if (places && !canLead(values, keys.field, node.id, notes_)) return;
     Track track{.times = {times.begin(), times.end()},
                 .values = {values.begin(), values.end()},
                 .interpolation = keys.interpolation};
@@ -123,9 +123,9 @@ void GltfMotions::add(const SelectedNode& node, const Motion& motion) {
     const std::span<const double> keys = motion.keys.as<double>();
     const auto bearers = bearers_.find(motion.target);
     if (keys.empty() && !motion.target) return;
-    if (!checkKeys(keys) || bearers == bearers_.end())
-        return notes_.add("motions that cannot play here are left out", node.id);
-    if (!canLead(keys, node.id, notes_)) return;
+    if (!checkKeys(keys)) return noteUnsound(motion.keys, node.id, notes_);
+    if (bearers == bearers_.end()) return notes_.add("animations of what is not in the file are left out", node.id);
+    if (!canLead(motion, node.id, notes_)) return;
     noteLostPlaying(Playing::of(motion), notes_, node.id);
     Track places, turns, scales;
     for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include "common/cores/Animation.h"
 #include "common/cores/Motion.h"
@@ -25,7 +26,11 @@ struct Playing {
 /// Of formats that play all from their beginnings, as fast as the keys say, for ever.
 void noteLostPlaying(const Playing& playing, ExportNotes& notes, ObjectId node);
 
-/// Whether files can have values of places: what is not finite, or beyond kUtmostPlace, is noted.
-[[nodiscard]] bool canLead(std::span<const double> values, ObjectId node, ExportNotes& notes);
+/// Whether files can have these values of a "translation", "rotation" or "scale": one beyond kUtmostPlace is noted.
+[[nodiscard]] bool canLead(std::span<const double> values, std::string_view field, ObjectId node, ExportNotes& notes);
+/// The same of all its keys, which have passed checkKeys.
+[[nodiscard]] bool canLead(const Motion& motion, ObjectId node, ExportNotes& notes);
+/// Says why keys with these numbers are left out, which have not passed their check.
+void noteUnsound(const Blob& numbers, ObjectId node, ExportNotes& notes);
 
 }  // namespace tessera

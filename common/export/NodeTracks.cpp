@@ -62,9 +62,12 @@ public:
             if (!keys) continue;
             const Expected<KeyTrack> track = KeyTrack::of(*keys, target ? &target.info() : nullptr);
             const bool places = target.is<Transform>() || target.is<ComponentTransform>();
-            if (!track || !places ||
-                (keys->field != "translation" && keys->field != "rotation" && keys->field != "scale")) {
+            if (!places || (keys->field != "translation" && keys->field != "rotation" && keys->field != "scale")) {
                 notes_.add("animations of other fields than places are left out", node.id);
+                continue;
+            }
+            if (!track) {
+                noteUnsound(keys->values, node.id, notes_);
                 continue;
             }
             const auto bearers = bearers_.find(keys->target);
@@ -72,7 +75,7 @@ public:
                 notes_.add("animations of what is not in the file are left out", node.id);
                 continue;
             }
-            if (!canLead(keys->values.as<double>(), node.id, notes_)) continue;
+            if (!canLead(keys->values.as<double>(), keys->field, node.id, notes_)) continue;
             NodeTrack made{.field = keys->field, .times = {}, .values = {}};
             const auto* component = target.as<ComponentTransform>();
             for (const double time : timesOf(*keys)) {
@@ -91,9 +94,9 @@ public:
         const std::span<const double> keys = motion.keys.as<double>();
         const auto bearers = bearers_.find(motion.target);
         if (keys.empty() && !motion.target) return;
-        if (!checkKeys(keys) || bearers == bearers_.end())
-            return notes_.add("motions that cannot play here are left out", node.id);
-        if (!canLead(keys, node.id, notes_)) return;
+        if (!checkKeys(keys)) return noteUnsound(motion.keys, node.id, notes_);
+        if (bearers == bearers_.end()) return notes_.add("animations of what is not in the file are left out", node.id);
+        if (!canLead(motion, node.id, notes_)) return;
         playing_ = Playing::of(motion);
         NodeTrack places{.field = "translation", .times = {}, .values = {}};
         NodeTrack turns{.field = "rotation", .times = {}, .values = {}};

@@ -225,6 +225,49 @@ TEST(MotionsLeave, MotionsBeginAtTheirFirstKey) {
     }
 }
 
+TEST(MotionsLeave, KeysThatFilesCannotHaveAreCalledWhatTheyAre) {
+    const Scratch scratch;
+    BuiltScene built;
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto addKeys = [&](const std::string& name, const char* field, std::initializer_list<double> values) {
+        KeyFrames keys;
+        keys.target = built.add(Transform());
+        keys.field = field;
+        keys.times = blobOf<double>({0, 1});
+        keys.values = blobOf<double>(values);
+        Animation animation;
+        animation.channels = {built.add(keys)};
+        built.node("a", built.add(triangleGeometry()), built.node("place_" + name, keys.target));
+        built.node(name, built.add(animation));
+    };
+    const auto addMotion = [&](const std::string& name, double height, double scale, double begin = 0) {
+        Motion motion;
+        motion.target = built.add(Transform());
+        motion.keys = blobOf<double>({begin, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, height, 0, 1, 0, 0, 0, scale, 1, 1});
+        built.node("a", built.add(triangleGeometry()), built.node("place_" + name, motion.target));
+        built.node(name, built.add(motion));
+    };
+    addKeys("unfinite", "translation", {0, 0, 0, 0, nan, 0});
+    addKeys("grown", "scale", {1, 1, 1, 1, 1e16, 1});
+    addKeys("turned", "rotation", {1, 0, 0, 0, 0, 1e16, 0, 0});
+    addMotion("unfinite motion", nan, 1);
+    addMotion("far motion", 1e16, 1);
+    addMotion("grown motion", 1, 1e16);
+    addMotion("endless motion", 1, 1, -std::numeric_limits<double>::max());
+    const Aspect scene = built.take();
+    for (const char* out : {"out.glb", "out.usda", "out.wrl"}) {
+        const auto notes = notesOf(scratch.path(out), scene);
+        EXPECT_THAT(notes, Contains("animations with keys that are not finite are left out: /unfinite, "
+                                    "/unfinite motion"))
+            << out;
+        EXPECT_THAT(notes, Contains("animations of a scale with numbers beyond 1e15 are left out (keep these within "
+                                    "1e15): /grown, /grown motion"));
+        EXPECT_THAT(notes, Contains(HasSubstr("animations of a rotation with numbers beyond 1e15")));
+        EXPECT_THAT(notes, Contains(HasSubstr("(keep their keys within 1e15 m): /far motion")));
+        EXPECT_THAT(notes, Contains(HasSubstr("that take more than 1e15 s are left out")));
+    }
+}
+
 TEST(MotionsLeave, OfMotionsTheSameIsSaid) {
     const Scratch scratch;
     BuiltScene built;
@@ -243,7 +286,7 @@ TEST(MotionsLeave, OfMotionsTheSameIsSaid) {
         const auto notes = notesOf(scratch.path(out), scene);
         const bool isVrml = std::string(out) == "out.wrl";
         EXPECT_THAT(notes, Contains(std::string(isVrml ? kWaits : kLost) + "/lift")) << out;
-        EXPECT_THAT(notes, Contains(HasSubstr("that cannot play here are left out: /lost"))) << out;
+        EXPECT_THAT(notes, Contains(HasSubstr("that cannot play are left out: /lost"))) << out;
     }
     const ImportedAspect again = readBack(scratch.path("out.wrl"));
     EXPECT_EQ(animationOf(*again, "lift")->mode, Animation::kOnce);
