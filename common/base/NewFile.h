@@ -28,9 +28,10 @@ struct FilePlace {
 /// What a link leads to, for whoever is told what was written; empty: it is no link.
 [[nodiscard]] std::string targetOfLink(const std::string& path);
 
-/// What is written lies beside the place, and goes with this object until it has taken the place. It has no name until
-/// then, so that nothing stays of a process that is killed; file systems without such files give it one of its own.
-/// Errors (kFailed) name the file as `said`. One thread.
+/// A file that is written beside its place, and goes with this object until it has taken the place. It has no name
+/// until giveName(): nothing stays of a process that is killed before. Of one that is killed between giveName() and
+/// takePlace() `.tessera.PID.N` stays beside the place. It has that name from the beginning where the file system has
+/// no files without names, or there is no /proc. Errors (kFailed) name the file as `said`. One thread.
 class NewFile {
 public:
     [[nodiscard]] static Expected<NewFile> beside(const FilePlace& place, std::string said);
