@@ -15,8 +15,8 @@ namespace tessera {
 /// Why nothing is written to what is neither a file nor free.
 inline constexpr std::string_view kNoFilePlace = "cannot write there: this is a folder, device, pipe or socket";
 
-/// Where a file is to be. What a person names himself leads through links, as for other programs; what is written
-/// beside it, under a name that he has not said, replaces a link: others may have made it.
+/// Where a file is to be. A path that a person names is followed through links, as by other programs. A file beside it
+/// bears a name that nobody has said, and replaces a link: others may have made that.
 struct FilePlace {
     std::string path;            ///< as it was said, or where that leads if it is a link
     std::optional<mode_t> mode;  ///< of the file that is there already: the new one gets the same rights
@@ -25,7 +25,7 @@ struct FilePlace {
 [[nodiscard]] Expected<FilePlace> placeOfFile(const std::string& path);
 /// No link is followed. `main`: what it lies beside, whose rights it gets.
 [[nodiscard]] Expected<FilePlace> placeBeside(const FilePlace& main, const std::string& path);
-/// What a link leads to, for whoever is told what was written; empty: it is no link.
+/// The target of a link, to say what was written; empty: it is no link.
 [[nodiscard]] std::string targetOfLink(const std::string& path);
 
 /// A file that is written beside its place, and goes with this object until it has taken the place. It has no name
@@ -47,8 +47,8 @@ public:
     [[nodiscard]] Expected<void> write(std::string_view bytes);
     /// Its bytes are on the disk; once more when it gets its name.
     [[nodiscard]] Expected<void> sync();
-    /// All but the rename, and with it all that needs room on the disk. Nothing is to be written after it. Whoever has
-    /// several files gives each of them a name before the first takes its place.
+    /// All but the rename, and with it all that needs room on the disk. Nothing is to be written after it. Of several
+    /// files each gets its name before the first takes its place.
     [[nodiscard]] Expected<void> giveName();
     /// Gives it a name first, where it has none.
     [[nodiscard]] Expected<void> takePlace();

@@ -51,7 +51,7 @@ constexpr Writer kWriters[] = {
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), "
               "transmission, tints of reflections, ranges and falloffs of lights, widths of lines, opacities of "
               "vertices, how images are filtered, surroundings, which animations play once or are paused, lengths of "
-              "animations but the longest, what glTF loses too but for speeds"},
+              "animations but the longest, all else that glTF loses except speeds"},
      writeUsda},
     {{.name = "VRML 2.0, with pictures",
       .endings = "wrl",

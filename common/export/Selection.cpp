@@ -92,10 +92,10 @@ bool canStand(const Affine3d& place, ObjectId node, ExportNotes& notes) {
         return numbers.allFinite() && numbers.cwiseAbs().maxCoeff() <= kUtmostPlace;
     };
     if (!isWithin(place.linear()) || !place.translation().allFinite())
-        notes.add("what is scaled beyond 1e15 is left out, with all below it (scale it and what is above it less)",
+        notes.add("nodes scaled beyond 1e15 are left out, with all below them (scale them and all above them less)",
                   node);
     else if (!isWithin(place.translation()))
-        notes.add("what stands beyond 1e15 m is left out, with all below it (move it within 1e15 m)", node);
+        notes.add("nodes beyond 1e15 m are left out, with all below them (move them within 1e15 m)", node);
     else
         return true;
     return false;

@@ -102,7 +102,7 @@ private:
         for (const NodeClock& clock : all.clocks) end_ = std::max(end_, clock.playing.length);
         for (const NodeClock& clock : all.clocks) {
             noteLostPlaying(clock.playing, leaving_.notes, clock.node);
-            // One time for all: what would begin again waits at its end for the longest.
+            // All play by one time: a shorter one waits at its end for the longest before it begins again.
             const bool isShort = clock.playing.length > 0 && clock.playing.length < end_ * (1 - 1e-6);
             if (isShort && clock.playing.mode == Animation::kLoop && !clock.playing.paused)
                 leaving_.notes.add("animations begin again together, when the longest ends", clock.node);

@@ -67,7 +67,7 @@ Expected<std::vector<WorldMesh>> worldMeshes(const LeavingScene& leaving) {
         if (made.mirrors()) made.normals_ = -made.normals_;
         for (std::size_t v = 0; v < made.vertices(); ++v)
             if (!made.position(v).allFinite()) {
-                leaving.notes.add("what reaches beyond 3e38 m is left out (make it smaller)", node.id);
+                leaving.notes.add("shapes that reach beyond 3e38 m are left out (make them smaller)", node.id);
                 all.pop_back();
                 break;
             }

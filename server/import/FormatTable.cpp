@@ -110,11 +110,11 @@ constexpr FormatRow kTable[] = {
      "folder, Billboard, all shapes of these (of X3D the 3D and 2D ones) as triangles, lines and points, colours of "
      "corners, text, materials, pictures (also within the file) with TextureTransform, lights, viewpoints as cameras "
      "(bookmarks 1 to 9), "
-     "the colours of a background; interpolators of Transform, Viewpoint, Material and lights' intensity that a "
-     "TimeSensor drives, an animation for each sensor, those of faces' coordinates as morph targets; Inventor's "
-     "LevelOfDetail by size on the screen",
+     "the colours of a background; interpolators of Transform, Viewpoint, Material and lights' intensity; those of "
+     "faces' coordinates as morph targets; an animation for each TimeSensor that drives any; Inventor's LevelOfDetail "
+     "by size on the screen",
      "scripts and their kind (refused by name), sensors, fog, sound, films, pictures of a background, navigation; "
-     "interpolators of normals, of the points of lines, of lights' colours and places, and of all other fields; routes "
+     "interpolators of normals, lines' points, lights' colours and places, and all other fields; routes "
      "within a prototype to another one's interface; of Inventor engines, manipulators, shaders, clip planes, NURBS; "
      "X3D's NURBS, "
      "humanoids, geospatial and rigid bodies; X3D in binary (.x3db) is refused",

@@ -108,7 +108,7 @@ TEST_F(NewFileTest, WhereTheKernelForgetsTheMaskItCountsNevertheless) {
         GTEST_SKIP() << "this file system has no access control lists";
     const mode_t before = ::umask(027);
     EXPECT_EQ(put(path("listed"), "one"), "");
-    // Who cannot see the list has a kernel that forgets the mask.
+    // To a process that cannot see the list the kernel seems to forget the mask.
     const int status = elsewhere([&] {
         forbid(SYS_getxattr, ENODATA);
         if (!put(path("masked"), "one").empty()) ::_exit(1);

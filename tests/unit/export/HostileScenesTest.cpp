@@ -140,7 +140,7 @@ TEST(HostileScene, WhatStandsTooFarOffIsNamedAndAllElseIsWritten) {
         const Expected<ExportReport> report = exportScene(path, scene);
         ASSERT_TRUE(report) << ending << ": " << report.error().message;
         const std::string notes = fmt::format("{}", fmt::join(report->notes, "\n"));
-        EXPECT_NE(notes.find("(move it within 1e15 m): /far"), std::string::npos) << ending << ": " << notes;
+        EXPECT_NE(notes.find("(move them within 1e15 m): /far"), std::string::npos) << ending << ": " << notes;
         EXPECT_NE(notes.find("less): /large"), std::string::npos) << ending << ": " << notes;
         if (ending == ".csv") continue;
         const ImportedAspect again = readBack(path);
@@ -172,7 +172,7 @@ TEST(HostileScene, WhereNothingIsLeftItIsSaidWhy) {
             exportScene(scratch.path(std::string("out") + ending), scene, {.under = isTree ? "/far/below" : ""});
         ASSERT_FALSE(report) << ending;
         EXPECT_EQ(report.error().code, ErrorCode::kRefused);
-        EXPECT_NE(report.error().message.find("(move it within 1e15 m): /far"), std::string::npos)
+        EXPECT_NE(report.error().message.find("(move them within 1e15 m): /far"), std::string::npos)
             << report.error().message;
         EXPECT_EQ(report.error().message.find("/grown/wide") != std::string::npos, !isTree) << report.error().message;
     }
