@@ -126,7 +126,10 @@ void GltfMotions::add(const SelectedNode& node, const Motion& motion) {
     if (!checkKeys(keys)) return noteUnsound(motion.keys, node.id, notes_);
     if (bearers == bearers_.end()) return notes_.add("animations of what is not in the file are left out", node.id);
     if (!canLead(motion, node.id, notes_)) return;
-    noteLostPlaying(Playing::of(motion), notes_, node.id);
+    const Playing playing = Playing::of(motion);
+    if (playing.length > kLatestKeySeconds)  // our own reader refuses the file
+        return notes_.add("animations that take more than 1e9 s are left out", node.id);
+    noteLostPlaying(playing, notes_, node.id);
     Track places, turns, scales;
     for (std::size_t i = 0; i < keys.size(); i += kScalarsPerKey) {
         for (Track* track : {&places, &turns, &scales}) track->times.push_back(keys[i] - keyTime(keys, 0));
