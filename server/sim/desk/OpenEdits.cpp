@@ -88,7 +88,10 @@ ServerActions OpenEdits::refuse(std::uint64_t ticket, const Error& why) {
 }
 
 void OpenEdits::blobsEverywhere(std::uint64_t ticket) {
-    if (open_.contains(ticket)) ready_.push_back(ticket);
+    const auto open = open_.find(ticket);
+    if (open == open_.end()) return;
+    open->second.isEverywhere = true;
+    ready_.push_back(ticket);
 }
 
 OpenEdits::Count OpenEdits::countOf(ConnectionId connection) const {
@@ -103,8 +106,7 @@ OpenEdits::Count OpenEdits::countOf(ConnectionId connection) const {
 
 bool OpenEdits::waitsForHosts(std::uint64_t ticket) const {
     const auto open = open_.find(ticket);
-    const auto isIn = [&](const auto& tickets) { return std::ranges::find(tickets, ticket) != tickets.end(); };
-    return open != open_.end() && !open->second.announced.empty() && !isIn(ready_) && !isIn(loading_);
+    return open != open_.end() && !open->second.announced.empty() && !open->second.isEverywhere;
 }
 
 std::vector<OpenEdits::Appearing> OpenEdits::appearing() const {

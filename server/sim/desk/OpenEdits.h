@@ -46,6 +46,7 @@ public:
         std::size_t nextPart = 0;
         ObjectId firstMade = {};                  ///< of a reload in parts: the id of the first object that it makes
         std::vector<Blob> announced = {};         ///< can be fetched until its outcome is known
+        bool isEverywhere = false;                ///< all hosts have those
         std::shared_ptr<ReloadPlan> reload = {};  ///< of a file that is taken in again: its lists, instead of `parts`
         /// Of what a file has brought: ids are given to it in a row from this one on.
         std::function<void(ObjectId first)> given = {};

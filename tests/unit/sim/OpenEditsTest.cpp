@@ -90,6 +90,27 @@ TEST_F(OpenEditsBook, PartsComeOneAFrameAndOneEditBehindTheOther) {
     EXPECT_EQ(step.size(), 1u);
 }
 
+/// What is in a frame is not cancelled, whether one part or the last of several.
+TEST_F(OpenEditsBook, WhatHostsHaveWaitsForThemNoMore) {
+    for (const std::size_t count : {1u, 3u}) {
+        const std::uint64_t ticket = edits.newTicket();
+        edits.open(ticket, {.asker = asker(), .isLoad = true, .parts = std::vector<ChangeList>(count)});
+        EXPECT_FALSE(edits.waitsForHosts(ticket));
+        (void)edits.queue(ticket, {Blob::of<float>(std::vector<float>(3))}, server.now);
+        EXPECT_TRUE(edits.waitsForHosts(ticket));
+        edits.blobsEverywhere(ticket);
+        for (std::size_t part = 0; part < count; ++part) {
+            EXPECT_FALSE(edits.waitsForHosts(ticket)) << part;
+            std::vector<Edit> frame = edits.takeEdits();
+            edits.takePart(frame);
+            ASSERT_EQ(frame.size(), 1u);
+        }
+        EXPECT_FALSE(edits.waitsForHosts(ticket)) << "it is under way";
+        EXPECT_EQ(edits.appearing().size(), 1u);
+        (void)edits.committed({{.ticket = ticket}});
+    }
+}
+
 TEST_F(OpenEditsBook, APartThatIsRefusedTakesTheOthersWithIt) {
     std::vector<ChangeList> parts(3);
     const std::uint64_t ticket = edits.newTicket();
