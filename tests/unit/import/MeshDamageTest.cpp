@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -72,24 +71,6 @@ const std::vector<std::pair<std::string, std::string>> kWhole = {
 
 Expected<PlainScene> readByOurs(const std::string& path) {
     return path.ends_with(".obj") ? readObj(path, {}) : path.ends_with(".stl") ? readStl(path, {}) : readPly(path, {});
-}
-
-void expectSoundMeshes(const PlainScene& scene) {
-    for (const proto::scene::Mesh& mesh : scene.file.mesh()) {
-        const auto bytesOf = [&](std::uint32_t blob) { return blob == 0 ? 0 : scene.blobs.at(blob - 1).size(); };
-        const std::size_t vertices = bytesOf(mesh.positions_blob()) / 12;
-        ASSERT_GT(vertices, 0u);
-        if (mesh.normals_blob() != 0) EXPECT_EQ(bytesOf(mesh.normals_blob()), 12 * vertices);
-        if (mesh.texcoords_blob() != 0) EXPECT_EQ(bytesOf(mesh.texcoords_blob()), 8 * vertices);
-        if (mesh.colors_blob() != 0) EXPECT_EQ(bytesOf(mesh.colors_blob()), 4 * vertices);
-        if (mesh.indices_blob() == 0) continue;
-        const Bytes& indices = scene.blobs.at(mesh.indices_blob() - 1);
-        for (std::size_t at = 0; at < indices.size(); at += 4) {
-            std::uint32_t index = 0;
-            std::memcpy(&index, indices.data() + at, sizeof(index));
-            ASSERT_LT(index, vertices);
-        }
-    }
 }
 
 TEST(MeshDamageOfNone, IsWhatWasWritten) {
