@@ -8,6 +8,8 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 
 #include "server/import/coin/CoinText.h"
 
@@ -52,11 +54,23 @@ public:
                                    fmt::format("it has more than {} nodes in {} bytes: save it in parts, or with small "
                                                "shapes joined",
                                                nodes_ - 1, text_.size()));
-                if (token_ == "{")
+                if (token_ == "{") {
+                    const std::size_t depth = depth_;
+                    const std::string_view name = std::exchange(defined_, {});
                     if (Expected<void> opened = open(); !opened) return opened;
+                    // One that is left out has been read over.
+                    if (depth_ == depth) {
+                        openNodes_.push_back(name);
+                        if (!name.empty()) isOpen_[name] = true;
+                    }
+                }
                 word_ = {};
             } else if (token_ == "}" || token_ == "]") {
                 if (token_ == "}" && !protos_.empty() && protos_.back().depth == depth_) close();
+                if (token_ == "}" && !openNodes_.empty()) {
+                    if (!openNodes_.back().empty()) isOpen_[openNodes_.back()] = false;
+                    openNodes_.pop_back();
+                }
                 if (depth_ > 0) --depth_;
                 word_ = {};
             } else if (token_.front() == '"') {
@@ -73,6 +87,10 @@ public:
                     word_ = {};
                     continue;
                 }
+                if (word_ == "DEF") defined_ = token_;
+                // Of two nodes of a name the later one is meant. Coin goes round and round in them.
+                if (const auto named = isOpen_.find(token_); word_ == "USE" && named != isOpen_.end() && named->second)
+                    leaveOutUse();
                 word_ = token_;
             }
         }
@@ -94,6 +112,8 @@ public:
     [[nodiscard]] bool isWhole() const { return cuts_.empty(); }
     [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
     [[nodiscard]] const std::map<std::string, std::size_t>& unknown() const { return unknown_; }
+    [[nodiscard]] std::size_t usesInside() const { return usesInside_; }
+    [[nodiscard]] const std::string& firstInside() const { return firstInside_; }
 
 private:
     struct Cost {
@@ -219,7 +239,13 @@ private:
         return {};
     }
 
-    std::string_view text_, token_, word_, named_;
+    void leaveOutUse() {
+        if (dialect_ == Dialect::kX3d) return;
+        if (usesInside_++ == 0) firstInside_ = token_.substr(0, 80);
+        cuts_.push_back({static_cast<std::size_t>(word_.data() - text_.data()), at_, "Group {}"});
+    }
+
+    std::string_view text_, token_, word_, named_, defined_;
     Dialect dialect_;
     const MissingProto& missing_;
     std::size_t at_ = 0, line_ = 1, depth_ = 0, nodes_ = 0;
@@ -233,6 +259,10 @@ private:
     std::vector<Cut> cuts_;
     std::vector<std::string> problems_;
     std::map<std::string, std::size_t> unknown_;
+    std::vector<std::string_view> openNodes_;  ///< whose brackets are open: their names, or nothing
+    std::unordered_map<std::string_view, bool> isOpen_;
+    std::size_t usesInside_ = 0;
+    std::string firstInside_;
 };
 
 }  // namespace
@@ -255,6 +285,9 @@ Expected<void> scanVrml(std::string& text, Dialect dialect, const MissingProto& 
         notes.push_back(fmt::format("left out: {}, an unknown kind of node{}", kind,
                                     count > 1 ? fmt::format(", {} times", count) : ""));
     }
+    if (const std::size_t uses = scan.usesInside(); uses > 0)
+        notes.push_back(fmt::format("left out: uses of a node inside itself{} (the first: '{}')",
+                                    uses > 1 ? fmt::format(", {} times", uses) : "", scan.firstInside()));
     text = scan.mended();
     return {};
 }

@@ -11,8 +11,8 @@ namespace tessera {
 
 /// Refuses what Coin would not survive: brackets deeper than kMostBrackets, prototypes that contain themselves or stand
 /// for more nodes than a scene has. Coin refuses a file for one kind of node that it does not know:
-/// such nodes become empty groups, and are named in `notes`. So do those of an EXTERNPROTO that is `missing`. Errors
-/// name the line.
+/// such nodes become empty groups, and are named in `notes`. So do those of an EXTERNPROTO that is `missing`, and uses
+/// of a node inside itself. Errors name the line.
 enum class Dialect {
     kInventor,  ///< and VRML 1
     kVrml2,

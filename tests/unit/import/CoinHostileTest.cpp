@@ -86,6 +86,28 @@ TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
     expect("self.wrl", kVrmlHead + "PROTO A [] { Group { children A {} } } A {}", "PROTO 'A' contains itself");
     expect("cycle.wrl", kVrmlHead + "DEF A Group { children [ Shape { geometry Box {} } USE A ] }", "inside itself");
     expect("cycle.iv", kInventorHead + "DEF A Separator { Cube {} USE A }", "inside itself");
+    // Coin went round and round in fields.
+    expect("field.wrl", kVrmlHead + "DEF A Shape { appearance Appearance { material USE A } geometry Box {} }",
+           "uses of a node inside itself (the first: 'A')");
+    EXPECT_EQ(triangles_, 12u);
+    expect(
+        "field.x3dv",
+        "#X3D V3.0 utf8\nPROFILE Immersive\nDEF A Shape { appearance Appearance { material USE A } geometry Box {} }",
+        "inside itself");
+    expect(
+        "field.x3d",
+        R"(<X3D version="3.0" profile="Immersive"><Scene><Shape DEF="A"><Appearance><Material USE="A"/></Appearance>)"
+        "<Box/></Shape></Scene></X3D>",
+        "inside itself");
+    expect("ended.wrl",
+           kVrmlHead +
+               "PROTO P [ field MFNode c [] ] { Transform { children IS c } } P { c [ DEF A Shape { appearance "
+               "Appearance { material USE A ] Shape {} } } ] }",
+           "error: ");
+    // The later one of a name is meant.
+    const std::string again = kVrmlHead + "DEF A Group { children [ DEF A Shape { geometry Box {} } USE A ] }";
+    EXPECT_EQ(said("again.wrl", again).find("inside itself"), std::string::npos);
+    EXPECT_EQ(triangles_, 24u);
     expect("array.iv", kInventorHead + "Array { numElements1 30000 numElements2 30000 numElements3 30000 Cube {} }",
            "more than");
     expect("bomb.wrz", gzip(kVrmlHead + std::string(std::size_t{200} << 20, ' ')), "unpacked it has more than");
