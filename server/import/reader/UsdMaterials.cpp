@@ -52,6 +52,13 @@ int usdChannelOf(const std::string& name) {
     return name == "g" ? 1 : name == "b" ? 2 : name == "a" ? 3 : 0;
 }
 
+/// What "inputs:scale" or "inputs:bias" says of a channel.
+double channelOf(const UsdComposedPrim& texture, const std::string& input, const std::string& name, double otherwise) {
+    const std::vector<double> all = usdNumbers(texture, input);
+    const auto channel = static_cast<std::size_t>(usdChannelOf(name));
+    return channel < all.size() && std::isfinite(all[channel]) ? all[channel] : otherwise;
+}
+
 }  // namespace
 
 std::string usdBoundMaterial(const UsdComposedPrim& prim) {
@@ -341,17 +348,10 @@ Expected<void> UsdMaterials::setMetalRoughness(const UsdComposedPrim& shader, co
                                             **wanted, [&] { return decodePacked(*metal, *roughness); });
     if (image.empty()) return {};
     message.set_metallic_roughness_image(image);
-    const auto factor = [&](const Input& of) {
-        const std::vector<double> scale = usdNumbers(*of.texture, "inputs:scale");
-        const auto channel = static_cast<std::size_t>(usdChannelOf(of.channel));
-        return channel < scale.size() && std::isfinite(scale[channel]) ? scale[channel] : 1;
-    };
-    for (const Input* of : {&*metal, &*roughness}) {
-        const std::vector<double> bias = of->texture ? usdNumbers(*of->texture, "inputs:bias") : std::vector<double>();
-        if (const auto channel = static_cast<std::size_t>(usdChannelOf(of->channel));
-            channel < bias.size() && bias[channel] != 0)
+    const auto factor = [&](const Input& of) { return channelOf(*of.texture, "inputs:scale", of.channel, 1); };
+    for (const Input* of : {&*metal, &*roughness})
+        if (of->texture && channelOf(*of->texture, "inputs:bias", of->channel, 0) != 0)
             remarks_.add("what is added to textures (bias) is left out", shader.path());
-    }
     if (metal->texture) message.set_metallic(numbers.share("metallic", factor(*metal), 1));
     if (roughness->texture) message.set_roughness(numbers.share("roughness", factor(*roughness), 1));
     return {};
@@ -397,6 +397,11 @@ Expected<void> UsdMaterials::setOpacity(const UsdComposedPrim& shader, const Inp
             varies = !image.empty();
             if (varies) message.set_base_color_image(image);
         }
+        if (!message.base_color_image().empty())
+            message.mutable_base_color()->set_a(numbers.share(
+                "the texture's scale", channelOf(*opacity->texture, "inputs:scale", opacity->channel, 1), 1));
+        if (channelOf(*opacity->texture, "inputs:bias", opacity->channel, 0) != 0)
+            remarks_.add("what is added to textures (bias) is left out", shader.path());
     }
     const double cutoff = threshold->value ? threshold->value->number().value_or(0) : 0;
     if (cutoff > 0) {

@@ -101,6 +101,29 @@ TEST(UsdLooks, PicturesHaveTheColoursThatTheFileSays) {
     EXPECT_EQ(scene.all<Geometry>().front()->texcoords.sizeBytes() / 8, 3u) << "by the primvar that the graph names";
 }
 
+TEST(UsdLooks, OpacitiesHaveTheScaleOfTheirChannel) {
+    const auto colorWith = [](const std::string& color, const std::string& opacity) {
+        const UsdScene scene(triangle("M",
+                                      " texCoord2f[] primvars:st = [(0, 0), (1, 0), (0, 1)] "
+                                      "(interpolation = \"vertex\")\n rel material:binding = </L>") +
+                                 R"(def Material "L" { token outputs:surface.connect = </L/S.outputs:surface>
+ def Shader "S" { uniform token info:id = "UsdPreviewSurface"
+  color3f inputs:diffuseColor.connect = )" +
+                                 color + "\n  float inputs:opacity.connect = " + opacity + R"( }
+ def Shader "T" { uniform token info:id = "UsdUVTexture"
+  asset inputs:file = @a.tga@
+  float4 inputs:scale = (1, 0.5, 1, 0.25)
+  float2 inputs:st.connect = </L/R.outputs:result> }
+ def Shader "R" { uniform token info:id = "UsdPrimvarReader_float2"
+  string inputs:varname = "st" } })",
+                             {{"a.tga", pictureOf({{128, 64, 32, 200}})}});
+        const auto materials = scene.all<Material>();
+        return materials.size() == 1 ? Vec4f(materials.front()->baseColor) : Vec4f(Vec4f::Zero());
+    };
+    EXPECT_EQ(colorWith("</L/T.outputs:rgb>", "</L/T.outputs:a>"), Vec4f(1, 0.5f, 1, 0.25f));
+    EXPECT_EQ(colorWith("</L/T.outputs:rgb>", "</L/T.outputs:g>"), Vec4f(1, 0.5f, 1, 0.5f));
+}
+
 TEST(UsdLooks, ShapesHaveTwoRadiiAndPlanesTheirWidthAcross) {
     const auto size = [](const std::string& prim) { return UsdScene("def " + prim).bounds().size(); };
     expectNear(size("Plane \"A\" { uniform token axis = \"X\"\n double width = 4\n double length = 6 }"),
