@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "common/base/Hash.h"
+#include "common/base/Utf8.h"
 #include "common/math/Srgb.h"
 #include "server/import/coin/GreyPicture.h"
 #include "server/import/reader/BoundedNumbers.h"
@@ -110,7 +111,9 @@ std::string CoinMaterials::name(const Wanted& wanted) {
     const auto [place, isNew] = materials_.try_emplace(key);
     if (!isNew) return place->second;
     const std::size_t number = materials_.size();
-    place->second = called.empty() ? fmt::format("material {}", number) : fmt::format("{} {}", called, number);
+    constexpr std::size_t kShown = 200;  // the number stands behind it
+    place->second =
+        called.empty() ? fmt::format("material {}", number) : fmt::format("{} {}", cutUtf8(called, kShown), number);
     message.set_name(place->second);
     if (wanted.moves) motion_.addMaterial(*wanted.source, message, diffuseCounts, emissiveCounts);
     *scene_.file.add_material() = std::move(message);

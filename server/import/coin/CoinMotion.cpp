@@ -132,7 +132,6 @@ std::string nameOf(const SoNode& node) {
         const auto byte = static_cast<unsigned char>(c);
         if (c == '/' || byte < 0x20 || byte == 0x7f || (!isOurs && byte >= 0x80)) c = '_';
     }
-    constexpr std::size_t kLongestName = 200;
     return std::string(cutUtf8(name, kLongestName));
 }
 

@@ -95,6 +95,8 @@ private:
     std::uint32_t lastKey_ = 0;
 };
 
+/// Bytes of a name, as LoadedFile has it; longer ones are cut.
+inline constexpr std::size_t kLongestName = 1024;
 /// A node's name as scenes have them; empty: it has none.
 [[nodiscard]] std::string nameOf(const SoNode& node);
 

@@ -137,8 +137,13 @@ void CoinWalk::readOwnNames(const SoNode& root) {
     }
 }
 
-std::string CoinWalk::calledName(const SoNode& node) const {
-    const auto other = ownNames_.find(node.getName().getString());
+std::string CoinWalk::calledName(const SoNode& node) {
+    constexpr std::size_t kShown = 40;
+    const std::string_view said = node.getName().getString();
+    if (said.size() > kLongestName)
+        leftOut_.add(fmt::format("of a name what is beyond {} bytes is left out", kLongestName),
+                     std::string(cutUtf8(nameOf(node), kShown)) + "…");
+    const auto other = ownNames_.find(std::string(said));
     return other == ownNames_.end() ? nameOf(node) : other->second;
 }
 
@@ -432,8 +437,10 @@ CoinWalk::Message* CoinWalk::make(const std::string& name, Place& at) {
 std::string CoinWalk::freeName(const std::string& wanted, std::set<std::string>& names) const {
     if (scene_.file.by_tessera()) return wanted;
     if (names.insert(wanted).second) return wanted;
+    constexpr std::size_t kNumber = 20;
+    const std::string_view room = cutUtf8(wanted, kLongestName - kNumber);
     for (std::size_t number = names.size() + 1;; ++number)
-        if (std::string name = fmt::format("{} {}", wanted, number); names.insert(name).second) return name;
+        if (std::string name = fmt::format("{} {}", room, number); names.insert(name).second) return name;
 }
 
 void CoinWalk::leaveOut(const std::string& what, const SoNode& node) {

@@ -117,7 +117,7 @@ private:
     /// Takes the list of a file of our own.
     void readOwnNames(const SoNode& root);
     /// What people call it; empty: nobody does.
-    [[nodiscard]] std::string calledName(const SoNode& node) const;
+    [[nodiscard]] std::string calledName(const SoNode& node);
     [[nodiscard]] Affine3d modelMatrix() const;
     void resetModelMatrix();
     std::string meshName(MeshData mesh);

@@ -82,7 +82,7 @@ const char* usualField(std::string_view kind) {
 
 /// A word that VRML takes for a name.
 std::string identifier(std::string_view name) {
-    std::string word(name.substr(0, 200));
+    std::string word(name.substr(0, 1024));  // as long as a scene's names
     for (char& c : word) {
         const bool bad = static_cast<unsigned char>(c) <= 0x20 || static_cast<unsigned char>(c) >= 0x7f ||
                          std::string_view("\"'#,.[\\]{}+").find(c) != std::string_view::npos;

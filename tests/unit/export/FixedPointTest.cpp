@@ -140,7 +140,9 @@ TEST(FixedPoint, NamesOfAllLettersComeBack) {
                                             "s",
                                             "node",
                                             "Xform",
-                                            "\xF0\x9F\x8F\x97"};
+                                            "\xF0\x9F\x8F\x97",
+                                            std::string(1023, 'x') + "a",
+                                            std::string(1023, 'x') + "b"};
     BuiltScene built;
     const ObjectId mesh = built.add(triangleGeometry());
     for (const std::string& name : names) built.node(name, mesh, built.node(name, built.add(Transform())));

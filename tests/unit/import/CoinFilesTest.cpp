@@ -372,6 +372,29 @@ TEST_F(CoinFiles, NameWhatIsLeftOut) {
         EXPECT_NE(notes.find(what), std::string::npos) << what << " in\n" << notes;
 }
 
+TEST_F(CoinFiles, KeepLongNamesAndSayWhichAreCut) {
+    const std::string name(1024, 'x');
+    const auto boxes = [](const std::string& first, const std::string& second) {
+        const std::string box = " Shape { " + kLit + "geometry Box {} }\n";
+        return kVrml2 + "DEF " + first + box + "DEF " + second + box;
+    };
+    const auto namesOf = [&](const ImportedAspect& aspect) {
+        std::set<std::string> names;
+        for (const Node* node : all<Node>(aspect))
+            if (node->name.starts_with("xxx")) names.insert(node->name);
+        return names;
+    };
+    EXPECT_EQ(namesOf(read("a.wrl", boxes(name, name.substr(1) + "y"))),
+              (std::set<std::string>{name, name.substr(1) + "y"}));
+    // Names that are cut to the same keep their numbers.
+    const std::string text = boxes(name + "y", name + "z");
+    const std::string notes = notesOf("a.wrl", text);
+    EXPECT_NE(notes.find("of a name what is beyond 1024 bytes is left out, 2 times"), std::string::npos) << notes;
+    Expected<ImportedScene> cut = load("a.wrl", text);
+    ASSERT_TRUE(cut);
+    EXPECT_EQ(namesOf(ImportedAspect(std::move(*cut))).size(), 2u);
+}
+
 TEST_F(CoinFiles, OfInventorInheritWhatWentBefore) {
     const ImportedAspect aspect = read(
         "a.iv", kInventor +
