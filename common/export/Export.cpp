@@ -50,25 +50,28 @@ constexpr Writer kWriters[] = {
                "(PointInstancer)",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), "
               "transmission, tints of reflections, ranges and falloffs of lights, widths of lines, opacities of "
-              "vertices, how images are filtered, surroundings, which animations play once or are paused, lengths of "
-              "animations but the longest, all else that glTF loses except speeds"},
+              "vertices, how images are filtered, surroundings, which animations play once or are paused, their names, "
+              "lengths of animations but the longest, splines (which are straight lines), all else that glTF loses "
+              "except speeds"},
      writeUsda},
     {{.name = "VRML 2.0, with pictures",
       .endings = "wrl",
       .keeps = "hierarchy, names (in a WorldInfo where VRML allows no such), places, shared meshes by DEF and USE, "
-               "materials as Phong's with images of colour, "
-               "lights as strong as 1, viewpoints, animations of places as interpolators, with a TimeSensor for each "
+               "materials as Phong's with images of colour (a material's own colour is in its picture), lights as "
+               "strong as 1, viewpoints, animations of places as interpolators, with a TimeSensor for each "
                "animation (its length, speed, pause, whether it loops), lines, points, colours of "
                "vertices, glyphs as triangles",
       .lost = "what switches hide, levels of detail but the finest, skins and morph targets (as they stand), other "
-              "images and where these lie, metal and roughness, which lights cast shadows, surroundings"},
+              "images and where these lie, metal and roughness, opacities of vertices, which lights cast shadows, "
+              "surroundings, splines (which are straight lines)"},
      writeVrml},
     {{.name = "Wavefront OBJ, with .mtl and pictures",
       .endings = "obj",
       .keeps = "objects by their nodes' names, triangles, lines and points in world coordinates, normals, texture "
                "coordinates, colours of vertices, materials with their images of colour, glow, normals, metal and "
                "roughness",
-      .lost = "hierarchy, sharing, lights, cameras, animations, what images do beyond their edges"},
+      .lost =
+          "hierarchy, sharing, lights, cameras, animations, opacities of vertices, what images do beyond their edges"},
      writeObj},
     {{.name = "PLY, binary",
       .endings = "ply",

@@ -14,6 +14,11 @@ void noteLostLooks(const Material& material, ExportNotes& notes, ObjectId node) 
     if (material.coarser) notes.add("coarser materials for far away are left out", node);
 }
 
+void noteLostOpacities(std::span<const std::uint8_t> colors, ExportNotes& notes, ObjectId node) {
+    for (std::size_t i = 3; i < colors.size(); i += 4)
+        if (colors[i] != 255) return notes.add("opacities of vertices are left out", node);
+}
+
 float roughnessOfShininess(float shininess) {
     return std::pow(2.0f / (std::max(shininess, 0.0f) + 2.0f), 0.25f);
 }

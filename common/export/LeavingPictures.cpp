@@ -1,14 +1,35 @@
 #include "common/export/LeavingPictures.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "common/drawable/ImageLayout.h"
 #include "common/image/Picture.h"
 #include "common/math/Srgb.h"
 
 namespace tessera {
+namespace {
 
-std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node) {
+std::vector<std::uint8_t> tinted(std::span<const std::uint8_t> rgba, const Vec4f& tint) {
+    std::array<std::array<std::uint8_t, 256>, 4> tables{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t i = 0; i < 256; ++i) {
+            const float value = static_cast<float>(i) / 255, share = tint[static_cast<int>(k)];
+            const float made = k == 3 ? value * share : srgbOfLinear(linearOfSrgb(value) * share);
+            // What has no tint stays to the last bit, so that the next round is the same.
+            tables[k][i] = static_cast<std::uint8_t>(share == 1 ? static_cast<long>(i)
+                                                                : std::lround(255 * std::clamp(made, 0.0f, 1.0f)));
+        }
+    std::vector<std::uint8_t> made(rgba.size());
+    for (std::size_t i = 0; i < rgba.size(); ++i) made[i] = tables[i % 4][rgba[i]];
+    return made;
+}
+
+}  // namespace
+
+std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node, const Vec4f& tint) {
     if (image.encoding != Image::kSrgb || image.shape != Image::kFlat) {
         notes.add(image.shape != Image::kFlat      ? "images of other shapes than flat ones are left out"
                   : image.encoding == Image::kRgbe ? "images with a wide range of light are left out"
@@ -21,8 +42,9 @@ std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node
         notes.add("images that are not whole, or have more than 16384 pixels a side, are left out", node);
         return std::nullopt;
     }
-    return encodePng(static_cast<int>(image.widthPx), static_cast<int>(image.heightPx),
-                     image.pixels.as<std::uint8_t>());
+    const std::span<const std::uint8_t> rgba = image.pixels.as<std::uint8_t>();
+    const int width = static_cast<int>(image.widthPx), height = static_cast<int>(image.heightPx);
+    return tint == Vec4f::Ones() ? encodePng(width, height, rgba) : encodePng(width, height, tinted(rgba, tint));
 }
 
 Vec3f meanColor(const Image& image, bool linear) {

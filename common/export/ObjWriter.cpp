@@ -9,6 +9,7 @@
 #include "common/export/Companions.h"
 #include "common/export/Formats.h"
 #include "common/export/LeavingBytes.h"
+#include "common/export/LeavingLooks.h"
 #include "common/export/LeavingPictures.h"
 #include "common/export/UniqueNames.h"
 #include "common/export/WorldMeshes.h"
@@ -62,6 +63,7 @@ private:
         const bool surface = mesh.arrays.kind == MeshKind::kTriangles;
         if (surface || mesh.material) text += fmt::format("usemtl {}\n", material(mesh));
         const std::span<const std::uint8_t> colors = mesh.arrays.colors.as<std::uint8_t>();
+        noteLostOpacities(colors, leaving_.notes, mesh.node->id);
         auto to = std::back_inserter(text);
         for (std::size_t v = 0; v < mesh.vertices(); ++v) {
             const Vec3f p = mesh.position(v);

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "common/cores/SubdivisionSurface.h"
+#include "common/export/LeavingLooks.h"
 #include "common/export/UsdaText.h"
 #include "common/math/Srgb.h"
 
@@ -65,9 +66,7 @@ void noteLosses(const SelectedNode& node, const MeshArrays& arrays, ExportNotes&
             if (each[i] != 255) return notes.add("opacities of glyphs are left out", node.id);
         return;
     }
-    const std::span<const std::uint8_t> colors = arrays.colors.as<std::uint8_t>();
-    for (std::size_t i = 3; i < colors.size(); i += 4)
-        if (colors[i] != 255) return notes.add("opacities of vertices are left out", node.id);
+    noteLostOpacities(arrays.colors.as<std::uint8_t>(), notes, node.id);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -78,6 +79,7 @@ public:
 
     Expected<LeavingFiles> run() {
         if (!leaving_.options.still) motion_ = nodeTracks(leaving_.scene, leaving_.selection, tree_, leaving_.notes);
+        placeMoments();
         for (const NodeTrack& track : motion_.tracks) moving_.insert(track.node);
         for (const PlannedNode& node : tree_.nodes)
             for (const std::size_t shape : node.shapes) ++uses_[selected(shape).node->core];
@@ -96,6 +98,10 @@ public:
     }
 
 private:
+    /// Of images that are in a file with another tint already: so that many tints of one end. Small ones count as
+    /// kLeastTintedPixels: each is a file.
+    static constexpr std::size_t kMostTintedPixels = std::size_t{1} << 26, kLeastTintedPixels = std::size_t{1} << 16;
+
     [[nodiscard]] const SelectedNode& selected(std::size_t index) const { return leaving_.selection.nodes[index]; }
     static std::string indent(std::size_t depth) { return std::string(2 * depth, ' '); }
 
@@ -194,6 +200,7 @@ private:
             text_ += fmt::format("{}geometry USE {}\n{}}}\n", more, known->second, in);
             return true;
         }
+        noteLostOpacities(arrays->colors.as<std::uint8_t>(), leaving_.notes, node.id);
         std::string called;
         if (uses_[node.node->core] > 1) {
             const std::string shape = uniqueName("shape");
@@ -260,19 +267,34 @@ private:
         const Vec3f mirrored = base.cwiseProduct(mapped ? meanOf(m.baseColorImage, true) : Vec3f(Vec3f::Ones()));
         if (std::max(emissive.maxCoeff(), base.maxCoeff()) > 1) leaving_.notes.add("colours above 1 are 1", node);
         const bool glows = unlit || m.unlit;
-        std::string text = fmt::format("DEF {} Appearance {{\n{}  material Material {{ ", known->second, in);
-        text += fmt::format("diffuseColor {} emissiveColor {} ", glows ? "0 0 0" : vrmlColor(base),
-                            vrmlColor(glows ? base : emissive));
+        const float opacity = blends ? m.baseColor[3] : 1.0f;
+        const auto* image = m.baseColorImage ? leaving_.scene.get<Image>(m.baseColorImage) : nullptr;
+        // Pictures of colours replace the material's, and those with an opacity its transparency.
+        Vec4f tint = Vec4f::Ones();
+        const auto share = [](float part) { return part > 0 ? std::min(part, 1.0f) : 0.0f; };
+        if (image && !unlit) {
+            tint.head<3>() = base.unaryExpr(share);
+            if (opacity < 1 && !isOpaque(*image)) tint[3] = share(opacity);
+        }
+        const Vec4f wanted = tint;
+        const std::string file = image && mapped ? picture(*image, tint, node) : std::string();
+        const bool replaced = !file.empty() && !unlit && tint == wanted;
+        const float transparency = replaced && wanted[3] != 1 ? 0.0f : 1 - opacity;
+        const Vec3f color = replaced ? Vec3f(Vec3f::Ones()) : base;
         const bool phong = m.shading == Material::kPhong;
         const float mirrors = 0.04f + (1 - 0.04f) * metallic;
         const Vec3f highlight = glows   ? Vec3f(Vec3f::Zero())
                                 : phong ? Vec3f(m.specular * m.specularColor)
                                         : Vec3f(mirrors * (metallic > 0.5f ? mirrored : Vec3f(Vec3f::Ones())));
-        text += fmt::format("specularColor {} shininess {} transparency {} }}\n", vrmlColor(highlight),
-                            std::clamp(phong ? m.shininess / 128 : 1 - roughness, 0.01f, 1.0f),
-                            blends ? 1 - m.baseColor[3] : 0.0f);
-        const auto* image = m.baseColorImage ? leaving_.scene.get<Image>(m.baseColorImage) : nullptr;
-        if (const std::string file = image && mapped ? picture(*image, node) : std::string(); !file.empty()) {
+        std::string text = fmt::format("DEF {} Appearance {{\n", known->second);
+        // Without a material nothing lights the picture.
+        if (!m.unlit || !replaced || transparency > 0) {
+            text += fmt::format("{}  material Material {{ diffuseColor {} emissiveColor {} ", in,
+                                glows ? "0 0 0" : vrmlColor(color), vrmlColor(glows ? color : emissive));
+            text += fmt::format("specularColor {} shininess {} transparency {} }}\n", vrmlColor(highlight),
+                                std::clamp(phong ? m.shininess / 128 : 1 - roughness, 0.01f, 1.0f), transparency);
+        }
+        if (!file.empty()) {
             const auto repeats = [](std::int64_t wrap) { return wrap == Image::kClamp ? "FALSE" : "TRUE"; };
             text += fmt::format("{}  texture ImageTexture {{ url {} repeatS {} repeatT {} }}\n", in, vrmlQuoted(file),
                                 repeats(image->wrapU), repeats(image->wrapV));
@@ -297,11 +319,32 @@ private:
             notes.add("how much what is no metal reflects, and how tinted, is left out", node);
     }
 
-    std::string picture(const Image& image, ObjectId node) {
+    static bool isOpaque(const Image& image) {
+        if (image.encoding != Image::kSrgb || !image.pixels.resident()) return true;
+        const std::span<const std::uint8_t> rgba = image.pixels.as<std::uint8_t>();
+        for (std::size_t i = 3; i < rgba.size(); i += 4)
+            if (rgba[i] != 255) return false;
+        return true;
+    }
+
+    /// Its file. `tint` becomes white where there is no room for one more tint.
+    std::string picture(const Image& image, Vec4f& tint, ObjectId node) {
         if (image.pixels.empty()) return {};
-        const auto [known, isNew] = pictures_.try_emplace(image.pixels.id(), std::string());
+        const auto keyOf = [&] {
+            return std::pair(image.pixels.id(), std::array<float, 4>{tint[0], tint[1], tint[2], tint[3]});
+        };
+        const std::size_t pixels = std::max(image.pixels.sizeBytes() / 4, kLeastTintedPixels);
+        if (!pictures_.contains(keyOf()) && !drawn_.insert(image.pixels.id()).second && tint != Vec4f::Ones()) {
+            if (pixels > tintable_) {
+                leaving_.notes.add("tints are left out of images that have too many", node);
+                tint.setOnes();
+            } else {
+                tintable_ -= pixels;
+            }
+        }
+        const auto [known, isNew] = pictures_.try_emplace(keyOf(), std::string());
         if (!isNew) return known->second;
-        std::optional<Bytes> png = pngOf(image, leaving_.notes, node);
+        std::optional<Bytes> png = pngOf(image, leaving_.notes, node, tint);
         if (!png) return {};
         return known->second = companions_.addPicture(std::move(*png), files_);
     }
@@ -331,6 +374,23 @@ private:
             text_ += fmt::format("{}{}PointLight {{ {} }}\n", in, called, falls);
     }
 
+    /// What takes no time moves nothing: the node stands as the animation holds it, if it plays.
+    void placeMoments() {
+        std::erase_if(motion_.tracks, [&](const NodeTrack& track) {
+            const NodeClock& clock = motion_.clocks[track.clock];
+            if (clock.playing.length > 0) return false;
+            leaving_.notes.add("animations that take no time are written as the places that they hold", clock.node);
+            if (clock.playing.paused) return true;
+            PlannedNode& node = tree_.nodes[static_cast<std::size_t>(track.node)];
+            const std::array<double, 4>& v = track.values.back();
+            if (track.field == "rotation")
+                node.rotation = Quatd(v[0], v[1], v[2], v[3]).normalized();
+            else
+                (track.field == "scale" ? node.scale : node.translation) = Vec3d(v[0], v[1], v[2]);
+            return true;
+        });
+    }
+
     /// A clock for each animation, and an interpolator for each property that moves. ROUTEs come behind the last node:
     /// some readers take none between nodes.
     void addMotion() {
@@ -339,7 +399,7 @@ private:
         for (const NodeTrack& track : motion_.tracks) {
             const auto moved = names_.find(track.node);
             const double cycle = motion_.clocks[track.clock].playing.length;
-            if (moved == names_.end() || !(cycle > 0)) continue;
+            if (moved == names_.end()) continue;
             std::string& clock = clocks[track.clock];
             if (clock.empty()) clock = addClock(motion_.clocks[track.clock]);
             const bool turns = track.field == "rotation";
@@ -382,7 +442,9 @@ private:
     std::map<ObjectId, std::size_t> uses_;
     std::map<ObjectId, std::string> shapes_;
     std::map<std::tuple<ObjectId, bool, bool>, std::string> looks_;
-    std::map<BlobId, std::string> pictures_;
+    std::map<std::pair<BlobId, std::array<float, 4>>, std::string> pictures_;  ///< by their tints
+    std::set<BlobId> drawn_;                                                   ///< those in pictures_
+    std::size_t tintable_ = kMostTintedPixels;
     std::map<int, std::string> names_;
     std::set<int> moving_;
     std::vector<std::string> otherNames_;  ///< "VRML's own=name"

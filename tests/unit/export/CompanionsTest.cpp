@@ -277,6 +277,99 @@ TEST(ExportedLooks, OfVrmlHaveTheMeanOfPicturesThatStayBehind) {
     EXPECT_NE(text.find("shininess 0.19"), std::string::npos) << text;  // 1 - 204 / 255
 }
 
+std::vector<std::uint8_t> bytesOf(const Image* image) {
+    const auto bytes = image ? image->pixels.as<std::uint8_t>() : std::span<const std::uint8_t>();
+    return {bytes.begin(), bytes.end()};
+}
+
+/// A picture of colours replaces the material's there.
+TEST(ExportedLooks, OfVrmlHaveTheirColourInTheirPictures) {
+    const Scratch scratch;
+    BuiltScene built;
+    Image image;
+    image.pixels = blobOf<std::uint8_t>({255, 204, 51, 255, 255, 204, 51, 128});
+    image.widthPx = 2;
+    image.heightPx = 1;
+    Image opaque = image;
+    opaque.pixels = blobOf<std::uint8_t>({255, 204, 51, 255, 255, 204, 51, 255});
+    const auto wear = [&](const char* name, const Image& worn, const Vec4f& color, bool unlit) {
+        Material material;
+        material.baseColor = color;
+        material.baseColorImage = built.add(worn);
+        material.alphaMode = color[3] < 1 ? Material::kBlend : Material::kOpaque;
+        material.unlit = unlit;
+        Geometry geometry = triangleGeometry();
+        geometry.texcoords = blobOf<float>({0, 0, 1, 0, 0, 1});
+        geometry.material = built.add(material);
+        built.node(name, built.add(geometry));
+    };
+    wear("red", opaque, Vec4f(1, 0.1f, 0.1f, 1), false);
+    wear("white", opaque, Vec4f(1, 1, 1, 1), false);
+    wear("glass", opaque, Vec4f(1, 0.1f, 0.1f, 0.5f), false);
+    wear("veil", image, Vec4f(1, 1, 1, 0.5f), false);
+    wear("lamp", opaque, Vec4f(1, 0.1f, 0.1f, 1), true);
+    const Expected<ExportReport> report = exportScene(scratch.path("out.wrl"), built.take());
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->files.size(), 4u) << "three pictures: white, red, a veil";
+    EXPECT_TRUE(report->notes.empty()) << report->notes.front();
+    const ImportedAspect again = readBack(scratch.path("out.wrl"));
+    const std::vector<std::uint8_t> red = {255, 70, 11, 255, 255, 70, 11, 255},
+                                    white = {255, 204, 51, 255, 255, 204, 51, 255},
+                                    veil = {255, 204, 51, 128, 255, 204, 51, 64};
+    for (const auto& [name, pixels, opacity, unlit] : {std::tuple("red", red, 1.0f, false),
+                                                       {"white", white, 1.0f, false},
+                                                       {"glass", red, 0.5f, false},
+                                                       {"veil", veil, 1.0f, false},
+                                                       {"lamp", red, 1.0f, true}}) {
+        const auto* geometry = again.core<Geometry>(std::string("/") + name);
+        const auto* material = geometry ? again->get<Material>(geometry->material) : nullptr;
+        ASSERT_NE(material, nullptr) << name;
+        EXPECT_EQ(bytesOf(again->get<Image>(material->baseColorImage)), pixels) << name;
+        EXPECT_TRUE(material->baseColor.isApprox(Vec4f(1, 1, 1, opacity), 1e-5f)) << name;
+        EXPECT_EQ(material->unlit, unlit) << name;
+    }
+}
+
+/// Grey pictures make a colour darker there; ours are of colours.
+TEST(ExportedLooks, OfVrmlWithAGreyPictureAreTheSameAgain) {
+    const Scratch scratch;
+    const std::string path =
+        scratch.write("grey.wrl",
+                      "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { diffuseColor 1 0 0 } "
+                      "texture PixelTexture { image 2 1 1 0xFF 0x80 } } geometry Box {} }\n");
+    ASSERT_TRUE(exportScene(scratch.path("out.wrl"), *readBack(path)));
+    const ImportedAspect again = readBack(scratch.path("out.wrl"));
+    std::vector<std::uint8_t> pixels;
+    for (const ObjectId id : again->ids())
+        if (const auto* image = again->get<Image>(id)) pixels = bytesOf(image);
+    EXPECT_EQ(pixels, (std::vector<std::uint8_t>{255, 0, 0, 255, 128, 0, 0, 255}));
+}
+
+/// 16 million pixels each, in seven tints: four of them would be made anew, and five.
+TEST(ExportedLooks, OfVrmlHaveNoTintsOfALargePictureWithoutEnd) {
+    const Scratch scratch;
+    BuiltScene built;
+    Image image;
+    const std::vector<std::uint8_t> white(std::size_t{4} << 24, 255);
+    image.pixels = Blob::of(std::span<const std::uint8_t>(white));
+    image.widthPx = image.heightPx = 4096;
+    const ObjectId picture = built.add(image);
+    Geometry geometry = triangleGeometry();
+    geometry.texcoords = blobOf<float>({0, 0, 1, 0, 0, 1});
+    for (int i = 0; i < 7; ++i) {
+        Material material;
+        material.baseColor = Vec4f(0.1f * static_cast<float>(i), 1, 1, 1);
+        material.baseColorImage = picture;
+        geometry.material = built.add(material);
+        built.node("tint", built.add(geometry));
+    }
+    const Expected<ExportReport> report = exportScene(scratch.path("out.wrl"), built.take());
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->files.size(), 7u) << "the first, four more, and one without a tint";
+    ASSERT_EQ(report->notes.size(), 1u);
+    EXPECT_EQ(report->notes.front(), "tints are left out of images that have too many: /tint[5], /tint[6]");
+}
+
 TEST(ExportedLooks, OfObjAreSolidWhereAMaskIs) {
     const Scratch scratch;
     Material leaf;
@@ -309,6 +402,24 @@ TEST(ExportedNotes, OfFormatsWithoutNodesNameWhatTheseWouldBear) {
         const Expected<ExportReport> report = exportScene(scratch.path(out), scene);
         ASSERT_TRUE(report);
         EXPECT_TRUE(std::ranges::count(report->notes, "lights are left out: /lamp") == 1) << out;
+    }
+}
+
+TEST(ExportedNotes, SayWhereVerticesHaveAnOpacityThatAFormatLacks) {
+    const Scratch scratch;
+    BuiltScene built;
+    Geometry geometry = triangleGeometry();
+    geometry.colors = blobOf<std::uint8_t>({255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255});
+    built.node("solid", built.add(geometry));
+    geometry.colors = blobOf<std::uint8_t>({255, 0, 0, 255, 0, 255, 0, 128, 0, 0, 255, 255});
+    built.node("faint", built.add(geometry));
+    const Aspect scene = built.take();
+    for (const char* out : {"out.obj", "out.wrl", "out.usda", "out.ply", "out.glb"}) {
+        const Expected<ExportReport> report = exportScene(scratch.path(out), scene);
+        ASSERT_TRUE(report);
+        const bool isKept = std::string_view(out) == "out.ply" || std::string_view(out) == "out.glb";
+        EXPECT_EQ(std::ranges::count(report->notes, "opacities of vertices are left out: /faint"), isKept ? 0 : 1)
+            << out;
     }
 }
 

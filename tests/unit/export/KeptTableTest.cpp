@@ -157,6 +157,20 @@ std::vector<Kind> kinds() {
              built.node("a", worn(built, geometry, white));
          },
          [](const Aspect& s) { return yesIf(firstGeometry(s).colors.sizeBytes() == 12); }, nullptr},
+        {"opacities of vertices",
+         [](BuiltScene& built) {
+             Geometry geometry = triangleGeometry();
+             geometry.colors = blobOf<std::uint8_t>({255, 0, 0, 51, 0, 255, 0, 51, 0, 0, 255, 51});
+             Material white;
+             white.baseColor = Vec4f::Ones();
+             white.alphaMode = Material::kBlend;
+             built.node("a", worn(built, geometry, white));
+         },
+         [](const Aspect& s) {
+             const auto colors = firstGeometry(s).colors.as<std::uint8_t>();
+             return yesIf(colors.size() == 12 && colors[3] == 51);
+         },
+         nullptr},
         {"materials",
          [](BuiltScene& built) {
              Material material;
@@ -175,6 +189,7 @@ std::vector<Kind> kinds() {
         {"images",
          [](BuiltScene& built) {
              Material material;
+             material.baseColor = Vec4f::Ones();  // VRML has colours in the picture
              material.baseColorImage = built.add(twoPixels());
              built.node("a", worn(built, mapped(), material));
          },
