@@ -79,7 +79,24 @@ void GltfMotions::addKeys(const SelectedNode& node, const KeyFrames& keys, Chann
     Track track{.times = {times.begin(), times.end()},
                 .values = {values.begin(), values.end()},
                 .interpolation = keys.interpolation};
-    std::size_t components = sound->numbers();
+    const std::size_t components = sound->numbers();
+    // glTF begins at 0, and has no splines of one key.
+    const bool isSpline = track.interpolation == KeyFrames::kSpline;
+    if (times.back() < 0 || (times.size() == 1 && isSpline)) {
+        track = Track{.times = {std::max(times.back(), 0.0)}, .values = sound->at(times.back())};
+    } else if (times.front() < 0) {
+        // What is before is left out, and 0 has a key.
+        if (isSpline) return notes_.add("animations that begin before 0 s are left out", node.id);
+        const auto first = std::ranges::lower_bound(times, 0.0) - times.begin();
+        const std::vector<double> now = sound->at(0);
+        track.times.erase(track.times.begin(), track.times.begin() + first);
+        track.values.erase(track.values.begin(),
+                           track.values.begin() + first * static_cast<std::ptrdiff_t>(components));
+        if (track.times.front() > 0) {
+            track.times.insert(track.times.begin(), 0.0);
+            track.values.insert(track.values.begin(), now.begin(), now.end());
+        }
+    }
     if (const auto* component = target.as<ComponentTransform>()) {
         // See PlannedTree: translation + centre, rotation · scaleOrientation.
         const std::size_t parts = track.interpolation == KeyFrames::kSpline ? 3 : 1;
@@ -93,20 +110,6 @@ void GltfMotions::addKeys(const SelectedNode& node, const KeyFrames& keys, Chann
                 const Quatd turned = Quatd(value[0], value[1], value[2], value[3]) * turn;
                 value[0] = turned.w(), value[1] = turned.x(), value[2] = turned.y(), value[3] = turned.z();
             }
-        }
-    }
-    if (times.front() < 0) {
-        // glTF begins at 0: what is before is left out, and 0 has a key.
-        const auto first = static_cast<std::size_t>(std::ranges::lower_bound(times, 0.0) - times.begin());
-        if (track.interpolation == KeyFrames::kSpline || first == times.size())
-            return notes_.add("animations that begin before 0 s are left out", node.id);
-        const std::vector<double> now = sound->at(0);
-        track.times.erase(track.times.begin(), track.times.begin() + static_cast<std::ptrdiff_t>(first));
-        track.values.erase(track.values.begin(),
-                           track.values.begin() + static_cast<std::ptrdiff_t>(first * components));
-        if (track.times.front() > 0) {
-            track.times.insert(track.times.begin(), 0.0);
-            track.values.insert(track.values.begin(), now.begin(), now.end());
         }
     }
     std::optional<int> made;

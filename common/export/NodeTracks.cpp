@@ -1,7 +1,10 @@
 #include "common/export/NodeTracks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -76,17 +79,16 @@ public:
                 continue;
             }
             if (!canLead(keys->values.as<double>(), keys->field, node.id, notes_)) continue;
-            NodeTrack made{.field = keys->field, .times = {}, .values = {}};
-            const auto* component = target.as<ComponentTransform>();
-            for (const double time : timesOf(*keys)) {
-                const std::vector<double> numbers = track->at(time);
-                std::array<double, 4> value{};
-                std::copy_n(numbers.begin(), std::min<std::size_t>(4, numbers.size()), value.begin());
-                if (component) place(*component, keys->field, value);
-                made.times.push_back(time);
-                made.values.push_back(value);
+            const Channel channel{.keys = keys, .track = *track, .component = target.as<ComponentTransform>()};
+            if (keys->interpolation != KeyFrames::kSpline) {
+                addTo(bearers->second, made(channel, timesOf(*keys)), node);
+                continue;
             }
-            addTo(bearers->second, made, node);
+            const std::size_t first = made_.tracks.size();
+            addTo(bearers->second, {.field = keys->field, .times = {}, .values = {}}, node);
+            const std::size_t count = made_.tracks.size() - first;
+            if (count > 0)
+                splines_.push_back({.channel = channel, .playing = playing_, .first = first, .count = count});
         }
     }
 
@@ -111,9 +113,35 @@ public:
         for (const NodeTrack* track : {&places, &turns, &scales}) addTo(bearers->second, *track, node);
     }
 
-    NodeTracks take() { return std::move(made_); }
+    NodeTracks take() {
+        fillSplines();
+        return std::move(made_);
+    }
 
 private:
+    struct Channel {
+        const KeyFrames* keys;
+        KeyTrack track;
+        const ComponentTransform* component;  ///< its target, if it is one
+    };
+    /// What has no values before all splines are known.
+    struct Spline {
+        Channel channel;
+        Playing playing;
+        std::size_t first, count;  ///< in NodeTracks::tracks
+
+        [[nodiscard]] double length() const {
+            const std::span<const double> times = channel.keys->times.as<double>();
+            return std::max(times.back(), 0.0) - std::max(times.front(), 0.0);
+        }
+        /// Values beside those at its keys, at most.
+        [[nodiscard]] double wanted() const { return std::min(length() / kSecondsPerFrame, kMostValuesOfASpline); }
+        /// How often they are in the file.
+        [[nodiscard]] double often() const {
+            return static_cast<double>(count) * (playing.mode == Animation::kPingPong ? 2 : 1);
+        }
+    };
+
     /// As PlannedTree has its fields.
     static void place(const ComponentTransform& component, const std::string& field, std::array<double, 4>& value) {
         if (field == "translation")
@@ -126,26 +154,90 @@ private:
 
     static std::vector<double> timesOf(const KeyFrames& keys) {
         constexpr double kBeforeStep = 0.01 * kSecondsPerFrame;
-        constexpr std::size_t kMostSamples = 100'000;
         std::vector<double> times;
         const std::span<const double> said = keys.times.as<double>();
-        if (said.front() < 0) times.push_back(0);
+        if (beginsBefore(said)) times.push_back(0);
         for (std::size_t i = 0; i < said.size(); ++i) {
             if (said[i] < 0) continue;
             if (i > 0 && keys.interpolation == KeyFrames::kStep && said[i] - kBeforeStep > std::max(said[i - 1], 0.0))
                 times.push_back(said[i] - kBeforeStep);
-            const double from = i > 0 ? std::max(said[i - 1], 0.0) : said[i];
-            if (keys.interpolation == KeyFrames::kSpline)
-                for (double t = from + kSecondsPerFrame; t < said[i] && times.size() < kMostSamples;
-                     t += kSecondsPerFrame)
-                    times.push_back(t);
             times.push_back(said[i]);
         }
         return times;
     }
+    /// `step`: the longest time between two, s.
+    static std::vector<double> timesOfSpline(std::span<const double> said, double step) {
+        std::vector<double> times;
+        if (beginsBefore(said)) times.push_back(0);
+        for (std::size_t i = 0; i < said.size(); ++i) {
+            if (said[i] < 0) continue;
+            const double from = i > 0 ? std::max(said[i - 1], 0.0) : said[i];
+            const double parts = std::ceil((said[i] - from) / step - 1e-6);
+            for (double part = 1; part < parts; ++part) times.push_back(from + (said[i] - from) * (part / parts));
+            times.push_back(said[i]);
+        }
+        return times;
+    }
+    /// And has no key at 0 s.
+    static bool beginsBefore(std::span<const double> times) {
+        return times.front() < 0 && !std::ranges::binary_search(times, 0.0);
+    }
 
+    static NodeTrack made(const Channel& channel, std::vector<double> times) {
+        NodeTrack made{.field = channel.keys->field, .times = std::move(times), .values = {}};
+        for (const double time : made.times) {
+            const std::vector<double> numbers = channel.track.at(time);
+            std::array<double, 4> value{};
+            std::copy_n(numbers.begin(), std::min<std::size_t>(4, numbers.size()), value.begin());
+            if (channel.component) place(*channel.component, channel.keys->field, value);
+            made.values.push_back(value);
+        }
+        return made;
+    }
+
+    /// How many values a spline may have beside its keys, so that all together have kMostSplineValues.
+    [[nodiscard]] double mostOfEach() const {
+        std::vector<std::pair<double, double>> wanted;
+        double often = 0, left = kMostSplineValues;
+        for (const Spline& spline : splines_) {
+            wanted.emplace_back(spline.wanted(), spline.often());
+            often += spline.often();
+        }
+        std::ranges::sort(wanted);
+        for (const auto& [values, times] : wanted) {  // what the short ones do not need is for the others
+            if (values * often > left) return left / often;
+            left -= values * times;
+            often -= times;
+        }
+        return kMostValuesOfASpline;
+    }
+
+    void fillSplines() {
+        const double most = mostOfEach();
+        double coarsest = 0;  // s, of the file
+        std::vector<ObjectId> coarse;
+        for (const Spline& spline : splines_) {
+            const double values = std::min(spline.wanted(), most);
+            const double step = std::max(kSecondsPerFrame, spline.length() / values);
+            NodeTrack filled =
+                made(spline.channel, timesOfSpline(spline.channel.keys->times.as<double>(),
+                                                   values >= 1 ? step : std::numeric_limits<double>::infinity()));
+            fold(spline.playing, filled);
+            for (std::size_t i = 0; i < spline.count; ++i) {
+                made_.tracks[spline.first + i].times = filled.times;
+                made_.tracks[spline.first + i].values = filled.values;
+            }
+            if (!(spline.length() / kSecondsPerFrame > values * (1 + 1e-9))) continue;
+            coarse.push_back(made_.clocks[made_.tracks[spline.first].clock].node);
+            for (std::size_t i = 1; i < filled.times.size(); ++i)
+                coarsest = std::max(coarsest, filled.times[i] - filled.times[i - 1]);
+        }
+        for (const ObjectId node : coarse)
+            notes_.add(fmt::format("long splines are straight lines of up to {:.3g} s", coarsest), node);
+    }
+
+    /// `track`: without values that are known later.
     void addTo(const std::vector<int>& nodes, NodeTrack track, const SelectedNode& node) {
-        if (track.times.empty()) return;
         fold(playing_, track);
         for (const int at : nodes) {
             if (!driven_.emplace(at, track.field).second) {
@@ -169,6 +261,7 @@ private:
     std::set<std::pair<int, std::string>> driven_;
     Playing playing_;  ///< of what is added
     NodeTracks made_;
+    std::vector<Spline> splines_;
 };
 
 }  // namespace

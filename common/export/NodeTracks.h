@@ -36,8 +36,12 @@ struct NodeTracks {
     std::vector<NodeTrack> tracks;
 };
 
-/// Of all animations and motions of the selected nodes; where several drive a property the first does. Splines become a
-/// value for each frame of a simulation, steps two values a hundredth of a frame apart.
+/// Of all splines together, and of one, beside those at their keys.
+inline constexpr double kMostSplineValues = 1e6, kMostValuesOfASpline = 1e5;
+
+/// Of all animations and motions of the selected nodes; where several drive a property the first does. Steps become two
+/// values a hundredth of a frame apart, splines straight lines of a frame of a simulation. Where these would be too
+/// many the longest splines have longer lines, with a note: short ones keep what each has a right to.
 [[nodiscard]] NodeTracks nodeTracks(const Aspect& scene, const Selection& selection, const PlannedTree& tree,
                                     ExportNotes& notes);
 

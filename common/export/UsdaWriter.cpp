@@ -102,6 +102,9 @@ private:
         for (const NodeClock& clock : all.clocks) end_ = std::max(end_, clock.playing.length);
         for (const NodeClock& clock : all.clocks) {
             noteLostPlaying(clock.playing, leaving_.notes, clock.node);
+            // Our importer calls the only one so.
+            if (all.clocks.size() > 1 || (!clock.name.empty() && clock.name != "animation"))
+                leaving_.notes.add("animations are one in the file, without their names", clock.node);
             // All play by one time: a shorter one waits at its end for the longest before it begins again.
             const bool isShort = clock.playing.length > 0 && clock.playing.length < end_ * (1 - 1e-6);
             if (isShort && clock.playing.mode == Animation::kLoop && !clock.playing.paused)

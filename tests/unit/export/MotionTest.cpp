@@ -3,6 +3,7 @@
 
 #include "common/cores/Motion.h"
 #include "common/export/LeavingMotions.h"
+#include "common/export/NodeTracks.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
 
@@ -102,6 +103,7 @@ TEST(MotionsLeave, UsdHasSpeedsAndWaysBackInItsTimes) {
     EXPECT_THAT(notes, Contains(std::string(kLost) + "/once"));
     EXPECT_THAT(notes, Contains(std::string(kPaused) + "/held"));
     EXPECT_THAT(notes, Contains(std::string(kTogether) + "/fast"));
+    EXPECT_THAT(notes, Contains("animations are one in the file, without their names: /fast, /slow, /once and 3 more"));
     const ImportedAspect again = readBack(path);
     EXPECT_NEAR(riseOf(*again, "fast").times.at(1), 0.5, 1e-5);
     const Rise swing = riseOf(*again, "swing");
@@ -269,6 +271,129 @@ TEST(MotionsLeave, KeysThatFilesCannotHaveAreCalledWhatTheyAre) {
         EXPECT_THAT(notes, Contains(HasSubstr("(keep their keys within 1e15 m): /far motion")));
         EXPECT_THAT(notes, Contains(HasSubstr("that take more than 1e15 s are left out")));
     }
+}
+
+/// `places` of them bear the same Transform, which goes up, and in the last fifth to 1 m and back again.
+void addSpline(BuiltScene& built, const std::string& name, double length, int places = 1,
+               std::int64_t mode = Animation::kLoop) {
+    KeyFrames keys;
+    keys.target = built.add(Transform());
+    keys.field = "translation";
+    keys.interpolation = KeyFrames::kSpline;
+    const double slope = 4 / (0.2 * length);
+    keys.times = blobOf<double>({0, 0.8 * length, length});
+    keys.values =
+        blobOf<double>({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, slope, 0, 0, -slope, 0, 0, 0, 0, 0, 0, 0});
+    Animation animation;
+    animation.mode = mode;
+    animation.channels = {built.add(keys)};
+    for (int i = 0; i < places; ++i) built.node("a", built.add(triangleGeometry()), built.node("place", keys.target));
+    built.node(name, built.add(animation));
+}
+
+struct LeavingTracks {
+    NodeTracks all;
+    std::vector<std::string> notes;
+    std::size_t values = 0;
+};
+LeavingTracks tracksOf(const Aspect& scene) {
+    ExportNotes notes;
+    const Expected<Selection> selection = selectNodes(scene, "", notes);
+    EXPECT_TRUE(selection);
+    LeavingTracks made{.all = nodeTracks(scene, *selection, planTree(scene, *selection, notes), notes), .notes = {}};
+    made.notes = notes.lines(scene);
+    for (const NodeTrack& track : made.all.tracks) {
+        EXPECT_EQ(track.times.size(), track.values.size());
+        EXPECT_TRUE(std::ranges::is_sorted(track.times));
+        made.values += track.values.size();
+    }
+    return made;
+}
+double longestLine(const NodeTrack& track) {
+    double longest = 0;
+    for (std::size_t i = 1; i < track.times.size(); ++i)
+        longest = std::max(longest, track.times[i] - track.times[i - 1]);
+    return longest;
+}
+double highest(const NodeTrack& track) {
+    double height = 0;
+    for (const std::array<double, 4>& value : track.values) height = std::max(height, value[1]);
+    return height;
+}
+
+TEST(MotionsLeave, LongSplinesAreCoarserAndCurvedToTheirEnds) {
+    BuiltScene built;
+    addSpline(built, "short", 10), addSpline(built, "long", 5000);
+    const LeavingTracks made = tracksOf(built.take());
+    EXPECT_THAT(made.notes, testing::ElementsAre("long splines are straight lines of up to 0.05 s: /long"));
+    ASSERT_EQ(made.all.tracks.size(), 2u);
+    EXPECT_NEAR(longestLine(made.all.tracks[0]), 1.0 / 60, 1e-9);
+    EXPECT_NEAR(longestLine(made.all.tracks[1]), 0.05, 1e-3);
+    for (const NodeTrack& track : made.all.tracks) EXPECT_NEAR(highest(track), 1, 1e-3);
+}
+
+TEST(MotionsLeave, AllSplinesTogetherAreBounded) {
+    BuiltScene built;
+    addSpline(built, "short", 10);
+    for (int i = 0; i < 200; ++i)
+        addSpline(built, "long", 1e6, i == 0 ? 100 : 1, i == 1 ? Animation::kPingPong : Animation::kLoop);
+    const Aspect scene = built.take();
+    const LeavingTracks made = tracksOf(scene);
+    ASSERT_EQ(made.all.tracks.size(), 300u);
+    EXPECT_LT(made.values, kMostSplineValues + 5 * 300);
+    EXPECT_GT(made.values, 0.95 * kMostSplineValues);
+    ASSERT_EQ(made.notes.size(), 1u);
+    EXPECT_THAT(made.notes.front(), HasSubstr("long splines are straight lines of up to 30"));
+    EXPECT_NEAR(longestLine(made.all.tracks[0]), 1.0 / 60, 1e-9);
+    for (const NodeTrack& track : made.all.tracks) EXPECT_NEAR(highest(track), 1, 1e-3);
+}
+
+/// How high "place_NAME" stands.
+double heightOf(const Aspect& scene, const std::string& name) {
+    for (const ObjectId id : scene.ids())
+        if (const Node* node = scene.get<Node>(id); node && node->name == "place_" + name)
+            return worldTransform(scene, id).translation().y();
+    return -1;
+}
+
+TEST(MotionsLeave, ThatTakeNoTimeHoldTheirPlaces) {
+    const Scratch scratch;
+    BuiltScene built;
+    addRise(built, "one", Animation(), {0}, {0, 9, 0});
+    addRise(built, "later", Animation(), {-3, -1}, {0, 9, 0, 0, 7, 0});
+    addRise(built, "held", {.channels = {}, .playing = false}, {0}, {0, 5, 0});
+    Motion motion;
+    motion.target = built.add(Transform());
+    motion.keys = blobOf<double>({4, 0, 3, 0, 1, 0, 0, 0, 1, 1, 1});
+    built.node("a", built.add(triangleGeometry()), built.node("place_motion", motion.target));
+    built.node("motion", built.add(motion));
+    KeyFrames curve;
+    curve.target = built.add(Transform());
+    curve.field = "translation";
+    curve.interpolation = KeyFrames::kSpline;
+    curve.times = blobOf<double>({0});
+    curve.values = blobOf<double>({0, 0, 0, 0, 2, 0, 0, 0, 0});
+    Animation animation;
+    animation.channels = {built.add(curve)};
+    built.node("a", built.add(triangleGeometry()), built.node("place_curve", curve.target));
+    built.node("curve", built.add(animation));
+    const Aspect scene = built.take();
+    EXPECT_THAT(notesOf(scratch.path("out.wrl"), scene),
+                Contains("animations that take no time are written as the places that they hold: /one, /later, /held "
+                         "and 2 more"));
+    const ImportedAspect vrml = readBack(scratch.path("out.wrl"));
+    for (const auto& [name, height] :
+         {std::pair("one", 9.0), {"later", 7.0}, {"held", 0.0}, {"motion", 3.0}, {"curve", 2.0}})
+        EXPECT_NEAR(heightOf(*vrml, name), height, 1e-6) << name;
+    ASSERT_TRUE(exportScene(scratch.path("out.glb"), scene));
+    const Validated said = validated({scratch.path("out.glb")});
+    EXPECT_TRUE(said.good || !said.there) << said.said;
+    const ImportedAspect gltf = readBack(scratch.path("out.glb"));
+    for (const auto& [name, height] : {std::pair("one", 9.0), {"later", 7.0}, {"curve", 2.0}})
+        expectRise(riseOf(*gltf, name), {0}, {height});
+    // As it was, and with one sample at 0 s.
+    ASSERT_TRUE(exportScene(scratch.path("out.usda"), scene));
+    EXPECT_NEAR(heightOf(*readBack(scratch.path("out.usda")), "later"), 7, 1e-6);
 }
 
 TEST(MotionsLeave, OfMotionsTheSameIsSaid) {
