@@ -21,6 +21,7 @@
 #include <cstdlib>
 
 #include "server/import/coin/CoinInput.h"
+#include "server/import/coin/CoinNames.h"
 #include "server/import/coin/CoinText.h"
 
 namespace tessera {
@@ -102,6 +103,8 @@ void CoinFiles::prepare() {
     ::setenv("COIN_NO_SOTYPE_DYNLOAD", "1", 1);
     SoDB::init();
     SoInteraction::init();  // manipulators; and node kits, which these are
+    // Names the file that Coin's dictionary is in: else the program would be linked without it.
+    (void)coinAsksHereForNames();
 
     // With each value that it reads Coin asks whether it reads from the standard input, of which it keeps a copy. One
     // that it cannot have in confinement it would ask for each time.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace tessera {
@@ -56,7 +57,13 @@ SbBool CoinInput::read(SbString& text) {
 }
 
 SbBool CoinInput::read(short& number) {
-    if (!SoInput::read(number)) return FALSE;
+    // Coin reads as many digits, and cuts what does not fit.
+    int read = 0;
+    if (!SoInput::read(read)) return FALSE;
+    number = static_cast<short>(read);
+    if (number != read)
+        return refuse(fmt::format("it has the number {} where none beyond {} fits: a side of a picture is too long",
+                                  read, std::numeric_limits<short>::max()));
     constexpr std::size_t kMostSides = 3;
     if (sides_.size() == kMostSides) sides_.erase(sides_.begin());
     sides_.push_back(number);
