@@ -123,6 +123,19 @@ bool hasFurtherDriver(SoField& field) {
     return has;
 }
 
+/// Whether it follows the field of another node, which an interpolator moves.
+bool followsMovingField(SoField& field) {
+    SoField* source = &sourceOf(field);
+    for (int i = 0; i < kMostInterfaces; ++i) {
+        SoField* master = nullptr;
+        if (!source->getConnectedField(master) || master == nullptr) return false;
+        source = &sourceOf(*master);
+        if (const SoNodeEngine* const driver = driverOf(*source))
+            return driver->isOfType(SoVRMLInterpolator::getClassTypeId());
+    }
+    return false;
+}
+
 }  // namespace
 
 std::string nameOf(const SoNode& node) {
@@ -147,6 +160,10 @@ bool CoinMotion::hold(SoNode& node) {
         SbName name;
         node.getFieldName(&field, name);
         SoNodeEngine* const driver = driverOf(field);
+        if (driver == nullptr && followsMovingField(field))
+            notes_.add(fmt::format("{} of a {} stands still: a route from another node's field is not followed",
+                                   name.getString(), wordOf(node)),
+                       nameOf(node));
         // Before anybody reads it: what it is driven to now is not what the file says.
         if (SoField& source = sourceOf(field); source.isConnected()) source.enableConnection(FALSE);
         if (driver == nullptr || !driver->isOfType(SoVRMLInterpolator::getClassTypeId())) {
@@ -165,7 +182,8 @@ bool CoinMotion::hold(SoNode& node) {
             continue;
         }
         if (!routes_.contains(&node)) moving_.push_back(&node);
-        used_.insert(interpolator);
+        if (used_.insert(interpolator).second && hasFurtherDriver(interpolator->set_fraction))
+            notes_.add("of several TimeSensors that drive one interpolator the last one does", nameOf(*interpolator));
         routes_[&node].push_back({interpolator, static_cast<SoVRMLTimeSensor*>(clock), name.getString()});
     }
     return routes_.contains(&node);
@@ -400,7 +418,8 @@ std::optional<CoinMotion::Keys> CoinMotion::keysOf(const Route& route, bool turn
     const double cycle = route.sensor->cycleInterval.getValue().getValue();
     if (keys == 0) return what("it has no keys");
     if (keys > kMaxKeysPerChannel) return what("it has more than a million keys");
-    if (!(cycle > 0 && cycle <= 1e9)) return what("its TimeSensor has no cycle of more than 0 s");
+    if (!(cycle > 0)) return what("its TimeSensor has no cycle of more than 0 s");
+    if (!(cycle <= 1e9)) return what("its TimeSensor has a cycle beyond 1e9 s");
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) <= 1e15; }))
         return what("a value is not finite, or beyond 1e15");
     const auto keyAt = [&](std::size_t k) { return double{key[static_cast<int>(k)]}; };
@@ -408,6 +427,10 @@ std::optional<CoinMotion::Keys> CoinMotion::keysOf(const Route& route, bool turn
         if (!std::isfinite(keyAt(k))) return what("a key is not finite");
         if (k > 0 && keyAt(k) < keyAt(k - 1)) return what("its keys do not ascend");
     }
+    if (static_cast<std::size_t>(key.getNum()) != values.size() / width &&
+        mismatched_.insert(route.interpolator).second)
+        notes_.add("an interpolator has not as many values as keys: what has no partner does not count",
+                   nameOf(*route.interpolator));
     const auto rowOf = [&](std::size_t k) { return std::span(values).subspan(k * width, width); };
     // A cycle is from 0 to 1. Keys beyond are only seen through what is between them and others.
     std::size_t first = 0, end = keys;  // those within it
@@ -422,11 +445,25 @@ std::optional<CoinMotion::Keys> CoinMotion::keysOf(const Route& route, bool turn
         return between(rowOf(next - 1), rowOf(next), share, turns);
     };
     std::vector<double> times{0}, kept = valueAt(0, first);
-    for (std::size_t k = first; k < end; ++k) {
-        // Two keys of one time are a jump.
-        times.push_back(std::max(keyAt(k) * cycle, times.back() + 1e-6 * cycle));
+    const auto keep = [&](double fraction, std::size_t k) {
+        if (!(fraction * cycle > times.back())) return;  // a cycle of next to nothing
+        times.push_back(fraction * cycle);
         const auto row = rowOf(k);
         kept.insert(kept.end(), row.begin(), row.end());
+    };
+    for (std::size_t k = first, next = k; k < end; k = next) {
+        const double here = keyAt(k);
+        while (next < end && keyAt(next) == here) ++next;
+        if (next - k == 1) {
+            keep(here, k);
+            continue;
+        }
+        // Several keys of one time are a jump from the first to the last, short beside its neighbours.
+        constexpr double kJump = 1e-6;
+        const double before = k > first ? keyAt(k - 1) : 0, behind = next < end ? keyAt(next) : 1;
+        const bool isLast = here == 1;
+        keep(isLast ? 1 - std::min(kJump, 0.25 * (1 - before)) : here, k);
+        keep(isLast ? 1 : here + std::min(kJump, 0.5 * (behind - here)), next - 1);
     }
     if (times.back() < cycle) {
         times.push_back(cycle);

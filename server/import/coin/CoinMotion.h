@@ -89,7 +89,8 @@ private:
     std::vector<const SoNode*> moving_;  ///< that have routes, as they came
     std::set<const SoNode*> told_;       ///< whose routes became channels or notes
     std::vector<SoVRMLInterpolator*> interpolators_;
-    std::set<const SoVRMLInterpolator*> used_;  ///< that have a route here
+    std::set<const SoVRMLInterpolator*> used_;        ///< that have a route here
+    std::set<const SoVRMLInterpolator*> mismatched_;  ///< told: not as many values as keys
     std::vector<SoVRMLTimeSensor*> order_;
     std::map<SoVRMLTimeSensor*, proto::scene::Animation> animations_;
     std::uint32_t lastKey_ = 0;

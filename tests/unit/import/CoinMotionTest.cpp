@@ -140,5 +140,80 @@ TEST_F(CoinMotions, TimeSensorsRunAsTheirTimesSay) {
     expectNote("an animation goes on after its stopTime (the first: 'T')");
 }
 
+TEST_F(CoinMotions, MotionThatIsLostIsNamed) {
+    const std::string here = scratch_.path("a.wrl") + ": ";
+    const std::string boxes =
+        "DEF B Transform { " + kBoxInIt + "DEF U Transform { translation 4 0 0 " + kBoxInIt + kClock;
+    read(boxes + "DEF D TimeSensor { cycleInterval 5 loop TRUE }\n" +
+         movedBy("I", "Position", "0 0 0, 3 0 0", "B.set_translation") +
+         "ROUTE D.fraction_changed TO I.set_fraction ROUTE I.value_changed TO U.set_translation");
+    EXPECT_EQ(notes_, here + "of several TimeSensors that drive one interpolator the last one does (the first: 'I')");
+    ASSERT_EQ(all<KeyFrames>().size(), 2u);
+    for (const KeyFrames* one : all<KeyFrames>()) EXPECT_EQ(one->times.as<double>().back(), 5);
+    read(boxes + movedBy("I", "Position", "0 0 0, 3 0 0", "B.set_translation") +
+         "ROUTE B.translation_changed TO U.set_translation");
+    EXPECT_EQ(notes_,
+              here +
+                  "translation of a Transform stands still: a route from another node's field is not followed (the "
+                  "first: 'U')");
+    EXPECT_EQ(aspect_->core<Transform>("/a/U")->translation, Vec3d(4, 0, 0)) << "as the file has it";
+    // Nothing comes of a field that stands still.
+    read(boxes + "ROUTE B.translation_changed TO U.set_translation");
+    EXPECT_EQ(notes_, "");
+    read(boxes + "DEF I PositionInterpolator { key [ 0 0.5 1 ] keyValue [ 0 0 0, 3 0 0 ] }\n" +
+         "ROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO B.translation "
+         "ROUTE I.value_changed TO U.translation");
+    EXPECT_EQ(notes_,
+              here +
+                  "an interpolator has not as many values as keys: what has no partner does not count (the first: "
+                  "'I')");
+}
+
+TEST_F(CoinMotions, CyclesWithoutBoundsAreCalledThat) {
+    const std::string here = scratch_.path("a.wrl") + ": ";
+    const auto noteOf = [&](const char* cycle) {
+        read(fmt::format("DEF B Transform {{ {}DEF T TimeSensor {{ loop TRUE cycleInterval {} }}\n", kBoxInIt, cycle) +
+             movedBy("I", "Position", "0 0 0, 1 0 0", "B.translation"));
+        return notes_;
+    };
+    EXPECT_EQ(noteOf("1e30"),
+              here + "an interpolator moves nothing: its TimeSensor has a cycle beyond 1e9 s (the first: 'I')");
+    EXPECT_EQ(noteOf("-5"),
+              here + "an interpolator moves nothing: its TimeSensor has no cycle of more than 0 s (the first: 'I')");
+    EXPECT_EQ(noteOf("1e9"), "");
+}
+
+TEST_F(CoinMotions, KeysOfOneTimeAreAJumpWithinTheCycle) {
+    const auto keysOf = [&](const std::string& keys, const std::string& values) {
+        read("DEF B Transform { " + kBoxInIt + "DEF T TimeSensor { cycleInterval 4 loop TRUE }\n" +
+             fmt::format("DEF I PositionInterpolator {{ key [ {} ] keyValue [ {} ] }}\n", keys, values) +
+             "ROUTE T.fraction_changed TO I.set_fraction ROUTE I.value_changed TO B.translation");
+        const auto frames = all<KeyFrames>();
+        EXPECT_EQ(frames.size(), 1u);
+        std::vector<std::pair<double, double>> found;  // a time, and x then
+        for (std::size_t i = 0; frames.size() == 1 && i < frames[0]->times.as<double>().size(); ++i)
+            found.emplace_back(frames[0]->times.as<double>()[i], frames[0]->values.as<double>()[3 * i]);
+        return found;
+    };
+    using Keys = std::vector<std::pair<double, double>>;
+    const double jump = 4e-6;
+    EXPECT_EQ(keysOf("0 0 0 0.5 0.5 1 1 1", "0 0 0, 1 0 0, 2 0 0, 3 0 0, 4 0 0, 5 0 0, 6 0 0, 7 0 0"),
+              (Keys{{0, 2}, {2, 3}, {4 * (0.5 + 1e-6), 4}, {4 * (1 - 1e-6), 5}, {4, 7}}));
+    std::string keys, values;
+    for (int i = 0; i < 20'000; ++i) {
+        keys += "0.5 ";
+        values += fmt::format("{} 0 0,", i);
+    }
+    const Keys many = keysOf("0 " + keys + "1", "7 0 0," + values + "8 0 0");
+    ASSERT_EQ(many.size(), 4u);
+    EXPECT_EQ(many[1], std::pair(2.0, 0.0));
+    EXPECT_NEAR(many[2].first, 2 + jump, 1e-12);
+    EXPECT_EQ(many[2].second, 19'999);
+    // Keys that lie close are no jump, and stay where they are.
+    const Keys close = keysOf("0 0.5 0.50000006 0.50000012 1", "0 0 0, 1 0 0, 2 0 0, 3 0 0, 4 0 0");
+    ASSERT_EQ(close.size(), 5u);
+    EXPECT_NEAR(close[3].first, 2.0000005, 1e-7);
+}
+
 }  // namespace
 }  // namespace tessera
