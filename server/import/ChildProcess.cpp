@@ -11,7 +11,9 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -147,7 +149,18 @@ template <typename Value>
     return true;
 }
 
-std::string signalInWords(int signal, const ImportOptions& options) {
+/// Of the two bounds the one that a file of so many bytes reached. What it names may have given it more.
+std::string timeInWords(std::uintmax_t bytes, const ImportOptions& options) {
+    const auto most = std::max(options.mostCpuTime, options.maxCpuTime).count();
+    const auto own = options.maxCpuTime.count() +
+                     ImportOptions::kCpuTimePerMebibyte.count() * static_cast<std::int64_t>(bytes >> 20);
+    if (own >= most && own > options.maxCpuTime.count())
+        return fmt::format("it needs more than {} s of processor time, the most for a file of its size", most);
+    return fmt::format("it needs more than {} s of processor time: {} s, and {} s for each MiB that was read", own,
+                       options.maxCpuTime.count(), ImportOptions::kCpuTimePerMebibyte.count());
+}
+
+std::string signalInWords(int signal, std::uintmax_t bytes, const ImportOptions& options) {
     switch (signal) {
         case SIGSEGV:
         case SIGBUS:
@@ -160,10 +173,7 @@ std::string signalInWords(int signal, const ImportOptions& options) {
         case SIGTRAP:
             return "its reader crashed on it (illegal instruction)";
         case SIGXCPU:
-            return fmt::format(
-                "it needs more than {} s of processor time, and {} s for each MiB that was read, or {} s in all",
-                options.maxCpuTime.count(), ImportOptions::kCpuTimePerMebibyte.count(),
-                std::max(options.mostCpuTime, options.maxCpuTime).count());
+            return timeInWords(bytes, options);
         case SIGXFSZ:
             return "its reader tried to write a file, which is forbidden";
         case SIGSYS:
@@ -176,10 +186,13 @@ std::string signalInWords(int signal, const ImportOptions& options) {
 }
 
 /// The child ended before it had said everything.
-Error explainEnd(int status, const ImportOptions& options) {
+Error explainEnd(int status, const std::string& file, const ImportOptions& options) {
     if (WIFSIGNALED(status)) {
         const int signal = WTERMSIG(status);
-        return {signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput, signalInWords(signal, options)};
+        std::error_code unknown;
+        const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
+        return {signal == SIGXCPU ? ErrorCode::kLimit : ErrorCode::kBadInput,
+                signalInWords(signal, unknown ? 0 : bytes, options)};
     }
     return {ErrorCode::kBadInput,
             fmt::format("its reader ended early without a result (exit code {})", WEXITSTATUS(status))};
@@ -295,8 +308,8 @@ Expected<ImporterOutput> runImporter(const std::string& file, const ImportOption
     }
     Expected<Started> started = start(program, file, options);
     if (!started) return tl::unexpected(started.error());
-    Expected<ImporterOutput> output =
-        readImporterOutput(started->output.get(), options, [&] { return explainEnd(started->child.reap(), options); });
+    Expected<ImporterOutput> output = readImporterOutput(
+        started->output.get(), options, [&] { return explainEnd(started->child.reap(), file, options); });
     if (!output) return output;
     if (options.watch) options.watch->at(ImportWatch::Stage::kBuilding);
     // Of what it says of other places nobody looks at anything.

@@ -16,12 +16,13 @@ namespace {
 /// The error of an import by a script that stands for tessera-import.
 class FakeImporter : public testing::Test {
 protected:
-    std::string errorWith(const std::string& script, std::chrono::milliseconds deadline = std::chrono::seconds(20)) {
+    std::string errorWith(const std::string& script, std::chrono::milliseconds deadline = std::chrono::seconds(20),
+                          const std::string& content = "x") {
         ImportOptions options = importOptions();
         options.importerProgram = scratch_.write("importer", "#!/bin/sh\n" + script);
         ::chmod(options.importerProgram.c_str(), 0700);
         options.deadline = deadline;
-        const std::string model = scratch_.write("model.glb", "x");
+        const std::string model = scratch_.write("model.glb", content);
         const Expected<ImportedScene> scene = importScene(model, kRootNode, options);
         if (scene) return "(imported)";
         EXPECT_EQ(scene.error().message.compare(0, model.size() + 2, model + ": "), 0) << scene.error().message;
@@ -47,11 +48,19 @@ TEST_F(FakeImporter, ThatCrashesIsExplained) {
               "its reader crashed on it (segmentation fault: malformed, or nested too deeply)");
     EXPECT_EQ(errorWith("kill -ABRT $$"), "its reader gave up on it (aborted)");
     EXPECT_EQ(errorWith("kill -XCPU $$"),
-              "it needs more than 10 s of processor time, and 2 s for each MiB that was read, or 60 s in all");
+              "it needs more than 10 s of processor time: 10 s, and 2 s for each MiB that was read");
     EXPECT_EQ(errorWith("kill -SYS $$"),
               "its reader tried a system call that is forbidden to it (network, processes or the like)");
     EXPECT_EQ(errorWith("kill -KILL $$"), "its reader was killed (out of memory, or by somebody)");
     EXPECT_EQ(errorWith("exit 7"), "its reader ended early without a result (exit code 7)");
+}
+
+TEST_F(FakeImporter, ThatNeedsTooMuchTimeIsToldWhichBoundHolds) {
+    EXPECT_EQ(errorWith("kill -XCPU $$", std::chrono::seconds(20), std::string(5 << 20, ' ')),
+              "it needs more than 20 s of processor time: 10 s, and 2 s for each MiB that was read");
+    // A second more for each 4 MiB.
+    EXPECT_EQ(errorWith("kill -XCPU $$", std::chrono::seconds(20), std::string(48 << 20, ' ')),
+              "it needs more than 72 s of processor time, the most for a file of its size");
 }
 
 TEST_F(FakeImporter, ThatHangsIsEndedAtTheDeadline) {
