@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/confine/Confinement.h"
 #include "server/import/reader/GltfReader.h"
 
 namespace tessera {
@@ -14,10 +15,27 @@ std::string fieldOfPath(const std::string& path) {
     return {};
 }
 
+/// Of all channels, which may share them: who plays them looks at each. A key has bytes of its own in most files.
+constexpr std::uint64_t kFreeKeys = 20'000'000, kKeysPerByte = 1;
+
 }  // namespace
 
 std::uint32_t GltfReader::keyOf(int node) {
     return static_cast<std::uint32_t>(node) + 1;
+}
+
+bool GltfReader::hasRoomForKeys(const tinygltf::Animation& animation, int number, std::size_t channels) {
+    if (number < 0 || static_cast<std::size_t>(number) >= animation.samplers.size()) return true;  // refused
+    const tinygltf::AnimationSampler& source = animation.samplers[static_cast<std::size_t>(number)];
+    const std::uint64_t keys =
+        channels * std::uint64_t{std::max(accessors_.count(source.input), accessors_.count(source.output))};
+    const std::uint64_t most = kFreeKeys + kKeysPerByte * bytesGranted();
+    if (keys > most - std::min(most, keys_)) {
+        ++channelsBeyond_;
+        return false;
+    }
+    keys_ += keys;
+    return true;
 }
 
 Expected<GltfReader::Sampled> GltfReader::sampler(const tinygltf::Animation& animation, int number,
@@ -102,6 +120,7 @@ Expected<void> GltfReader::addAnimation(const tinygltf::Animation& source, std::
             targets = parts->second.keys;
             components = parts->second.targets;
         }
+        if (!hasRoomForKeys(source, channel.sampler, targets.size())) continue;
         const Expected<Sampled> sampled = sampler(source, channel.sampler, field, components);
         if (!sampled) return tl::unexpected(sampled.error());
         for (const std::uint32_t target : targets) {
@@ -125,6 +144,11 @@ Expected<void> GltfReader::addAnimation(const tinygltf::Animation& source, std::
 Expected<void> GltfReader::addAnimations() {
     for (std::size_t i = 0; i < model_.animations.size(); ++i)
         if (Expected<void> added = addAnimation(model_.animations[i], i); !added) return added;
+    if (channelsBeyond_ > 0)
+        scene_.note(
+            fmt::format("its animations have more than {} keys where each counts as often as it is shared, too "
+                        "many for {} bytes: {} channels left out (fewer of them, or with fewer keys)",
+                        kFreeKeys + kKeysPerByte * bytesGranted(), bytesGranted(), channelsBeyond_));
     animations_.finish();
     return {};
 }

@@ -59,6 +59,14 @@ std::string firstWords(std::string text) {
     return text;
 }
 
+/// tinygltf asks of skins what they need not have: without these matrices a skin is whole.
+std::string withoutFalse(std::string complaints) {
+    constexpr std::string_view kFalse = "'inverseBindMatrices' property is missing in Skin.\n";
+    for (std::size_t at = 0; (at = complaints.find(kFalse, at)) != complaints.npos;)
+        complaints.erase(at, kFalse.size());
+    return complaints;
+}
+
 }  // namespace
 
 Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits) {
@@ -82,6 +90,7 @@ Expected<PlainScene> readGltf(const std::string& path, const ReadLimits& limits)
                                              reinterpret_cast<const unsigned char*>(whole.data()), size, files.folder())
                : loader.LoadASCIIFromString(&model, &error, &warning, reinterpret_cast<const char*>(whole.data()), size,
                                             files.folder());
+    error = withoutFalse(std::move(error));
     if (!done) {
         // Such an extension may be why it makes no sense.
         if (Expected<void> shown = checkRequired(model); !shown) return tl::unexpected(shown.error());

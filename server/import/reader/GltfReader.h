@@ -160,6 +160,8 @@ private:
         std::uint32_t times = 0, values = 0;  ///< blobs
         proto::scene::Channel::Interpolation interpolation = proto::scene::Channel::LINEAR;
     };
+    /// False, and counted: its keys, which so many channels play, would be more than the file's bytes bear.
+    [[nodiscard]] bool hasRoomForKeys(const tinygltf::Animation& animation, int number, std::size_t channels);
     Expected<Sampled> sampler(const tinygltf::Animation& animation, int number, const std::string& path,
                               std::size_t components);
 
@@ -186,6 +188,7 @@ private:
     std::uint32_t partKeys_ = 0;
     std::map<int, std::uint32_t> keyTimes_;  ///< blobs, by accessor
     std::map<std::pair<int, std::string>, std::uint32_t> keyValues_;
+    std::uint64_t keys_ = 0, channelsBeyond_ = 0;
     AnimationNodes animations_;
     ModelLight light_;
     Box bounds_;

@@ -19,6 +19,7 @@
 #include "common/scene/Action.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"
+#include "tests/unit/import/Picture.h"
 
 namespace tessera {
 namespace {
@@ -404,6 +405,41 @@ TEST(ObjImport, TakesMaterialsFromTheLibraryBesideIt) {
     EXPECT_EQ(red->doubleSided, 1) << "an OBJ file does not say which side is outside";
     EXPECT_NEAR(red->roughness, std::pow(0.02f, 0.25f), 1e-3f);
     EXPECT_TRUE(findNode(*aspect, "/box"));
+}
+
+TEST(GltfAnimation, KeysThatVeryManyChannelsShareAreBoundedByTheFile) {
+    GltfText gltf;
+    const int positions = gltf.floats(kSquare, "VEC3", 3);
+    std::vector<float> times(100'000);
+    for (std::size_t i = 0; i < times.size(); ++i) times[i] = static_cast<float>(i);
+    const int input = gltf.floats(times, "SCALAR", 1), output = gltf.floats(std::vector<float>(300'000), "VEC3", 3);
+    std::string animations;
+    for (int i = 0; i < 1000; ++i)
+        animations += fmt::format(R"({}{{"samplers":[{{"input":{},"output":{}}}],
+            "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}]}})",
+                                  i ? "," : "", input, output);
+    const ImportedScene scene = imported(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{}}}}}]}}],"animations":[{}])",
+        positions, animations)));
+    EXPECT_TRUE(hasNote(scene, "keys where each counts as often as it is shared, too many for "));
+    const ImportedAspect aspect(scene);
+    std::size_t channels = 0;
+    for (const ObjectId id : aspect->ids()) channels += aspect->get<KeyFrames>(id) != nullptr;
+    EXPECT_GE(channels, 200u);
+    EXPECT_LE(channels, 250u);
+}
+
+TEST(GltfSkins, NeedNoInverseBindMatrices) {
+    GltfText gltf;
+    const int positions = gltf.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3", 3),
+              joints = gltf.add(std::vector<std::uint8_t>(12), 5121, "VEC4", 3),
+              weights = gltf.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+    const ImportedScene scene = imported(gltf.text(fmt::format(
+        R"("scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0}},{{}}],"skins":[{{"joints":[1]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}}}}}]}}])",
+        positions, joints, weights)));
+    EXPECT_FALSE(hasNote(scene, "Skin")) << fmt::format("{}", fmt::join(scene.notes, "\n"));
 }
 
 TEST(SharedData, AnimatedSkinnedAndTexturedSamplesKeepTheirParts) {
