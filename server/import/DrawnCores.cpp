@@ -17,7 +17,9 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint64_t kMostDerivedTriangles = 10'000'000;  // of all surfaces of an import
+/// Of all surfaces of an import: so many of any file, and more of a large one, whose letters cost bytes, too.
+constexpr std::uint64_t kFreeDerivedTriangles = 10'000'000, kMostDerivedTriangles = 40'000'000,
+                        kDerivedTrianglesPerByte = 20;
 
 // One number in code, on the wire and in files.
 using MeshMessage = proto::scene::Mesh;
@@ -60,11 +62,14 @@ Expected<DrawnCores::Core> DrawnCores::derived(LoadedFile& file, Surface surface
     // Each surface is bounded; a file of thousands of them is too. Glyphs are never made into triangles.
     const std::uint64_t triangles = drawable.triangleCount();
     if (!std::is_same_v<Surface, Glyphs>) derivedTriangles_ += triangles;
-    if (derivedTriangles_ > kMostDerivedTriangles)
+    mostDerivedTriangles_ =
+        std::max(mostDerivedTriangles_,
+                 std::min(kMostDerivedTriangles, kFreeDerivedTriangles + file.bytes * kDerivedTrianglesPerByte));
+    if (derivedTriangles_ > mostDerivedTriangles_)
         return fail(ErrorCode::kLimit, fmt::format("what the scene makes of few numbers (surfaces by control points, "
                                                    "text, particles, skins) has more than {} triangles: a lower level "
                                                    "or a larger tolerance has fewer",
-                                                   kMostDerivedTriangles));
+                                                   mostDerivedTriangles_));
     const Core core{draft_.create(surface), triangles};
     draft_.countDrawable(triangles);
     return core;

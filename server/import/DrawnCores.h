@@ -46,7 +46,8 @@ private:
     SceneDraft& draft_;
     MaterialCores& materials_;
     Typesetter typesetter_;
-    std::uint64_t derivedTriangles_ = 0;  ///< while this import looked at its surfaces
+    std::uint64_t derivedTriangles_ = 0;      ///< while this import looked at its surfaces
+    std::uint64_t mostDerivedTriangles_ = 0;  ///< of the largest file so far
     /// By mesh, or by what the file says; by material, and what is painted over it.
     std::map<std::tuple<const LoadedFile*, std::string, std::string, ObjectId>, Core> geometries_;
     std::map<std::tuple<const LoadedFile*, Hash128, std::string, ObjectId>, Core> surfaces_;

@@ -128,6 +128,8 @@ Expected<std::unique_ptr<LoadedFile>> loadFile(const std::string& path, const st
     auto file = std::make_unique<LoadedFile>();
     file->path = path;
     file->label = label;
+    std::error_code unknown;
+    if (const std::uintmax_t bytes = std::filesystem::file_size(path, unknown); !unknown) file->bytes = bytes;
     file->isScene = isScene;
     if (options.placing) file->pointRadius = options.placing->pointRadius;
     file->content = std::move(*content);

@@ -22,6 +22,7 @@ namespace tessera {
 struct LoadedFile {
     std::string path;                   ///< canonical
     std::string label;                  ///< as it was named, for messages
+    std::uint64_t bytes = 0;            ///< of the file itself
     bool isScene = false;               ///< .tsct or .tsc
     bool hasOwnTops = false;            ///< as those have: its top-level nodes stand for themselves
     std::optional<double> pointRadius;  ///< of all its points, whatever it says

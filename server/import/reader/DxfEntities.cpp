@@ -30,18 +30,66 @@ void turnAll(const Mat3d& frame, DxfPath& path) {
 
 }  // namespace
 
-const DxfChords& DxfReader::chords(std::size_t halfTurns) {
-    static const DxfChords kFine;
-    const auto pointsOf = [&](const DxfChords& chords) {
-        return halfTurns * static_cast<std::size_t>(chords.perTurn) / 2;
+std::size_t DxfReader::curvePointsOf(const DxfRecord& record, const DxfChords& chords) {
+    const auto turn = [&](double sweep) -> std::size_t {
+        if (!std::isfinite(sweep)) return 0;
+        const double wanted = std::ceil(std::abs(sweep) / (2 * std::numbers::pi) * chords.perTurn - 1e-9);
+        return static_cast<std::size_t>(std::clamp<double>(wanted, chords.fewest, chords.perTurn)) + 1;
     };
-    if (curvePoints_ + pointsOf(kFine) < kManyCurvePoints) return kFine;
-    // What follows shall have room too, if it is as what came so far. Once rough they stay so: they look alike.
+    const auto count = [&](int code) {
+        return static_cast<std::size_t>(std::ranges::count(record.groups, code, &DxfGroup::code));
+    };
+    const auto perTurn = static_cast<std::size_t>(chords.perTurn), perSpan = static_cast<std::size_t>(chords.perSpan);
+    const auto bulges = [&] {
+        const auto isBulge = [](const DxfGroup& group) { return group.code == 42 && group.number() != 0; };
+        return static_cast<std::size_t>(std::ranges::count_if(record.groups, isBulge)) * perTurn / 2;
+    };
+    const std::string_view type = record.type;
+    if (type == "CIRCLE") return perTurn + 1;
+    if (type == "ARC") return turn(dxfSweep(record.number(50, 0) * kDegrees, record.number(51, 0) * kDegrees));
+    if (type == "ELLIPSE") return turn(dxfSweep(record.number(41, 0), record.number(42, 2 * std::numbers::pi)));
+    if (type == "SPLINE") return (count(10) + count(11)) * perSpan;
+    if (type == "LWPOLYLINE" || type == "VERTEX") return bulges();
+    if (type == "HATCH") return record.integer(70, 0) == 1 ? count(10) + bulges() : 0;
+    return 0;
+}
+
+/// A small drawing has room for all its curves, whatever they are.
+void DxfReader::lookAhead() {
+    constexpr std::size_t kSmall = std::size_t{1} << 20;
+    if (fileBytes_ < kSmall) return;
+    DxfGroups& groups = document_.groups();
+    const DxfGroups::Mark here = groups.mark();
+    for (DxfRecord record; groups.next(record) && record.type != "ENDSEC" && record.type != "SECTION";) {
+        coarseAhead_ += curvePointsOf(record, kCoarseChords);
+        roughAhead_ += curvePointsOf(record, kRoughChords);
+    }
+    groups.goTo(here);
+}
+
+void DxfReader::pass(const DxfRecord& record) {
+    if (!open_.empty() || roughAhead_ == 0) return;
+    coarseAhead_ -= std::min(coarseAhead_, curvePointsOf(record, kCoarseChords));
+    roughAhead_ -= std::min(roughAhead_, curvePointsOf(record, kRoughChords));
+}
+
+const DxfChords& DxfReader::chords(const DxfRecord& record, std::optional<std::size_t> halfTurns) {
+    static const DxfChords kFine;
+    // What follows shall have room too: what was counted ahead, and of blocks, which are read as often as they look
+    // otherwise, as much as came so far. Once rough they stay so: they look alike.
     const auto at = static_cast<double>(std::clamp<std::size_t>(document_.groups().mark().at, 1, fileBytes_ + 1));
-    const double left = std::max(static_cast<double>(fileBytes_) - at, 0.0);
-    const double room = static_cast<double>(mostCurvePoints_) - static_cast<double>(curvePoints_);
-    const double coming = static_cast<double>(coarsePoints_) / at * left + static_cast<double>(pointsOf(kCoarseChords));
-    if (!areRough_ && coming <= room) return kCoarseChords;
+    const double left = std::max(static_cast<double>(fileBytes_) - at, 0.0) / at;
+    const auto pointsOf = [&](const DxfChords& chords) {
+        return curvePoints_ +
+               (halfTurns ? *halfTurns * static_cast<std::size_t>(chords.perTurn) / 2 : curvePointsOf(record, chords));
+    };
+    const auto fits = [&](const DxfChords& chords, std::size_t ahead, double ofBlocks) {
+        return static_cast<double>(pointsOf(chords) + ahead) + ofBlocks * left <= static_cast<double>(mostCurvePoints_);
+    };
+    const auto ofBlocks = static_cast<double>(coarseOfBlocks_);
+    const double share = double{kRoughChords.perTurn} / kCoarseChords.perTurn;
+    if (!areRough_ && pointsOf(kFine) < kManyCurvePoints && fits(kFine, roughAhead_, share * ofBlocks)) return kFine;
+    if (!areRough_ && fits(kCoarseChords, coarseAhead_, ofBlocks)) return kCoarseChords;
     if (!std::exchange(areRough_, true))
         scene_.note(fmt::format("of its very many curves some are of {} chords a turn (save the drawing in parts)",
                                 kRoughChords.perTurn));
@@ -50,8 +98,9 @@ const DxfChords& DxfReader::chords(std::size_t halfTurns) {
 
 void DxfReader::countCurve(std::size_t points, const DxfChords& chords) {
     curvePoints_ += points;
-    coarsePoints_ +=
-        points * static_cast<std::size_t>(kCoarseChords.perTurn) / static_cast<std::size_t>(chords.perTurn);
+    if (!open_.empty())
+        coarseOfBlocks_ +=
+            points * static_cast<std::size_t>(kCoarseChords.perTurn) / static_cast<std::size_t>(chords.perTurn);
 }
 
 bool DxfReader::hasRoomForCurve(const DxfRecord& record, Reading& to) {
@@ -82,12 +131,10 @@ void DxfReader::addPath(const DxfRecord& record, std::span<const Vec3d> path, bo
 void DxfReader::addLetters(const DxfRecord& record, std::optional<DxfLetters> letters, Reading& to) {
     if (!letters) return;
     if (letters->sheared) leftOut("the slant of letters");
-    // About a hundred triangles each, of the ten million that a scene may make of few numbers.
-    constexpr std::size_t kMostLetters = 60'000;
     const std::string& text = letters->text.text();
     const auto count = static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
-    if (count > kMostLetters - std::min(letters_, kMostLetters))
-        return leftOut(fmt::format("texts beyond {} letters (save the drawing in parts)", kMostLetters));
+    if (count > mostLetters_ - std::min(letters_, mostLetters_))
+        return leftOut(fmt::format("texts beyond {} letters (save the drawing in parts)", mostLetters_));
     if (!takeRoomFor(1, 0)) return;
     letters_ += count;
     to.content.letters += count;
@@ -127,7 +174,7 @@ bool DxfReader::addShape(const DxfRecord& record, Reading& to) {
 
 void DxfReader::addCurve(const DxfRecord& record, Reading& to) {
     if (!hasRoomForCurve(record, to)) return;
-    const DxfChords& chords = this->chords();
+    const DxfChords& chords = this->chords(record);
     DxfPath path;
     const Vec3d center = record.point(10);
     if (record.type == "SPLINE") {
@@ -177,7 +224,7 @@ void DxfReader::addBulged(const DxfRecord& record, std::span<const Vec3d> corner
                           bool closed, Reading& to) {
     const auto arcs = static_cast<std::size_t>(std::ranges::count_if(bulges, [](double bulge) { return bulge != 0; }));
     if (arcs > 0 && !hasRoomForCurve(record, to)) return;
-    const DxfChords& chords = this->chords(arcs);
+    const DxfChords& chords = this->chords(record, arcs);
     DxfPath path{corners.front()};
     const std::size_t sides = closed ? corners.size() : corners.size() - 1;
     for (std::size_t i = 0; i < sides; ++i) addDxfBulge(path, corners[(i + 1) % corners.size()], bulges[i], chords);
@@ -203,6 +250,7 @@ void DxfReader::addPolyline(const DxfRecord& record, Reading& to) {
             groups.goTo(before);
             break;
         }
+        pass(vertex);
         const std::int64_t kind = vertex.integer(70, 0);
         if ((flags & kFaces) != 0 && (kind & kFace) != 0 && (kind & kPlace) == 0) {
             const std::size_t first = corners.size();
@@ -312,7 +360,7 @@ void DxfReader::addHatch(const DxfRecord& record, Reading& to) {
     if (record.integer(70, 0) != 1) return leftOut("patterns of hatches");
     if (record.integer(450, 0) != 0) leftOut("gradients of hatches, which have one colour,");
     if (!hasRoomForCurve(record, to)) return;
-    const DxfChords& chords = this->chords();
+    const DxfChords& chords = this->chords(record);
     const std::vector<DxfPath> rings = dxfHatchRings(record, chords);
     for (const DxfPath& ring : rings)
         if (!isSound(ring)) return;

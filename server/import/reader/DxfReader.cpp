@@ -19,6 +19,8 @@ constexpr double kUnits[] = {0.0254, 0.3048, 1609.344, 0.001, 0.01, 1,   1000, 2
 constexpr std::size_t kMostNotes = 10;
 /// A circle takes some 150 bytes as programs write it, and 17 points where there are very many.
 constexpr std::size_t kFreeCurvePoints = 4'000'000, kBytesPerCurvePoint = 8;
+/// Their outlines and triangles take some 5 kB each: all together a gibibyte, as of meshes.
+constexpr std::size_t kFreeLetters = 60'000, kLettersAtMost = 240'000, kBytesPerLetter = 8;
 
 /// What has no shape that is read here; nothing: it is no entity.
 const char* nameOfStranger(std::string_view type) {
@@ -59,6 +61,7 @@ DxfReader::DxfReader(DxfDocument document, std::size_t fileBytes, const ReadLimi
       mostBytesOfBlocks_(std::max<std::size_t>(std::size_t{32} << 20, 2 * fileBytes)),
       mostNodes_(limits.nodesOf(fileBytes)),
       mostCurvePoints_(kFreeCurvePoints + fileBytes / kBytesPerCurvePoint),
+      mostLetters_(std::min(kLettersAtMost, kFreeLetters + fileBytes / kBytesPerLetter)),
       curvesBeyond_(fmt::format("curves beyond {} points of chords (save the drawing in parts)", mostCurvePoints_)) {}
 
 void DxfReader::leftOut(const std::string& what) {
@@ -144,6 +147,7 @@ Expected<void> DxfReader::readContent(Reading& to) {
     for (DxfRecord record; groups.next(record);) {
         if (open_.empty()) sayProgress(groups.mark().at, fileBytes_);
         if (record.type == "ENDSEC" || record.type == "ENDBLK" || record.type == "SECTION") return {};
+        pass(record);
         if (Expected<void> added = addEntity(record, to); !added) return added;
     }
     return {};  // the document says what is wrong
@@ -174,8 +178,10 @@ Expected<void> DxfReader::addEntity(const DxfRecord& record, Reading& to) {
 Expected<PlainScene> DxfReader::read() {
     Reading all;
     Expected<bool> more = document_.toEntities();
-    for (; more && *more; more = document_.toEntities())
+    for (; more && *more; more = document_.toEntities()) {
+        lookAhead();
         if (Expected<void> done = readContent(all); !done) return tl::unexpected(done.error());
+    }
     if (!more) return tl::unexpected(more.error());
     const Box bounds = all.content.bounds();
     if (bounds.empty() && !document_.cut().empty())

@@ -62,8 +62,14 @@ private:
     [[nodiscard]] bool isSound(std::span<const Vec3d> path);
     /// An entity that says too little, or what cannot be.
     void addUnsound();
-    /// `halfTurns`: of a polyline its arcs, counted as such.
-    [[nodiscard]] const DxfChords& chords(std::size_t halfTurns = 0);
+    /// Of its own curves, about as many as they become.
+    [[nodiscard]] static std::size_t curvePointsOf(const DxfRecord& record, const DxfChords& chords);
+    /// Counts the curves of the entities that follow.
+    void lookAhead();
+    /// This one follows no longer.
+    void pass(const DxfRecord& record);
+    /// For the curves of a record. `halfTurns`: of a polyline its arcs, counted as such.
+    [[nodiscard]] const DxfChords& chords(const DxfRecord& record, std::optional<std::size_t> halfTurns = {});
     void countCurve(std::size_t points, const DxfChords& chords);
     /// False, and said: curves have so many points already that no further one is worked out.
     bool hasRoomForCurve(const DxfRecord& record, Reading& to);
@@ -90,8 +96,9 @@ private:
     const ReadLimits& limits_;
     PlainScene scene_;
     std::map<std::string, std::size_t> leftOut_;  ///< how many, by what is said of them
-    std::size_t unsound_ = 0, curvePoints_ = 0, coarsePoints_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0,
+    std::size_t unsound_ = 0, curvePoints_ = 0, coarseOfBlocks_ = 0, meshes_ = 0, placedNodes_ = 0, letters_ = 0,
                 placedLetters_ = 0;
+    std::size_t coarseAhead_ = 0, roughAhead_ = 0;  ///< points of the curves that follow
     std::string firstUnsound_;
     bool areRough_ = false;  ///< chords of curves, from some curve on
 
@@ -99,7 +106,7 @@ private:
     std::map<GuiseKey, DxfGuise> guises_;
     std::map<const DxfBlock*, std::pair<bool, bool>> looks_;  ///< byLayer, byColor of blocks that were read
     std::set<const DxfBlock*> open_;
-    std::size_t fileBytes_, bytesOfBlocks_ = 0, mostBytesOfBlocks_, mostNodes_, mostCurvePoints_;
+    std::size_t fileBytes_, bytesOfBlocks_ = 0, mostBytesOfBlocks_, mostNodes_, mostCurvePoints_, mostLetters_;
     std::string curvesBeyond_;
     std::map<std::pair<DxfColor, bool>, std::string> materials_;
 };

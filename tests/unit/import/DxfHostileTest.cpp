@@ -162,7 +162,7 @@ TEST(DxfHostile, BlocksThatHoldThemselvesOrMultiplyAreLeftOut) {
 
 TEST(DxfHostile, MoreCurvesThanTheirBytesBearAreLeftOut) {
     std::string circles;
-    for (int i = 0; i < 500'000; ++i) circles += "0\nCIRCLE\n40\n1\n";
+    for (int i = 0; i < 700'000; ++i) circles += "0\nCIRCLE\n40\n1\n";
     for (int i = 0; i < 10; ++i) circles += "0\nLWPOLYLINE\n10\n0\n20\n0\n42\n1\n10\n1\n20\n1\n";
     const Expected<ImportedScene> scene =
         importDxfWithin2s("0\nSECTION\n2\nENTITIES\n" + circles + "0\nLINE\n11\n1\n0\nENDSEC\n0\nEOF\n");
@@ -188,6 +188,14 @@ TEST(DxfHostile, VeryManyCirclesAreRoughRatherThanLeftOut) {
             i, i % 1000, i / 1000);
     const std::string said = readDxfAlone("0\nSECTION\n2\nENTITIES\n" + circles + "0\nENDSEC\n0\nEOF\n");
     EXPECT_FALSE(dxfSays(said, "chords")) << said;
+}
+
+TEST(DxfHostile, CirclesOfVeryFewBytesAllHaveRoomWhereTheyMay) {
+    std::string circles;
+    for (int i = 0; i < 450'000; ++i) circles += "0\nCIRCLE\n40\n1\n";
+    const std::string said = readDxfAlone("0\nSECTION\n2\nENTITIES\n" + circles + "0\nENDSEC\n0\nEOF\n");
+    EXPECT_FALSE(dxfSays(said, "left out")) << said;
+    EXPECT_TRUE(dxfSays(said, "of its very many curves some are of 8 chords a turn")) << said;
 }
 
 TEST(DxfHostile, OnePolylineOfVeryManyArcsIsRough) {
@@ -252,12 +260,22 @@ TEST(DxfHostile, CountsThatLieAndNumbersThatAreNoneLeaveTheRest) {
     EXPECT_EQ(line->geometries, 2u) << "the line, and as many letters as a line may have";
 }
 
-TEST(DxfHostile, MoreLettersThanASceneHoldsAreLeftOut) {
+TEST(DxfHostile, LettersFollowTheFilesBytes) {
+    // As programs write them.
     std::string texts;
-    for (int i = 0; i < 20'000; ++i) texts += fmt::format("0 TEXT\n10 {}\n40 1\n1 Room {:02}\n", i, i % 100);
-    const Expected<ImportedScene> many = importDxfWithin2s(groupsOf("0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n"));
-    ASSERT_TRUE(many) << messageOf(many);
-    EXPECT_TRUE(hasNote(*many, "texts beyond 60000 letters (save the drawing in parts): 11429 left out"));
+    for (int i = 0; i < 10'000; ++i)
+        texts += fmt::format(
+            "0 TEXT\n5 {:X}\n100 AcDbEntity\n8 LABELS\n100 AcDbText\n10 {}.0\n20 0.0\n30 0.0\n40 0.5\n1 Room{:05}\n",
+            256 + i, i, i);
+    const std::string said = readDxfAlone(groupsOf("0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n0 EOF\n"));
+    EXPECT_FALSE(dxfSays(said, "letters")) << said;
+    texts.clear();
+    for (int i = 0; i < 3'000; ++i) texts += fmt::format("0 MTEXT\n10 {}\n40 1\n1 {}\n", i, std::string(200, 'x'));
+    const std::string file = groupsOf("0 SECTION\n2 ENTITIES\n" + texts + "0 ENDSEC\n0 EOF\n");
+    const std::size_t most = 60'000 + file.size() / 8;
+    EXPECT_TRUE(dxfSays(
+        readDxfAlone(file),
+        fmt::format("texts beyond {} letters (save the drawing in parts): {} left out", most, 3'000 - most / 200)));
 }
 
 }  // namespace
