@@ -137,7 +137,7 @@ std::vector<std::size_t> GltfReader::withoutGlyphs(const std::string& name, cons
 Expected<void> GltfReader::hasRoomForNodes(std::size_t more) const {
     const std::size_t nodes = placedNodes_ + more;
     if (nodes <= limits_.nodesOf(bytesGranted())) return {};
-    return fail(ErrorCode::kLimit, limits_.tooManyNodes(nodes, bytesGranted()));
+    return fail(ErrorCode::kLimit, limits_.tooManyNodes(bytesGranted()));
 }
 
 Expected<void> GltfReader::addMesh(const tinygltf::Node& node, proto::scene::Node& placed) {

@@ -26,13 +26,13 @@ Bytes bytesOf(std::vector<T>& values) {
 
 }  // namespace
 
-std::string ReadLimits::tooManyNodes(std::uint64_t nodes, std::uint64_t bytes) const {
+std::string ReadLimits::tooManyNodes(std::uint64_t bytes) const {
     const std::size_t most = nodesOf(bytes);
     if (most == maxNodes) return fmt::format("the scene has more than {} nodes", most);
     return fmt::format(
-        "what it places so often becomes {} nodes, and {} are read of {} bytes: fewer places, or parts joined into "
-        "one mesh, or more by --import-memory",
-        nodes, most, bytes);
+        "what it places so often becomes more than {} nodes, the most that are read of {} bytes: fewer places, or "
+        "parts joined into one mesh, or more by --import-memory",
+        most, bytes);
 }
 
 proto::scene::Node* PlainScene::addBeside() {

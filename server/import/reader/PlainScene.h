@@ -36,7 +36,7 @@ struct ReadLimits {
         return std::min<std::uint64_t>(maxNodes, freeNodes + bytes / kBytesPerNode);
     }
     /// What is refused, and what would help.
-    [[nodiscard]] std::string tooManyNodes(std::uint64_t nodes, std::uint64_t bytes) const;
+    [[nodiscard]] std::string tooManyNodes(std::uint64_t bytes) const;
 };
 
 struct PlainScene {

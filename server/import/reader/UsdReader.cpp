@@ -73,8 +73,7 @@ bool isNothingByItself(const std::string& type) {
 
 Expected<void> UsdReader::countNodes(std::size_t nodes) {
     nodes_ += nodes;
-    if (nodes_ > limits_.nodesOf(bytesGranted()))
-        return fail(ErrorCode::kLimit, limits_.tooManyNodes(nodes_, bytesGranted()));
+    if (nodes_ > limits_.nodesOf(bytesGranted())) return fail(ErrorCode::kLimit, limits_.tooManyNodes(bytesGranted()));
     return {};
 }
 

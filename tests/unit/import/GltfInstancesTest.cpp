@@ -238,7 +238,7 @@ TEST(GltfInstances, OfManyPartsAreBoundedByTheFile) {
         kRootNode, importOptions());
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().code, ErrorCode::kLimit);
-    EXPECT_NE(read.error().message.find("what it places so often becomes 410000 nodes, and "), std::string::npos)
+    EXPECT_NE(read.error().message.find("what it places so often becomes more than 2"), std::string::npos)
         << read.error().message;
 }
 
