@@ -8,7 +8,11 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
     std::vector<Blob> complete;
     const std::size_t before = order_.size();
     for (const BlobInfo& blob : blobs) {
-        if (held_.contains(blob.id) || fetches_.contains(blob.id)) continue;
+        if (held_.contains(blob.id)) continue;
+        if (const auto known = fetches_.find(blob.id); known != fetches_.end()) {
+            known->second.wanted = ++wishes_;
+            continue;
+        }
         if (blob.sizeBytes > limits_.maxBlobBytes)
             return fail(ErrorCode::kLimit, "blob " + toHex(blob.id) + " has " + std::to_string(blob.sizeBytes) +
                                                " bytes, more than the " + std::to_string(limits_.maxBlobBytes) +
@@ -31,6 +35,7 @@ Expected<std::vector<Blob>> BlobFetcher::want(const std::vector<BlobInfo>& blobs
             fetch = std::move(part.mapped());
         fetch.sizeBytes = blob.sizeBytes;
         fetch.late = sceneKnown_;
+        fetch.begun = fetch.wanted = ++wishes_;
         order_.push_back(blob.id);
     }
     if (limits_.elsewhere) {
@@ -56,6 +61,11 @@ Blob BlobFetcher::lookElsewhere(const BlobInfo& blob, bool late) const {
 
 std::vector<message::BlobRequest> BlobFetcher::requests() {
     std::vector<message::BlobRequest> wanted;
+    const auto ask = [&](const message::BlobRequest& request) {
+        inFlight_.push_back({request, fetches_.at(request.id).wanted});
+        wanted.push_back(request);
+    };
+    for (; !again_.empty() && inFlight_.size() < limits_.chunksInFlight; again_.pop_back()) ask(again_.back());
     while (!order_.empty() && inFlight_.size() < limits_.chunksInFlight) {
         Fetch& fetch = fetches_.at(order_.front());
         if (fetch.asked == 0) {
@@ -72,21 +82,41 @@ std::vector<message::BlobRequest> BlobFetcher::requests() {
         const message::BlobRequest request{order_.front(), fetch.asked, length};
         fetch.asked += length;
         if (fetch.asked == fetch.sizeBytes) order_.pop_front();
-        inFlight_.push_back(request);
-        wanted.push_back(request);
+        ask(request);
     }
     return wanted;
 }
 
+void BlobFetcher::giveUp(const BlobId& id) {
+    fetches_.erase(id);
+    std::erase(order_, id);
+    std::erase_if(again_, [&](const message::BlobRequest& request) { return request.id == id; });
+}
+
 Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk) {
-    const auto asked = std::find_if(inFlight_.begin(), inFlight_.end(), [&](const message::BlobRequest& request) {
-        return request.id == chunk.id && request.offset == chunk.offset;
+    // Answers come in the order of the requests: where a chunk was asked for twice, this one is for the first.
+    const auto asked = std::find_if(inFlight_.begin(), inFlight_.end(), [&](const Asked& one) {
+        return one.request.id == chunk.id && one.request.offset == chunk.offset;
     });
     if (asked == inFlight_.end())
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " came that nobody asked for");
-    if (chunk.totalBytes == 0) return fail(ErrorCode::kNotFound, "the server does not have blob " + toHex(chunk.id));
-    Fetch& fetch = fetches_.at(chunk.id);
-    if (chunk.totalBytes != fetch.sizeBytes || chunk.bytes.size() != asked->length)
+    const Asked was = *asked;
+    const auto found = fetches_.find(chunk.id);
+    if (found == fetches_.end() || was.wanted < found->second.begun) {  // it was given up since
+        inFlight_.erase(asked);
+        return std::optional<Blob>{};
+    }
+    Fetch& fetch = found->second;
+    if (chunk.totalBytes == 0) {
+        inFlight_.erase(asked);
+        if (was.wanted < fetch.wanted) {  // it has been named anew: the server may have it again
+            again_.push_back(was.request);
+            return std::optional<Blob>{};
+        }
+        giveUp(chunk.id);
+        return fail(ErrorCode::kNotFound, "the server does not have blob " + toHex(chunk.id));
+    }
+    if (chunk.totalBytes != fetch.sizeBytes || chunk.bytes.size() != was.request.length)
         return fail(ErrorCode::kBadInput, "a chunk of blob " + toHex(chunk.id) + " has the wrong size");
     inFlight_.erase(asked);
     if (!fetch.made)
@@ -107,8 +137,13 @@ Expected<std::optional<Blob>> BlobFetcher::chunk(const message::BlobChunk& chunk
 
 void BlobFetcher::interrupted() {
     // Back to the first gap of each blob; blobs that were wholly asked for queue up again, before the others.
-    std::sort(inFlight_.begin(), inFlight_.end(), [](const auto& a, const auto& b) { return a.offset > b.offset; });
-    for (const message::BlobRequest& lost : inFlight_) {
+    std::vector<message::BlobRequest> all = std::exchange(again_, {});
+    for (const Asked& asked : inFlight_) {
+        const auto fetch = fetches_.find(asked.request.id);
+        if (fetch != fetches_.end() && asked.wanted >= fetch->second.begun) all.push_back(asked.request);
+    }
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.offset > b.offset; });
+    for (const message::BlobRequest& lost : all) {
         Fetch& fetch = fetches_.at(lost.id);
         if (fetch.asked == fetch.sizeBytes) order_.push_front(lost.id);
         fetch.asked = lost.offset;

@@ -56,7 +56,8 @@ public:
     [[nodiscard]] std::vector<Blob> takeFound() { return std::exchange(found_, {}); }
     /// Whether chunks are under way.
     [[nodiscard]] bool waiting() const { return !inFlight_.empty(); }
-    /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for.
+    /// A blob, when this chunk was its last. Chunks may come in any order, but only those asked for. kNotFound: the
+    /// server has this blob no more, and nobody has wanted it since it was asked for: it is wanted no more.
     [[nodiscard]] Expected<std::optional<Blob>> chunk(const message::BlobChunk& chunk);
     /// The bulk connection broke: what was under way is asked for again.
     void interrupted();
@@ -70,6 +71,8 @@ public:
         bool scene = false;                    ///< it holds a whole scene
         bool late = false;                     ///< wanted once the whole scene was known
         std::uint32_t unwanted = 0;            ///< connections that have ended since the last that wanted it
+        std::uint64_t begun = 0;               ///< by the count of all wishes: the one that began it
+        std::uint64_t wanted = 0;              ///< the last one
     };
     /// Blobs of which a part is here.
     using Parts = std::unordered_map<BlobId, Fetch>;
@@ -81,14 +84,22 @@ public:
     void forgetParts() { parts_.clear(); }
 
 private:
+    struct Asked {
+        message::BlobRequest request;
+        std::uint64_t wanted = 0;  ///< when it was asked for: the last wish for this blob
+    };
+
     [[nodiscard]] Blob lookElsewhere(const BlobInfo& blob, bool late) const;
+    void giveUp(const BlobId& id);
 
     FetchLimits limits_;
     std::unordered_set<BlobId> held_;
     std::unordered_map<BlobId, Fetch> fetches_;
-    Parts parts_;               ///< of an earlier connection, not wanted yet
-    std::deque<BlobId> order_;  ///< of those not wholly asked for
-    std::vector<message::BlobRequest> inFlight_;
+    Parts parts_;                              ///< of an earlier connection, not wanted yet
+    std::deque<BlobId> order_;                 ///< of those not wholly asked for
+    std::vector<Asked> inFlight_;              ///< those of blobs that were given up too, until their answers have come
+    std::vector<message::BlobRequest> again_;  ///< to be asked for once more
+    std::uint64_t wishes_ = 0;
     std::vector<Blob> found_;
     bool sceneKnown_ = false;
 };

@@ -50,6 +50,8 @@ struct ClientSession::Impl {
     void on(const message::Reply& reply, TimePoint) { out.push_back(client_action::ReplyReceived{reply}); }
     void on(const message::Notice& notice, TimePoint) { out.push_back(client_action::NoticeReceived{notice}); }
     void on(const message::Neighbours& hosts, TimePoint) { out.push_back(client_action::MeetNeighbours{hosts}); }
+    /// An announced blob that no list names is gone again: what it was for has been cancelled.
+    void withdrawn(const BlobId& blob);
     void enqueue(ReplicaSteps::Message message);
     [[nodiscard]] bool want(const std::vector<BlobInfo>& blobs);
     [[nodiscard]] bool allHeld(const std::vector<BlobInfo>& blobs, std::size_t& held) const;
@@ -189,6 +191,7 @@ void ClientSession::Impl::on(const message::Over& over, TimePoint) {
 void ClientSession::Impl::on(const message::BlobChunk& chunk, TimePoint) {
     bulkProgress = lastByte;
     Expected<std::optional<Blob>> blob = fetcher.chunk(chunk);
+    if (!blob && blob.error().code == ErrorCode::kNotFound && !steps.need(chunk.id)) return withdrawn(chunk.id);
     if (!blob) return disconnect(blob.error().message, true, blob.error().code);
     fetch();
     if (!*blob) return;
@@ -196,6 +199,14 @@ void ClientSession::Impl::on(const message::BlobChunk& chunk, TimePoint) {
     out.push_back(client_action::StoreBlob{std::move(**blob)});
     reportHeld();
     pump();
+}
+
+void ClientSession::Impl::withdrawn(const BlobId& blob) {
+    std::erase_if(notices, [&](const Notice& waiting) {
+        const std::vector<BlobInfo>& blobs = waiting.notice.blobs;
+        return std::ranges::find(blobs, blob, &BlobInfo::id) != blobs.end();
+    });
+    fetch();
 }
 
 void ClientSession::Impl::closed(ChannelKind channel, TimePoint now) {

@@ -51,6 +51,13 @@ bool ReplicaSteps::awaitContent(const BlobId& content) const {
                                [&](const Step& s) { return s.content.sizeBytes > 0 && s.content.id == content; });
 }
 
+bool ReplicaSteps::need(const BlobId& blob) const {
+    const auto names = [&](const Step& s) {
+        return std::ranges::find(s.list().blobs, blob, &BlobInfo::id) != s.list().blobs.end();
+    };
+    return awaitContent(blob) || std::ranges::any_of(steps_, names);
+}
+
 bool ReplicaSteps::opened(const BlobId& content, const CommittedListPtr& list) {
     for (Step& step : steps_) {
         if (step.content.sizeBytes == 0 || step.content.id != content) continue;

@@ -31,6 +31,8 @@ public:
 
     /// Whether this blob is the content of a snapshot among them.
     [[nodiscard]] bool awaitContent(const BlobId& content) const;
+    /// Whether a step cannot be gone through without this blob.
+    [[nodiscard]] bool need(const BlobId& blob) const;
     /// Its content has come: the list of the snapshots that wait for it. False where it is not the one announced.
     [[nodiscard]] bool opened(const BlobId& content, const CommittedListPtr& list);
 

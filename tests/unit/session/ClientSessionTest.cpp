@@ -224,6 +224,81 @@ TEST(ClientSession, FetchesAnnouncedBlobsWhileItDraws) {
     EXPECT_EQ(c.sent<message::BlobsHeld>().size(), 2u);
 }
 
+/// The server gives up what it has announced: an answer without bytes to each chunk that was asked for.
+void withdraw(ClientFixture& c, const Blob& blob, std::uint64_t offset) {
+    c.hear(message::BlobChunk{blob.id(), offset, 0, {}}, ChannelKind::kBulk);
+}
+
+TEST(ClientSession, WhatWasAnnouncedForACancelledLoadCostsNothing) {
+    ClientFixture c;
+    c.inStep();
+    c.bulkOpen();
+    const Blob cancelled(content(450, 1)), later(content(150, 2));
+    c.hear(message::BlobNotice{7, {infoOf(cancelled)}});
+    c.hear(message::BlobNotice{8, {infoOf(later)}});
+    withdraw(c, cancelled, 0);
+    withdraw(c, cancelled, 100);
+    c.answered = {{cancelled.id(), 0}, {cancelled.id(), 100}};
+    c.answerChunks({later});
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    ASSERT_EQ(c.sent<message::BlobsHeld>().size(), 1u);
+    EXPECT_EQ(c.sent<message::BlobsHeld>()[0].token, 8u);
+    // The same file once more.
+    c.done.clear();
+    c.answered.clear();
+    c.hear(message::BlobNotice{9, {infoOf(cancelled)}});
+    c.answerChunks({cancelled});
+    ASSERT_EQ(c.sent<message::BlobsHeld>().size(), 1u);
+    EXPECT_EQ(c.sent<message::BlobsHeld>()[0].token, 9u);
+    EXPECT_EQ(c.actions<client_action::StoreBlob>().size(), 1u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+}
+
+/// The next load of the same file may be announced while the answer to a chunk for the cancelled one is on its way.
+TEST(ClientSession, WhatIsAnnouncedAnewIsAskedForAnew) {
+    ClientFixture c;
+    c.inStep();
+    c.bulkOpen();
+    const Blob blob(content(450, 1));
+    c.hear(message::BlobNotice{7, {infoOf(blob)}});
+    c.hear(message::BlobNotice{9, {infoOf(blob)}});
+    c.done.clear();
+    withdraw(c, blob, 0);
+    withdraw(c, blob, 100);
+    c.answerChunks({blob});
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+    const auto held = c.sent<message::BlobsHeld>();
+    EXPECT_TRUE(std::ranges::any_of(held, [](const auto& one) { return one.token == 9; }));
+    // And it may come between the answers.
+    const Blob other(content(450, 2));
+    c.hear(message::BlobNotice{11, {infoOf(other)}});
+    withdraw(c, other, 0);
+    c.done.clear();
+    c.answered.clear();
+    c.hear(message::BlobNotice{12, {infoOf(other)}});
+    withdraw(c, other, 100);
+    c.answerChunks({other});
+    ASSERT_EQ(c.sent<message::BlobsHeld>().size(), 1u);
+    EXPECT_EQ(c.sent<message::BlobsHeld>()[0].token, 12u);
+    EXPECT_TRUE(c.actions<client_action::Disconnect>().empty());
+}
+
+TEST(ClientSession, WhatALeavingLoadWantedIsForgottenWithTheBulkConnection) {
+    ClientFixture c;
+    c.inStep();
+    c.bulkOpen();
+    const Blob gone(content(450, 1)), blob(content(250, 2));
+    c.hear(message::BlobNotice{7, {infoOf(gone)}});
+    withdraw(c, gone, 0);
+    c.take(c.session.channelClosed(ChannelKind::kBulk, c.now));
+    c.hear(message::BlobNotice{8, {infoOf(blob)}});
+    c.done.clear();
+    c.bulkOpen();
+    c.answerChunks({gone, blob});
+    EXPECT_EQ(c.actions<client_action::StoreBlob>().size(), 1u);
+    EXPECT_EQ(c.sent<message::BlobsHeld>().size(), 1u);
+}
+
 TEST(ClientSession, AnswersHashQueriesBetweenItsOtherWork) {
     ClientFixture c;
     c.inStep();
