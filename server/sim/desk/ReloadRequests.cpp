@@ -248,6 +248,7 @@ ServerActions ReloadRequests::committed(std::uint64_t number, const std::shared_
     Known& known = files_.at(number);
     if (!refused) {
         count(known, *plan);
+        known.change->next = heldAfter(std::move(known.change->next), *plan);
         return end(number, std::nullopt);
     }
     // Somebody has removed or put something in between; what has been made stays known. A person's cancelling (kFailed)
@@ -275,7 +276,7 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
             say(fmt::format(
                 "{}: taken in again: {} values changed, {} objects made, {} removed, {} values kept as they are here",
                 file.path, told.changed, told.created, told.removed, told.kept));
-            for (const std::string& note : told.notes) say(fmt::format("{}: {}", file.path, note));
+            for (const std::string& note : told.notes) say(named(note));
         }
     }
     // A change of which nothing came is one still, the next time.

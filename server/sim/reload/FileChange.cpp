@@ -2,9 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 namespace tessera {
+
+namespace {
+
+std::vector<std::uint32_t> matched(const HeldFile& former, const FileObjects& before, const FileObjects& after) {
+    std::vector<std::uint32_t> formerOf = matchObjects(before, after);
+    if (former.leftOut.empty()) return formerOf;
+    const std::unordered_set<std::uint32_t> leftOut(former.leftOut.begin(), former.leftOut.end());
+    for (std::uint32_t& place : formerOf)
+        if (leftOut.contains(place)) place = FileObjects::kNone;
+    return formerOf;
+}
+
+}  // namespace
 
 FileChange::FileChange(std::shared_ptr<const HeldFile> formerFile, ChangeList nextList, HeldFile nextFile)
     : former(std::move(formerFile)),
@@ -12,7 +26,7 @@ FileChange::FileChange(std::shared_ptr<const HeldFile> formerFile, ChangeList ne
       next(std::move(nextFile)),
       before(former->list),
       after(list),
-      formerOf(matchObjects(before, after)),
+      formerOf(matched(*former, before, after)),
       vanished(before.count(), true) {
     for (std::uint32_t b = 0; b < after.count(); ++b) {
         if (formerOf[b] == FileObjects::kNone) continue;

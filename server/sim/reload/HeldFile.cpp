@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <unordered_set>
 #include <utility>
 
 #include "common/base/Hash.h"
@@ -65,9 +66,29 @@ void HeldFile::standsFrom(ObjectId first) {
     for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = ObjectId(first.value + i);
 }
 
+void HeldFile::write(const ChangeList& others, std::span<const ObjectId> idsOfMore) {
+    list.creations.insert(list.creations.end(), others.creations.begin(), others.creations.end());
+    ids.insert(ids.end(), idsOfMore.begin(), idsOfMore.end());
+    const auto order = [](const FieldColumn& column) { return std::pair(column.type, column.field); };
+    for (const FieldColumn& column : others.columns) {
+        const auto same = std::ranges::find(list.columns, order(column), order);
+        if (same == list.columns.end()) {
+            list.columns.insert(std::ranges::upper_bound(list.columns, order(column), {}, order), column);
+            continue;
+        }
+        const std::unordered_set<ObjectId> written(column.ids.begin(), column.ids.end());
+        FieldColumn all = FieldColumn::ofShape(same->type, same->field, same->kind(), same->width);
+        for (std::size_t row = 0; row < same->ids.size(); ++row)
+            if (!written.contains(same->ids[row])) all.append(same->ids[row], same->value(row));
+        for (std::size_t row = 0; row < column.ids.size(); ++row) all.append(column.ids[row], column.value(row));
+        *same = std::move(all);
+    }
+    bytes = count();
+}
+
 std::size_t HeldFile::count() const {
     std::size_t sum = list.creations.size() * sizeof(Creation) + list.placements.size() * sizeof(Placement) +
-                      ids.size() * sizeof(ObjectId);
+                      ids.size() * sizeof(ObjectId) + leftOut.size() * sizeof(std::uint32_t);
     for (const FieldColumn& column : list.columns) {
         sum += column.ids.size() * sizeof(ObjectId);
         std::visit(

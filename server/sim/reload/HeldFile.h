@@ -20,11 +20,16 @@ struct HeldFile {
     std::size_t bytes = 0;            ///< of memory, as it is counted
     std::vector<std::uint32_t> tops;  ///< places of nodes that hang below what is not of the file, the first ones
     static constexpr std::size_t kMostTops = 1000;
+    /// Places of nodes that are not made yet, for what they hang below had been removed: they are as good as new.
+    std::vector<std::uint32_t> leftOut;
 
     /// Nothing where its objects are not in a row. Costs what the list holds.
     [[nodiscard]] static std::optional<HeldFile> of(const ChangeList& list);
     /// The objects have these ids, in a row.
     void standsFrom(ObjectId first);
+    /// Other values of objects of the list, and more objects: creations behind those of the list, in their row, and
+    /// columns. No other kind of change.
+    void write(const ChangeList& others, std::span<const ObjectId> idsOfMore);
 
 private:
     [[nodiscard]] std::size_t count() const;

@@ -59,6 +59,7 @@ public:
         decideRemovals();
         plan_.objects = plan_.made.size();
         write();
+        writeWhatWaits();
         if (moreNotes_ > 0) plan_.notes.push_back(fmt::format("and {} more", moreNotes_));
         return std::move(plan_);
     }
@@ -106,6 +107,7 @@ private:
                     continue;
                 }
                 states_[node] = State::kLeftOut;
+                plan_.leftOut.push_back(node);
                 if (above < after_.count() && states_[above] == State::kGone)
                     note(fmt::format("{} is new in the file, below what was removed here", names_.of(node)));
             }
@@ -171,6 +173,8 @@ private:
         const std::uint32_t place = rows.front().object;
         if (states_[place] != State::kThere) {
             if (after_.isNode(place)) note(fmt::format("{} was removed here, and stays so", names_.of(place)));
+            if (states_[place] == State::kGone && change_.next.ids[place])
+                for (const FileChange::Row& row : rows) waiting_.push_back(&row);
             return;
         }
         const ObjectId id = change_.next.ids[place];
@@ -307,6 +311,45 @@ private:
             if (uses[id] != 0) goers_.push_back(id);
     }
 
+    // ---- what waits
+
+    /// With places in the file as it is; those that it has no more are behind them.
+    void writeWhatWaits() {
+        const FileObjects& before = change_.before;
+        std::vector<std::uint32_t> gone;
+        for (std::uint32_t a = 0; a < before.count(); ++a) {
+            const ObjectId id = change_.former->ids[a];
+            if (!change_.vanished[a] || !id || isThere(id, before.type(a))) continue;
+            gone.push_back(a);
+            plan_.idsWaiting.push_back(id);
+        }
+        if (waiting_.empty() && gone.empty()) return;
+        std::vector<std::uint32_t> nextOf(before.count(), kNone);
+        for (std::uint32_t b = 0; b < after_.count(); ++b)
+            if (change_.formerOf[b] != kNone) nextOf[change_.formerOf[b]] = b;
+        for (std::size_t i = 0; i < gone.size(); ++i) nextOf[gone[i]] = after_.count() + static_cast<std::uint32_t>(i);
+        const auto placeholder = [](std::uint32_t place) { return ObjectId(kFirstPlaceholder + place); };
+        const auto asNext = [&](FieldValue value) {
+            return replaced(std::move(value), [&](ObjectId id) {
+                const std::uint32_t place = before.placeOf(id);
+                if (place == kNone) return id;
+                return nextOf[place] == kNone ? change_.former->ids[place] : placeholder(nextOf[place]);
+            });
+        };
+        ChangeListBuilder list;
+        for (const FileChange::Row* row : waiting_)
+            if (!made_[row->object])  // else it has come as the file has it, for the sake of another
+                list.set(placeholder(row->object), after_.type(row->object).type, row->field->id, asNext(row->was));
+        for (const std::uint32_t a : gone) {
+            const TypeInfo& type = before.type(a);
+            list.create(placeholder(nextOf[a]), type.type);
+            for (const FieldEntry& field : type.fields)
+                if (FieldValue value = before.value(a, field); value != field.load(type.freshObject()))
+                    list.set(placeholder(nextOf[a]), type.type, field.id, asNext(std::move(value)));
+        }
+        plan_.waits = list.take();
+    }
+
     // ---- the lists
 
     void write() {
@@ -425,6 +468,7 @@ private:
     std::vector<bool> wanted_;    ///< by place: what is written refers to it
     FileNames names_, formerNames_;
     std::vector<Row> rows_;
+    std::vector<const FileChange::Row*> waiting_;        ///< values of what was removed here
     std::unordered_map<ObjectId, std::uint32_t> going_;  ///< and their places in the former file
     std::vector<ObjectId> goers_;
     std::size_t inCircles_ = 0;  ///< of them, the last ones
@@ -441,6 +485,12 @@ Expected<ReloadPlan> planReload(const Aspect& scene, const FileChange& change, O
     if (!scene.get<Node>(below))
         return fail(ErrorCode::kNotFound, "the node that it was loaded below has been removed");
     return Planner(scene, change, below, limits).run();
+}
+
+HeldFile heldAfter(HeldFile next, const ReloadPlan& plan) {
+    next.leftOut = plan.leftOut;
+    if (!plan.waits.empty()) next.write(plan.waits, plan.idsWaiting);
+    return next;
 }
 
 /// Rows of what is there come last in a column, in the order of `before`.

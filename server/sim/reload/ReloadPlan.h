@@ -17,7 +17,8 @@ namespace tessera {
 /// kept and named. Of a type with arrays all of the object is kept then: half of a mesh would be none. What the server
 /// alone says is left to it.
 ///
-/// **What is gone.** Objects that are in the scene no more stay away, and what is new below them. Nodes that the file
+/// **What is gone.** Objects that are in the scene no more stay away, and what is new below them. What the file says of
+/// them waits until they are back: an undo may bring them as they were (`waits`). Nodes that the file
 /// has no more are taken away with what only they used, but for those below which people have put others, or that
 /// others name: these stay, and are named. So are those that were changed here and go.
 ///
@@ -43,6 +44,12 @@ struct ReloadPlan {
     std::vector<std::uint32_t> made;  ///< their places in `FileChange::after`, in the order of the placeholders
     std::vector<Blob> arrays;         ///< that the parts name
 
+    /// What the plan leaves for the time when those who have been removed here are back, written into what is held of
+    /// the file (HeldFile::write): what it said of them before, and those of them that it has no more.
+    ChangeList waits;
+    std::vector<ObjectId> idsWaiting;    ///< of the latter
+    std::vector<std::uint32_t> leftOut;  ///< HeldFile::leftOut
+
     std::uint64_t changed = 0, kept = 0;  ///< values
     std::uint64_t removed = 0;            ///< objects
     std::vector<std::string>
@@ -53,6 +60,9 @@ struct ReloadPlan {
 /// for each node with other children a look at all of its children. Any thread.
 [[nodiscard]] Expected<ReloadPlan> planReload(const Aspect& scene, const FileChange& change, ObjectId below,
                                               const ReloadPlan::Limits& limits = {});
+
+/// What is to be held of the file once the plan has been carried out.
+[[nodiscard]] HeldFile heldAfter(HeldFile next, const ReloadPlan& plan);
 
 /// A last look, in the frame that takes the part: what has changed since the plan was made is left out of it, and
 /// counted as kept. Costs what the part writes.

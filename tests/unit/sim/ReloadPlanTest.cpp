@@ -89,9 +89,9 @@ public:
             if (plan->creating == 0 && plan->objects > 0) first = applied->ids.front().second;
             mostInAPart = std::max(mostInAPart, applied->list->changeCount());
         }
-        auto held = std::make_shared<HeldFile>(std::move(change_->next));
-        for (std::size_t i = 0; i < plan->made.size(); ++i) held->ids[plan->made[i]] = ObjectId(first.value + i);
-        file_ = held;
+        for (std::size_t i = 0; i < plan->made.size(); ++i)
+            change_->next.ids[plan->made[i]] = ObjectId(first.value + i);
+        file_ = std::make_shared<HeldFile>(heldAfter(std::move(change_->next), *plan));
         return *plan;
     }
     std::size_t mostInAPart = 0;
@@ -115,6 +115,18 @@ public:
         edit(list.take());
     }
     void remove(const std::string& path) { edit(*removalList(scene(), node(path))); }
+    /// And a way back.
+    [[nodiscard]] ChangeList removeForNow(const std::string& path) {
+        Expected<Committer::Applied> applied =
+            committer.apply(*removalList(scene(), node(path)), Committer::Inverse::kMade);
+        EXPECT_TRUE(applied);
+        (void)committer.closeFrame();  // what goes in a frame does not come back in it
+        return applied ? std::move(applied->inverse) : ChangeList();
+    }
+    void bringBack(ChangeList list) {
+        const auto applied = committer.applyInverse(std::make_shared<const ChangeList>(std::move(list)));
+        ASSERT_TRUE(applied) << applied.error().message;
+    }
     void add(const std::string& name, const std::string& below) {
         ListMaker make;
         make.node(name, below.empty() ? kRootNode : node(below));
@@ -260,6 +272,72 @@ TEST(ReloadPlan, WhatPeopleRemovedStaysRemoved) {
               std::string::npos)
         << allNotes(plan);
     EXPECT_EQ(plan.objects, 0u);
+}
+
+/// An undo brings it as it was before the file changed.
+TEST(ReloadPlan, WhatIsRemovedAndBroughtBackIsAsTheFileHasItAfterAReload) {
+    for (const bool twice : {false, true}) {
+        FileAtWork work(kHall);
+        const ObjectId crane = work.node("/hall/crane");
+        ChangeList back = work.removeForNow("/hall/crane");
+        std::vector<Said> next = kHall;
+        next[0].below[0].at = {5, 5, 5};
+        next[0].below[0].box = 3;
+        next[0].below[0].rough = 0.25f;
+        next[0].below[0].below = {{.name = "hook", .at = {1, 2, 3}, .box = 1, .below = {{.name = "eye"}}}};
+        (void)work.becomes(next);
+        if (twice) {
+            next[0].below[0].at = {6, 6, 6};
+            next[0].below[1].at = {2, 2, 2};
+            const ReloadPlan plan = work.becomes(next);
+            EXPECT_EQ(plan.changed, 1u);
+            EXPECT_EQ(plan.kept, 0u);
+        }
+        work.bringBack(std::move(back));
+        ASSERT_EQ(work.node("/hall/crane"), crane);
+        EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, Vec3d(1, 0, 0)) << "as it went";
+        const ReloadPlan plan = work.becomes(next);
+        EXPECT_EQ(plan.kept, 0u) << allNotes(plan);
+        FileAtWork fresh(next);
+        EXPECT_EQ(work.node("/hall/crane"), crane);
+        EXPECT_EQ(work.below("/hall"), fresh.below("/hall"));
+        EXPECT_EQ(work.below("/hall/crane"), fresh.below("/hall/crane"));
+        EXPECT_TRUE(work.node("/hall/crane/hook/eye"));
+        EXPECT_EQ(work.scene().objectCount(), fresh.scene().objectCount());
+        EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane"))->translation, next[0].below[0].at);
+        EXPECT_EQ(work.scene().get<Transform>(work.core("/hall/crane/hook"))->translation, Vec3d(1, 2, 3));
+        const Geometry& shape = *work.scene().get<Geometry>(work.core("/hall/crane/shape"));
+        EXPECT_EQ(shape.positions, makeBox(Vec3d::Constant(3)).toArrays().positions);
+        EXPECT_EQ(work.scene().get<Material>(shape.material)->roughness, 0.25f);
+        const ReloadPlan more = work.becomes(next);
+        EXPECT_TRUE(more.parts.empty() && more.notes.empty()) << allNotes(more);
+    }
+}
+
+TEST(ReloadPlan, WhatIsRemovedAndBroughtBackGoesWithAReloadOfAFileThatHasItNoMore) {
+    FileAtWork work(kHall);
+    ChangeList back = work.removeForNow("/hall/crane");
+    std::vector<Said> next = kHall;
+    next[0].below.erase(next[0].below.begin());
+    (void)work.becomes(next);
+    (void)work.becomes(next);
+    work.bringBack(std::move(back));
+    const ReloadPlan plan = work.becomes(next);
+    EXPECT_EQ(work.below("/hall"), (Names{"crate", "lamp"})) << allNotes(plan);
+    EXPECT_EQ(work.scene().objectCount(), FileAtWork(next).scene().objectCount());
+}
+
+/// Its core and its material are others in the file by then.
+TEST(ReloadPlan, WhatIsBroughtBackLeavesNothingBehindOfWhatItWas) {
+    FileAtWork work(kHall);
+    ChangeList back = work.removeForNow("/hall/crane/shape");
+    std::vector<Said> next = kHall;
+    next[0].below[0].rough.reset();
+    (void)work.becomes(next);
+    work.bringBack(std::move(back));
+    (void)work.becomes(next);
+    EXPECT_FALSE(work.scene().get<Geometry>(work.core("/hall/crane/shape"))->material);
+    EXPECT_EQ(work.scene().objectCount(), FileAtWork(next).scene().objectCount());
 }
 
 TEST(ReloadPlan, WhatPeoplePutBelowANodeKeepsIt) {
