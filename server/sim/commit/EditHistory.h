@@ -125,6 +125,9 @@ public:
     /// Of that step the lists that are applied first, `most` at most: as they are kept, before they are made one.
     [[nodiscard]] std::vector<ChangeListPtr> firstToUndo(std::size_t most) const { return firstOf(back_, most); }
     [[nodiscard]] std::vector<ChangeListPtr> firstToRedo(std::size_t most) const { return firstOf(forth_, most); }
+    /// What that step makes, of a step in parts; of others an empty range.
+    [[nodiscard]] IdRange idsToUndo() const { return back_.empty() ? IdRange() : back_.back().made; }
+    [[nodiscard]] IdRange idsToRedo() const { return forth_.empty() ? IdRange() : forth_.back().made; }
     void undone(ChangeList inverse, Overlaps overlaps = {});
     void redone(ChangeList inverse, Overlaps overlaps = {});
     /// What touched in the scene to which that list leads.

@@ -63,11 +63,9 @@ inline ServerActions loadAsset(Desk& desk, const Asker& asker, const request::Lo
 
 inline ServerActions getSteps(Desk& desk, const Asker& asker, const request::GetSteps&, TimePoint) {
     const Simulation& simulation = desk.around.simulation;
-    const EditHistory& history = simulation.history();
     return desk.answer(
-        asker, ApplicationAnswer(answer::Steps{.sequence = simulation.sequence(),
-                                               .undo = stepPlan(simulation, history.firstToUndo(kMostStepLists)),
-                                               .redo = stepPlan(simulation, history.firstToRedo(kMostStepLists))}));
+        asker, ApplicationAnswer(answer::Steps{
+                   .sequence = simulation.sequence(), .undo = undoPlan(simulation), .redo = redoPlan(simulation)}));
 }
 
 inline constexpr DeedTable kRows{&propose, &undo, &redo, &move, &remove, &clone, &loadFile, &loadAsset, &getSteps};

@@ -29,7 +29,12 @@ ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, Obj
     const std::uint64_t ticket = edits_.newTicket();
     if (!around_.loader.order({.ticket = ticket, .node = below, .path = path, .placing = placing}))
         return refuse({ErrorCode::kLimit, "too many files wait to be loaded already"});
-    edits_.open(ticket, {.asker = asker, .isLoad = true, .loadedFrom = path, .since = clockNow()});
+    edits_.open(ticket, {.asker = asker,
+                         .isLoad = true,
+                         .loadedFrom = path,
+                         .since = clockNow(),
+                         .below = below,
+                         .belowName = pathOf(around_.simulation.scene(), below)});
     return {};
 }
 
@@ -63,7 +68,9 @@ answer::Loads LoadRequests::underWay(const Asker& asker, const std::function<std
     for (const OpenEdits::Appearing& one : edits_.appearing())
         add(one.ticket, one.open,
             {.path = one.open->loadedFrom,
-             .stage = one.part ? "appearing" : "sending",
+             .stage = one.part     ? "appearing"
+                      : one.isSent ? "waiting"
+                                   : "sending",
              .part = one.part.value_or(-1),
              .seconds = toMilliseconds(now - one.open->since) / 1000});
     for (const Loader::UnderWay& one : around_.loader.underWay()) {
@@ -92,7 +99,7 @@ Expected<ServerActions> LoadRequests::cancel(std::uint64_t load, const std::stri
     const OpenEdits::Open* const made = edits_.find(load);
     if (made == nullptr)
         return fail(ErrorCode::kNotFound, fmt::format("no load {} is on its way; `loads` tells which are", load));
-    if (made->isLoad && edits_.waitsForHosts(load))
+    if (made->isLoad && edits_.hasNotBegun(load))
         return edits_.refuse(load, {why.code, made->loadedFrom + ": " + why.message});
     return fail(ErrorCode::kRefused, "it appears already; an undo takes it back");
 }
@@ -108,6 +115,7 @@ ServerActions LoadRequests::loaded(Preparation made, TimePoint now) {
     OpenEdits::Open* const open = edits_.find(made.ticket);
     if (!open) return {};
     if (made.refused) return edits_.refuse(made.ticket, *made.refused);
+    if (const std::optional<Error> why = edits_.whyNowhere(*open)) return edits_.refuse(made.ticket, *why);
     open->loaded = {.node = made.top, .objects = made.objects, .triangles = made.triangles};
     for (const std::string& note : made.notes) {
         if (open->loaded.notes.size() == answer::Loaded::kMostNotes) break;

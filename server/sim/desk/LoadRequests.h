@@ -26,8 +26,8 @@ public:
     /// All that are on their way, the oldest first. `nameOf`: that of an application; empty where it has gone.
     [[nodiscard]] answer::Loads underWay(const Asker& asker, const std::function<std::string(ConnectionId)>& nameOf,
                                          TimePoint now) const;
-    /// Whoever waits for it is told `why`, and what is asked for here is done. kRefused: it appears already, or is the
-    /// scene that the server begins with. kNotFound: it is not on its way.
+    /// Whoever waits for it is told `why`, and what is asked for here is done. kRefused: some of it appears already, or
+    /// it is the scene that the server begins with. kNotFound: it is not on its way.
     [[nodiscard]] Expected<ServerActions> cancel(std::uint64_t load, const std::string& by);
 
 private:

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "common/cores/Node.h"
 #include "server/sim/desk/AuditNames.h"
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/reload/ReloadPlan.h"
@@ -80,6 +83,8 @@ ServerActions OpenEdits::queue(std::uint64_t ticket, std::vector<Blob> named, Ti
 
 ServerActions OpenEdits::refuse(std::uint64_t ticket, const Error& why) {
     const auto open = open_.find(ticket);
+    std::erase(ready_, ticket);
+    std::erase(loading_, ticket);
     ServerActions actions = tell(open->second, tl::unexpected(why));
     drop(std::move(open->second.parts));
     around_.session.forgetBlobs(ticket);
@@ -109,13 +114,27 @@ bool OpenEdits::waitsForHosts(std::uint64_t ticket) const {
     return open != open_.end() && !open->second.announced.empty() && !open->second.isEverywhere;
 }
 
+bool OpenEdits::hasNotBegun(std::uint64_t ticket) const {
+    const auto open = open_.find(ticket);
+    return open != open_.end() && partsOf(open->second) > 0 && open->second.nextPart == 0;
+}
+
+std::optional<Error> OpenEdits::whyNowhere(const Open& open) const {
+    if (!open.below || around_.simulation.scene().get<Node>(open.below)) return std::nullopt;
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("{} is not loaded: {} (#{}), below which it was to go, has been removed meanwhile; load it "
+                    "below another node, or bring that one back (undo) and load it again",
+                    open.loadedFrom, open.belowName, open.below.value)};
+}
+
 std::vector<OpenEdits::Appearing> OpenEdits::appearing() const {
     std::vector<Appearing> found;
     for (const auto& [ticket, open] : open_) {
         if (!open.isLoad || partsOf(open) == 0) continue;
         std::optional<double> part;
-        if (!waitsForHosts(ticket)) part = static_cast<double>(open.nextPart) / static_cast<double>(partsOf(open));
-        found.push_back({ticket, &open, part});
+        if (open.nextPart > 0) part = static_cast<double>(open.nextPart) / static_cast<double>(partsOf(open));
+        found.push_back({ticket, &open, !waitsForHosts(ticket), part});
     }
     return found;
 }
@@ -252,6 +271,9 @@ ServerActions OpenEdits::committed(std::vector<EditOutcome> outcomes) {
             if (open.given) open.given(open.firstMade);
         }
         if (morePartsFollow && outcome.result) continue;
+        // Its words would be about numbers that nobody has given.
+        if (!outcome.result)
+            if (std::optional<Error> why = whyNowhere(open)) outcome.result = tl::unexpected(*std::move(why));
         append(actions, tell(open, answerOf(open, std::move(outcome.result))));
         if (morePartsFollow) {
             std::erase(loading_, outcome.ticket);

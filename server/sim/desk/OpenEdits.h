@@ -40,6 +40,8 @@ public:
         bool isLoad = false;
         std::string loadedFrom = {};         ///< of a load: its file, as it was asked for
         TimePoint since = {};                ///< of a load: when it was
+        ObjectId below = {};                 ///< of a load: the node that it goes below; none: whoever looks after it
+        std::string belowName = {};          ///< and its path when the load was asked for
         ObjectId content = {};               ///< of what an Inline holds: its core; nobody asked
         answer::Loaded loaded = {};          ///< of a load: its answer; `node` is a placeholder until the commit
         std::vector<ChangeList> parts = {};  ///< of a load, or a large copy, that takes several frames
@@ -70,6 +72,10 @@ public:
     void blobsEverywhere(std::uint64_t ticket);
     /// Hosts still fetch what it names: nothing of it is in a frame.
     [[nodiscard]] bool waitsForHosts(std::uint64_t ticket) const;
+    /// No part of it is in a frame: it can be refused.
+    [[nodiscard]] bool hasNotBegun(std::uint64_t ticket) const;
+    /// Why a load cannot go where it was to go, if that is so.
+    [[nodiscard]] std::optional<Error> whyNowhere(const Open& open) const;
     /// This deed of the audit log is open.
     [[nodiscard]] bool has(ConnectionId connection, std::uint64_t deed) const;
 
@@ -82,7 +88,8 @@ public:
     struct Appearing {
         std::uint64_t ticket = 0;
         const Open* open = nullptr;
-        std::optional<double> part;  ///< of the parts, 0 to 1; none: hosts still fetch what it names
+        bool isSent = false;         ///< no host still fetches what it names
+        std::optional<double> part;  ///< of the parts, 0 to 1; none: nothing of it is in a frame
     };
     [[nodiscard]] std::vector<Appearing> appearing() const;
     /// Of copies that were made beside the frames.

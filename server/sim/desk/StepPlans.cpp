@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <set>
 #include <unordered_set>
@@ -15,6 +16,7 @@
 namespace tessera {
 namespace {
 
+constexpr std::size_t kMostLists = 8;   ///< of a step that are looked at
 constexpr std::size_t kMostRows = 256;  ///< of each kind of change, of one list
 constexpr std::size_t kNamed = 2;       ///< in words
 constexpr std::size_t kTold = 16;       ///< as numbers
@@ -127,10 +129,80 @@ private:
     std::uint64_t changes_ = 0;
 };
 
+// ---- steps in parts: their first lists only hide what they make, or make what is not to be seen yet
+
+constexpr std::size_t kMostDepth = 4096;
+
+std::uint64_t changesOf(std::span<const ChangeListPtr> lists) {
+    std::uint64_t changes = 0;
+    for (const ChangeListPtr& list : lists) changes += list->changeCount();
+    return changes;
+}
+
+/// Takes nodes of the range away. One of each list is looked at, and all that is above it.
+answer::StepPlan planOfRemoval(const Simulation& simulation, std::span<const ChangeListPtr> lists,
+                               const IdRange& range) {
+    Met tops;
+    const auto look = [&](ObjectId id) {
+        for (std::size_t depth = 0; depth < kMostDepth; ++depth) {
+            const Node* const node = range.contains(id) ? simulation.scene().get<Node>(id) : nullptr;
+            if (node == nullptr || !node->parent) return;
+            if (!range.contains(node->parent)) return tops.add(id);
+            id = node->parent;
+        }
+    };
+    for (const ChangeListPtr& list : lists)
+        if (!list->placements.empty()) look(list->placements.front().node);
+    answer::StepPlan plan{.what = "", .objects = {}, .changes = changesOf(lists)};
+    std::vector<std::string> names = auditNames(simulation, tops.objects, kNamed);
+    std::ranges::transform(names, names.begin(), shortened);
+    if (names.empty()) names.emplace_back("what a load has brought");
+    plan.what = fmt::format("removes {} and more", fmt::join(names, ", "));
+    for (const ObjectId id : tops.objects)
+        if (plan.objects.size() < kTold) plan.objects.push_back(id);
+    return plan;
+}
+
+/// Brings nodes of the range. Those on top come in the order of the document, so that the first rows of a list do.
+answer::StepPlan planOfReturn(std::span<const ChangeListPtr> lists, const IdRange& range) {
+    Met tops;
+    std::size_t objects = 0;
+    for (const ChangeListPtr& list : lists) {
+        objects += list->creations.size();
+        for (const Placement& placed : Met::firstOf(list->placements))
+            if (range.contains(placed.node) && placed.parent && !range.contains(placed.parent)) tops.add(placed.node);
+    }
+    answer::StepPlan plan{.what = "", .objects = {}, .changes = changesOf(lists)};
+    std::vector<std::string> names(std::min(tops.objects.size(), kNamed));
+    for (const ChangeListPtr& list : lists)
+        for (const FieldColumn& column : list->columns) {
+            if (column.type != typeOf<Node>() || column.field != fieldId<&Node::name>) continue;
+            const auto& texts = std::get<std::vector<std::string>>(column.values);
+            for (std::size_t i = 0; i < names.size(); ++i)
+                if (const auto row = std::ranges::find(column.ids, tops.objects[i]); row != column.ids.end())
+                    names[i] = shortened(texts[static_cast<std::size_t>(row - column.ids.begin())]);
+        }
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (names[i].empty()) names[i] = fmt::format("#{}", tops.objects[i].value);
+    plan.what = fmt::format("brings {} objects{}{}{}", objects, names.empty() ? "" : ": ", fmt::join(names, ", "),
+                            tops.objects.size() > kNamed ? " and more" : "");
+    for (const ObjectId id : tops.objects)
+        if (plan.objects.size() < kTold) plan.objects.push_back(id);
+    return plan;
+}
+
 }  // namespace
 
-answer::StepPlan stepPlan(const Simulation& simulation, std::span<const ChangeListPtr> lists) {
-    return Plan(simulation, lists).told();
+answer::StepPlan undoPlan(const Simulation& simulation) {
+    const EditHistory& history = simulation.history();
+    if (!history.undoesInParts()) return Plan(simulation, history.firstToUndo(kMostLists)).told();
+    return planOfRemoval(simulation, history.firstToUndo(SIZE_MAX), history.idsToUndo());
+}
+
+answer::StepPlan redoPlan(const Simulation& simulation) {
+    const EditHistory& history = simulation.history();
+    if (!history.redoesInParts()) return Plan(simulation, history.firstToRedo(kMostLists)).told();
+    return planOfReturn(history.firstToRedo(SIZE_MAX), history.idsToRedo());
 }
 
 }  // namespace tessera

@@ -1,20 +1,16 @@
 /// What a step of undo or redo would do, in words, before it is asked for.
 #pragma once
 
-#include <span>
-
 #include "common/request/EditRequests.h"
-#include "common/scene/Aspect.h"
 
 namespace tessera {
 
 class Simulation;
 
-/// Lists of a step that are looked at.
-inline constexpr std::size_t kMostStepLists = 8;
-
-/// `lists`: the first of that step, as it applies them. Looks at some hundred rows of each, however large they are:
-/// what is not looked at is "more".
-[[nodiscard]] answer::StepPlan stepPlan(const Simulation& simulation, std::span<const ChangeListPtr> lists);
+/// What the next undo would do. Looks at some hundred rows of the first lists, however large they are: what is not
+/// looked at is "more". Of a step in parts, such as a large load, the nodes on top are named.
+[[nodiscard]] answer::StepPlan undoPlan(const Simulation& simulation);
+/// The same of the next redo.
+[[nodiscard]] answer::StepPlan redoPlan(const Simulation& simulation);
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
+#include "server/sim/frame/LoadParts.h"
 #include "tests/unit/sim/DeskStage.h"
 #include "tests/unit/sim/SingleEdits.h"
 
@@ -191,6 +192,35 @@ TEST_F(DeskSteps, OfManyTheFirstAreNamedAndTheOthersCounted) {
     for (const char* path : {"/n3", "/n4", "/n5", "/n6", "/n7"}) setField<&Node::name>(renamed, node(path), "other");
     edit(renamed.take());
     EXPECT_EQ(steps().undo.what, "sets Node.name of /other[0], /other[1] and 3 more");
+}
+
+/// A load of many parts: the first lists of its undo hide what is at the end of the file, and those of its redo make
+/// what is not to be seen yet.
+TEST_F(DeskSteps, OfALoadInPartsTheTopIsNamed) {
+    ChangeListBuilder made;
+    constexpr std::uint64_t kCount = 3000;
+    for (std::uint64_t i = 0; i < kCount; ++i) {
+        const ObjectId id{kFirstPlaceholder + i};
+        made.create(id, typeOf<Node>());
+        made.place(id, i == 0 ? kRootNode : ObjectId{kFirstPlaceholder + (i < 50 ? 0 : i / 50)});
+        setField<&Node::name>(made, id, i == 0 ? "hall" : "b");
+    }
+    std::vector<ChangeList> parts = cutForFrames(made.take(), {.changes = 100, .bytes = 4096, .seen = 100});
+    ASSERT_GT(parts.size(), 40u);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        Edit part{.ticket = 7, .list = std::move(parts[i]), .objects = kCount};
+        part.kind = i + 1 == parts.size() ? Edit::Kind::kLastPart : Edit::Kind::kPart;
+        ASSERT_TRUE(simulation.step(false, one(std::move(part))).outcomes.at(0).result);
+    }
+    const ObjectId hall = node("/hall");
+    EXPECT_EQ(steps().undo.what, "removes /hall and more");
+    EXPECT_EQ(steps().undo.objects, std::vector{hall});
+    EXPECT_GT(steps().undo.changes, kCount);
+    step(Edit::Kind::kUndo);
+    for (int i = 0; i < 1000 && simulation.stepUnderWay(); ++i) (void)simulation.step(false, {});
+    EXPECT_EQ(steps().undo.what, "");
+    EXPECT_EQ(steps().redo.what, "brings 3000 objects: hall");
+    EXPECT_EQ(steps().redo.objects, std::vector{hall});
 }
 
 TEST_F(DeskSteps, NamesOfAnyLengthAreTold) {
