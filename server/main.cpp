@@ -378,11 +378,14 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
             std::fflush(stdout);
         };
 
-    // SIGINT and SIGTERM end the show in order. They are blocked in every thread but the one that waits for them.
+    // SIGINT and SIGTERM end the show in order, and SIGHUP, unless who started this ignores it (nohup). They are
+    // blocked in every thread but the one that waits for them.
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
+    struct sigaction hangUp = {};
+    if (sigaction(SIGHUP, nullptr, &hangUp) == 0 && hangUp.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a recording as long as the system lets it be is told by write, and ends alone

@@ -12,12 +12,19 @@ namespace tessera {
 
 namespace {
 
+/// Somebody who ignores SIGHUP (nohup) wants to outlive the terminal.
+bool hangUpEnds() {
+    struct sigaction now = {};
+    return ::sigaction(SIGHUP, nullptr, &now) == 0 && now.sa_handler != SIG_IGN;
+}
+
 sigset_t ours() {
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     sigaddset(&set, SIGCHLD);
+    if (hangUpEnds()) sigaddset(&set, SIGHUP);
     return set;
 }
 
@@ -47,7 +54,7 @@ bool Signals::takeStopRequest() {
     bool stop = false;
     signalfd_siginfo info{};
     while (::read(handle_, &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info))) {
-        stop = stop || info.ssi_signo == SIGINT || info.ssi_signo == SIGTERM;
+        stop = stop || info.ssi_signo == SIGINT || info.ssi_signo == SIGTERM || info.ssi_signo == SIGHUP;
     }
     return stop;
 }

@@ -5,8 +5,9 @@
 
 namespace tessera {
 
-/// Keeps SIGINT, SIGTERM and SIGCHLD from interrupting anything as long as it lives; SIGPIPE is ignored, so that a
-/// reader who went away shows as an error of write. One per process; start threads afterwards.
+/// Keeps SIGINT, SIGTERM, SIGHUP (unless it is ignored) and SIGCHLD from interrupting anything as long as it lives;
+/// SIGPIPE is ignored, so that a reader who went away shows as an error of write. One per process; start threads
+/// afterwards.
 class Signals {
 public:
     [[nodiscard]] static Expected<Signals> take();
@@ -18,7 +19,7 @@ public:
 
     /// Readable when a signal has come.
     [[nodiscard]] int handle() const { return handle_; }
-    /// Takes what has come; true when somebody asks for the end (SIGINT, SIGTERM).
+    /// Takes what has come; true when somebody asks for the end (SIGINT, SIGTERM, or SIGHUP: the terminal has gone).
     [[nodiscard]] bool takeStopRequest();
 
 private:

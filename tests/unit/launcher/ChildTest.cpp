@@ -83,6 +83,21 @@ TEST_F(ChildProcess, ThatNoLongerReadsIsAnErrorAndNoSignal) {
     EXPECT_FALSE(child->feed(data.data(), data.size()));
 }
 
+/// A terminal that is closed ends the wall in order, but for those who said that they outlive it (nohup).
+TEST(Signals, AClosedTerminalIsAWishToEndUnlessItIsIgnored) {
+    for (const bool ignored : {false, true}) {
+        const auto before = ::signal(SIGHUP, ignored ? SIG_IGN : SIG_DFL);
+        {
+            Expected<Signals> signals = Signals::take();
+            ASSERT_TRUE(signals);
+            EXPECT_FALSE(signals->takeStopRequest());
+            ASSERT_EQ(::raise(SIGHUP), 0);
+            EXPECT_EQ(signals->takeStopRequest(), !ignored);
+        }
+        ::signal(SIGHUP, before);
+    }
+}
+
 TEST_F(ChildProcess, ThatIsNotThereIsNamed) {
     const Expected<Child> child = Child::start({.program = (folder_ / "nothing").string()});
     ASSERT_FALSE(child);
