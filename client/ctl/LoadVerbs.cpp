@@ -83,7 +83,9 @@ Expected<Answer> run(Application& application, const verb::Load& load) {
     const Expected<answer::Loaded> loaded = application.load(path, parent, load.patience, load.placing, reload,
                                                              [&](const LoadState& state) { return line.tell(state); });
     line.end();
-    if (!loaded && loaded.error().code == ErrorCode::kNetwork && isOnItsWay(application, path))
+    // Where the connection is gone nobody is left to ask: that would wait for its return.
+    if (!loaded && loaded.error().code == ErrorCode::kNetwork && application.connected() &&
+        isOnItsWay(application, path))
         return fail(ErrorCode::kNetwork,
                     fmt::format("{} is not loaded after {} s, and goes on: loads says how far it is, cancel ends it",
                                 load.file, load.patience.count() / 1000));

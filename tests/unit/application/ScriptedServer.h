@@ -116,8 +116,9 @@ public:
     }
 
     struct Faults {
-        bool mute = false;          ///< never answers requests
-        bool cutWhenAsked = false;  ///< closes the connection instead of answering
+        bool mute = false;            ///< never answers requests
+        bool cutWhenAsked = false;    ///< closes the connection instead of answering
+        bool endWhenLoading = false;  ///< closes it instead of loading a file, and from then on welcomes nobody
         bool noSnapshot = false;
         bool wrongHash = false;  ///< of lists
         bool malformed = false;  ///< sends rubbish in place of lists
@@ -197,6 +198,7 @@ private:
     void greet(LinkId link, const message::Hello& hello) {
         EXPECT_EQ(hello.role, PeerRole::kApplication);
         EXPECT_EQ(hello.schema, schemaHash());
+        if (hasEnded_) return;
         if (faults_.refuse) {
             say(link, *faults_.refuse);
             return transport_.close(link, "refused");
@@ -220,6 +222,10 @@ private:
         if (faults_.cutWhenAsked) return transport_.close(link, "cut by the test");
         const Expected<ApplicationRequest> asked = decodeRequest(request.body);
         ASSERT_TRUE(asked) << asked.error().message;
+        if (faults_.endWhenLoading && std::holds_alternative<request::LoadFile>(*asked)) {
+            hasEnded_ = true;
+            return transport_.close(link, "ended by the test");
+        }
         message::Reply reply;
         reply.id = request.id;
         const Expected<ApplicationAnswer> answer = answerTo(*asked);
@@ -328,6 +334,7 @@ private:
     std::vector<ObjectId> stopped_;
     std::vector<LinkId> links_, followers_;
     Faults faults_;
+    bool hasEnded_ = false;
     Subscription subscription_;
     Uploaded uploaded_;
     bool keepUploads_ = true, arraysGone_ = false;

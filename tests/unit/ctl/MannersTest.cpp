@@ -59,6 +59,17 @@ TEST(Manners, UndoAndRedoSayWhat) {
     EXPECT_SPOKEN(speak(server, {"undo"}).out, "took back: sets Transform.translation of /hall/crane (change ");
 }
 
+/// It does not ask a server that is gone whether the load goes on.
+TEST(Manners, ALoadEndsWithItsServer) {
+    ScriptedServer server;
+    server.misbehave({.endWhenLoading = true});
+    const auto begun = std::chrono::steady_clock::now();
+    const CtlOutcome ended = runCtl({"load", "/tmp/some.glb", "--timeout", "30", "--server", server.address()});
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
+    EXPECT_NE(ended.exitCode, 0);
+    EXPECT_SPOKEN(ended.err, "whether what was asked for was done is not known");
+}
+
 TEST(Manners, SearchThatFindsNothingSaysSo) {
     const ScriptedServer server;
     const CtlOutcome type = speak(server, {"find", "//transform"});
