@@ -347,6 +347,14 @@ std::vector<ChangeListPtr> EditHistory::firstOf(const std::deque<Step>& steps, s
     return first;
 }
 
+std::vector<ChangeListPtr> EditHistory::takenBack() const {
+    std::vector<ChangeListPtr> lists;
+    if (!takesBack() || moving_->dropped || moving_->turned) return lists;
+    const std::vector<Held>& done = moving_->done.lists;
+    for (auto held = done.rbegin(); held != done.rend(); ++held) lists.push_back(held->list);
+    return lists;
+}
+
 std::vector<Blob> EditHistory::arraysToUndo() const {
     return arraysOf(back_);
 }

@@ -150,6 +150,8 @@ public:
     [[nodiscard]] bool takesBack() const { return moving_ && moving_->forth; }
     /// What the step under way has made or makes; none: an empty range.
     [[nodiscard]] IdRange idsUnderWay() const { return moving_ ? moving_->rest.made : IdRange(); }
+    /// What leads back from what has been taken back of it, as a redo applies it; empty where none will be there.
+    [[nodiscard]] std::vector<ChangeListPtr> takenBack() const;
     [[nodiscard]] ChangeListPtr nextPart() const { return moving_ ? moving_->rest.lists.back().list : nullptr; }
     void partDone(ChangeList inverse);
     /// The part is refused. From here on the step goes back to where it came from. Refused on that way too, it is

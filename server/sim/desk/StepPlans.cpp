@@ -163,14 +163,17 @@ answer::StepPlan planOfRemoval(const Simulation& simulation, std::span<const Cha
     return plan;
 }
 
-/// Brings nodes of the range. Those on top come in the order of the document, so that the first rows of a list do.
-answer::StepPlan planOfReturn(std::span<const ChangeListPtr> lists, const IdRange& range) {
+/// Brings nodes of the range. Those on top come in the order of the document, so that the first rows of a list do,
+/// or the last one.
+answer::StepPlan planOfReturn(const Simulation& simulation, std::span<const ChangeListPtr> lists,
+                              const IdRange& range) {
     Met tops;
-    std::size_t objects = 0;
+    const auto look = [&](const Placement& placed) {
+        if (range.contains(placed.node) && placed.parent && !range.contains(placed.parent)) tops.add(placed.node);
+    };
     for (const ChangeListPtr& list : lists) {
-        objects += list->creations.size();
-        for (const Placement& placed : Met::firstOf(list->placements))
-            if (range.contains(placed.node) && placed.parent && !range.contains(placed.parent)) tops.add(placed.node);
+        for (const Placement& placed : Met::firstOf(list->placements)) look(placed);
+        if (!list->placements.empty()) look(list->placements.back());
     }
     answer::StepPlan plan{.what = "", .objects = {}, .changes = changesOf(lists)};
     std::vector<std::string> names(std::min(tops.objects.size(), kNamed));
@@ -182,9 +185,13 @@ answer::StepPlan planOfReturn(std::span<const ChangeListPtr> lists, const IdRang
                 if (const auto row = std::ranges::find(column.ids, tops.objects[i]); row != column.ids.end())
                     names[i] = shortened(texts[static_cast<std::size_t>(row - column.ids.begin())]);
         }
-    for (std::size_t i = 0; i < names.size(); ++i)
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        // Of one that is still being taken back.
+        const Node* const node = simulation.scene().get<Node>(tops.objects[i]);
+        if (node && names[i].empty()) names[i] = shortened(node->name);
         if (names[i].empty()) names[i] = fmt::format("#{}", tops.objects[i].value);
-    plan.what = fmt::format("brings {} objects{}{}{}", objects, names.empty() ? "" : ": ", fmt::join(names, ", "),
+    }
+    plan.what = fmt::format("brings {} objects{}{}{}", range.count, names.empty() ? "" : ": ", fmt::join(names, ", "),
                             tops.objects.size() > kNamed ? " and more" : "");
     for (const ObjectId id : tops.objects)
         if (plan.objects.size() < kTold) plan.objects.push_back(id);
@@ -201,8 +208,10 @@ answer::StepPlan undoPlan(const Simulation& simulation) {
 
 answer::StepPlan redoPlan(const Simulation& simulation) {
     const EditHistory& history = simulation.history();
+    if (const std::vector<ChangeListPtr> taken = history.takenBack(); !taken.empty())
+        return planOfReturn(simulation, taken, history.idsUnderWay());
     if (!history.redoesInParts()) return Plan(simulation, history.firstToRedo(kMostLists)).told();
-    return planOfReturn(history.firstToRedo(SIZE_MAX), history.idsToRedo());
+    return planOfReturn(simulation, history.firstToRedo(SIZE_MAX), history.idsToRedo());
 }
 
 }  // namespace tessera

@@ -217,6 +217,10 @@ TEST_F(DeskSteps, OfALoadInPartsTheTopIsNamed) {
     EXPECT_EQ(steps().undo.objects, std::vector{hall});
     EXPECT_GT(steps().undo.changes, kCount);
     step(Edit::Kind::kUndo);
+    ASSERT_TRUE(simulation.stepUnderWay());
+    while (findNode(simulation.scene(), "/hall")) (void)simulation.step(false, {});
+    ASSERT_TRUE(simulation.stepUnderWay()) << "nobody sees it, and it is not gone yet";
+    EXPECT_EQ(steps().redo.what, "brings 3000 objects: hall") << "an undo is answered then";
     for (int i = 0; i < 1000 && simulation.stepUnderWay(); ++i) (void)simulation.step(false, {});
     EXPECT_EQ(steps().undo.what, "");
     EXPECT_EQ(steps().redo.what, "brings 3000 objects: hall");
