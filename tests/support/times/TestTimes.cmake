@@ -9,7 +9,7 @@ foreach(line ${lines})
   string(REPLACE " " ";" words "${line}")
   list(GET words 0 program)
   list(GET words 1 test)
-  if(program STREQUAL "speed")
+  if("x${program}" STREQUAL "xspeed")  # to ctest "speed" is what the variable of that name says
     set(reference ${test})
     continue()
   endif()
