@@ -65,6 +65,8 @@ public:
     }
 
 private:
+    static constexpr std::size_t kFewWaiting = 1'000;
+
     enum class State : std::uint8_t { kThere, kGone, kNew, kLeftOut };
 
     struct Row {
@@ -317,7 +319,10 @@ private:
     void writeWhatWaits() {
         const FileObjects& before = change_.before;
         std::vector<std::uint32_t> gone;
-        for (std::uint32_t a = 0; a < before.count(); ++a) {
+        // Those that have waited longest are behind all others. No more of them than a file has itself: who brings
+        // them back after so long finds them as they were.
+        const std::size_t most = std::max<std::size_t>(kFewWaiting, after_.count());
+        for (std::uint32_t a = 0; a < before.count() && gone.size() < most; ++a) {
             const ObjectId id = change_.former->ids[a];
             if (!change_.vanished[a] || !id || isThere(id, before.type(a))) continue;
             gone.push_back(a);

@@ -1,161 +1,13 @@
 /// A file that is read again: what of it gets into a scene that people have changed since.
-#include <gtest/gtest.h>
-
 #include <chrono>
-#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
-#include "common/cores/Material.h"
-#include "common/scene/Edits.h"
-#include "server/sim/commit/Committer.h"
-#include "server/sim/reload/ReloadPlan.h"
-#include "tests/property/Seeds.h"
-#include "tests/unit/sim/SceneForTests.h"
+#include "tests/unit/sim/FileAtWork.h"
 
 namespace tessera::test {
 namespace {
-
-/// What a file says, by hand: a tree of Transforms, each with what may hang below it.
-struct Said {
-    std::string name;
-    Vec3d at = Vec3d::Zero();
-    std::optional<double> box;   ///< an edge: a Geometry below it, called "shape"
-    std::optional<float> rough;  ///< of that one's Material
-    std::vector<Said> below;
-};
-
-void put(ListMaker& make, const Said& said, ObjectId parent) {
-    const ObjectId node = make.node(said.name, parent, make.transform(said.at));
-    if (said.box) {
-        const ObjectId shape = make.box(Vec3d::Constant(*said.box));
-        make.node("shape", node, shape);
-        if (said.rough) {
-            const ObjectId material = make.create<Material>();
-            setField<&Material::roughness>(make.builder, material, *said.rough);
-            setField<&Geometry::material>(make.builder, shape, material);
-        }
-    }
-    for (const Said& child : said.below) put(make, child, node);
-}
-
-ChangeList fileOf(const std::vector<Said>& tops) {
-    ListMaker make;
-    for (const Said& top : tops) put(make, top, kRootNode);
-    return make.builder.take();
-}
-
-/// A scene with one file in it.
-class FileAtWork {
-public:
-    Committer committer;
-
-    explicit FileAtWork(const std::vector<Said>& tops) {
-        ChangeList list = fileOf(tops);
-        auto held = std::make_shared<HeldFile>(*HeldFile::of(list));
-        const Expected<Committer::Applied> applied = committer.apply(std::move(list));
-        EXPECT_TRUE(applied) << applied.error().message;
-        if (applied) held->standsFrom(applied->ids.front().second);
-        file_ = held;
-    }
-    [[nodiscard]] const Aspect& scene() const { return committer.scene(); }
-    [[nodiscard]] const HeldFile& held() const { return *file_; }
-
-    /// The file has become this. `meanwhile`: what people do between the plan and its first frame.
-    ReloadPlan becomes(const std::vector<Said>& tops, const ReloadPlan::Limits& limits = {},
-                       const std::function<void()>& meanwhile = {}) {
-        ChangeList list = fileOf(tops);
-        HeldFile next = *HeldFile::of(list);
-        change_ = std::make_shared<FileChange>(file_, std::move(list), std::move(next));
-        Expected<ReloadPlan> plan = planReload(scene(), *change_, kRootNode, limits);
-        EXPECT_TRUE(plan);
-        if (meanwhile) meanwhile();
-        ObjectId first = plan->creating > 0 ? committer.reserveIds(plan->objects) : ObjectId();
-        for (std::size_t i = 0; i < plan->parts.size(); ++i) {
-            ReloadPlan::Part& part = plan->parts[i];
-            leaveOutWhatChanged(scene(), part, *plan);
-            const bool made = i < plan->creating;
-            if (plan->creating > 0 && !made)
-                replaceIds(part.list, [&](ObjectId id) {
-                    return isPlaceholder(id) ? ObjectId(first.value + id.value - kFirstPlaceholder) : id;
-                });
-            const Expected<Committer::Applied> applied =
-                made ? committer.applyReserved(std::move(part.list), first, plan->objects)
-                     : committer.apply(std::move(part.list));
-            EXPECT_TRUE(applied) << "part " << i << ": " << applied.error().message;
-            if (!applied) return *plan;
-            if (plan->creating == 0 && plan->objects > 0) first = applied->ids.front().second;
-            mostInAPart = std::max(mostInAPart, applied->list->changeCount());
-        }
-        for (std::size_t i = 0; i < plan->made.size(); ++i)
-            change_->next.ids[plan->made[i]] = ObjectId(first.value + i);
-        file_ = std::make_shared<HeldFile>(heldAfter(std::move(change_->next), *plan));
-        return *plan;
-    }
-    std::size_t mostInAPart = 0;
-
-    [[nodiscard]] ObjectId node(const std::string& path) const {
-        const Expected<ObjectId> found = findNode(scene(), path);
-        return found ? *found : ObjectId();
-    }
-    [[nodiscard]] ObjectId core(const std::string& path) const {
-        const Node* found = scene().get<Node>(node(path));
-        return found ? found->core : ObjectId();
-    }
-    void edit(ChangeList list) {
-        const Expected<Committer::Applied> applied = committer.apply(std::move(list));
-        ASSERT_TRUE(applied) << applied.error().message;
-    }
-    template <auto kMember>
-    void set(ObjectId id, const typename FieldMember<decltype(kMember)>::Type& value) {
-        ChangeListBuilder list;
-        setField<kMember>(list, id, value);
-        edit(list.take());
-    }
-    void remove(const std::string& path) { edit(*removalList(scene(), node(path))); }
-    /// And a way back.
-    [[nodiscard]] ChangeList removeForNow(const std::string& path) {
-        Expected<Committer::Applied> applied =
-            committer.apply(*removalList(scene(), node(path)), Committer::Inverse::kMade);
-        EXPECT_TRUE(applied);
-        (void)committer.closeFrame();  // what goes in a frame does not come back in it
-        return applied ? std::move(applied->inverse) : ChangeList();
-    }
-    void bringBack(ChangeList list) {
-        const auto applied = committer.applyInverse(std::make_shared<const ChangeList>(std::move(list)));
-        ASSERT_TRUE(applied) << applied.error().message;
-    }
-    void add(const std::string& name, const std::string& below) {
-        ListMaker make;
-        make.node(name, below.empty() ? kRootNode : node(below));
-        edit(make.builder.take());
-    }
-    /// Names of the children, in their order.
-    [[nodiscard]] std::vector<std::string> below(const std::string& path) const {
-        std::vector<std::string> names;
-        for (const ObjectId child : scene().get<Node>(path.empty() ? kRootNode : node(path))->children)
-            names.push_back(scene().get<Node>(child)->name);
-        return names;
-    }
-
-private:
-    std::shared_ptr<const HeldFile> file_;
-    std::shared_ptr<FileChange> change_;
-};
-
-std::string allNotes(const ReloadPlan& plan) {
-    std::string text;
-    for (const std::string& note : plan.notes) text += note + "\n";
-    return text;
-}
-using Names = std::vector<std::string>;
-
-const std::vector<Said> kHall = {{.name = "hall",
-                                  .below = {{.name = "crane", .at = {1, 0, 0}, .box = 1, .rough = 0.5f},
-                                            {.name = "crate", .at = {2, 0, 0}, .box = 2},
-                                            {.name = "lamp"}}}};
 
 TEST(ReloadPlan, WhatHasNotChangedCostsNothing) {
     FileAtWork work(kHall);
@@ -340,6 +192,25 @@ TEST(ReloadPlan, WhatIsBroughtBackLeavesNothingBehindOfWhatItWas) {
     EXPECT_EQ(work.scene().objectCount(), FileAtWork(next).scene().objectCount());
 }
 
+/// What is gone from file and scene waits, in case that it comes back; but not without end.
+TEST(ReloadPlan, WhatWaitsToComeBackIsBounded) {
+    const auto hallOf = [](int round) {
+        std::vector<Said> tops = {{.name = "hall"}};
+        for (int i = 0; i < 500; ++i)
+            tops[0].below.push_back({.name = "part" + std::to_string(round) + "_" + std::to_string(i)});
+        return tops;
+    };
+    FileAtWork work(hallOf(0));
+    std::vector<std::size_t> bytes;
+    for (int round = 1; round <= 12; ++round) {
+        for (int i = 0; i < 500; ++i) work.remove("/hall/part" + std::to_string(round - 1) + "_" + std::to_string(i));
+        (void)work.becomes(hallOf(round));
+        bytes.push_back(work.held().bytes);
+    }
+    EXPECT_EQ(work.below("/hall").size(), 500u);
+    EXPECT_LT(bytes.back(), bytes[3] + bytes[3] / 10);
+}
+
 TEST(ReloadPlan, WhatPeoplePutBelowANodeKeepsIt) {
     FileAtWork work(kHall);
     work.add("mine", "/hall/crane/shape");
@@ -430,186 +301,6 @@ TEST(ReloadCost, OneMeshOfManyNodesIsOneChangeInAList) {
         RecordProperty(std::to_string(nodes) + " nodes, KiB held", static_cast<int>(former->bytes >> 10));
         EXPECT_LT(former->bytes, static_cast<std::size_t>(nodes) * 512);
     }
-}
-
-// ---- hunts: random files, random edits in between, and what must come of it, worked out by names
-
-class Hunt {
-public:
-    explicit Hunt(std::uint64_t seed) : random(seed) {}
-
-    Random random;
-
-    Said some(int depth) {
-        Said said{.name = "n" + std::to_string(next_++), .at = place()};
-        if (oneIn(random, 3)) said.box = 1 + static_cast<double>(below(random, 3));
-        if (said.box && oneIn(random, 2)) said.rough = static_cast<float>(below(random, 4)) / 4;
-        while (depth > 0 && oneIn(random, 2)) said.below.push_back(some(depth - 1));
-        return said;
-    }
-    Vec3d place() { return Vec3d(static_cast<double>(below(random, 100)), 0, 0); }
-
-    void change(std::vector<Said>& siblings, int depth) {
-        for (std::size_t i = 0; i < siblings.size();) {
-            Said& said = siblings[i];
-            if (oneIn(random, 8)) {
-                siblings.erase(siblings.begin() + static_cast<std::ptrdiff_t>(i));
-                continue;
-            }
-            if (oneIn(random, 4)) said.at = place();
-            if (oneIn(random, 6))
-                said.box = oneIn(random, 3) ? std::nullopt : std::optional(1 + static_cast<double>(below(random, 3)));
-            if (said.box && oneIn(random, 6))
-                said.rough = oneIn(random, 3) ? std::nullopt : std::optional(static_cast<float>(below(random, 4)) / 4);
-            if (!said.box) said.rough.reset();
-            change(said.below, depth - 1);
-            ++i;
-        }
-        if (oneIn(random, 3))
-            siblings.insert(siblings.begin() + static_cast<std::ptrdiff_t>(below(random, siblings.size() + 1)),
-                            some(std::max(depth, 0)));
-        if (siblings.size() > 1 && oneIn(random, 5))
-            std::swap(siblings[below(random, siblings.size())], siblings[below(random, siblings.size())]);
-    }
-
-private:
-    int next_ = 0;
-};
-
-/// Of a file: where each node stands, by its path.
-void placesOf(const std::vector<Said>& siblings, const std::string& above, std::map<std::string, Said>& all) {
-    for (const Said& said : siblings) {
-        all[above + "/" + said.name] = said;
-        placesOf(said.below, above + "/" + said.name, all);
-    }
-}
-
-void hunt(std::uint64_t seed, const ReloadPlan::Limits& limits) {
-    Hunt hunt(seed);
-    std::vector<Said> file;
-    for (int i = 0; i < 3; ++i) file.push_back(hunt.some(3));
-    FileAtWork work(file);
-    std::map<std::string, Vec3d> moved;  // by people, since the file last said the same
-    std::set<std::string> removed;       // by people
-    std::set<std::string> mine;          // nodes of people
-    for (int round = 0; round < 4; ++round) {
-        std::map<std::string, Said> was, is;
-        placesOf(file, "", was);
-        // People, at random. Of what was removed before they know nothing any more.
-        for (const auto& [path, said] : was) {
-            const ObjectId node = work.node(path);
-            if (!node || removed.contains(path)) continue;
-            if (oneIn(hunt.random, 10)) {
-                moved[path] = Vec3d(0, 1 + static_cast<double>(below(hunt.random, 5)), 0);
-                work.set<&Transform::translation>(work.core(path), moved[path]);
-            }
-            if (oneIn(hunt.random, 14)) {
-                const std::string name = "mine" + std::to_string(mine.size());
-                work.add(name, path);
-                mine.insert(path + "/" + name);
-            }
-            if (oneIn(hunt.random, 20)) {
-                work.remove(path);
-                for (const auto& [other, ignored] : was)
-                    if (other == path || other.starts_with(path + "/")) removed.insert(other);
-                std::erase_if(mine, [&, path = path](const std::string& one) { return one.starts_with(path + "/"); });
-            }
-        }
-        std::map<std::string, ObjectId> ids;
-        for (const auto& [path, said] : was)
-            if (const ObjectId node = work.node(path)) ids[path] = node;
-
-        hunt.change(file, 2);
-        placesOf(file, "", is);
-        const ReloadPlan plan = work.becomes(file, limits);
-        ASSERT_FALSE(testing::Test::HasFailure());
-
-        const auto below = [](const std::set<std::string>& paths, const std::string& path) {
-            return std::ranges::any_of(paths, [&](const std::string& one) { return one.starts_with(path + "/"); });
-        };
-        const auto belowRemoved = [&](std::string path) {
-            for (;; path.resize(path.rfind('/'))) {
-                if (path.empty()) return false;
-                if (removed.contains(path)) return true;
-            }
-        };
-        std::size_t conflicts = 0;
-        for (const auto& [path, said] : is) {
-            const ObjectId node = work.node(path);
-            if (belowRemoved(path)) {
-                ASSERT_FALSE(node) << path << " was removed here";
-                continue;
-            }
-            ASSERT_TRUE(node) << path << " is in the file";
-            const auto before = was.find(path);
-            if (before != was.end()) {
-                ASSERT_EQ(node, ids.at(path)) << path << " keeps its id";
-            }
-            const Vec3d now = work.scene().get<Transform>(work.core(path))->translation;
-            const bool changed = before != was.end() && before->second.at != said.at;
-            if (moved.contains(path) && before != was.end()) {
-                ASSERT_EQ(now, moved.at(path)) << path << " is where people put it";
-                if (changed && said.at != moved.at(path)) {
-                    ++conflicts;
-                    if (plan.notes.size() < ReloadPlan::kMostNotes) {
-                        ASSERT_NE(allNotes(plan).find("the Transform of " + path + ": translation stays"),
-                                  std::string::npos)
-                            << allNotes(plan);
-                    }
-                }
-            } else {
-                moved.erase(path);
-                ASSERT_EQ(now, said.at) << path << " is where the file puts it";
-            }
-            if (!removed.contains(path + "/shape")) {
-                const Geometry* shape = work.scene().get<Geometry>(work.core(path + "/shape"));
-                ASSERT_EQ(shape != nullptr, said.box.has_value()) << path;
-                if (shape) {
-                    ASSERT_EQ(shape->positions, makeBox(Vec3d::Constant(*said.box)).toArrays().positions) << path;
-                    ASSERT_EQ(static_cast<bool>(shape->material), said.rough.has_value()) << path;
-                    if (said.rough) {
-                        ASSERT_EQ(work.scene().get<Material>(shape->material)->roughness, *said.rough) << path;
-                    }
-                }
-            }
-            // In the file's order, whatever people have put between.
-            Names order, wanted;
-            for (const std::string& name : work.below(path))
-                if (is.contains(path + "/" + name)) order.push_back(name);
-            for (const Said& child : said.below)
-                if (!belowRemoved(path + "/" + child.name)) wanted.push_back(child.name);
-            ASSERT_EQ(order, wanted) << path;
-        }
-        ASSERT_EQ(plan.kept, conflicts) << allNotes(plan);
-        for (const auto& [path, id] : ids) {
-            if (is.contains(path)) continue;
-            ASSERT_EQ(static_cast<bool>(work.node(path)), below(mine, path)) << path << " has gone from the file";
-            if (below(mine, path)) {  // nobody's of the file any more
-                mine.insert(path);
-                moved.erase(path);
-            }
-        }
-        for (const std::string& path : mine) ASSERT_TRUE(work.node(path)) << path << " is people's";
-        // What went, people's or not, may come again under its name; what stays as people's is in its way by name
-        // alone.
-        std::erase_if(removed,
-                      [&](const std::string& path) { return !is.contains(path) && !path.ends_with("/shape"); });
-        if (std::ranges::any_of(mine, [&](const std::string& path) { return path.find("/mine") == std::string::npos; }))
-            return;
-        // Nothing is left over that nobody uses.
-        for (const ObjectId id : work.scene().ids()) {
-            if (work.scene().get<Node>(id)) continue;
-            ASSERT_GT(work.scene().useCount(id), 0u) << "#" << id.value;
-        }
-    }
-}
-
-TEST(ReloadPlan, HuntsOverFilesAndPeople) {
-    forSeeds(400, [](Random& random) { hunt(random(), {}); });
-}
-
-TEST(ReloadPlan, HuntsInParts) {
-    forSeeds(400, [](Random& random) { hunt(random(), {.changes = 3, .whole = 0}); });
 }
 
 }  // namespace
