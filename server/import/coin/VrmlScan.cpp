@@ -60,7 +60,8 @@ public:
                     if (Expected<void> opened = open(); !opened) return opened;
                     // One that is left out has been read over.
                     if (depth_ == depth) {
-                        openNodes_.push_back(name);
+                        openNodes_.push_back({name, word_ == "Script"});
+                        if (openNodes_.back().isScript) ++openScripts_;
                         if (!name.empty()) isOpen_[name] = true;
                     }
                 }
@@ -68,7 +69,9 @@ public:
             } else if (token_ == "}" || token_ == "]") {
                 if (token_ == "}" && !protos_.empty() && protos_.back().depth == depth_) close();
                 if (token_ == "}" && !openNodes_.empty()) {
-                    if (!openNodes_.back().empty()) isOpen_[openNodes_.back()] = false;
+                    const OpenNode& closed = openNodes_.back();
+                    if (!closed.name.empty()) isOpen_[closed.name] = false;
+                    if (closed.isScript) --openScripts_;
                     openNodes_.pop_back();
                 }
                 if (depth_ > 0) --depth_;
@@ -241,7 +244,8 @@ private:
 
     void leaveOutUse() {
         if (dialect_ == Dialect::kX3d) return;
-        if (usesInside_++ == 0) firstInside_ = token_.substr(0, 80);
+        // A Script may well know the node around it, and is left out itself, with a note.
+        if (openScripts_ == 0 && usesInside_++ == 0) firstInside_ = token_.substr(0, 80);
         cuts_.push_back({static_cast<std::size_t>(word_.data() - text_.data()), at_, "Group {}"});
     }
 
@@ -259,9 +263,13 @@ private:
     std::vector<Cut> cuts_;
     std::vector<std::string> problems_;
     std::map<std::string, std::size_t> unknown_;
-    std::vector<std::string_view> openNodes_;  ///< whose brackets are open: their names, or nothing
+    struct OpenNode {
+        std::string_view name;  ///< or nothing
+        bool isScript = false;
+    };
+    std::vector<OpenNode> openNodes_;  ///< whose brackets are open
     std::unordered_map<std::string_view, bool> isOpen_;
-    std::size_t usesInside_ = 0;
+    std::size_t usesInside_ = 0, openScripts_ = 0;
     std::string firstInside_;
 };
 

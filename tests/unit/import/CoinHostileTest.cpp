@@ -104,6 +104,11 @@ TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
                "PROTO P [ field MFNode c [] ] { Transform { children IS c } } P { c [ DEF A Shape { appearance "
                "Appearance { material USE A ] Shape {} } } ] }",
            "error: ");
+    const std::string script =
+        said("script.wrl", kVrmlHead +
+                               "DEF A Group { children [ Shape { geometry Box {} } Script { field "
+                               "SFNode me USE A } ] }");
+    EXPECT_EQ(script.find("inside itself"), std::string::npos) << script;
     // The later one of a name is meant.
     const std::string again = kVrmlHead + "DEF A Group { children [ DEF A Shape { geometry Box {} } USE A ] }";
     EXPECT_EQ(said("again.wrl", again).find("inside itself"), std::string::npos);
