@@ -131,6 +131,9 @@ void DxfReader::addPath(const DxfRecord& record, std::span<const Vec3d> path, bo
 void DxfReader::addLetters(const DxfRecord& record, std::optional<DxfLetters> letters, Reading& to) {
     if (!letters) return;
     if (letters->sheared) leftOut("the slant of letters");
+    if (letters->isCut)
+        leftOut(fmt::format("ends of texts longer than {} bytes, or than lines of 1000 letters (part them)",
+                            kMostDxfTextBytes));
     const std::string& text = letters->text.text();
     const auto count = static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
     if (count > mostLetters_ - std::min(letters_, mostLetters_))

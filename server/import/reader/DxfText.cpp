@@ -12,7 +12,7 @@ namespace {
 
 using proto::scene::Text;
 
-constexpr std::size_t kMostBytes = 16000;  // a Text's are 16384
+constexpr std::size_t kMostBytes = 16000;  ///< with signs for fonts and the like, as the file has it
 /// DXF says how tall capitals are; a Text the em, of which they are so much in sans faces.
 constexpr double kCapitals = 0.72;
 /// From baseline to baseline of an MTEXT, in heights.
@@ -23,18 +23,23 @@ constexpr double kDescent = 0.3;
 constexpr double kLetterWidth = 0.75;
 
 /// As a Text may have it, whole characters alone: its lines are at most 2048 em long, and so far apart together.
-std::string bounded(const std::string& text) {
+std::string bounded(const std::string& text, bool& isCut) {
     constexpr std::size_t kMostOfLine = 1000, kMostLines = 400;
     std::string out;
     std::size_t ofLine = 0, lines = 1;
     for (std::size_t at = 0, end = 0; at < text.size(); at = end) {
         end = at + 1;
         while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) ++end;
-        if (out.size() + end - at > kMostBytes) break;
         const bool breaks = text[at] == '\n';
-        if (breaks && ++lines > kMostLines) break;
+        if (out.size() + end - at > kMostDxfTextBytes || (breaks && ++lines > kMostLines)) {
+            isCut = true;
+            break;
+        }
         ofLine = breaks ? 0 : ofLine + 1;
-        if (ofLine <= kMostOfLine) out.append(text, at, end - at);
+        if (ofLine <= kMostOfLine)
+            out.append(text, at, end - at);
+        else
+            isCut = true;
     }
     return out;
 }
@@ -177,7 +182,10 @@ std::string dxfParagraphs(std::string_view text) {
 std::optional<DxfLetters> dxfLineOfText(const DxfRecord& record, const DxfDocument& document) {
     const DxfGroup* const value = record.find(1);
     DxfLetters made;
-    if (value) made.text.set_text(bounded(dxfPlainText(document.text(value->text.substr(0, kMostBytes)))));
+    if (value) {
+        made.isCut = value->text.size() > kMostBytes;
+        made.text.set_text(bounded(dxfPlainText(document.text(value->text.substr(0, kMostBytes))), made.isCut));
+    }
     if (isBlank(made.text.text())) return std::nullopt;
     const double height = record.number(40, 1);
     const std::int64_t across = record.integer(72, 0), upright = record.integer(record.type == "TEXT" ? 73 : 74, 0);
@@ -212,7 +220,8 @@ std::optional<DxfLetters> dxfTextBlock(const DxfRecord& record, const DxfDocumen
     std::string text = dxfParagraphs(document.text(std::string_view(all).substr(0, kMostBytes)));
     if (width > height) text = wrapped(text, width / (height * kLetterWidth));
     DxfLetters made;
-    made.text.set_text(bounded(text));
+    made.isCut = all.size() > kMostBytes;
+    made.text.set_text(bounded(text, made.isCut));
     if (isBlank(made.text.text())) return std::nullopt;
     const std::int64_t corner = std::clamp<std::int64_t>(record.integer(71, 1), 1, 9) - 1;
     double spacing = record.number(44, 1);

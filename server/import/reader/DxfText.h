@@ -14,10 +14,14 @@ namespace tessera {
 /// An MTEXT's: `\P` ends a line; fonts, colours and heights are left out, stacked numbers are a/b.
 [[nodiscard]] std::string dxfParagraphs(std::string_view text);
 
+/// Of one value in a scene (SceneLimits::maxTextBytes).
+inline constexpr std::size_t kMostDxfTextBytes = 4096;
+
 struct DxfLetters {
     proto::scene::Text text;  ///< without its material
     Affine3d place = Affine3d::Identity();
     bool sheared = false;  ///< it leans, which is not shown
+    bool isCut = false;    ///< it is longer than a Text may be
 };
 
 /// Of a TEXT or an ATTRIB. Nothing: it has no letters, or stands nowhere.

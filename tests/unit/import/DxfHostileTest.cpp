@@ -278,5 +278,24 @@ TEST(DxfHostile, LettersFollowTheFilesBytes) {
         fmt::format("texts beyond {} letters (save the drawing in parts): {} left out", most, 3'000 - most / 200)));
 }
 
+/// One of more than 4,096 bytes refused the whole drawing, and the end of a long line was lost without a word.
+TEST(DxfHostile, LongTextsAreCutWithANote) {
+    const auto drawing = [](const std::string& text) {
+        return groupsOf("0 SECTION\n2 ENTITIES\n" + text + "0 CIRCLE\n40 1\n0 ENDSEC\n0 EOF\n");
+    };
+    std::string paragraphs = "0 MTEXT\n40 1\n";
+    for (int i = 0; i < 20; ++i) paragraphs += "3 " + std::string(240, 'x') + "\\P\n";
+    for (const std::string& text : {paragraphs, "0 TEXT\n40 1\n1 " + std::string(1'001, 'x') + "\n",
+                                    "0 TEXT\n40 1\n1 " + std::string(100'000, 'x') + "\n"}) {
+        const Expected<ImportedScene> scene = importDxfWithin2s(drawing(text));
+        ASSERT_TRUE(scene) << messageOf(scene);
+        EXPECT_TRUE(dxfSays(fmt::format("{}", fmt::join(scene->notes, "\n")), "ends of texts longer than 4096 bytes"));
+    }
+    const Expected<ImportedScene> whole =
+        importDxfWithin2s(drawing("0 TEXT\n40 1\n1 " + std::string(1'000, 'x') + "\n"));
+    ASSERT_TRUE(whole) << messageOf(whole);
+    EXPECT_FALSE(dxfSays(fmt::format("{}", fmt::join(whole->notes, "\n")), "ends of texts"));
+}
+
 }  // namespace
 }  // namespace tessera
