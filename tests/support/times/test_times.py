@@ -11,8 +11,9 @@ speed 64
 unit_one * 4
 unit_one A.IsSlow 12.5
 """
-TESTS = "".join(f"add_test([=[{name}]=]  /bin/unit_{name.split('.')[0]} --gtest_filter={name.split('.', 1)[1]} --also)\n"
-                for name in ("one.A.IsSlow", "one.A.IsQuick", "two.B.IsUnknown"))
+NAMES = ("one.A.IsSlow", "one.A.IsQuick", "two.B.IsUnknown")
+TESTS = "".join("add_test([=[{0}.{1}]=]  /bin/unit_{0} --gtest_filter={1} --also)\n".format(*name.split(".", 1))
+                for name in NAMES)
 
 
 def times_out(folder, milliseconds):
@@ -34,5 +35,4 @@ def times_out(folder, milliseconds):
 with tempfile.TemporaryDirectory() as name:
     for milliseconds, expected in ((64, (125, 40, 200)), (32, (125, 40, 200)), (192, (375, 120, 600))):
         got = times_out(pathlib.Path(name), milliseconds)
-        assert tuple(got[test] for test in ("one.A.IsSlow", "one.A.IsQuick", "two.B.IsUnknown")) == expected, \
-            f"{milliseconds} ms for 64: {got}"
+        assert tuple(got[test] for test in NAMES) == expected, f"{milliseconds} ms for 64: {got}"
