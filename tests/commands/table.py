@@ -154,9 +154,8 @@ ROWS = {
     "TESSERA_SEED=7 build/bin/unit_manipulators": Row("Tests",
                                                       "TESSERA_SEED=7 $BUILT/bin/unit_manipulators "
                                                       "--gtest_filter='Drag.*'", says=RAN),
-    "TESSERA_RUNS=1000000 build/bin/unit_import": Row("Tests",
-                                                      "TESSERA_RUNS=50 $BUILT/bin/unit_import "
-                                                      "--gtest_filter='*Damage.Leads*'", says=RAN),
+    "TESSERA_RUNS=1000000 build/bin/unit_import --gtest_filter='*Damage.Leads*'": Row(
+        "Tests", "TESSERA_RUNS=50 $BUILT/bin/unit_import --gtest_filter='*Damage.Leads*'", says=RAN),
     "TESSERA_SEED=7 build/bin/unit_movies": Row("Tests",
                                                 "TESSERA_SEED=7 $BUILT/bin/unit_movies "
                                                 "--gtest_filter='*RandomHistories*'", says=RAN),

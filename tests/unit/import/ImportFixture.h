@@ -51,6 +51,8 @@ public:
     std::string write(const std::string& name, std::string_view content) const {
         const std::string where = path(name);
         std::filesystem::create_directories(std::filesystem::path(where).parent_path());
+        // Anew: for what is written over, some file systems wait for their disk.
+        if (!std::filesystem::is_symlink(where)) std::filesystem::remove(where);
         std::ofstream(where, std::ios::binary).write(content.data(), static_cast<std::streamsize>(content.size()));
         return where;
     }
