@@ -66,7 +66,11 @@ TEST_F(StartedBySsh, MixesWithHostsThatRunHere) {
 }
 
 TEST_F(StartedBySsh, EndsWithALauncherThatIsKilled) {
-    Process wall(folder_.path(), "wall", command(wallOf(machine(client()), machine(client())), {"--verbose"}));
+    // Nobody takes away the keys of a run that is killed.
+    std::vector<std::string> started = {"/usr/bin/env", "TMPDIR=" + folder_.path()};
+    for (std::string& word : command(wallOf(machine(client()), machine(client())), {"--verbose"}))
+        started.push_back(std::move(word));
+    Process wall(folder_.path(), "wall", std::move(started));
     ASSERT_TRUE(wall.waitForText("role client host east", 60s)) << wall.output();
     for (int i = 0; i < 1000 && clientsWith("--while-input").size() < 2; ++i) std::this_thread::sleep_for(20ms);
     EXPECT_EQ(clientsWith("--while-input").size(), 2u) << wall.output();
