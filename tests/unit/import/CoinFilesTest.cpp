@@ -373,7 +373,7 @@ TEST_F(CoinFiles, NameWhatIsLeftOut) {
 }
 
 TEST_F(CoinFiles, KeepLongNamesAndSayWhichAreCut) {
-    const std::string name(1024, 'x');
+    const std::string name(1024, 'n');
     const auto boxes = [](const std::string& first, const std::string& second) {
         const std::string box = " Shape { " + kLit + "geometry Box {} }\n";
         return kVrml2 + "DEF " + first + box + "DEF " + second + box;
@@ -381,7 +381,7 @@ TEST_F(CoinFiles, KeepLongNamesAndSayWhichAreCut) {
     const auto namesOf = [&](const ImportedAspect& aspect) {
         std::set<std::string> names;
         for (const Node* node : all<Node>(aspect))
-            if (node->name.starts_with("xxx")) names.insert(node->name);
+            if (node->name.starts_with("nnn")) names.insert(node->name);
         return names;
     };
     EXPECT_EQ(namesOf(read("a.wrl", boxes(name, name.substr(1) + "y"))),
