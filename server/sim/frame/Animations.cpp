@@ -68,6 +68,7 @@ void Animations::update(const Aspect& scene, const ChangeList* list) {
         known_.clear();
         playing_.clear();
         shownOnce_.clear();
+        carriedOn_.clear();
         byTarget_.clear();
         std::vector<ObjectId> animations;
         for (const ObjectId id : scene.ids()) {
@@ -96,10 +97,12 @@ void Animations::update(const Aspect& scene, const ChangeList* list) {
             animations.insert(known->second.users.begin(), known->second.users.end());
     }
     for (const ObjectId id : animations) lookAt(scene, id);
-    for (const ObjectId id : sought)
+    for (const ObjectId id : sought) {
+        if (carriedOn_.erase(id) != 0) continue;
         if (const Animation* animation = scene.get<Animation>(id);
             animation && !animation->playing && !fresh.contains(id))
             shownOnce_.insert(id);
+    }
     if (known_.empty() && frames_.empty()) return;
     for (const ObjectId id : list->destructions) forget(id);
 }
@@ -245,13 +248,15 @@ void Animations::want(ActorStage& stage) {
     }
 }
 
-void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const {
+void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) {
     for (const AnimationStep& went : steps_) {
         const Animation* now = scene.get<Animation>(went.animation);
-        // A hand may have paused it, or set its time.
-        if (now && now->playing && now->time == went.from && now->time != went.time &&
-            !outcome.stopped.contains(went.animation))
-            list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
+        // A hand may have set its time, even to the one that it had.
+        if (!now || now->time != went.from || now->time == went.time || shownOnce_.contains(went.animation) ||
+            outcome.stopped.contains(went.animation))
+            continue;
+        list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
+        if (!now->playing) carriedOn_.insert(went.animation);
     }
 }
 

@@ -73,8 +73,9 @@ public:
     /// Adds to the wishes what they want of Transforms, and applies what they want of everything else. One whose value
     /// the scene refuses is paused.
     void want(ActorStage& stage);
-    /// The time of what was not stopped goes on.
-    void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) const;
+    /// Lets the time of all that was not stopped go on. An animation that is paused in this frame keeps the time of
+    /// the picture that it has just made.
+    void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list);
     void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
 
     [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
@@ -105,6 +106,7 @@ private:
     std::unordered_map<ObjectId, Known> known_;    ///< all Animations
     std::set<ObjectId> playing_;
     std::set<ObjectId> shownOnce_;                                ///< that stand, and whose time was set
+    std::set<ObjectId> carriedOn_;                                ///< that stand where `hear` has just set their time
     std::set<std::tuple<ObjectId, FieldId, ObjectId>> byTarget_;  ///< of those that play: object, field, animation
     std::vector<AnimationStep> steps_;                            ///< of this frame
     std::uint64_t keysChecked_ = 0, framesPlayed_ = 0;
