@@ -256,11 +256,12 @@ function(tessera_reuse_headers_for_tests name)
   endif()
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [LABELS …] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a folder
-# below tests/, each of its cases a ctest test. SERIAL: while nothing else runs, but for those of the filter: these
-# mostly wait, and stand beside others, one at a time. Time-outs: tests/times.txt.
+# tessera_test(NAME FOLDER LINK … [WORLD filter] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a
+# folder below tests/, each of its cases a ctest test. WORLD: tests of run-tests --all alone (label world). SERIAL:
+# while nothing else runs, but for those of the filter PATIENT: these mostly wait, and stand beside others, one at a
+# time. Time-outs: tests/times.txt.
 function(tessera_test name folder)
-  cmake_parse_arguments(ARG "SERIAL" "PATIENT" "LINK;LABELS;DEFINE" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "PATIENT;WORLD" "LINK;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
@@ -276,15 +277,20 @@ function(tessera_test name folder)
   set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/tests/support/times/measured)
   # What servers leave for their user's programs lies in the build folder.
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
-  set(properties TIMEOUT 200 ENVIRONMENT "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run")
-  if(ARG_LABELS)
-    list(APPEND properties LABELS "${ARG_LABELS}")
-  endif()
+  set(properties TIMEOUT 200 ENVIRONMENT
+    "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run;TESSERA_NODE_MODULES=${CMAKE_BINARY_DIR}/npm/node_modules")
   set(discovery TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST)
   if(ARG_PATIENT)
     gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES
       ${properties} RESOURCE_LOCK ${name})
-    list(APPEND discovery TEST_FILTER "-${ARG_PATIENT}")
+  endif()
+  if(ARG_WORLD)
+    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_WORLD}" TEST_LIST ${name}_world PROPERTIES
+      ${properties} LABELS world)
+  endif()
+  if(ARG_PATIENT OR ARG_WORLD)
+    string(JOIN ":" others ${ARG_PATIENT} ${ARG_WORLD})
+    list(APPEND discovery TEST_FILTER "-${others}")
   endif()
   if(ARG_SERIAL)
     list(APPEND properties RUN_SERIAL ON)

@@ -423,7 +423,7 @@ def main():
     options.add_argument("--formats", action="store_true", help="models of other formats, in one plain material")
     options.add_argument("--size", type=int, default=512, help="pixels of a side")
     said = options.parse_args()
-    three = BUILD / "three/package"
+    three = BUILD / "npm/node_modules/three"
     if not (three / "build/three.module.js").exists():
         options.exit(1, "looks: three.js is not in the build folder (./deploy/set-up --looks brings it)\n")
     if page_browser.WHY_NOT:

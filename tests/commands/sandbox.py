@@ -7,7 +7,7 @@ import subprocess
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 # What deploy/set-up unpacks: it would fetch it from Debian, or from npm.
-UNPACKED = ("boost", "cgal", "osd", "sdl", "sshd", "sshd-libraries", "three")
+UNPACKED = ("boost", "cgal", "osd", "sdl", "sshd", "sshd-libraries", "systemd", "npm")
 
 
 class Sandbox:

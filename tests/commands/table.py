@@ -57,6 +57,11 @@ ROWS = {
     "./deploy/run-tests": Row("ScriptsOfTests", "./deploy/run-tests --no-install -R '^unit_base\\.Hash'",
                               says="passed, 0 skipped"),
     "./deploy/run-tests --all": SELF,
+    # where nothing may be mounted: else it is what runs this list
+    "./deploy/run-tests --bare": Row(
+        "ScriptsOfTests", "mkdir $T/refuses && ln -s /bin/false $T/refuses/unshare && PATH=$T/refuses:$PATH "
+                          "./deploy/run-tests --no-install --bare -R '^unit_base\\.Hash'",
+        says="passed, 0 skipped; not in a bare Debian: mounting is refused here"),
     "./deploy/run-tests --times": Row("ScriptsOfTests",
                                       "./deploy/run-tests --no-install --times -R '^unit_base\\.Hash'", slow=True),
     "./deploy/run-tests --fuzz 60": Row("ScriptsOfTests", "./deploy/run-tests --no-install --fuzz 1",
@@ -133,7 +138,8 @@ ROWS = {
     "./deploy/run-wall --help": Row("Options", "./deploy/run-wall --help", says="--point-radius R"),
     # in a sandbox alone: in a tree of one's own it would compile everything anew
     "cmake -DTESSERA_UNITY=OFF build": Row(
-        "Build", '[ -n "${SANDBOX:-}" ] || exit 77; cmake -DTESSERA_UNITY=OFF build >$T/log && ninja -C build '
+        "Build", '[ -n "${SANDBOX:-}" ] || exit 77; ./deploy/build build tessera-ctl && '
+                 'cmake -DTESSERA_UNITY=OFF build >$T/log && ninja -C build '
                  'tessera-ctl >$T/log && [ -e build/client/ctl/CMakeFiles/tessera_ctl.dir/Verbs.cpp.o ]'),
     "cmake --install": Row("", elsewhere="install PREFIX runs it"),
     "ctest --test-dir build -R NAME": Row("", elsewhere="run-tests runs it, with a NAME"),

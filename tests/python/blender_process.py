@@ -9,7 +9,7 @@ import unittest
 from live import PATIENCE
 
 HERE = pathlib.Path(__file__).resolve().parent
-WHY_NOT = "" if shutil.which("blender") else "blender is not installed (./deploy/set-up --blender installs it)"
+WHY_NOT = "" if shutil.which("blender") else "blender is not installed (./deploy/set-up --world installs it)"
 
 
 def blender(folder, *words, script="blender_side.py"):

@@ -1,6 +1,5 @@
 """The programs in deploy/examples/python, each on a wall of its own, ended by their --frames; and the six lines of the
 README."""
-import importlib.util
 import json
 import os
 import re
@@ -70,18 +69,6 @@ class Examples(unittest.TestCase):
                                   env={**os.environ, "PYTHONPATH": str(BUILD / "python"),
                                        "TESSERA_SERVER": live.address, "FRAMES": "5"})
             self.assertEqual((done.returncode, done.stderr), (0, ""))
-
-    @unittest.skipUnless(importlib.util.find_spec("nbconvert") and importlib.util.find_spec("ipykernel"),
-                         "jupyter is not installed (apt-get install jupyter-nbconvert python3-ipykernel)")
-    def test_the_notebook_is_executed(self):
-        with Live(surface="osmesa", size="96x54") as live:
-            command = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir",
-                       str(live.folder), str(EXAMPLES / "plot.ipynb")]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=3 * PATIENCE,
-                                  env={**os.environ, "PYTHONPATH": str(BUILD / "python"),
-                                       "TESSERA_SERVER": live.address, "FRAMES": "5"})
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("image/png", (live.folder / "plot.ipynb").read_text())
 
     def test_the_lines_of_the_readme_move_an_object(self):
         text = (ROOT / "client/python/README.md").read_text()
