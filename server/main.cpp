@@ -1,21 +1,19 @@
 /// tessera-server: the authority over one scene and one wall.
 #include <malloc.h>
-#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <stop_token>
 #include <thread>
 
 #include <fmt/format.h>
 
-#include "common/access/LocalWalls.h"
-#include "common/base/JournalStream.h"
 #include "common/base/Log.h"
 #include "common/base/ServiceNotifier.h"
 #include "common/base/ShippedFiles.h"
@@ -26,9 +24,8 @@
 #include "common/tls/KeyRing.h"
 #include "common/wall/Exposure.h"
 #include "common/wall/WallNotes.h"
-#include "server/door/Door.h"
+#include "server/Entrance.h"
 #include "server/door/UploadFolder.h"
-#include "server/panel/Panel.h"
 #include "server/sim/FrameLoop.h"
 #include "server/sim/audit/AuditLog.h"
 
@@ -87,145 +84,6 @@ Expected<Wall> readWall(const Arguments& arguments, const std::string& executabl
     }
     return wall;
 }
-
-std::string nameOfUser() {
-    std::array<char, 4096> room{};
-    passwd found{};
-    passwd* known = nullptr;
-    if (getpwuid_r(geteuid(), &found, room.data(), room.size(), &known) == 0 && known != nullptr) return known->pw_name;
-    return fmt::format("user {}", geteuid());
-}
-
-/// A panel of --panel.
-struct ServedPanel {
-    std::string file;
-    DoorPanel door;
-    std::shared_ptr<const std::string> text;
-};
-
-Expected<std::vector<ServedPanel>> readPanels(const std::vector<std::string>& files) {
-    constexpr std::size_t kMost = 16;
-    if (files.size() > kMost) return fail(ErrorCode::kUsage, fmt::format("--panel: at most {} may be", kMost));
-    std::vector<ServedPanel> panels;
-    for (const std::string& file : files) {
-        Expected<std::string> text = readPanelFile(file);
-        if (!text) return failWith("--panel", text.error());
-        const Expected<Panel> panel = parsePanel(*text, file);
-        if (!panel) return failWith("--panel", panel.error());
-        panels.push_back({file,
-                          {freshToken(), KeyFolder::panelName(*text), panel->title},
-                          std::make_shared<const std::string>(std::move(*text))});
-    }
-    return panels;
-}
-
-/// Who comes in on this machine: the words for it, where this user's programs find them, and the console.
-class Entrance {
-public:
-    /// `console`: none is wanted.
-    Entrance(std::optional<Address> console, DoorReach reach, std::vector<ServedPanel> panels, std::string wall,
-             Log& log)
-        : console_(std::move(console)),
-          reach_(std::move(reach)),
-          panels_(std::move(panels)),
-          wall_(std::move(wall)),
-          log_(log) {}
-
-    /// Without a place for the words nobody could come in, but by a file that both sides are told.
-    Expected<void> take(const std::string& listen, const std::string& tokenFile, const std::string& group) {
-        std::string said;
-        if (!tokenFile.empty()) {
-            Expected<std::string> word = readToken(tokenFile);
-            if (!word) return tl::unexpected(word.error());
-            said = std::move(*word);
-        }
-        Expected<std::unique_ptr<LocalWallPlace>> place = LocalWallPlace::take(wall_, listen, group);
-        if (!place && (said.empty() || !group.empty()))
-            return fail(place.error().code,
-                        place.error().message +
-                            "; the token that lets this user's programs in has no place (--token-file FILE names one)");
-        if (place)
-            place_ = std::move(*place);
-        else
-            log_.warning(place.error().message);
-        if (place_ && !said.empty()) place_->setOperator(said);
-        group_ = group;
-        tokens_ = place_ ? place_->tokens() : AccessTokens::fresh();
-        if (!said.empty()) tokens_.of(Role::kOperator) = said;
-        tokens_.door = freshToken();
-        return {};
-    }
-    [[nodiscard]] const AccessTokens& tokens() const { return tokens_; }
-
-    /// Before anybody can dial in: who does finds the words. The wall goes on where there is no console.
-    void open(const Address& server) {
-        if (console_) openDoor(server, place_ ? place_->lastConsolePort() : std::uint16_t{0});
-        if (!place_) return;
-        std::optional<Address> console = door_ ? std::optional(door_->address()) : std::nullopt;
-        if (console) console->host = nearHost(console->host);
-        if (reach_.keys) place_->setAuthority(reach_.keys()->authorityFingerprint());
-        if (const Expected<void> told = place_->tell(server, console); !told) log_.warning(told.error().message);
-    }
-    /// Of the door that is opened afterwards.
-    void setFiles(std::shared_ptr<UploadFolder> uploads,
-                  std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile) {
-        uploads_ = std::move(uploads);
-        onFile_ = std::move(onFile);
-    }
-    /// A link lets in whoever has it: the journal's readers are others than the server's people.
-    void describe() const {
-        if (door_ && leadsToJournal(STDOUT_FILENO)) {
-            fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
-            for (const ServedPanel& panel : panels_)
-                fmt::print("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
-                           panel.file);
-        } else if (door_) {
-            fmt::print("console: {}\n", door_->link());
-            for (const ServedPanel& panel : panels_)
-                fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
-        }
-        if (!group_.empty()) fmt::print("token file for the group {}: {}\n", group_, place_->path());
-    }
-
-private:
-    /// Of who listens everywhere: for programs of this machine.
-    static std::string nearHost(const std::string& host) {
-        return host == "0.0.0.0" ? "127.0.0.1" : host == "::" ? "::1" : host;
-    }
-    /// Where any port will do the last one does best: links hold.
-    void openDoor(const Address& server, std::uint16_t lastPort) {
-        const Address near{nearHost(server.host), server.port};
-        DoorOptions options{.listen = *console_,
-                            .server = near,
-                            .wall = wall_,
-                            .tokens = tokens_,
-                            .owner = nameOfUser(),
-                            .reach = reach_,
-                            .tell = [this](const std::string& words) { log_.warning(words); },
-                            .uploads = uploads_,
-                            .onFile = onFile_};
-        for (const ServedPanel& panel : panels_) options.panels.push_back(panel.door);
-        if (console_->port == 0) options.listen.port = lastPort;
-        Expected<std::unique_ptr<Door>> door = Door::open(options);
-        if (!door && options.listen.port != console_->port) {
-            options.listen.port = console_->port;
-            door = Door::open(options);
-        }
-        if (!door) return log_.warning(door.error().message);
-        door_ = std::move(*door);
-    }
-
-    std::optional<Address> console_;
-    DoorReach reach_;
-    std::vector<ServedPanel> panels_;
-    std::string wall_, group_;
-    std::shared_ptr<UploadFolder> uploads_;
-    std::function<void(const Entrant&, std::string_view, const std::string&)> onFile_;
-    Log& log_;
-    AccessTokens tokens_;
-    std::unique_ptr<LocalWallPlace> place_;
-    std::unique_ptr<Door> door_;
-};
 
 /// Large edits are made and let go again in each frame. Their blocks stay in the heap: mapped anew each time, page by
 /// page, they cost a frame of 10,000 moves as much as all else (tests/bench/figures.md). No more stays than that: with
@@ -346,10 +204,18 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     };
     std::unique_ptr<AuditLog> auditLog;  // outlives the door
     std::optional<AuditBook> audit;
+    ServerTokensOptions access{.wall = options.wall.name,
+                               .listen = arguments.listen,
+                               .group = arguments.group,
+                               .tokenFile = arguments.tokenFile,
+                               .insecure = options.insecure,
+                               .keysFolder = arguments.keys};
+    if (options.keys) access.authority = [keys = options.keys] { return keys->current()->authorityFingerprint(); };
+    Expected<ServerTokens> tokens =
+        ServerTokens::make(std::move(access), [&](const std::string& words) { log.warning(words); });
+    if (!tokens) return tl::unexpected(tokens.error());
     Entrance entrance(arguments.noConsole ? std::nullopt : std::optional(*console), std::move(reach),
-                      std::move(*panels), options.wall.name, log);
-    if (const Expected<void> taken = entrance.take(arguments.listen, arguments.tokenFile, arguments.group); !taken)
-        return taken;
+                      std::move(*panels), std::move(*tokens), options.wall.name, log);
     Expected<std::shared_ptr<UploadFolder>> uploads = takeUploads(arguments, log);
     if (!uploads) return tl::unexpected(uploads.error());
     if (*uploads) options.allowed.push_back((*uploads)->path());
@@ -367,7 +233,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.onBound = [&](const Address& bound) { entrance.open(bound); };
     options.onListening = [&](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
-        entrance.describe();
+        entrance.describe(arguments.group);
         std::fflush(stdout);
         // Hosts may dial in. A long scene still loads: the wall waits, and no unit that needs this one has to.
         arguments.service->ready();
@@ -406,6 +272,7 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         while (!done.stop_requested())
             if (sigwaitinfo(&signals, nullptr) > 0) loop.stop();
     });
+    const std::jthread keeper([&](const std::stop_token& done) { entrance.keepWatch(done, loop); });
     return loop.run();
 }
 

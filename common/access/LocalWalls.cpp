@@ -12,8 +12,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
+#include <sstream>
+#include <utility>
 
+#include "common/access/WallProtection.h"
+#include "common/base/FileHandle.h"
 #include "common/net/OwnAddress.h"
 
 namespace tessera {
@@ -331,24 +336,83 @@ Expected<std::function<std::string(const std::string& peer)>> accessLater(const 
     };
 }
 
-Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string& wall, const std::string& listen,
-                                                               const std::string& group) {
+Expected<std::vector<LocalWall>> endLocalLinks() {
+    const Expected<std::string> own = runFolder();
+    if (!own) return tl::unexpected(own.error());
+    std::vector<std::string> folders{*own};
+    struct stat service {};
+    if (*own != kServiceFolder && lstat(kServiceFolder, &service) == 0 && S_ISDIR(service.st_mode) &&
+        service.st_uid == geteuid())
+        folders.emplace_back(kServiceFolder);
+    std::vector<LocalWall> walls;
+    for (const std::string& folder : folders) {
+        if (const Expected<void> ended = renewLinksMark(folder); !ended) return tl::unexpected(ended.error());
+        std::ranges::move(wallsIn(folder, geteuid()), std::back_inserter(walls));
+    }
+    std::erase_if(walls, [](const LocalWall& wall) { return !wall.authority.empty(); });
+    return walls;
+}
+
+namespace {
+
+std::string pathOfPlace(const std::string& folder, const std::string& wall, int place) {
+    return fmt::format("{}/{}-{}{}", folder, fileName(wall), place, kEnding);
+}
+
+std::string lineIn(const std::map<std::string, std::string>& lines, const char* word) {
+    const auto line = lines.find(word);
+    return line == lines.end() ? std::string() : line->second;
+}
+
+std::vector<std::string> tokensIn(const std::map<std::string, std::string>& lines, const char* word) {
+    std::istringstream line(lineIn(lines, word));
+    return {std::istream_iterator<std::string>(line), {}};
+}
+
+/// Adds tokens behind those that are there. Of many the newest stay: a reader takes `kMostBytes`.
+void addTokens(std::vector<std::string>& to, const std::vector<std::string>& tokens) {
+    constexpr std::size_t kMost = 8;
+    for (const std::string& token : tokens) {
+        std::erase(to, token);
+        to.push_back(token);
+    }
+    if (to.size() > kMost) to.erase(to.begin(), to.end() - kMost);
+}
+
+/// Returns whether a server used this operator's token, which a person had chosen, and it has ended there.
+bool hasEndedIn(const std::map<std::string, std::string>& lines, const LocalWallWish& wish) {
+    const auto has = [&](const char* word) { return std::ranges::count(tokensIn(lines, word), wish.given) > 0; };
+    return has("ended") || (has("chosen") && lineIn(lines, "protection") != wish.protection);
+}
+
+}  // namespace
+
+Expected<void> checkGivenToken(const LocalWallWish& wish) {
+    const Expected<std::string> folder = runFolder();
+    if (!folder || wish.given.empty()) return {};
+    for (int place = 1; place <= kMostPlaces; ++place) {
+        const FileHandle file(openOwn(pathOfPlace(*folder, wish.wall, place), O_RDONLY));
+        if (file.get() >= 0 && hasEndedIn(readLines(file.get()), wish))
+            return fail(ErrorCode::kUsage,
+                        "its token has ended: its links were revoked, or the wall used it under another protection; "
+                        "write another one into it, such as $(tr -dc A-Za-z0-9 < /dev/urandom | head -c 43)");
+    }
+    return {};
+}
+
+Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const LocalWallWish& wish) {
     const Expected<std::string> folder = runFolder();
     if (!folder) return tl::unexpected(folder.error());
-    // First what was left by one that listened alike is taken over, with its words; then a place that nobody has had;
-    // then any that nobody has now, without its words.
+    // First what was left by one that listened alike is taken over; then a place that nobody has had; then any that
+    // nobody has now, without its tokens.
     for (int place = 1; place <= 3 * kMostPlaces; ++place) {
-        const std::string path =
-            fmt::format("{}/{}-{}{}", *folder, fileName(wall), (place - 1) % kMostPlaces + 1, kEnding);
+        const std::string path = pathOfPlace(*folder, wish.wall, (place - 1) % kMostPlaces + 1);
         const bool alike = place <= kMostPlaces;
         const int file = openOwn(path, alike ? O_RDWR : O_RDWR | O_CREAT);
         if (file < 0 && alike && errno == ENOENT) continue;
         if (file < 0) return tl::unexpected(systemError("what this user's programs read", path));
         const std::map<std::string, std::string> left = readLines(file);
-        const auto isLeft = [&](const char* word) {
-            const auto line = left.find(word);
-            return line != left.end() && line->second == listen;
-        };
+        const auto isLeft = [&](const char* word) { return left.contains(word) && left.at(word) == wish.listen; };
         const bool fits = alike ? isLeft("listen") || isLeft("server") : left.empty() || place > 2 * kMostPlaces;
         if (!fits || !lockIt(file)) {  // another one of this wall runs there
             close(file);
@@ -356,31 +420,66 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const std::string
         }
         std::unique_ptr<LocalWallPlace> taken(new LocalWallPlace);
         taken->path_ = path;
-        taken->listen_ = listen;
+        taken->listen_ = wish.listen;
         taken->file_ = file;
-        for (const char c : wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        for (const char c : wish.wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
         taken->wall_ = taken->wall_.substr(0, 256);
         const std::map<std::string, std::string> before =
             alike ? readLines(file) : std::map<std::string, std::string>();
-        taken->tokens_ = tokensIn(before);
-        const std::optional<Address> console = addressIn(before, "console");
-        if (console) taken->lastPort_ = console->port;
-        if (group.empty())
+        taken->takeTokens(before, wish);
+        taken->console_ = addressIn(before, "console");
+        if (taken->console_) taken->lastPort_ = taken->console_->port;
+        if (wish.group.empty())
             (void)fchmod(file, 0600);
-        else if (const Expected<void> given = giveToGroup(file, *folder, group); !given)
+        else if (const Expected<void> given = giveToGroup(file, *folder, wish.group); !given)
             return tl::unexpected(given.error());
         // Where the one before listened is no longer so.
-        if (const Expected<void> kept = taken->write(std::nullopt, console); !kept) return tl::unexpected(kept.error());
+        if (const Expected<void> kept = taken->write(); !kept) return tl::unexpected(kept.error());
         return taken;
     }
-    return fail(ErrorCode::kLimit, fmt::format("{} servers of the wall {} run on this machine", kMostPlaces, wall));
+    return fail(ErrorCode::kLimit,
+                fmt::format("{} servers of the wall {} run on this machine", kMostPlaces, wish.wall));
 }
 
-Expected<void> LocalWallPlace::write(const std::optional<Address>& server, const std::optional<Address>& console) {
+/// Takes over what was handed out under this protection, but for a token that a person had chosen then.
+void LocalWallPlace::takeTokens(const std::map<std::string, std::string>& before, const LocalWallWish& wish) {
+    chosen_ = tokensIn(before, "chosen");
+    ended_ = tokensIn(before, "ended");
+    tokens_ = tokensIn(before);
+    protection_ = wish.protection;
+    if (lineIn(before, "protection") != protection_) endTokens();
+    std::string& ofOperator = tokens_.of(Role::kOperator);
+    if (std::ranges::count(chosen_, ofOperator) > 0) ofOperator = freshToken();
+    if (wish.given.empty()) return;
+    ofOperator = wish.given;
+    addTokens(chosen_, {wish.given});
+}
+
+void LocalWallPlace::endTokens() {
+    addTokens(ended_, std::exchange(chosen_, {}));
+    tokens_ = AccessTokens::fresh();
+}
+
+Expected<void> LocalWallPlace::renewFor(const std::string& protection) {
+    protection_ = protection;
+    endTokens();
+    return write();
+}
+
+Expected<void> LocalWallPlace::tell(const Address& server, const std::optional<Address>& console) {
+    server_ = server;
+    console_ = console;
+    return write();
+}
+
+Expected<void> LocalWallPlace::write() const {
     std::string text = fmt::format("wall {}\nlisten {}\n", wall_, listen_);
-    if (server) text += fmt::format("server {}\n", toString(*server));
-    if (console) text += fmt::format("console {}\n", toString(*console));
+    if (server_) text += fmt::format("server {}\n", toString(*server_));
+    if (console_) text += fmt::format("console {}\n", toString(*console_));
     if (!authority_.empty()) text += fmt::format("authority {}\n", authority_);
+    if (!protection_.empty()) text += fmt::format("protection {}\n", protection_);
+    if (!chosen_.empty()) text += fmt::format("chosen {}\n", fmt::join(chosen_, " "));
+    if (!ended_.empty()) text += fmt::format("ended {}\n", fmt::join(ended_, " "));
     for (const Role role : kRoles) text += fmt::format("{} {}\n", wordOf(role), tokens_.of(role));
     text += "end\n";
     if (ftruncate(file_, 0) != 0 || pwrite(file_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size()))

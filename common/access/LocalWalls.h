@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -60,42 +61,55 @@ struct ServerMeant {
 [[nodiscard]] Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile,
                                                                                         bool sealed);
 
+/// Ends the links and tokens that this user's walls without keys have handed out on this machine, those too that are
+/// not running now (`WallProtection`). Returns the ones that run.
+[[nodiscard]] Expected<std::vector<LocalWall>> endLocalLinks();
+
+/// What a server asks for where it takes its place.
+struct LocalWallWish {
+    std::string wall;
+    std::string listen;           ///< as it was said
+    std::string group = {};       ///< people who may read the file; empty: this user alone
+    std::string protection = {};  ///< `WallProtection::text`
+    std::string given = {};       ///< an operator's token that a person has chosen (--token-file); empty: none
+};
+/// kUsage: the wall has used the chosen token under another protection, so it has ended.
+[[nodiscard]] Expected<void> checkGivenToken(const LocalWallWish& wish);
+
 /// A server's own place among them: a file of mode 0600, locked as long as it runs.
 ///
-/// A server of the same wall that starts later takes the place that an earlier one has left, with its tokens: whoever
-/// has a link has it still. Where several run at once each has a place of its own.
+/// A server of the same wall that starts later takes the place that an earlier one has left. Under the same protection
+/// it takes the tokens, too, so links hold. Where several run at once each has a place of its own.
 class LocalWallPlace {
 public:
-    /// `listen`: as it was said; a place that one of the same wall has left who listened alike is taken over.
-    /// `group`: whose people may read it, too (mode 0640); empty: nobody. kNotFound: there is no such group; kRefused:
-    /// this user is not in it, or its people cannot reach the file.
-    [[nodiscard]] static Expected<std::unique_ptr<LocalWallPlace>> take(const std::string& wall,
-                                                                        const std::string& listen,
-                                                                        const std::string& group = {});
+    /// A place that one of the same wall has left who listened alike is taken over. kLimit: all places are taken.
+    /// kNotFound: there is no such group; kRefused: this user is not in it, or its people cannot reach the file.
+    [[nodiscard]] static Expected<std::unique_ptr<LocalWallPlace>> take(const LocalWallWish& wish);
     ~LocalWallPlace();
     LocalWallPlace(const LocalWallPlace&) = delete;
     LocalWallPlace& operator=(const LocalWallPlace&) = delete;
 
-    /// As the server before had them, or fresh ones: 256 bits each that nobody guesses.
     [[nodiscard]] const AccessTokens& tokens() const { return tokens_; }
-    /// An operator's that somebody else has chosen. Told with the rest.
-    void setOperator(const std::string& token) { tokens_.of(Role::kOperator) = token; }
+    /// Makes new tokens for another protection, and tells them. On an error they are new all the same.
+    [[nodiscard]] Expected<void> renewFor(const std::string& protection);
     [[nodiscard]] const std::string& path() const { return path_; }
     /// Of the server before; 0: it had no console, or there was none.
     [[nodiscard]] std::uint16_t lastConsolePort() const { return lastPort_; }
     /// Its console speaks https, by the keys of that authority. Told with the rest.
     void setAuthority(const std::string& fingerprint) { authority_ = fingerprint; }
     /// From now on others find it.
-    [[nodiscard]] Expected<void> tell(const Address& server, const std::optional<Address>& console) {
-        return write(server, console);
-    }
+    [[nodiscard]] Expected<void> tell(const Address& server, const std::optional<Address>& console);
 
 private:
     LocalWallPlace() = default;
-    [[nodiscard]] Expected<void> write(const std::optional<Address>& server, const std::optional<Address>& console);
+    void takeTokens(const std::map<std::string, std::string>& before, const LocalWallWish& wish);
+    void endTokens();
+    [[nodiscard]] Expected<void> write() const;
 
-    std::string path_, wall_, listen_, authority_;
+    std::string path_, wall_, listen_, authority_, protection_;
     AccessTokens tokens_;
+    std::vector<std::string> chosen_, ended_;  ///< tokens that people chose: under this protection, and before it
+    std::optional<Address> server_, console_;
     std::uint16_t lastPort_ = 0;
     int file_ = -1;
 };

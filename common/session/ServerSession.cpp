@@ -107,7 +107,7 @@ struct ServerSession::Impl {
     void finish(const std::string& reason);
     ServerActions take() { return std::exchange(roster.out, {}); }
 
-    const ServerSessionConfig config;
+    ServerSessionConfig config;
     Grace grace{config.sync};
     SessionRoster roster{config};
     ReplicaRepairs repairs{roster};
@@ -274,6 +274,10 @@ ServerActions ServerSession::malformed(ConnectionId connection, const std::strin
 ServerActions ServerSession::connectionClosed(ConnectionId connection, TimePoint now) {
     impl_->closed(connection, now);
     return impl_->take();
+}
+
+void ServerSession::renewAccess(AccessTokens access) {
+    impl_->config.access = std::move(access);
 }
 
 void ServerSession::heard(ConnectionId connection, TimePoint now) {

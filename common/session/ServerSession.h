@@ -268,6 +268,8 @@ public:
     /// Bytes that are no message (wrong checksum, undecodable): closes this peer, nobody else.
     [[nodiscard]] ServerActions malformed(ConnectionId connection, const std::string& reason, TimePoint now);
     [[nodiscard]] ServerActions connectionClosed(ConnectionId connection, TimePoint now);
+    /// From now on these tokens let in. With the next heartbeats whoever came in by another one is closed.
+    void renewAccess(AccessTokens access);
     /// The peer lives: part of a message has come, or one of its messages waits to be handed in.
     void heard(ConnectionId connection, TimePoint now);
     [[nodiscard]] bool isHost(ConnectionId connection) const;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 namespace tessera {
 
@@ -29,15 +30,26 @@ void SessionDeadlines::sendHeartbeats(TimePoint now) {
     if (!roster_.peers.heartbeatsAreDue(now)) return;
     for (const auto& [id, peer] : roster_.peers)
         if (peer.welcomed()) roster_.send(id, peer.clock.next(now));
-    closeEnded();
+    closeEnded(now);
 }
 
-/// As often as heartbeats go out: a token that ends, or is revoked, lets nobody go on.
-void SessionDeadlines::closeEnded() {
+/// Closes whoever came in by a token that has ended, or was revoked: as often as heartbeats go out. Programs of the
+/// server's user dial again with its new token.
+void SessionDeadlines::closeEnded(TimePoint now) {
+    constexpr std::string_view kReason = "its token has ended, or was revoked";
+    const ServerSessionConfig& config = roster_.config;
     std::vector<ConnectionId> ended;
-    for (const auto& [id, peer] : roster_.peers)
-        if (!peer.pass.empty() && !roster_.config.passOf(peer.pass)) ended.push_back(id);
-    for (const ConnectionId id : ended) roster_.close(*roster_.peers.find(id), "its token has ended, or was revoked");
+    for (const auto& [id, peer] : roster_.peers) {
+        if (!peer.welcomed() || peer.access.empty() || config.access.roleOf(peer.access)) continue;
+        if (!config.passOf || !config.passOf(peer.access)) ended.push_back(id);
+    }
+    for (const ConnectionId id : ended) {
+        SessionPeer& peer = *roster_.peers.find(id);
+        if (peer.isHost())
+            roster_.lose(roster_.hostOf(peer), FaultKind::kDisconnected, std::string(kReason), roster_.currentFrame(),
+                         now);
+        roster_.close(peer, std::string(kReason));
+    }
 }
 
 void SessionDeadlines::closeSilent(TimePoint now) {

@@ -25,7 +25,7 @@ public:
 private:
     void excuse(Duration standstill);
     void sendHeartbeats(TimePoint now);
-    void closeEnded();
+    void closeEnded(TimePoint now);
     void closeSilent(TimePoint now);
     void closeUnsynced(TimePoint now);
     void leaveBlobsLate(TimePoint now);

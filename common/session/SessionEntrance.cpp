@@ -17,6 +17,9 @@ void SessionEntrance::hello(SessionPeer& peer, const message::Hello& hello, Time
     // In a key nothing can be guessed, and who has one that has ended is to hear it.
     if (!who && !peer.origin.key && !hello.access.empty()) return refuseLogin(peer, who.error(), now);
     if (!who) return refuse(peer, {who.error().code, who.error().message, false});
+    // Of those whom the door asks for it sees to that itself.
+    peer.ofDoor = peer.origin.near && roster_.config.access.byDoor(hello.access).has_value();
+    if (!peer.ofDoor && (who->by == Entrant::By::kWord || who->by == Entrant::By::kPass)) peer.access = hello.access;
     if (hello.role == PeerRole::kApplication) return application(peer, hello, *who, now);
     if (hello.role == PeerRole::kHost) return host(peer, hello, now);
     refuse(peer, {ErrorCode::kNetwork, "unknown role of a peer", false});
@@ -58,9 +61,6 @@ void SessionEntrance::application(SessionPeer& peer, const message::Hello& hello
     peer.name = hello.name;
     peer.who = who;
     peer.ofPanel = panel != nullptr;
-    // Of those whom the door asks for it sees to that itself.
-    peer.ofDoor = peer.origin.near && roster_.config.access.byDoor(hello.access).has_value();
-    if (who.by == Entrant::By::kPass && !peer.ofDoor) peer.pass = hello.access;
     welcome(peer, now);
     roster_.out.push_back(server_action::ApplicationJoined{peer.id, peer.name, std::move(who), std::move(panel)});
     // Whoever only asks is told what it asks for, and what it has subscribed to.

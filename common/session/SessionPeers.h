@@ -28,7 +28,7 @@ struct SessionPeer {
     bool ofPanel = false;  ///< it reaches a panel's fields alone
     Entrant who = {};      ///< of an application
     bool ofDoor = false;   ///< the server's own door, which says from where each of its requests comes
-    std::string pass;      ///< the word for some time that it came in with; empty: it came in otherwise
+    std::string access;    ///< the token that it came in with; empty: it came in otherwise
     std::string name;
     SessionToken token;
     ConnectionId other;  ///< of a control connection its bulk one, and the other way round

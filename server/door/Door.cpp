@@ -53,7 +53,11 @@ Address addressInLink(const Address& bound, const DoorReach& reach) {
 
 struct Door::Impl {
     explicit Impl(const DoorOptions& options, std::uint16_t port)
-        : context(options, port), acceptor(context.io), pause(context.io), entrance(context.io), keysClock(context.io) {
+        : context(options, port),
+          acceptor(context.io),
+          pause(context.io),
+          entrance(context.io),
+          judgeClock(context.io) {
         context.onRoom = [this] { look(); };
     }
 
@@ -144,12 +148,12 @@ struct Door::Impl {
         sendAway(**goes);
         return now;
     }
-    void watchKeys() {
-        keysClock.expires_after(context.options.reach.look);
-        keysClock.async_wait([this](boost::system::error_code stopped) {
+    void judgeOften() {
+        judgeClock.expires_after(context.options.reach.look);
+        judgeClock.async_wait([this](boost::system::error_code stopped) {
             if (stopped || over) return;  // a look that was due when it was cancelled comes all the same
             context.judgeAgain();
-            watchKeys();
+            judgeOften();
         });
     }
     static constexpr auto kWaitsForUs = [](Guest* guest) { return guest->waitsToBeRead(); };
@@ -157,7 +161,7 @@ struct Door::Impl {
     DoorContext context;
     SourceRows<tcp::socket> waiting;  ///< there is no room for them yet
     tcp::acceptor acceptor;
-    boost::asio::steady_timer pause, entrance, keysClock;
+    boost::asio::steady_timer pause, entrance, judgeClock;
     Address bound;
     bool over = false;  ///< on the door's thread
     std::thread thread;
@@ -195,7 +199,7 @@ Expected<std::unique_ptr<Door>> Door::open(const DoorOptions& options) {
     impl->acceptor.non_blocking(true, error);
     impl->bound = {bound.address().to_string(), bound.port()};
     impl->accept();
-    if (options.reach.keys) impl->watchKeys();
+    impl->judgeOften();
     impl->thread = std::thread([raw = impl.get()] {
         standBehindFrames();
         // What the library throws of what a guest has said ends that guest, whom nobody holds then, and not the wall.
@@ -216,7 +220,7 @@ Door::~Door() {
         impl->entrance.cancel();
         impl->over = true;
         impl->waiting = {};
-        impl->keysClock.cancel();
+        impl->judgeClock.cancel();
         impl->context.sendAllAway();
     });
     impl_->thread.join();
@@ -228,12 +232,16 @@ Door::~Door() {
     impl_->context.io.poll();
 }
 
-const Address& Door::address() const {
-    return impl_->bound;
+void Door::renew(AccessTokens tokens, std::vector<DoorPanel> panels) {
+    boost::asio::post(impl_->context.io,
+                      [impl = impl_.get(), tokens = std::move(tokens), panels = std::move(panels)]() mutable {
+                          impl->context.options.panels = panels;
+                          impl->context.gate.renew(std::move(tokens), std::move(panels));
+                      });
 }
 
-std::string Door::link() const {
-    return linkWith(impl_->context.options.tokens.of(Role::kOperator));
+const Address& Door::address() const {
+    return impl_->bound;
 }
 
 std::string Door::linkWith(const std::string& token) const {

@@ -38,11 +38,12 @@ public:
     Door& operator=(const Door&) = delete;
 
     [[nodiscard]] const Address& address() const;
-    /// With an operator's token: `http://127.0.0.1:7001/?token=…`; with keys `https://…/?token=…&authority=SHA256`, by
-    /// which a program knows the wall's authority.
-    [[nodiscard]] std::string link() const;
-    /// The same with another word.
+    /// Returns `http://127.0.0.1:7001/?token=…`; with keys `https://…/?token=…&authority=SHA256`, by which a program
+    /// knows the wall's authority.
     [[nodiscard]] std::string linkWith(const std::string& token) const;
+    /// Lets in by these tokens from now on. Whoever came in by another one is sent away at the next look
+    /// (`DoorReach::look`). The door's own token stays.
+    void renew(AccessTokens tokens, std::vector<DoorPanel> panels);
 
 private:
     struct Impl;

@@ -77,7 +77,7 @@ public:
     /// It is to go, and told why where it can be; nothing that it says counts from now on.
     virtual void sendAway(const std::string&) { leave(); }
     bool sentAway = false;            ///< its door has done so
-    std::string pass;                 ///< the word for some time that it came with last; empty: it came otherwise
+    std::string token;                ///< that it came with last; empty: it came otherwise
     std::optional<Entrant> who = {};  ///< as whom it came last; none: it has shown nothing yet
     bool isSocket = false;            ///< else HTTP
     bool isUploading = false;
@@ -181,20 +181,19 @@ struct DoorContext {
         }
     }
 
-    /// The keys may have changed: those whom they let in no more go.
+    /// Sends away whom keys and tokens let in no more: both may have changed.
     void judgeAgain() {
-        const std::shared_ptr<const TlsContext> keys = options.reach.keys();
+        const std::shared_ptr<const TlsContext> keys = options.reach.keys ? options.reach.keys() : nullptr;
         const bool changed = keys != judgedBy_;
         judgedBy_ = keys;
-        const auto now = std::chrono::system_clock::now();
         for (Guest* guest : std::set(guests)) {
             if (!guests.contains(guest)) continue;
             if (guest->sentAway) {
                 guest->leave();  // it has had its time to hear why
                 continue;
             }
-            std::string fault = changed ? guest->faultOfKey(*keys) : std::string();
-            if (fault.empty() && !guest->pass.empty() && !keys->passOf(guest->pass, now))
+            std::string fault = changed && keys ? guest->faultOfKey(*keys) : std::string();
+            if (fault.empty() && !guest->token.empty() && !gate.knows(guest->token))
                 fault = "its token has ended, or was revoked";
             if (fault.empty()) continue;
             guest->sentAway = true;

@@ -53,7 +53,10 @@ tl::expected<Entrant, HttpAnswer> Gatekeeper::entrantOf(const HttpRequest& reque
             return *std::move(who);
         }
     HttpAnswer answer = errorAnswer(
-        401, "refused", "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
+        401, "refused",
+        showsWord(request, target)
+            ? "the token is not this server's, or has ended: `tessera-ctl link` prints a link with another one"
+            : "a token is needed: the server prints its link with it, and keeps it in a file of its user's");
     answer.fields.emplace_back("WWW-Authenticate", "Bearer");
     return tl::unexpected(std::move(answer));
 }
@@ -75,8 +78,7 @@ std::optional<Entrant> Gatekeeper::entrantBy(std::string_view word) const {
     if (const std::optional<Role> role = tokens_.roleOf(word)) return Entrant{*role, Entrant::By::kWord, owner_};
     if (std::optional<Entrant> visitor = visitorBy(word)) return visitor;
     const std::shared_ptr<const TlsContext> keys = reach_.keys ? reach_.keys() : nullptr;
-    const std::optional<AccessPass> pass =
-        keys ? keys->passOf(word, std::chrono::system_clock::now()) : std::optional<AccessPass>();
+    const std::optional<AccessPass> pass = keys ? keys->passOf(word, reach_.now()) : std::optional<AccessPass>();
     return pass ? std::optional(Entrant{pass->role, Entrant::By::kPass, pass->name, {}, pass->panel}) : std::nullopt;
 }
 
@@ -87,12 +89,10 @@ std::optional<Entrant> Gatekeeper::visitorBy(std::string_view word) const {
     return std::nullopt;
 }
 
-std::string Gatekeeper::passIn(const HttpRequest& request, const HttpTarget& target) const {
+std::string Gatekeeper::tokenIn(const HttpRequest& request, const HttpTarget& target) const {
     if (request.key) return {};
-    for (const std::string_view word : wordsIn(request, target)) {
-        if (tokens_.roleOf(word) || visitorBy(word)) return {};
-        if (entrantBy(word)) return std::string(word);
-    }
+    for (const std::string_view token : wordsIn(request, target))
+        if (knows(token)) return std::string(token);
     return {};
 }
 

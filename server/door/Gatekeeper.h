@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <optional>
 #include <string>
@@ -22,12 +23,14 @@ namespace tessera {
 
 /// Who reaches a door. Without both: this machine alone.
 struct DoorReach {
-    CurrentKeys keys = {};                ///< the server's: what is said is sealed, and pages are https
-    bool open = false;                    ///< from other machines, with nothing sealed
-    std::chrono::milliseconds look{250};  ///< between two looks at whether the keys are others
+    CurrentKeys keys = {};  ///< the server's: what is said is sealed, and pages are https
+    bool open = false;      ///< from other machines, with nothing sealed
+    std::function<DateTime()> now = std::chrono::system_clock::now;  ///< by which tokens end
+    std::chrono::milliseconds look{250};  ///< between two looks at whether keys and tokens are others
 };
 
-/// A panel that the server itself serves, and the word that lets in to it alone while the server runs.
+/// A panel that the server itself serves, and the token that lets in to it alone: until it is renewed, or the server
+/// ends.
 struct DoorPanel {
     std::string word, name, title;  ///< name: `Entrant::panel`
 };
@@ -54,8 +57,15 @@ public:
     /// Authorization ("Bearer T"), or for pages and sockets in the query.
     [[nodiscard]] tl::expected<Entrant, HttpAnswer> entrantOf(const HttpRequest& request,
                                                               const HttpTarget& target) const;
-    /// The word for some time that lets it in; empty: it comes in otherwise.
-    [[nodiscard]] std::string passIn(const HttpRequest& request, const HttpTarget& target) const;
+    /// Returns the token that lets a request in; empty: it comes in otherwise.
+    [[nodiscard]] std::string tokenIn(const HttpRequest& request, const HttpTarget& target) const;
+    /// Whether a token lets somebody in now.
+    [[nodiscard]] bool knows(std::string_view token) const { return entrantBy(token).has_value(); }
+    /// Lets in by these tokens from now on, and by no others.
+    void renew(AccessTokens tokens, std::vector<DoorPanel> panels) {
+        tokens_ = std::move(tokens);
+        panels_ = std::move(panels);
+    }
     /// Whether it comes by a word, be it a wrong one.
     [[nodiscard]] static bool showsWord(const HttpRequest& request, const HttpTarget& target) {
         return !request.key && !wordsIn(request, target).empty();

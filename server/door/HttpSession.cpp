@@ -151,7 +151,8 @@ private:
                 return refuse(tooManyOf(routes_.who(), "connections"));
             context_.isKnown(*this);
             who = routes_.who();
-            pass = context_.gate.passIn(request_, *readTarget(request_.target));  // it may end before its body has come
+            token =
+                context_.gate.tokenIn(request_, *readTarget(request_.target));  // it may end before its body has come
         }
         const std::string path = readTarget(request_.target)->path;
         if (request_.wantsSocket && (path == "/socket" || path == "/link")) {
@@ -340,10 +341,8 @@ private:
         if (!context_.hasPlaceFor(routes_.who(), *this, true)) return refuse(tooManyOf(routes_.who(), "sockets"));
         stream_.neverExpires();
         const HttpTarget target = *readTarget(request_.target);
-        std::string word = context_.gate.passIn(request_, target);
-        if (isLink)
-            return startLinkTunnel(std::move(stream_), parser_->release(), routes_.who(), std::move(word), context_);
-        startSocketSession(std::move(stream_), parser_->release(), target, routes_.who(), std::move(word), context_);
+        if (isLink) return startLinkTunnel(std::move(stream_), parser_->release(), routes_.who(), token, context_);
+        startSocketSession(std::move(stream_), parser_->release(), target, routes_.who(), token, context_);
     }
 
     DoorStream stream_;

@@ -146,10 +146,10 @@ private:
 }  // namespace
 
 void startLinkTunnel(DoorStream stream, beast::http::request<beast::http::string_body> upgrade, const Entrant& who,
-                     std::string pass, DoorContext& context) {
+                     std::string token, DoorContext& context) {
     const auto tunnel = std::make_shared<LinkTunnel>(std::move(stream), context);
     tunnel->who = who;
-    tunnel->pass = std::move(pass);
+    tunnel->token = std::move(token);
     tunnel->accept(upgrade);
 }
 

@@ -9,13 +9,12 @@
 
 namespace tessera {
 
-/// `who` came with the WebSocket; `pass`: by which word for some time, empty: otherwise. Render hosts do not come in
-/// so.
+/// `who` came with the WebSocket, by `token`; empty: by none. Render hosts do not come in so.
 ///
 /// Binary messages carry the bytes of proto/WIRE.md in both directions; where one ends means nothing. Each channel of
 /// the link is a WebSocket. Who comes in as what the link's own Hello says: the server looks at its token as ever. What
 /// one side does not read the other is not asked for, so that a slow reader waits for itself.
 void startLinkTunnel(DoorStream stream, boost::beast::http::request<boost::beast::http::string_body> upgrade,
-                     const Entrant& who, std::string pass, DoorContext& context);
+                     const Entrant& who, std::string token, DoorContext& context);
 
 }  // namespace tessera

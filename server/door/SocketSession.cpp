@@ -427,9 +427,9 @@ private:
 }  // namespace
 
 void startSocketSession(DoorStream stream, beast::http::request<beast::http::string_body> upgrade,
-                        const HttpTarget& target, const Entrant& who, std::string pass, DoorContext& context) {
+                        const HttpTarget& target, const Entrant& who, std::string token, DoorContext& context) {
     const auto session = std::make_shared<SocketSession>(std::move(stream), target, who, context);
-    session->pass = std::move(pass);
+    session->token = std::move(token);
     session->accept(upgrade);
 }
 

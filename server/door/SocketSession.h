@@ -10,8 +10,8 @@
 namespace tessera {
 
 /// Lives as long as its connection. With `?changes=1` it is told every list of changes, too.
-/// `pass`: the word for some time that it came with; empty: it came otherwise.
+/// `token`: that it came with; empty: it came otherwise.
 void startSocketSession(DoorStream stream, boost::beast::http::request<boost::beast::http::string_body> upgrade,
-                        const HttpTarget& target, const Entrant& who, std::string pass, DoorContext& context);
+                        const HttpTarget& target, const Entrant& who, std::string token, DoorContext& context);
 
 }  // namespace tessera

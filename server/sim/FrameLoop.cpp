@@ -34,6 +34,10 @@ void FrameLoop::stop() {
     impl_->peers.wake();
 }
 
+void FrameLoop::renewAccess(AccessTokens access) {
+    impl_->deliver(AccessRenewed{std::move(access)});
+}
+
 Expected<void> FrameLoop::Impl::run() {
     // An end by an error is one in order for the journal: the next start goes on with the very next numbers.
     const auto failed = [&](Expected<void> why) {

@@ -65,6 +65,8 @@ public:
     [[nodiscard]] Expected<void> run();
     /// From any thread or signal handler's thread: ends the show after the open frame.
     void stop();
+    /// From any thread: from now on these tokens let in, and whoever came in by others is closed.
+    void renewAccess(AccessTokens access);
 
 private:
     struct Impl;

@@ -26,10 +26,15 @@ struct BesideDone {
 /// The journal has written what was awaited, or cannot. Named, because FrameLoop::Impl holds some.
 struct JournalProgress {};
 
+/// Other tokens let in from now on. Named for the same reason.
+struct AccessRenewed {
+    AccessTokens access;
+};
+
 struct FrameLoop::Impl {
     using Clock = std::chrono::steady_clock;
-    using Event =
-        std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, BesideDone, JournalProgress, UploadFinished>;
+    using Event = std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, BesideDone, JournalProgress,
+                               UploadFinished, AccessRenewed>;
     using Inbox = FairQueue<Event>;
     static constexpr Inbox::Source kOurselves = 0;  ///< no link has this id
 
@@ -65,6 +70,10 @@ struct FrameLoop::Impl {
     void orderSurvey();
     Expected<void> take(UploadFinished finished) { return done(desk.uploaded(std::move(finished), Clock::now())); }
     Expected<void> done(ServerActions wanted) { return actions.carryOut(std::move(wanted)), Expected<void>(); }
+    Expected<void> take(AccessRenewed renewed) {
+        peers.session().renewAccess(std::move(renewed.access));
+        return {};
+    }
     Expected<void> take(JournalProgress) { return {}; }  // each turn looks
     void sceneIsThere();
     [[nodiscard]] Expected<Journal::Opened> openJournal();

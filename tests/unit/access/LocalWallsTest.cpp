@@ -26,7 +26,7 @@ protected:
         return folder_.path() + "/tessera" + (name.empty() ? "" : "/" + name);
     }
     static std::unique_ptr<LocalWallPlace> place(const std::string& wall) {
-        Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take(wall, "127.0.0.1:0");
+        Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take({.wall = wall, .listen = "127.0.0.1:0"});
         EXPECT_TRUE(taken) << taken.error().message;
         return taken ? std::move(*taken) : nullptr;
     }
@@ -137,7 +137,8 @@ TEST_F(LocalWalls, OneThatIsKilledRunsNoMore) {
     ASSERT_EQ(pipe(ready), 0);
     const pid_t child = fork();
     if (child == 0) {
-        const Expected<std::unique_ptr<LocalWallPlace>> taken = LocalWallPlace::take("wall", "127.0.0.1:0");
+        const Expected<std::unique_ptr<LocalWallPlace>> taken =
+            LocalWallPlace::take({.wall = "wall", .listen = "127.0.0.1:0"});
         const bool told = taken && (*taken)->tell({"127.0.0.1", 7000}, std::nullopt);
         (void)!write(ready[1], told ? "1" : "0", 1);
         pause();
@@ -169,8 +170,8 @@ TEST_F(LocalWalls, AreForTheirUserAlone) {
     std::filesystem::create_symlink(run("wall-1.wall"), run("link-1.wall"));
     ASSERT_EQ(mkfifo(run("pipe-1.wall").c_str(), 0600), 0);
     EXPECT_EQ(localWalls()->size(), 1u);
-    EXPECT_FALSE(LocalWallPlace::take("link", ""));
-    EXPECT_FALSE(LocalWallPlace::take("pipe", ""));
+    EXPECT_FALSE(LocalWallPlace::take({.wall = "link", .listen = ""}));
+    EXPECT_FALSE(LocalWallPlace::take({.wall = "pipe", .listen = ""}));
     // A folder that others may look into.
     chmod(run().c_str(), 0755);
     const Expected<std::vector<LocalWall>> open = localWalls();
@@ -236,7 +237,9 @@ TEST_F(Access, IsThatOfTheServerOfThisUserThere) {
 }
 
 TEST_F(Access, APlaceIsTakenOverByWhoListensAlike) {
-    const auto take = [](const std::string& listen) { return LocalWallPlace::take("w", listen).value(); };
+    const auto take = [](const std::string& listen) {
+        return LocalWallPlace::take({.wall = "w", .listen = listen}).value();
+    };
     const std::string first = take("127.0.0.1:7461")->tokens().of(Role::kOperator);
     const std::string second = take("127.0.0.1:7462")->tokens().of(Role::kOperator);
     EXPECT_NE(first, second) << "the place of the first is left alone";
@@ -245,7 +248,7 @@ TEST_F(Access, APlaceIsTakenOverByWhoListensAlike) {
     // However many have been there, with whatever ports: the next one finds a place, and words of its own.
     std::set<std::string> words;
     for (int port = 10'000; port < 10'110; ++port) {
-        const auto taken = LocalWallPlace::take("w", "127.0.0.1:" + std::to_string(port));
+        const auto taken = LocalWallPlace::take({.wall = "w", .listen = "127.0.0.1:" + std::to_string(port)});
         ASSERT_TRUE(taken) << taken.error().message;
         words.insert((*taken)->tokens().of(Role::kOperator));
     }
@@ -290,7 +293,8 @@ TEST_F(Access, LeavesThisMachineOverSealedLinksAlone) {
 
 TEST_F(Access, MayBeAGroups) {
     chmod(folder_.path().c_str(), 0711);
-    const Expected<std::unique_ptr<LocalWallPlace>> none = LocalWallPlace::take("w", "", "no such group");
+    const Expected<std::unique_ptr<LocalWallPlace>> none =
+        LocalWallPlace::take({.wall = "w", .listen = "", .group = "no such group"});
     ASSERT_FALSE(none);
     EXPECT_EQ(none.error().code, ErrorCode::kNotFound);
     std::array<char, 4096> room{};
@@ -301,7 +305,7 @@ TEST_F(Access, MayBeAGroups) {
     struct stat info {};
     {
         const Expected<std::unique_ptr<LocalWallPlace>> taken =
-            LocalWallPlace::take("w", "127.0.0.1:0", known->gr_name);
+            LocalWallPlace::take({.wall = "w", .listen = "127.0.0.1:0", .group = known->gr_name});
         ASSERT_TRUE(taken) << taken.error().message;
         ASSERT_TRUE((*taken)->tell({"127.0.0.1", 7000}, std::nullopt));
         ASSERT_EQ(stat((*taken)->path().c_str(), &info), 0);
@@ -311,7 +315,8 @@ TEST_F(Access, MayBeAGroups) {
         EXPECT_EQ(localWalls()->size(), 1u) << "its own user reads it as before";
     }
     chmod(folder_.path().c_str(), 0700);
-    const Expected<std::unique_ptr<LocalWallPlace>> barred = LocalWallPlace::take("v", "", known->gr_name);
+    const Expected<std::unique_ptr<LocalWallPlace>> barred =
+        LocalWallPlace::take({.wall = "v", .listen = "", .group = known->gr_name});
     ASSERT_FALSE(barred) << "nobody of the group would reach it";
     EXPECT_NE(barred.error().message.find(folder_.path() + " lets nobody through"), std::string::npos)
         << barred.error().message;

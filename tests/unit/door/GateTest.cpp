@@ -58,7 +58,7 @@ TEST(Gatekeeper, LetsVisitorsInToAPanelOfTheServersAlone) {
                           {{"word", "0123", "Hall"}, {"other", "4567", "Yard"}});
     const auto entrant = [&](const std::string& token) {
         const HttpRequest request{.target = "/", .host = "localhost:7001", .authorization = "Bearer " + token};
-        EXPECT_EQ(gate.passIn(request, *readTarget("/")), "") << "it ends with the server, and is no pass of its keys";
+        EXPECT_EQ(gate.tokenIn(request, *readTarget("/")), gate.knows(token) ? token : "");
         return gate.entrantOf(request, *readTarget("/"));
     };
     ASSERT_TRUE(entrant("word"));
@@ -67,6 +67,23 @@ TEST(Gatekeeper, LetsVisitorsInToAPanelOfTheServersAlone) {
     EXPECT_EQ(entrant("other")->panel, "4567");
     EXPECT_EQ(entrant("secret")->panel, "");
     EXPECT_FALSE(entrant("wor"));
+}
+
+TEST(Gatekeeper, RefusesTokensThatWereRenewedAndNamesTheCure) {
+    Gatekeeper gate({{"looks", "changes", "secret"}}, 7001, {}, "me", {{"visit", "0123", "Hall"}});
+    const auto answer = [&](const std::string& token) {
+        const HttpRequest request{.target = "/api", .host = "localhost:7001", .authorization = "Bearer " + token};
+        const auto who = gate.entrantOf(request, *readTarget("/api"));
+        return who ? std::string("let in") : std::to_string(who.error().status) + " " + who.error().body;
+    };
+    for (const char* token : {"looks", "changes", "secret", "visit"}) EXPECT_EQ(answer(token), "let in") << token;
+    gate.renew({{"looks anew", "changes anew", "secret anew"}}, {{"visit anew", "0123", "Hall"}});
+    for (const std::string token : {"looks", "changes", "secret", "visit"}) {
+        EXPECT_FALSE(gate.knows(token));
+        EXPECT_TRUE(answer(token).starts_with("401 ")) << answer(token);
+        EXPECT_NE(answer(token).find("has ended: `tessera-ctl link` prints a link"), std::string::npos);
+        EXPECT_EQ(answer(token + " anew"), "let in");
+    }
 }
 
 TEST(Gatekeeper, KeepsOutEverybodyElse) {

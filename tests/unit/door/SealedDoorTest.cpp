@@ -90,8 +90,9 @@ protected:
 };
 
 TEST_F(SealedDoor, HasALinkThatNamesTheAuthority) {
-    EXPECT_EQ(door->link(), fmt::format("https://127.0.0.1:{}/?token={}&authority={}", door->address().port,
-                                        kWords.of(Role::kOperator), cave().authority().certificate().fingerprint));
+    EXPECT_EQ(door->linkWith(kWords.of(Role::kOperator)),
+              fmt::format("https://127.0.0.1:{}/?token={}&authority={}", door->address().port,
+                          kWords.of(Role::kOperator), cave().authority().certificate().fingerprint));
 }
 
 TEST_F(SealedDoor, LetsInByTokenWhoHasNoKey) {
@@ -201,6 +202,52 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
     SealedPeer again = withLink();
     again.say(get("/api", word));
     EXPECT_NE(again.hear("}}\n").find(" 401 "), std::string::npos);
+}
+
+/// With keys and without: who came in by a token of the server's own.
+TEST_F(SealedDoor, SendsAwayWhoseTokenIsRenewed) {
+    const AccessTokens anew{{"looks-once-again", "changes-again", "does-all-again"}};
+    const auto plain = Door::open({.listen = {"127.0.0.1", 0},
+                                   .server = {"127.0.0.1", backlog.port},
+                                   .wall = "cave",
+                                   .tokens = kWords,
+                                   .panels = {{"visits-the-panel", "0123", "Hall"}}});
+    ASSERT_TRUE(plain) << plain.error().message;
+    const std::string plainHost = fmt::format("Host: 127.0.0.1:{}\r\n", (*plain)->address().port);
+    const auto upgrade = [&](const std::string& token) {
+        std::string said = openSocket();
+        said.insert(said.find("Upgrade:"), fmt::format("Authorization: Bearer {}\r\n", token));
+        return said;
+    };
+    SealedPeer kept = withLink(), socket = withLink();
+    kept.say(get("/api", kWords.of(Role::kViewer)));
+    ASSERT_NE(kept.hear("GetStatus").find(" 200 "), std::string::npos);
+    socket.say(upgrade(kWords.of(Role::kEditor)));
+    ASSERT_NE(socket.hear("\r\n\r\n").find(" 101 "), std::string::npos) << socket.heard();
+    std::vector<std::unique_ptr<SealedPeer>> plainSockets;
+    for (const std::string& token : {kWords.of(Role::kOperator), std::string("visits-the-panel")}) {
+        plainSockets.push_back(std::make_unique<SealedPeer>((*plain)->address().port));
+        std::string said = upgrade(token);
+        said.replace(said.find(host), host.size(), plainHost);
+        plainSockets.back()->sayPlain(said);
+        ASSERT_NE(plainSockets.back()->hear("\r\n\r\n").find(" 101 "), std::string::npos);
+    }
+    door->renew(anew, {});
+    (*plain)->renew(anew, {{"visits-it-again", "0123", "Hall"}});
+    EXPECT_TRUE(kept.closes(5s)) << "a connection that rests";
+    EXPECT_TRUE(socket.closes(5s));
+    EXPECT_NE(socket.heard().find("its token has ended"), std::string::npos) << socket.heard();
+    for (const auto& each : plainSockets) {
+        EXPECT_TRUE(each->closes(5s));
+        EXPECT_NE(each->heard().find("its token has ended"), std::string::npos) << each->heard();
+    }
+    SealedPeer again = withLink(), other = withLink();
+    again.say(get("/api", kWords.of(Role::kViewer)));
+    const std::string refused = again.hear("}}\n");
+    EXPECT_TRUE(refused.starts_with("HTTP/1.1 401 ")) << refused;
+    EXPECT_NE(refused.find("has ended"), std::string::npos) << refused;
+    other.say(get("/api", anew.of(Role::kViewer)));
+    EXPECT_NE(other.hear("GetStatus").find(" 200 "), std::string::npos);
 }
 
 TEST_F(SealedDoor, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
@@ -342,10 +389,10 @@ TEST_F(SealedDoor, OpensBeyondThisMachineWithKeysOrOpenly) {
     open.reach.open = true;
     const auto https = Door::open(sealed), http = Door::open(open);
     ASSERT_TRUE(https && http);
-    EXPECT_TRUE((*https)->link().starts_with("https://"));
-    EXPECT_TRUE((*http)->link().starts_with("http://"));
-    EXPECT_EQ((*http)->link().find("0.0.0.0"), std::string::npos);
-    EXPECT_EQ((*http)->link().find("authority"), std::string::npos);
+    EXPECT_TRUE((*https)->linkWith("t").starts_with("https://"));
+    EXPECT_TRUE((*http)->linkWith("t").starts_with("http://"));
+    EXPECT_EQ((*http)->linkWith("t").find("0.0.0.0"), std::string::npos);
+    EXPECT_EQ((*http)->linkWith("t").find("authority"), std::string::npos);
     SealedPeer peer((*http)->address().port);
     peer.say(fmt::format("GET /authority.crt HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", (*http)->address().port));
     EXPECT_TRUE(peer.hear("\r\n\r\n").starts_with("HTTP/1.1 404 "));

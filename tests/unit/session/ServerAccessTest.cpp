@@ -207,6 +207,59 @@ TEST(ServerAccess, AWordThatHasEndedLetsNobodyInNorGoOn) {
     EXPECT_EQ(s.sent<message::Refused>(s.knock("for an hour")).size(), 1u);
 }
 
+/// Tokens of roles are others from now on: whoever came in by one goes, a host of this machine, too.
+TEST(ServerAccess, WhoCameInByATokenThatWasRenewedGoesAndComesAgainWithANewOne) {
+    Gated s;
+    const ConnectionId viewer = s.knock("looks", kHere), editor = s.knock("changes", kSealed),
+                       host = s.knock("runs", kHere, PeerRole::kHost);
+    const ConnectionId door =
+        s.knock(AccessTokens{{}, "the-door"}.ofDoorFor({Role::kEditor, Entrant::By::kWord}), kHere);
+    const ConnectionId key = s.knock("", with(person(Role::kEditor)));
+    const std::vector<ConnectionId> all{viewer, editor, host, door, key};
+    s.run(1s, all);
+    EXPECT_TRUE(s.actions<server_action::ApplicationLeft>().empty());
+    s.session.renewAccess({{"looks-anew", "changes", "runs-anew"}, "the-door"});
+    s.run(1s, all);
+    for (const ConnectionId ended : {viewer, host})
+        EXPECT_NE(s.refusalOf(ended).find("its token has ended"), std::string::npos) << s.refusalOf(ended);
+    for (const ConnectionId stays : {editor, door, key}) EXPECT_EQ(s.refusalOf(stays), "");
+    EXPECT_EQ(s.actions<server_action::ApplicationLeft>().size(), 1u);
+    EXPECT_EQ(s.state("a"), HostState::kLost);
+    EXPECT_NE(s.refusalOf(s.knock("looks", kHere)).find("the token is not this server's, or has ended"),
+              std::string::npos);
+    EXPECT_EQ(s.refusalOf(s.knock("looks-anew", kHere)), "");
+    EXPECT_EQ(s.refusalOf(s.knock("runs-anew", kHere, PeerRole::kHost)), "");
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+}
+
+/// A host of this machine may have an operator's token for some hours.
+TEST(ServerAccess, AHostGoesWithTheTokenThatItCameInWith) {
+    bool holds = true;
+    struct Timed : ServerFixture {
+        explicit Timed(bool& holds)
+            : ServerFixture([&] {
+                  ServerSessionConfig config = twoHosts();
+                  config.access = {{"looks", "changes", "runs"}, "the-door"};
+                  config.passOf = [&](std::string_view token) {
+                      if (!holds || token != "for an hour") return std::optional<AccessPass>();
+                      return std::optional(AccessPass{"ci", Role::kOperator});
+                  };
+                  return config;
+              }()) {}
+    } s(holds);
+    const ConnectionId host(++s.lastConnection);
+    s.take(s.session.connectionOpened(host, s.now, true));
+    message::Hello hello = s.greeting("a");
+    hello.access = "for an hour";
+    s.say(host, hello);
+    s.run(1s, {host});
+    EXPECT_EQ(s.state("a"), HostState::kJoining);
+    holds = false;
+    s.run(1s, {host});
+    EXPECT_EQ(s.state("a"), HostState::kLost);
+    ASSERT_EQ(s.sent<message::Refused>(host).size(), 1u);
+}
+
 /// A panel's token: its holder has the panel's text, and neither the scene nor its arrays.
 TEST(ServerAccess, APanelsTokenBringsItsPanelAndNothingElse) {
     struct OfPanels : ServerFixture {

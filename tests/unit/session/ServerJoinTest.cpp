@@ -508,6 +508,19 @@ TEST(ServerJoin, ATokenThatIsNearlyRightIsRefused) {
     EXPECT_FALSE(s.closed(a));
 }
 
+TEST(ServerJoin, ATokenEndsWithItsControlConnection) {
+    ServerFixture s;
+    const ConnectionId a = s.hello("a");
+    message::Hello hello = s.greeting("a");
+    hello.channel = ChannelKind::kBulk;
+    hello.token = s.sent<message::Welcome>(a).at(0).token;
+    s.drop(a);
+    const ConnectionId late = s.open();
+    s.say(late, hello);
+    EXPECT_EQ(s.sent<message::Refused>(late).size(), 1u);
+    EXPECT_TRUE(s.closed(late));
+}
+
 TEST(ServerJoin, ABrokenBulkConnectionMayBeOpenedAgain) {
     ServerFixture s;
     const ConnectionId a = s.hello("a");
