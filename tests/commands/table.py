@@ -347,6 +347,8 @@ ROWS = {
     "tessera-keys host NAME": keys("tessera-keys host left && tessera-keys list", says="left"),
     "tessera-keys revoke NAME": keys("tessera-keys host left && tessera-keys revoke left && tessera-keys list",
                                      says="revoked"),
+    "tessera-keys revoke --links": keys("tessera-keys token ci --role editor && tessera-keys revoke --links && "
+                                        "tessera-keys list", says="revoked 1 token"),
     "tessera-keys token ci --role editor --hours 8": keys(
         "tessera-keys token ci --role editor --hours 8 && tessera-keys list", says="token"),
     "tessera-keys token visitor --panel FILE": keys(

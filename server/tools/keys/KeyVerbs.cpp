@@ -384,6 +384,8 @@ Expected<std::string> initKeys(const KeysArguments& arguments) {
         {.serial = made->certificate.serial, .holder = server, .until = made->certificate.until, .revoked = false}};
     Expected<void> written = writer->write(std::string(kBegun), authority.pem());
     if (written) written = writer->write(issued);
+    // Tokens of an authority that was there before let nobody in by this one.
+    if (written && isThere("tokens")) written = writer->writeTokens({});
     if (written) written = writer->write(KeyFolder::fileOf(server), made->pem);
     if (written) written = writer->write(std::string(kAuthority), authority.certificatePem());
     if (written) written = writer->rename(std::string(kBegun), std::string(kAuthorityKey));
@@ -438,6 +440,10 @@ Expected<std::string> listKeys(const KeysArguments& arguments) {
 }
 
 Expected<std::string> revokeKeys(const KeysArguments& arguments) {
+    if (arguments.links) return revokeLinks(arguments);
+    if (arguments.holders.empty())
+        return fail(ErrorCode::kUsage,
+                    "revoke: say whose keys and tokens (NAME), or that all links and tokens end (--links)");
     Expected<OpenKeys> keys = openKeys(arguments.keys);
     if (!keys) return tl::unexpected(keys.error());
     Expected<std::string> said = revokeIn(*keys, arguments.holders.front());

@@ -38,8 +38,8 @@ void takeNames(Options& options, KeysArguments& in) {
         .check(emptyFault);
 }
 
-void takeHolder(Options& options, KeysArguments& in, const std::string& help) {
-    options.option("NAME", in.holders, help).expected(1).required();
+Option takeHolder(Options& options, KeysArguments& in, const std::string& help) {
+    return options.option("NAME", in.holders, help).expected(1);
 }
 
 void takeInit(Options& options, KeysArguments& in) {
@@ -48,7 +48,7 @@ void takeInit(Options& options, KeysArguments& in) {
 }
 
 void takeHost(Options& options, KeysArguments& in) {
-    takeHolder(options, in, "Of the host in the wall");
+    takeHolder(options, in, "Of the host in the wall").required();
     takeOut(options, in);
 }
 
@@ -59,14 +59,14 @@ Option takeRole(Options& options, KeysArguments& in) {
 }
 
 void takePerson(Options& options, KeysArguments& in) {
-    takeHolder(options, in, "Of the person");
+    takeHolder(options, in, "Of the person").required();
     takeRole(options, in).required();
     takeOut(options, in);
 }
 
 void takeToken(Options& options, KeysArguments& in) {
     constexpr double kShortest = 0.001, kLongest = 87'600;
-    takeHolder(options, in, "Whose it is, to revoke it by");
+    takeHolder(options, in, "Whose it is, to revoke it by").required();
     const Option role = takeRole(options, in);
     options.option("--panel", in.panel, "It reaches the fields of this panel alone; instead\nof a role")
         .typeName("FILE")
@@ -76,7 +76,13 @@ void takeToken(Options& options, KeysArguments& in) {
 }
 
 void takeRevoke(Options& options, KeysArguments& in) {
-    takeHolder(options, in, "Of the host or person; host/NAME or person/NAME\nwhere both are called so");
+    const Option holder =
+        takeHolder(options, in, "Of the host or person; host/NAME or person/NAME\nwhere both are called so");
+    options
+        .flag("--links", in.links,
+              "All tokens, and links of tessera-ctl link, end;\nwithout --keys those of this user's walls "
+              "without\nkeys, too")
+        .excludes(holder);
 }
 
 void takeRenew(Options& options, KeysArguments& in) {
@@ -105,7 +111,10 @@ const std::array<Verb, 8>& verbs() {
           "Makes a word that lets in somebody without a key, for some hours. It is shown\nonce, and kept as a hash.",
           takeToken, issueToken},
          {"list", "Says what has been made, and what of it is good.", nullptr, listKeys},
-         {"revoke", "Lets a host or person in no more, by any of their keys or tokens.", takeRevoke, revokeKeys},
+         {"revoke",
+          "Lets a host or person in no more, by any of their keys or tokens; or ends all\n"
+          "tokens and links that were handed out.",
+          takeRevoke, revokeKeys},
          {"renew",
           "Makes another key. What was made before stays good until it ends. Without\n"
           "names: for all whose key ends within 30 days, or has ended, and has not been\nrevoked.",
@@ -115,8 +124,8 @@ const std::array<Verb, 8>& verbs() {
     return all;
 }
 
-void takeKeys(Options& options, KeysArguments& in) {
-    options.option("--keys", in.keys, "Folder of the keys (keys, in the current folder)")
+Option takeKeys(Options& options, KeysArguments& in) {
+    return options.option("--keys", in.keys, "Folder of the keys (keys, in the current folder)")
         .typeName("DIR")
         .check(emptyFault);
 }
@@ -134,6 +143,7 @@ Expected<std::string> runWithoutVerb(const std::vector<std::string>& words) {
                     "                              --panel FILE: to the fields of a panel alone\n"
                     "  list                        what has been made, and what of it is good\n"
                     "  revoke NAME                 lets a host or person in no more\n"
+                    "  revoke --links              ends tokens and links that were handed out\n"
                     "  renew [NAME...]             other keys, for what ends soon or is named\n"
                     "  authority FILE              the authority's certificate, for browsers\n\n"
                     "tessera-keys VERB --help says more of each.",
@@ -173,12 +183,13 @@ Expected<std::string> run(std::vector<std::string> words) {
     KeysArguments arguments;
     Options options("tessera-keys " + verb->name, verb->description, versionText("tessera-keys"));
     if (verb->take != nullptr) verb->take(options, arguments);
-    takeKeys(options, arguments);
+    const Option named = takeKeys(options, arguments);
     const Expected<std::optional<std::string>> instead = options.read(words);
     if (!instead)
         return fail(instead.error().code,
                     fmt::format("{}: {}; see {} --help", verb->name, instead.error().message, verb->name));
     if (*instead) return **instead;
+    arguments.keysNamed = named.given();
     // As shells complete them: "keys/" is named as "keys" is in what is said, and is not its own parent.
     for (std::string* folder : {&arguments.keys, &arguments.out})
         while (folder->size() > 1 && folder->ends_with('/')) folder->pop_back();

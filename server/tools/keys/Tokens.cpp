@@ -4,12 +4,70 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <set>
 
+#include "common/access/LocalWalls.h"
+#include "common/access/WallProtection.h"
 #include "server/panel/Panel.h"
 #include "server/tools/keys/Holders.h"
 #include "server/tools/keys/KeyVerbs.h"
 
 namespace tessera {
+namespace {
+
+/// Returns the tokens of a folder by their number and names, for people.
+std::string countOf(const std::vector<KeptToken>& tokens) {
+    std::set<std::string> names;
+    for (const KeptToken& token : tokens) names.insert(token.pass.name);
+    if (tokens.empty()) return "no tokens";
+    return fmt::format("{} token{} ('{}')", tokens.size(), tokens.size() == 1 ? "" : "s", fmt::join(names, "', '"));
+}
+
+/// Ends what was handed out of the wall of these keys.
+Expected<std::string> revokeLinksOf(const KeyFolder& folder) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(folder.path() + "/issued", ignored))
+        return fail(ErrorCode::kNotFound,
+                    fmt::format("{}/issued is not there: links are revoked in the folder that the server reads",
+                                folder.path()));
+    const Expected<KeyFolder::Writer> writer = KeyFolder::Writer::open(folder);
+    if (!writer) return tl::unexpected(writer.error());
+    const Expected<std::vector<KeptToken>> tokens = folder.tokens();
+    if (const Expected<void> written = writer->writeTokens({}); !written) return tl::unexpected(written.error());
+    if (const Expected<void> marked = renewLinksMark(folder.path()); !marked) return tl::unexpected(marked.error());
+    return fmt::format("revoked {} of {}, and all links and tokens that a server with these keys has handed out\n",
+                       tokens ? countOf(*tokens) : "a damaged list of tokens", folder.path());
+}
+
+/// Ends what was handed out of walls that have no keys.
+Expected<std::string> revokeLocalLinks() {
+    const Expected<std::vector<LocalWall>> walls = endLocalLinks();
+    if (!walls) return tl::unexpected(walls.error());
+    std::vector<std::string> running;
+    for (const LocalWall& wall : *walls) running.push_back(fmt::format("{} ({})", wall.wall, toString(wall.server)));
+    return fmt::format("revoked all links and tokens of this user's walls without keys on this machine; {}\n",
+                       running.empty() ? "none runs now" : fmt::format("these run now: {}", fmt::join(running, ", ")));
+}
+
+}  // namespace
+
+Expected<std::string> revokeLinks(const KeysArguments& arguments) {
+    std::error_code ignored;
+    const bool inFolder = arguments.keysNamed || std::filesystem::exists(arguments.keys, ignored);
+    Expected<std::string> said = inFolder ? revokeLinksOf(KeyFolder(arguments.keys)) : std::string();
+    if (!said) return said;
+    if (!arguments.keysNamed) {
+        const Expected<std::string> local = revokeLocalLinks();
+        if (!local) return tl::unexpected(local.error());
+        *said += *local;
+        if (!inFolder) *said += "walls with keys keep theirs: --keys DIR names their folder\n";
+    }
+    return fmt::format(
+        "{}Servers that run end them within a second, and close what came in with them. A file of --token-file needs "
+        "another token.\nnext: tessera-ctl link --role ROLE prints a new link{}\n",
+        *said, inFolder ? "; tessera-keys token NAME --role ROLE makes a new token" : "");
+}
 
 Expected<std::vector<KeptToken>> tokensIn(const KeyFolder& folder, DateTime now) {
     Expected<std::vector<KeptToken>> tokens = folder.tokens();

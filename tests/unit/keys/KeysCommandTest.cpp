@@ -490,7 +490,7 @@ TEST_F(KeysCommand, WordsThatMakeNoSenseAreRefused) {
     EXPECT_TRUE(contains(refusal(2, {"person", "ada"}), "--role is required"));
     EXPECT_TRUE(contains(refusal(2, {"person", "ada", "--role", "boss"}), "boss not in {viewer,editor,operator}"));
     EXPECT_TRUE(contains(refusal(2, {"person", "ada", "--role", "viewer", "--out", ""}), "is empty"));
-    EXPECT_TRUE(contains(refusal(2, {"revoke"}), "NAME is required"));
+    EXPECT_TRUE(contains(refusal(2, {"revoke"}), "(NAME), or"));
     EXPECT_TRUE(contains(refusal(2, {"authority"}), "FILE is required"));
     EXPECT_TRUE(contains(refusal(2, {"list", "--keys", keys_}), "--keys"));
     EXPECT_EQ(run({"--keys"}).code, 2);
