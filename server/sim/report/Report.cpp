@@ -14,11 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json toJson(const Series& series) {
+Json seriesJson(const Series& series) {
     return {{"p50", series.quantile(0.5)}, {"p99", series.quantile(0.99)}, {"max", series.quantile(1.0)}};
 }
 
-Json toJson(const std::vector<WaitStatistics::Row>& rows) {
+Json waitsJson(const std::vector<WaitStatistics::Row>& rows) {
     Json waits = Json::array();
     for (const WaitStatistics::Row& row : rows) {
         Json why = Json::object();
@@ -210,12 +210,12 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget, const
         report["scene"]["promised"] = {
             {"proxies", counts.promised}, {"nodes", counts.promisedNodes}, {"triangles", counts.promisedTriangles}};
     report["frames"] = framesShown_;
-    report["frame_ms"] = tessera::toJson(frameMs_);
-    report["sync"] = {{"barrier_ms", tessera::toJson(barrierMs_)},
-                      {"swap_spread_ms", tessera::toJson(spread)},
+    report["frame_ms"] = seriesJson(frameMs_);
+    report["sync"] = {{"barrier_ms", seriesJson(barrierMs_)},
+                      {"swap_spread_ms", seriesJson(spread)},
                       {"worst_skew_frames", worstSkew_},
                       {"waited_for", waitedFor_},
-                      {"waits", tessera::toJson(waits_.all())}};
+                      {"waits", waitsJson(waits_.all())}};
     if (worst.ms >= 0) report["sync"]["widest_swap"] = {{"frame", worst.frame}, {"ms", worst.ms}, {"last", worst.last}};
     report["detail"] = {{"budget_ms", budget.milliseconds()},
                         {"step", budget.step()},
@@ -232,15 +232,15 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget, const
                              {"state_hash_mismatches", mismatches_},
                              {"resnapshots", resnapshots_}};
     report["collision"] = collision_.toJson(scene);
-    report["collision"]["ms"] = tessera::toJson(collisionMs_);
+    report["collision"]["ms"] = seriesJson(collisionMs_);
     report["tiles"] = Json::array();
     for (const TileRow& row : tiles_)
         report["tiles"].push_back({{"tile", row.tile},
                                    {"host", row.host},
                                    {"shown", row.shown},
                                    {"missed", row.missed},
-                                   {"cull_ms", tessera::toJson(row.cullMs)},
-                                   {"draw_ms", tessera::toJson(row.drawMs)},
+                                   {"cull_ms", seriesJson(row.cullMs)},
+                                   {"draw_ms", seriesJson(row.drawMs)},
                                    {"still_frames", row.still},
                                    {"in_frustum", row.last.inFrustum},
                                    {"drawn", row.last.drawn},
