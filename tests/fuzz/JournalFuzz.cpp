@@ -10,15 +10,18 @@ namespace {
 /// Records of any content under headers that are right, behind an opening that this program accepts; or whatever the
 /// bytes are.
 Bytes journalFile(FuzzInput& in) {
-    if (in.below(4) == 0) {
+    const auto way = in.below(4);
+    if (way == 0) {
         const ByteSpan bytes = in.rest();
         return {bytes.begin(), bytes.end()};
     }
+    const std::uint32_t format = way == 2 ? 2 : kJournalFormat;
     const ByteSpan mark = asBytes(kJournalMark);
     Bytes all(mark.begin(), mark.end());
     std::uint64_t number = 0;
+    JournalHeaders headers;
     const auto append = [&](std::uint64_t kind, ByteSpan content) {
-        const RecordHeader header = headerFor(kind, content, number++);
+        const RecordHeader header = headers.make(kind, content.size(), hash64(content), number++);
         const auto head = std::as_bytes(std::span(&header, 1));
         all.insert(all.end(), head.begin(), head.end());
         all.insert(all.end(), content.begin(), content.end());
@@ -29,8 +32,10 @@ Bytes journalFile(FuzzInput& in) {
                                                                  .epoch = Epoch(1),
                                                                  .scenes = {},
                                                                  .sequence = {},
-                                                                 .stateHash = Aspect().stateHash()});
+                                                                 .stateHash = Aspect().stateHash(),
+                                                                 .format = format});
     append(opening.kind, opening.bytes());
+    headers = JournalHeaders(format, hash64(opening.bytes()));
     while (!in.empty()) {
         const std::size_t kind = in.below(std::variant_size_v<JournalRecord>);
         append(kind, in.bytes(in.number<std::uint16_t>()));

@@ -1,10 +1,13 @@
 #include "server/sim/journal/FileSystem.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <fstream>
 
 #include "server/sim/recording/RecordBytes.h"
 
@@ -30,6 +33,15 @@ int FileSystem::open(const std::string& path, int& file) {
 
 int FileSystem::append(int file, ByteSpan first, ByteSpan second) {
     return writeAll(file, first, second);
+}
+
+int FileSystem::overwrite(int file, ByteSpan bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+        const ssize_t now = ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+        if (now < 0 && errno != EINTR) return errno;
+        done += static_cast<std::size_t>(std::max<ssize_t>(now, 0));
+    }
+    return 0;
 }
 
 int FileSystem::truncate(int file, std::uint64_t bytes) {
@@ -58,6 +70,23 @@ int FileSystem::remove(const std::string& path) {
 
 void FileSystem::close(int file) {
     ::close(file);
+}
+
+std::string FileSystem::boot() const {
+    static const std::string boot = [] {
+        std::string name;
+        std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), name);
+        return name;
+    }();
+    return boot;
+}
+
+bool standsFor(const std::string& path, int file, std::uint64_t leastBytes) {
+    struct stat named = {}, open = {};
+    if (::fstat(file, &open) != 0) return true;
+    if (::stat(path.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
+    return named.st_dev == open.st_dev && named.st_ino == open.st_ino &&
+           static_cast<std::uint64_t>(open.st_size) >= leastBytes;
 }
 
 }  // namespace tessera

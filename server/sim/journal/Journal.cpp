@@ -16,6 +16,7 @@
 #include "common/scene/FieldTable.h"
 #include "server/sim/display/ContactDisplay.h"
 #include "server/sim/journal/JournalCompaction.h"
+#include "server/sim/journal/JournalStory.h"
 #include "server/sim/journal/NextEpoch.h"
 
 namespace tessera {
@@ -53,6 +54,25 @@ journal::Numbers nextNumbers(const JournalState& state, const JournalLimits& lim
             .behind = Sequence(state.begun ? list + limits.listsAhead : list)};
 }
 
+/// Says how a start has found the end of the last log, and what it does. Nothing where that is whole.
+std::vector<std::string> endInWords(const JournalStory& story, const std::string& log, const std::string& kept) {
+    std::vector<std::string> said;
+    const std::string beside = kept.empty() ? "" : ", and kept in " + kept;
+    if (story.hollow)
+        said.push_back(
+            fmt::format("{}: not even its opening is whole (the server was killed): begun anew{}", log, beside));
+    else if (story.tornBytes > 0)
+        said.push_back(fmt::format("{}: the last {} bytes, from byte {} on, are no whole record (the {}): cut off{}",
+                                   log, story.tornBytes, story.wholeBytes,
+                                   story.afterPowerCut ? "power was cut" : "server was killed", beside));
+    if (story.afterPowerCut)
+        said.push_back(
+            fmt::format("{}: the power was cut before the disk had all of it: edits of the last moment before "
+                        "that are gone",
+                        log));
+    return said;
+}
+
 }  // namespace
 
 Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& arrays, Log& log,
@@ -85,18 +105,24 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
 
     // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to
     // sync is synced before another log stands on it.
-    std::uint64_t last = files->lastLog();
-    if (story->hollow && last > 0)
-        log.warning(fmt::format("{}: not even its opening is whole (the server was killed): begun anew",
-                                folder->logPath(last)));
-    else if (story->tornBytes > 0)
-        log.warning(fmt::format("{}: the last {} bytes are no whole record (the server was killed): cut off",
-                                folder->logPath(last), story->tornBytes));
-    if (story->hollow && last > 0)
+    std::uint64_t last = files->lastLog(), lastBytes = story->wholeBytes;
+    std::string kept;
+    if (story->tornBytes > 0) {
+        Expected<std::string> path = folder->keepTornEnd(last, story->hollow ? 0 : story->wholeBytes);
+        if (!path) return failWith("--journal", path.error());
+        kept = std::move(*path);
+    }
+    for (const std::string& said : endInWords(*story, folder->logPath(last), kept)) log.warning(said);
+    if (story->hollow && last > 0) {
         --last;  // its number is given again: were it missing, something would seem to be lost
-    else if (last > 0)
+        lastBytes = story->bytesBefore;
+    } else if (last > 0) {
         if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed)
             return tl::unexpected(sealed.error());
+    }
+    // Beside a log of this version `last` is never missing, whenever a server is killed.
+    if (!files->end || !files->end->extent)
+        if (Expected<void> named = folder->nameLast(last, lastBytes); !named) return tl::unexpected(named.error());
     for (const std::string& old : files->unfinished) folder->remove(old);
 
     std::unique_ptr<Journal> journal(new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
@@ -115,10 +141,11 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
                        .lastList = Sequence(numbers.behind.value + journal->limits_.listsAhead),
                        .behind = numbers.behind};
     Expected<JournalFile> file = journal->folder_.beginLog(
-        journal->openingOf(last + 1),
+        journal->openingOf(last + 1, lastBytes),
         std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
+    journal->syncedBytes_ = journal->file_.bytes();
     journal->sequence_ = numbers.behind;
     // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
     for (const std::string& old : files->leftOver) journal->folder_.remove(old);
@@ -265,8 +292,12 @@ void Journal::run() {
 
 void Journal::write(const Item& item) {
     const TimePoint giveUp = Clock::now() + std::chrono::seconds(1);
+    bool appended = false;
     while (!ended_) {
-        const int error = append(item);
+        int error = appended ? 0 : append(item);
+        appended = error == 0;
+        // Granted is what a later start will miss, were it gone.
+        if (appended) error = folder_.last().say(file_.bytes(), syncedBytes_);
         if (error == 0) break;
         if (error < 0) return end("an array that a list names is not here");
         failed(error);
@@ -305,8 +336,15 @@ int Journal::append(const Item& item) {
 }
 
 void Journal::syncIfDue(bool now) {
-    if (!unsynced_ || (!now && Clock::now() < unsyncedSince_ + limits_.syncEvery)) return;
-    (void)file_.sync();
+    if (unsynced_ && (now || Clock::now() >= unsyncedSince_ + limits_.syncEvery)) sync();
+}
+
+void Journal::sync() {
+    if (file_.sync() == 0) {
+        syncedBytes_ = file_.bytes();
+        // A line that is older tells of less, and is true.
+        if (folder_.last().say(syncedBytes_, syncedBytes_) == 0) (void)folder_.last().sync();
+    }
     endWhereASyncFailed();
     unsynced_ = false;
 }
@@ -351,14 +389,15 @@ void Journal::end(const std::string& why, std::string_view whatIsLeft) {
     tell();
 }
 
-journal::Opening Journal::openingOf(std::uint64_t number) const {
+journal::Opening Journal::openingOf(std::uint64_t number, std::uint64_t earlierBytes) const {
     return {.schema = schemaHash(),
             .program = versionText("tessera-server"),
             .number = number,
             .epoch = writtenEpoch_,
             .scenes = scenes_,
             .sequence = sequence_,
-            .stateHash = stateHash_};
+            .stateHash = stateHash_,
+            .earlierBytes = earlierBytes};
 }
 
 void Journal::rotateIfLong() {
@@ -366,9 +405,9 @@ void Journal::rotateIfLong() {
     if (!isLong || compacting_ || Clock::now() < rotateAgainAt_) return;
     rotateAgainAt_ = Clock::now() + std::chrono::seconds(1);
     // What is before the new log is whole for good, so only the very last log may ever be torn.
-    if (file_.sync() != 0) return endWhereASyncFailed();
-    unsynced_ = false;
-    Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1));
+    sync();
+    if (ended_) return;
+    Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1, file_.bytes()));
     endWhereASyncFailed();
     if (!next) {  // the old one goes on
         if (!ended_ && !std::exchange(saidThatItGrows_, true))
@@ -378,6 +417,7 @@ void Journal::rotateIfLong() {
     saidThatItGrows_ = false;
     earlierBytes_ += file_.bytes();
     file_ = std::move(*next);
+    syncedBytes_ = file_.bytes();
     arrays_.clear();
     ++logNumber_;
     ++logsSinceSnapshot_;

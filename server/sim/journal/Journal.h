@@ -13,6 +13,7 @@
 #include "common/base/Clock.h"
 #include "common/base/Log.h"
 #include "server/sim/journal/JournalFolder.h"
+#include "server/sim/journal/JournalState.h"
 
 namespace tessera {
 
@@ -44,7 +45,8 @@ public:
         std::uint64_t nextId = 0;
         Sequence behind;
     };
-    /// Reads what the folder has, cuts off what a killed server has not finished, and begins a new log. Arrays are in
+    /// Reads what the folder has, cuts off what a killed server has not finished (it is kept in a file beside), and
+    /// begins a new log. Arrays are in
     /// `arrays` for as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen`
     /// asks for is so. Refused: another server has it; another --scene; damage.
     [[nodiscard]] static Expected<Opened> open(JournalOptions options, BlobStore& arrays, Log& log,
@@ -94,13 +96,14 @@ private:
     /// An errno; 0 once all of it is in the file; -1: an array is not here.
     [[nodiscard]] int append(const Item& item);
     void syncIfDue(bool now);
+    void sync();
     void endWhereASyncFailed();
     void failed(int error);
     void end(const std::string& why, std::string_view whatIsLeft = "what is written can be gone on from");
     void endWhereItWasTakenAway();
     void lookAround();
     void tell();
-    [[nodiscard]] journal::Opening openingOf(std::uint64_t number) const;
+    [[nodiscard]] journal::Opening openingOf(std::uint64_t number, std::uint64_t earlierBytes) const;
     void rotateIfLong();
     void compact();
 
@@ -132,6 +135,7 @@ private:
     JournalArrays arrays_;
     Epoch writtenEpoch_;  ///< the newest in the log
     std::uint64_t logNumber_ = 0, logsSinceSnapshot_ = 0;
+    std::uint64_t syncedBytes_ = 0;   ///< of the open log
     std::uint64_t earlierBytes_ = 0;  ///< of the logs since the snapshot, but the open one
     Sequence sequence_;
     StateHash stateHash_;

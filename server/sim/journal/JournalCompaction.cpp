@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/base/HashStreams.h"
+#include "server/sim/journal/JournalStory.h"
 
 namespace tessera {
 namespace {

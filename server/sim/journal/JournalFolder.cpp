@@ -15,12 +15,11 @@
 
 #include <fmt/format.h>
 
-#include "server/sim/journal/JournalReader.h"
-
 namespace tessera {
 namespace {
 
-constexpr std::string_view kLog = "log-", kSnapshot = "snapshot-", kUnfinished = ".unfinished";
+constexpr std::string_view kLog = "log-", kSnapshot = "snapshot-", kUnfinished = ".unfinished", kTorn = ".torn-";
+constexpr std::uint64_t kTornPieceBytes = std::uint64_t{1} << 20;  ///< bytes in memory at once
 
 /// The number behind `prefix`; nothing for any other name.
 std::optional<std::uint64_t> numberIn(std::string_view name, std::string_view prefix) {
@@ -30,6 +29,21 @@ std::optional<std::uint64_t> numberIn(std::string_view name, std::string_view pr
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
     if (error != std::errc() || end != name.data() + name.size() || name.size() != 10) return std::nullopt;
     return number;
+}
+
+std::string nameOfLog(std::uint64_t number) {
+    return fmt::format("{}{:010}", kLog, number);
+}
+std::string nameOfSnapshot(std::uint64_t number) {
+    return fmt::format("{}{:010}", kSnapshot, number);
+}
+
+/// In words: those that count, at most 40 of them.
+std::string namesOf(const JournalFiles& files) {
+    constexpr std::size_t kMost = 40;
+    std::string names = files.snapshot ? nameOfSnapshot(*files.snapshot) : "no snapshot";
+    for (std::size_t i = 0; i < std::min(files.logs.size(), kMost); ++i) names += ", " + nameOfLog(files.logs[i]);
+    return files.logs.size() > kMost ? names + " …" : names;
 }
 
 std::string words(int error) {
@@ -47,31 +61,7 @@ std::string holderOf(int lock) {
     return got > 0 ? std::string(text, static_cast<std::size_t>(got)) : std::string("another server");
 }
 
-/// Whether the name stands for the open file. A name that cannot be looked at is not known to be gone.
-bool standsFor(const std::string& path, int file, std::uint64_t leastBytes) {
-    struct stat named = {}, open = {};
-    if (::fstat(file, &open) != 0) return true;
-    if (::stat(path.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
-    return named.st_dev == open.st_dev && named.st_ino == open.st_ino &&
-           static_cast<std::uint64_t>(open.st_size) >= leastBytes;
-}
-
 }  // namespace
-
-int JournalDisk::remembered(int error) {
-    if (error != 0) failed_ = error;
-    return error;
-}
-
-int JournalDisk::sync(int file) {
-    const int failed = failed_;
-    return failed != 0 ? failed : remembered(calls_->sync(file));
-}
-
-int JournalDisk::syncFolder(const std::string& path) {
-    const int failed = failed_;
-    return failed != 0 ? failed : remembered(calls_->syncFolder(path));
-}
 
 Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared_ptr<FileSystem> calls) {
     const bool made = ::mkdir(path.c_str(), 0755) == 0;
@@ -97,17 +87,20 @@ Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared
 }
 
 JournalFolder::JournalFolder(JournalFolder&& other) noexcept
-    : path_(std::move(other.path_)), disk_(std::move(other.disk_)), lock_(std::exchange(other.lock_, -1)) {}
+    : path_(std::move(other.path_)),
+      disk_(std::move(other.disk_)),
+      last_(std::move(other.last_)),
+      lock_(std::exchange(other.lock_, -1)) {}
 
 JournalFolder::~JournalFolder() {
     if (lock_ >= 0) ::close(lock_);
 }
 
 std::string JournalFolder::logPath(std::uint64_t number) const {
-    return fmt::format("{}/{}{:010}", path_, kLog, number);
+    return path_ + "/" + nameOfLog(number);
 }
 std::string JournalFolder::snapshotPath(std::uint64_t number) const {
-    return fmt::format("{}/{}{:010}", path_, kSnapshot, number);
+    return path_ + "/" + nameOfSnapshot(number);
 }
 
 Expected<JournalFiles> JournalFolder::files() const {
@@ -134,26 +127,37 @@ Expected<JournalFiles> JournalFolder::files() const {
             files.leftOver.push_back(logPath(log));
         else
             files.logs.push_back(log);
-    const Expected<std::uint64_t> last = lastOfAll();
-    if (!last) return tl::unexpected(last.error());
-    files.newest = *last;
-    if (files.lastLog() < *last)
-        return fail(
-            ErrorCode::kBadInput,
-            fmt::format(
-                "{} is missing: the journal's newest edits are in it; put it back, or remove {} to go on without it",
-                logPath(*last), lastPath()));
-    std::uint64_t expected = files.snapshot.value_or(1);
-    if (files.snapshot && files.logs.empty())
+    Expected<std::optional<JournalEnd>> end = last_->read();
+    if (!end) return tl::unexpected(end.error());
+    files.end = std::move(*end);
+    // (Somebody may have renamed one: a person sees it by those that are there.)
+    const auto missing = [&](const std::string& path) {
         return fail(ErrorCode::kBadInput,
-                    fmt::format("{} is missing: the journal's newest edits are in it", logPath(expected)));
+                    fmt::format("{} is missing. Put it back; in the folder are {}", path, namesOf(files)));
+    };
+    if (files.snapshot && files.logs.empty()) return missing(logPath(*files.snapshot));
+    std::uint64_t expected = files.snapshot.value_or(1);
+    if (!files.snapshot && !files.logs.empty() && files.logs.front() > 1)
+        return missing(snapshotPath(files.logs.front()) + " or " + logPath(files.logs.front() - 1));
     for (const std::uint64_t log : files.logs)
-        if (log != expected++) return fail(ErrorCode::kBadInput, fmt::format("{} is missing", logPath(expected - 1)));
+        if (log != expected++) return missing(logPath(expected - 1));
+    if (files.end && files.lastLog() < files.end->log)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{} is missing: the journal's newest edits are in it. Put it back; or, to go on "
+                                "without it, {}",
+                                logPath(files.end->log), last_->cure(files.lastLog())));
+    // A log has its name a moment before `last` names it, and then nobody builds on it.
+    if (files.end && files.end->extent && files.lastLog() > files.end->log + 1)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: it names log {} as the newest, and {} is there. Put back a copy that is as new; "
+                                "or, to go on with the logs that are there, {}",
+                                last_->path(), files.end->log, logPath(files.lastLog()), last_->cure(files.lastLog())));
     return files;
 }
 
 std::optional<std::string> JournalFolder::findLoss(const JournalFile& log, std::uint64_t number) const {
     if (!standsFor(lockPath(), lock_, 0)) return lockPath() + " was taken away or replaced";
+    if (!last_->isThere()) return last_->path() + " was taken away or replaced";
     if (!log.isWhole(logPath(number))) return logPath(number) + " was taken away, replaced or shortened";
     return std::nullopt;
 }
@@ -166,53 +170,88 @@ int JournalFolder::name(const std::string& unfinished, const std::string& path) 
     return disk_->syncFolder(path_);
 }
 
-/// 0 where there is no such file: older versions write none.
-Expected<std::uint64_t> JournalFolder::lastOfAll() const {
-    const Expected<RecordSource> source = RecordSource::open(lastPath());
-    std::error_code unknown;
-    if (!source && !std::filesystem::exists(lastPath(), unknown)) return 0;
-    if (!source) return failWith(lastPath(), source.error());
-    constexpr std::uint64_t kDigits = 20;
-    const Expected<Bytes> bytes = source->read(0, std::min(source->size(), kDigits + 1));
-    if (!bytes) return failWith(lastPath(), bytes.error());
-    const std::string_view text = asText(*bytes);
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error == std::errc() && std::string_view(end, text.data() + text.size()) == "\n") return number;
-    return fail(ErrorCode::kBadInput, lastPath() + ": it names no log; remove it to go on with those that are there");
-}
-
-Expected<void> JournalFolder::writeLast(std::uint64_t number) const {
-    const std::string unfinished = lastPath() + std::string(kUnfinished), text = fmt::format("{}\n", number);
-    int file = -1;
-    int error = disk_->calls().create(unfinished, file);
-    if (error == 0) error = disk_->calls().append(file, asBytes(text), {});
-    if (error == 0) error = disk_->sync(file);
-    if (file >= 0) disk_->calls().close(file);
-    if (error == 0) return {};
-    remove(unfinished);
-    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished, words(error)));
-}
-
 Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening,
                                               std::span<const RecordContent> then) const {
-    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished),
-                      last = lastPath() + std::string(kUnfinished);
-    if (Expected<void> written = writeLast(opening.number); !written) return tl::unexpected(written.error());
+    const std::string path = logPath(opening.number), unfinished = path + std::string(kUnfinished);
     Expected<JournalFile> file = JournalFile::create(disk_, unfinished, opening);
+    if (!file) return file;
     int error = 0;
     for (const RecordContent& record : then)
-        if (file && error == 0) error = file->append(record);
-    if (file && error == 0) error = file->sync();
-    if (file && error == 0) error = name(unfinished, path);
-    if (!file || error != 0) remove(last);
-    if (!file) return file;
+        if (error == 0) error = file->append(record);
+    if (error == 0) error = file->sync();
+    if (error == 0)
+        if (Expected<void> prepared = last_->prepare(opening.number, file->bytes()); !prepared) {
+            remove(unfinished);
+            return tl::unexpected(prepared.error());
+        }
     if (error != 0)
+        remove(unfinished);
+    else
+        error = name(unfinished, path);
+    if (error != 0) {
+        last_->drop();
         return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
-    if (error = name(last, lastPath()); error == 0) return file;
+    }
+    if (error = name(last_->unfinished(), last_->path()); error == 0) {
+        last_->taken();
+        return file;
+    }
     // The old log would go on beside a new one, which says where the old one ends.
     disk_->lose(error);
-    return notSynced(lastPath(), error);
+    return notSynced(last_->path(), error);
+}
+
+Expected<void> JournalFolder::nameLast(std::uint64_t number, std::uint64_t bytes) const {
+    if (Expected<void> prepared = last_->prepare(number, bytes); !prepared) return prepared;
+    if (const int error = name(last_->unfinished(), last_->path())) {
+        last_->drop();
+        return notSynced(last_->path(), error);
+    }
+    last_->taken();
+    return {};
+}
+
+std::optional<std::string> JournalFolder::freeTornPath(std::uint64_t number) const {
+    std::error_code unknown;
+    std::size_t kept = 0;
+    for (std::filesystem::directory_iterator entry(path_, unknown), end; entry != end; entry.increment(unknown))
+        if (entry->path().filename().string().find(kTorn) != std::string::npos) ++kept;
+    for (std::size_t i = 1; kept < kMostTornEnds && i <= kMostTornEnds; ++i)
+        if (std::string path = fmt::format("{}{}{}", logPath(number), kTorn, i);
+            !std::filesystem::exists(path, unknown))
+            return path;
+    return std::nullopt;
+}
+
+Expected<std::string> JournalFolder::keepTornEnd(std::uint64_t number, std::uint64_t wholeBytes) const {
+    const std::optional<std::string> path = freeTornPath(number);
+    if (!path)
+        return fail(ErrorCode::kFailed,
+                    fmt::format("{}: the torn end of {} cannot be kept beside it: {} files {}*{}* are there. Look at "
+                                "them and move them away; the log is as it was",
+                                path_, logPath(number), kMostTornEnds, kLog, kTorn));
+    const std::string unfinished = *path + std::string(kUnfinished);
+    const Expected<RecordSource> log = RecordSource::open(logPath(number));
+    if (!log) return failWith(logPath(number), log.error());
+    int file = -1;
+    int error = disk_->calls().create(unfinished, file);
+    for (std::uint64_t at = wholeBytes; at < log->size() && error == 0; at += kTornPieceBytes) {
+        const Expected<Bytes> piece = log->read(at, std::min(kTornPieceBytes, log->size() - at));
+        if (!piece) {
+            disk_->calls().close(file);
+            remove(unfinished);
+            return failWith(logPath(number), piece.error());
+        }
+        error = disk_->calls().append(file, *piece, {});
+    }
+    if (error == 0) error = disk_->sync(file);
+    if (file >= 0) disk_->calls().close(file);
+    if (error == 0) error = name(unfinished, *path);
+    if (error == 0) return *path;
+    remove(unfinished);
+    return fail(ErrorCode::kFailed,
+                fmt::format("{}: the torn end of the log cannot be kept there: {}. Make room; the log is as it was",
+                            *path, words(error)));
 }
 
 Expected<void> JournalFolder::sealLog(std::uint64_t number, std::uint64_t wholeBytes) const {
@@ -246,178 +285,6 @@ Expected<void> JournalFolder::finishSnapshot(const JournalFile& file, std::uint6
 
 void JournalFolder::dropSnapshot(std::uint64_t number) const {
     remove(snapshotPath(number) + std::string(kUnfinished));
-}
-
-namespace {
-
-/// Reads a file to its end. The reader is left there. `places`: the reader's, or null.
-Expected<void> takeAll(JournalReader& reader, JournalState& state, JournalPlaces* places,
-                       const std::atomic<bool>* stop) {
-    while (true) {
-        if (stop && *stop) return fail(ErrorCode::kFailed, "it was stopped");
-        Expected<std::optional<JournalRecord>> record = reader.next();
-        if (!record) return tl::unexpected(record.error());
-        if (!*record) return {};
-        const auto* frame = places ? std::get_if<journal::Frame>(&**record) : nullptr;
-        if (frame && frame->list)
-            if (const Expected<void> known = places->comes(*frame->list, state.scene, reader.ranges()); !known)
-                return failWith(reader.where(), known.error());
-        if (const Expected<void> taken = state.take(std::move(**record)); !taken)
-            return failWith(reader.where(), taken.error());
-        if (places) places->sweep(state.history);
-    }
-}
-
-Expected<void> wholeOrRefused(const JournalReader& reader) {
-    if (reader.bytesLeft() == 0) return {};
-    return fail(ErrorCode::kBadInput, reader.where() + ": the file is cut off there, and others follow it");
-}
-
-/// `kept`: the arrays, or their places.
-template <typename Kept>
-Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& files, Kept& kept,
-                            const JournalLimits& limits, std::optional<std::uint64_t> upTo,
-                            const std::atomic<bool>* stop) {
-    JournalPlaces* places = nullptr;
-    if constexpr (std::is_same_v<Kept, JournalPlaces>) places = &kept;
-    JournalStory story;
-    if (files.snapshot) {
-        Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), kept, limits);
-        if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken)
-            return tl::unexpected(taken.error());
-        if (Expected<void> whole = wholeOrRefused(*reader); !whole) return tl::unexpected(whole.error());
-        story.snapshotBytes = reader->wholeBytes();
-        if (story.state.number != *files.snapshot)
-            return fail(ErrorCode::kBadInput, reader->name() + ": it is the snapshot of another log");
-    }
-    for (const std::uint64_t number : files.logs) {
-        if (upTo && number >= *upTo) break;
-        Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), kept, limits);
-        if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, story.state, places, stop); !taken)
-            return tl::unexpected(taken.error());
-        story.logBytes += reader->wholeBytes();
-        story.wholeBytes = reader->wholeBytes();
-        story.tornBytes = reader->bytesLeft();
-        story.hollow = story.wholeBytes <= kJournalMark.size();
-        if (!story.hollow && story.state.number != number)
-            return fail(ErrorCode::kBadInput, fmt::format("{}: it is log {}", reader->name(), story.state.number));
-        if (number == files.lastLog()) {
-            // It is named once its opening is on the disk, and before anything else is in it.
-            if (story.hollow && number == files.newest)
-                return fail(ErrorCode::kBadInput, fmt::format("{}: it is cut off within its opening, and the journal's "
-                                                              "newest edits were behind that; put it back, or "
-                                                              "remove it and {} to go on without it",
-                                                              reader->name(), folder.lastPath()));
-            break;
-        }
-        if (Expected<void> whole = wholeOrRefused(*reader); !whole || story.hollow)
-            return whole ? fail(ErrorCode::kBadInput, reader->name() + ": nothing is in it, and other logs follow it")
-                         : tl::unexpected(whole.error());
-    }
-    return story;
-}
-
-}  // namespace
-
-Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, BlobStore& arrays,
-                                   const JournalLimits& limits, std::optional<std::uint64_t> upTo,
-                                   const std::atomic<bool>* stop) {
-    return read(folder, files, arrays, limits, upTo, stop);
-}
-
-Expected<JournalStory> readJournal(const JournalFolder& folder, const JournalFiles& files, JournalPlaces& places,
-                                   const JournalLimits& limits, std::uint64_t upTo, const std::atomic<bool>& stop) {
-    return read(folder, files, places, limits, upTo, &stop);
-}
-
-JournalFile::JournalFile(JournalFile&& other) noexcept
-    : disk_(std::move(other.disk_)),
-      file_(std::exchange(other.file_, -1)),
-      bytes_(other.bytes_),
-      number_(other.number_),
-      torn_(other.torn_) {}
-JournalFile& JournalFile::operator=(JournalFile&& other) noexcept {
-    std::swap(disk_, other.disk_);
-    std::swap(file_, other.file_);
-    std::swap(bytes_, other.bytes_);
-    std::swap(number_, other.number_);
-    std::swap(torn_, other.torn_);
-    return *this;
-}
-JournalFile::~JournalFile() {
-    if (file_ >= 0) disk_->calls().close(file_);
-}
-
-Expected<JournalFile> JournalFile::create(std::shared_ptr<JournalDisk> disk, const std::string& path,
-                                          const journal::Opening& opening) {
-    JournalFile made;
-    made.disk_ = std::move(disk);
-    FileSystem& calls = made.disk_->calls();
-    int error = calls.create(path, made.file_);
-    if (error == 0) error = calls.append(made.file_, asBytes(kJournalMark), {});
-    made.bytes_ = kJournalMark.size();
-    if (error == 0) error = made.append(encodeJournal(opening));
-    if (error == 0) return made;
-    if (made.file_ >= 0) (void)calls.remove(path);
-    return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, words(error)));
-}
-
-int JournalFile::append(const RecordContent& content) {
-    if (torn_)
-        if (const int error = disk_->calls().truncate(file_, bytes_)) return error;
-    const ByteSpan bytes = content.bytes();
-    const RecordHeader header = headerFor(content.kind, bytes, number_);
-    if (const int error = disk_->calls().append(file_, std::as_bytes(std::span(&header, 1)), bytes)) {
-        cutOff();
-        return error;
-    }
-    ++number_;
-    bytes_ += sizeof(header) + bytes.size();
-    return 0;
-}
-
-Expected<void> JournalFile::append(const RecordHeader& about,
-                                   const std::function<Expected<ByteSpan>(std::uint64_t)>& piece) {
-    const auto failed = [](int error) { return fail(ErrorCode::kFailed, words(error)); };
-    if (torn_)
-        if (const int error = disk_->calls().truncate(file_, bytes_)) return failed(error);
-    const RecordHeader header = headerFor(about.kind, about.bytes, about.contentHash, number_);
-    ByteSpan before = std::as_bytes(std::span(&header, 1));
-    std::uint64_t at = 0;
-    do {
-        const Expected<ByteSpan> next = at < about.bytes ? piece(at) : ByteSpan();
-        const int error = next ? disk_->calls().append(file_, before, *next) : 0;
-        if (!next || error != 0) {
-            cutOff();
-            return next ? failed(error) : tl::unexpected(next.error());
-        }
-        before = {};
-        at += next->size();
-    } while (at < about.bytes);
-    ++number_;
-    bytes_ += sizeof(header) + about.bytes;
-    return {};
-}
-
-bool JournalFile::isWhole(const std::string& path) const {
-    return standsFor(path, file_, bytes_);
-}
-
-/// What was begun leaves no trace.
-void JournalFile::cutOff() {
-    torn_ = disk_->calls().truncate(file_, bytes_) != 0;
-}
-
-int JournalArrays::append(JournalFile& file, const ChangeList& list) {
-    for (const Blob& blob : blobsOf(list)) {
-        if (written_.contains(blob.id())) continue;
-        if (!blob.resident()) return -1;
-        if (const int error = file.append(encodeJournal(journal::Array{blob}))) return error;
-        written_.insert(blob.id());
-    }
-    return 0;
 }
 
 }  // namespace tessera

@@ -123,7 +123,7 @@ bool isSound(const IdRange& made) {
 
 RecordContent encode(const journal::Opening& opening) {
     wire::Opening head;
-    head.set_format(kJournalFormat);
+    head.set_format(opening.format);
     head.set_schema(opening.schema);
     head.set_program(opening.program);
     head.set_number(opening.number);
@@ -131,6 +131,7 @@ RecordContent encode(const journal::Opening& opening) {
     for (const std::string& scene : opening.scenes) head.add_scenes(scene);
     head.set_sequence(opening.sequence.value);
     head.set_state_hash(opening.stateHash.value);
+    head.set_earlier_bytes(opening.earlierBytes);
     return contentOf<journal::Opening>(head);
 }
 RecordContent encode(const journal::Array& array) {
@@ -252,7 +253,9 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
                             .epoch = Epoch(head.epoch()),
                             .scenes = {head.scenes().begin(), head.scenes().end()},
                             .sequence = Sequence(head.sequence()),
-                            .stateHash = StateHash(head.state_hash())};
+                            .stateHash = StateHash(head.state_hash()),
+                            .earlierBytes = head.earlier_bytes(),
+                            .format = head.format()};
 }
 
 Expected<JournalRecord> frameFrom(ByteSpan bytes, const Reading& how) {

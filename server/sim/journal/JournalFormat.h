@@ -1,7 +1,7 @@
 /// The records of a journal, as values and as bytes.
 ///
 /// A folder holds logs and at most one snapshot, numbered: snapshot 7 is what there was when log 7 began. Each file
-/// begins with kJournalMark; records follow as in a recording (RecordBytes.h).
+/// begins with kJournalMark; records follow, each behind its header (JournalHeaders.h).
 ///
 ///     log        Opening (Array* (Frame | Frames | Numbers | View | Raised))*
 ///     snapshot   Opening (Array* (Step | View))* Numbers Array* State
@@ -24,8 +24,9 @@
 namespace tessera {
 
 inline constexpr std::string_view kJournalMark = "tessera journal\n";
-/// Raised whenever an older program would misread a file. 1 had no Numbers, and is read.
-inline constexpr std::uint32_t kJournalFormat = 2;
+/// Raised whenever an older program would misread a file. Older ones are read: 1 had no Numbers; until 2 headers were
+/// those of recordings (JournalHeaders.h), and nothing told how long a log was.
+inline constexpr std::uint32_t kJournalFormat = 3;
 
 struct JournalLimits {
     /// Once the logs since the snapshot are longer than this and than the snapshot, a new snapshot is made.
@@ -62,6 +63,8 @@ struct Opening {
     std::vector<std::string> scenes;  ///< what --scene said when the journal began
     Sequence sequence;
     StateHash stateHash;
+    std::uint64_t earlierBytes = 0;  ///< of the log before it; 0: there is none, or nobody knows
+    std::uint32_t format = kJournalFormat;
 };
 /// A blob, before the first record that names it.
 struct Array {

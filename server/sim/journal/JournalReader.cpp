@@ -11,6 +11,8 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  ///< bytes in memory at once
+/// Looked for behind damage. Before format 3 each costs a hash, and a hostile file has many places to look at.
+constexpr std::uint64_t kMostRecordsBetween = 1 << 16, kHashesPerByte = 16, kFewHashes = 1 << 20;
 
 }  // namespace
 
@@ -70,14 +72,18 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
     const Expected<Bytes> headerBytes = source_->read(offset_, sizeof(header));
     if (!headerBytes) return tl::unexpected(headerBytes.error());
     std::memcpy(&header, headerBytes->data(), sizeof(header));
-    if (!isIntact(header, number_)) return damaged("its header is damaged");
-    where_ = fmt::format("record {} ({}) at byte {}", number_, nameOfJournalKind(header.kind), offset_);
+    const std::optional<std::uint64_t> kind = headers_.kindIn(header, number_);
+    if (!kind) return damaged("its header is damaged");
+    where_ = fmt::format("record {} ({}) at byte {}", number_, nameOfJournalKind(*kind), offset_);
     if (header.bytes > limits_.maxRecordBytes)
         return fail(ErrorCode::kLimit,
                     fmt::format("it claims {} bytes; at most {} are allowed", header.bytes, limits_.maxRecordBytes));
-    if (header.bytes > bytesLeft() - sizeof(header)) return std::optional<JournalRecord>();
+    if (header.bytes > bytesLeft() - sizeof(header)) {
+        if (number_ == 0) return std::optional<JournalRecord>();
+        return damaged("its content is cut off");
+    }
     std::optional<JournalRecord> read;
-    if (places_ && header.kind == kindOfArrays()) {
+    if (places_ && *kind == kindOfArrays()) {
         const Expected<bool> intact = placeArray(header);
         if (!intact) return tl::unexpected(intact.error());
         if (!*intact) return damaged("its content is damaged");
@@ -86,10 +92,13 @@ Expected<std::optional<JournalRecord>> JournalReader::nextRecord() {
         Expected<Bytes> content = source_->read(offset_ + sizeof(header), header.bytes);
         if (!content) return tl::unexpected(content.error());
         if (hash64(*content) != header.contentHash) return damaged("its content is damaged");
-        Expected<JournalRecord> record = recordOf(header.kind, std::move(*content));
+        Expected<JournalRecord> record = recordOf(*kind, std::move(*content));
         if (!record) return tl::unexpected(record.error());
         read = std::move(*record);
     }
+    if (number_ == 0)
+        if (const auto* opening = std::get_if<journal::Opening>(&*read))
+            headers_ = JournalHeaders(opening->format, header.contentHash);
     offset_ += sizeof(header) + header.bytes;
     ++number_;
     return read;
@@ -132,28 +141,38 @@ Expected<bool> JournalReader::placeArray(const RecordHeader& header) {
 }
 
 Expected<std::optional<JournalRecord>> JournalReader::damaged(std::string_view what) const {
-    if (!aRecordFollows()) return std::optional<JournalRecord>();
+    // Nobody can tell which records are of this file.
+    if (number_ == 0) return fail(ErrorCode::kBadInput, fmt::format("{}. Put back a copy of the file", what));
+    if (offset_ >= unsyncedFrom_) return std::optional<JournalRecord>();
+    const Expected<std::optional<std::uint64_t>> later = laterRecord();
+    if (!later) return tl::unexpected(later.error());
+    if (!*later) return std::optional<JournalRecord>();
     return fail(ErrorCode::kBadInput,
-                fmt::format("{}, and records follow it; to go on without all from there on, cut the "
-                            "file to {} bytes and remove the journal's later files and `last`",
-                            what, offset_));
+                fmt::format("{}, and later records follow it from byte {} on. Put back a copy of the file. Or, to go "
+                            "on without all from the damage on: cut the file to {} bytes (truncate -s), remove the "
+                            "journal's later logs, and write the file's number into `last`",
+                            what, **later, offset_));
 }
 
-/// Looks for the header of the next record at every byte: damage is rare, and worth the time.
-bool JournalReader::aRecordFollows() const {
+/// Looks at every byte: damage is rare, and worth the time, which is in proportion to the bytes.
+Expected<std::optional<std::uint64_t>> JournalReader::laterRecord() const {
     RecordHeader header;
+    std::uint64_t hashes = 0;
     for (std::uint64_t at = offset_ + 1; at + sizeof(header) <= source_->size(); at += kPiece) {
         const std::uint64_t bytes = std::min(kPiece + sizeof(header) - 1, source_->size() - at);
         const Expected<Bytes> piece = source_->read(at, bytes);
-        if (!piece) return true;  // what cannot be read is not cut off
+        if (!piece) return tl::unexpected(piece.error());  // what cannot be read is not cut off
         for (std::uint64_t i = 0; i + sizeof(header) <= piece->size() && i < kPiece; ++i) {
             std::memcpy(&header, piece->data() + i, sizeof(header));
-            if (header.bytes <= limits_.maxRecordBytes && header.kind < std::variant_size_v<JournalRecord> &&
-                isIntact(header, number_ + 1))
-                return true;
+            if (header.bytes > limits_.maxRecordBytes) continue;
+            // So many records there can have been between.
+            const std::uint64_t most = std::min((at + i - offset_) / sizeof(header) + 1, kMostRecordsBetween);
+            if (headers_.isLater(header, number_, most, hashes)) return std::optional(at + i);
+            if (hashes > kHashesPerByte * (source_->size() - offset_) + kFewHashes)
+                return fail(ErrorCode::kBadInput, "it is damaged, and nobody can tell whether records follow it");
         }
     }
-    return false;
+    return std::optional<std::uint64_t>();
 }
 
 }  // namespace tessera

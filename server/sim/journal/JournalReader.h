@@ -6,15 +6,17 @@
 #include <vector>
 
 #include "server/sim/journal/JournalFormat.h"
+#include "server/sim/journal/JournalHeaders.h"
 #include "server/sim/journal/JournalPlaces.h"
 
 namespace tessera {
 
 /// A file or bytes in memory. Memory taken at any time is in proportion to the bytes there are, not to what they claim.
 ///
-/// A file that a killed server wrote ends in the middle of a record: what is damaged, and has no record behind it, is
-/// *torn*. Damage with a record behind it is an error. Errors name the file, the record and where it begins:
-/// "wall/log-0000000001: record 17 (frame) at byte 4711: …". kBadInput, kLimit, kUnsupported, kNotFound.
+/// A file that a killed server wrote ends in the middle of a record: what is damaged, and has no later record behind it
+/// at any byte, is *torn*. Damage with one behind it is an error, and so is a damaged opening. Errors name the file,
+/// the record and where it begins: "wall/log-0000000001: record 17 (frame) at byte 4711: …". kBadInput, kLimit,
+/// kUnsupported, kNotFound.
 class JournalReader {
 public:
     /// Reads nothing yet. Arrays are found in `arrays` from then on, for as long as the reader or somebody else holds
@@ -29,6 +31,9 @@ public:
                                                       const JournalLimits& limits = {});
     [[nodiscard]] static Expected<JournalReader> over(Bytes bytes, const std::string& name, JournalPlaces& places,
                                                       const JournalLimits& limits = {});
+
+    /// From that byte on nothing was on the disk for certain when the power was cut: records behind damage say nothing.
+    void mayLackRecordsFrom(std::uint64_t bytes) { unsyncedFrom_ = bytes; }
 
     /// Never an array: those are kept for the records behind them. Nothing where the file ends or is torn; then no more
     /// may be asked for, nor after an error. The first record is the opening, and no other is one.
@@ -59,9 +64,10 @@ private:
     [[nodiscard]] Expected<JournalRecord> recordOf(std::uint64_t kind, Bytes content);
     /// False: its content is not what its header says.
     [[nodiscard]] Expected<bool> placeArray(const RecordHeader& header);
-    /// Nothing where no record follows the damaged one, else `what` as an error.
+    /// Nothing where the damaged record is torn, else `what` as an error.
     [[nodiscard]] Expected<std::optional<JournalRecord>> damaged(std::string_view what) const;
-    [[nodiscard]] bool aRecordFollows() const;
+    /// Where a later record begins; nothing: there is none.
+    [[nodiscard]] Expected<std::optional<std::uint64_t>> laterRecord() const;
 
     std::shared_ptr<const RecordSource> source_;
     std::string name_;
@@ -70,7 +76,9 @@ private:
     JournalLimits limits_;
     std::vector<Blob> kept_;  ///< any later list may name any array again
     JournalPlace ranges_;
+    JournalHeaders headers_;
     std::uint64_t offset_ = 0, number_ = 0;
+    std::uint64_t unsyncedFrom_ = ~std::uint64_t{0};
     std::string where_ = "its beginning";
 };
 

@@ -40,6 +40,7 @@ Expected<void> JournalState::take(journal::Opening opening) {
     number = opening.number;
     program = std::move(opening.program);
     schema = opening.schema;
+    format = opening.format;
     return {};
 }
 

@@ -47,6 +47,7 @@ public:
     std::uint64_t number = 0;
     std::string program;
     std::uint64_t schema = 0;
+    std::uint32_t format = 0;
 };
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include "common/cores/ApplicationData.h"
 #include "server/sim/journal/JournalCompaction.h"
 #include "server/sim/journal/JournalReader.h"
+#include "server/sim/journal/JournalStory.h"
 #include "tests/unit/Sanitized.h"
 #include "tests/unit/journal/KeptShow.h"
 

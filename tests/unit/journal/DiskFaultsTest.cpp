@@ -134,11 +134,11 @@ public:
 /// What a server that is started on these files goes on from: never older than `atLeast`, a state that there was, and
 /// behind all that others have seen.
 void expectGoesOn(const ModelDisk::Files& files, Sequence atLeast, const Seen& seen, FaultyShow& show,
-                  const std::string& folder) {
+                  const std::string& folder, bool powerCut) {
     ModelDisk::write(files, folder);
     BlobStore arrays;
     test::ReadableLog words;
-    Expected<Journal::Opened> opened = test::openJournal(folder, arrays, words.log, quickLimits());
+    Expected<Journal::Opened> opened = test::openJournal(folder, arrays, words.log, quickLimits(), {}, powerCut);
     ASSERT_TRUE(opened) << opened.error().message;
     const JournalState& state = opened->state;
     ASSERT_GE(state.sequence, atLeast);
@@ -176,7 +176,7 @@ void expectGoesOnAfterBoth(const ModelDisk::Files& killed, const ModelDisk::File
             atLeast = std::max(atLeast, opened->state.sequence);
         left = disk->afterPowerCut(nullptr);
     }
-    expectGoesOn(left, atLeast, seen, show, show.folder / "copy");
+    expectGoesOn(left, atLeast, seen, show, show.folder / "copy", true);
 }
 
 void runWithFaults(const std::vector<ModelDisk::Fault>& faults, bool& reached) {
@@ -190,7 +190,8 @@ void runWithFaults(const std::vector<ModelDisk::Fault>& faults, bool& reached) {
     ASSERT_NO_FATAL_FAILURE(show.run());
     reached = show.disk->failed();
     if (!reached) return;
-    ASSERT_NO_FATAL_FAILURE(expectGoesOn(show.disk->afterKill(), show.granted, show.seen, show, show.folder / "copy"));
+    ASSERT_NO_FATAL_FAILURE(
+        expectGoesOn(show.disk->afterKill(), show.granted, show.seen, show, show.folder / "copy", false));
     // What the kernel tells once is told on, and never tried again.
     if (const Call call = faults.front().call; call == Call::kSync || call == Call::kSyncFolder) {
         const bool said =
@@ -217,17 +218,17 @@ TEST(JournalDisk, WhateverFailsNothingGrantedIsLostOrItHasSaidThatItEnds) {
         EXPECT_EQ(show.refused, "");
         EXPECT_EQ(show.words.said(), "");
         ASSERT_NO_FATAL_FAILURE(expectGoesOn(show.disk->afterPowerCut(nullptr), show.kept.show.simulation().sequence(),
-                                             show.seen, show, show.folder / "copy"));
+                                             show.seen, show, show.folder / "copy", true));
         EXPECT_GT(counts[static_cast<std::size_t>(Call::kRemove)], 0u) << "no snapshot was made";
     }
     int runs = 0, reached = 0;
     for (const Call call : {Call::kSync, Call::kSyncFolder, Call::kRename, Call::kCreate, Call::kOpen, Call::kTruncate,
-                            Call::kRemove, Call::kAppend}) {
-        const int error = call == Call::kAppend || call == Call::kCreate ? ENOSPC : EIO;
+                            Call::kRemove, Call::kOverwrite, Call::kAppend}) {
+        const int error = call == Call::kAppend || call == Call::kOverwrite || call == Call::kCreate ? ENOSPC : EIO;
         for (std::uint64_t number = 1; number <= counts[static_cast<std::size_t>(call)]; ++number) {
             std::vector<std::vector<ModelDisk::Fault>> ways{{{.call = call, .number = number, .error = error}}};
             // Who waits for a full disk is given a second at the end: some of them do.
-            if (call != Call::kAppend || number % 32 == 0)
+            if ((call != Call::kAppend && call != Call::kOverwrite) || number % 32 == 0)
                 ways.push_back({{.call = call, .number = number, .error = error, .forever = true}});
             if (call == Call::kAppend)
                 ways.push_back({ways[0][0], {.call = Call::kTruncate, .number = 1, .error = EIO}});
@@ -295,9 +296,9 @@ TEST(JournalDisk, APowerCutCostsNoMoreThanWhatIsNotSyncedAndNeverTheJournal) {
                 ASSERT_NO_FATAL_FAILURE(
                     expectGoesOnAfterBoth(cut.killed, cut.contents, cut.strict, cut.written, cut.seen, show));
             }
-            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.killed, cut.written, cut.seen, show, show.folder / "copy"));
-            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.strict, cut.synced, cut.seen, show, show.folder / "copy"));
-            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.mixed, cut.synced, cut.seen, show, show.folder / "copy"));
+            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.killed, cut.written, cut.seen, show, show.folder / "copy", false));
+            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.strict, cut.synced, cut.seen, show, show.folder / "copy", true));
+            ASSERT_NO_FATAL_FAILURE(expectGoesOn(cut.mixed, cut.synced, cut.seen, show, show.folder / "copy", true));
         }
     });
 }

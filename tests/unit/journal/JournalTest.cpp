@@ -113,6 +113,7 @@ TEST(Journal, IsGoneOnFromWhereverItIsCutOff) {
             std::filesystem::create_directory(copy);
             std::filesystem::copy_file(log, copy + "/log-0000000001");
             std::filesystem::resize_file(copy + "/log-0000000001", bytes);
+            test::goOnWith(copy, bytes < 200 ? 0 : 1);
             for (int server = 0; server < 2; ++server) {  // the second finds what the first has mended
                 Expected<Journal::Opened> opened = test::openJournal(copy, arrays, words.log);
                 ASSERT_TRUE(opened) << bytes << " of " << whole << " bytes: " << opened.error().message;
@@ -133,7 +134,7 @@ TEST(Journal, IsGoneOnFromWhereverItIsCutOff) {
     });
 }
 
-TEST(Journal, DamageIsNamedUnlessItIsTheEnd) {
+TEST(Journal, DamageIsNamedAndItsEndIsLeftOutOnceAPersonSaysSo) {
     const test::TestFolder folder;
     test::ReadableLog words;
     Random random(3);
@@ -164,8 +165,16 @@ TEST(Journal, DamageIsNamedUnlessItIsTheEnd) {
         EXPECT_NE(opened.error().message.find(" at byte "), std::string::npos) << opened.error().message;
         flip(at);
     }
-    EXPECT_EQ(words.said(), "");
+    // So is damage to the last record, which was granted.
     flip(bytes - 1);
+    const Expected<Journal::Opened> refused = test::openJournal(folder / "wall", arrays, words.log);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kBadInput);
+    EXPECT_NE(refused.error().message.find(log + ": record "), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("echo 1 > " + (folder / "wall/last")), std::string::npos)
+        << refused.error().message;
+    EXPECT_EQ(words.said(), "");
+    test::goOnWith(folder / "wall", 1);
     const Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log);
     ASSERT_TRUE(opened) << opened.error().message;
     EXPECT_NE(words.said().find("no whole record"), std::string::npos) << words.said();
@@ -213,11 +222,12 @@ TEST(Journal, NewestFilesThatAreMissingAreNamed) {
             EXPECT_EQ(opened.error().code, ErrorCode::kBadInput);
             EXPECT_NE(opened.error().message.find("log-0000000003 is missing"), std::string::npos)
                 << opened.error().message;
-            EXPECT_NE(opened.error().message.find("remove " + (folder / "copy/last")), std::string::npos)
+            EXPECT_NE(opened.error().message.find(fmt::format("echo {} > {}", 3 - gone.size(), folder / "copy/last")),
+                      std::string::npos)
                 << opened.error().message;
         }
         // Who wants to go on without them says so.
-        std::filesystem::remove(folder / "copy/last");
+        test::goOnWith(folder / "copy", 3 - gone.size());
         const Expected<Journal::Opened> opened = start("copy");
         ASSERT_TRUE(opened) << opened.error().message;
         EXPECT_EQ(opened->state.begun, gone.size() < 3);
@@ -233,17 +243,23 @@ TEST(Journal, NewestFilesThatAreMissingAreNamed) {
         EXPECT_NE(refused.error().message.find("log-0000000003: it is cut off within its opening"), std::string::npos)
             << refused.error().message;
         std::filesystem::remove(folder / "copy/last");
+        EXPECT_FALSE(start("copy")) << "nor is it one that a kill has left, without `last`";
+        test::goOnWith(folder / "copy", 2);
         EXPECT_TRUE(start("copy"));
         EXPECT_NE(words.said().find("log-0000000003: not even its opening is whole"), std::string::npos)
             << words.said();
     }
-    // As older versions left it; and what is no number.
-    std::filesystem::remove(folder / "wall/last");
-    ASSERT_TRUE(start("wall"));
+    // A file without a number; and no file, which else tells how far the journal goes.
     std::ofstream(folder / "wall/last") << "four\n";
-    const Expected<Journal::Opened> opened = start("wall");
-    ASSERT_FALSE(opened);
-    EXPECT_NE(opened.error().message.find("wall/last: "), std::string::npos) << opened.error().message;
+    for (const std::string said : {"wall/last: it is damaged", "wall/last is missing"}) {
+        const Expected<Journal::Opened> opened = start("wall");
+        ASSERT_FALSE(opened);
+        EXPECT_EQ(opened.error().code, ErrorCode::kBadInput);
+        EXPECT_NE(opened.error().message.find(said), std::string::npos) << opened.error().message;
+        std::filesystem::remove(folder / "wall/last");
+    }
+    test::goOnWith(folder / "wall", 3);
+    EXPECT_TRUE(start("wall"));
 }
 
 TEST(Journal, AFullDiskIsSaidAndWhatWaitsIsWrittenOnceThereIsRoom) {

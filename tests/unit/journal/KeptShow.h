@@ -26,12 +26,20 @@ inline Standing standingOf(const Simulation& simulation) {
     return {simulation.scene().stateHash(), simulation.history().undoDepth(), simulation.history().redoDepth()};
 }
 
-/// Nothing is synced: no test cuts the power below it.
+/// Nothing is synced: no test cuts the power below it. `powerCut`: it was cut before.
 inline Expected<Journal::Opened> openJournal(const std::string& folder, BlobStore& arrays, Log& log,
-                                             JournalLimits limits = {}, std::vector<std::string> scenes = {}) {
-    return Journal::open(
-        {.folder = folder, .scenes = std::move(scenes), .limits = limits, .calls = std::make_shared<UnsyncedDisk>()},
-        arrays, log, {});
+                                             JournalLimits limits = {}, std::vector<std::string> scenes = {},
+                                             bool powerCut = false) {
+    return Journal::open({.folder = folder,
+                          .scenes = std::move(scenes),
+                          .limits = limits,
+                          .calls = std::make_shared<UnsyncedDisk>(powerCut)},
+                         arrays, log, {});
+}
+
+/// Says as a person does that the journal shall go on with what is in the folder.
+inline void goOnWith(const std::string& folder, std::uint64_t newestLog) {
+    std::ofstream(folder + "/last", std::ios::trunc) << newestLog << "\n";
 }
 
 /// For a simulation that goes on from it.

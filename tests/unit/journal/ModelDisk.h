@@ -22,8 +22,8 @@ namespace tessera::test {
 /// on the disk, for good: the kernel tells once, and the next sync succeeds.
 class ModelDisk : public FileSystem {
 public:
-    enum class Call { kCreate, kOpen, kAppend, kTruncate, kSync, kSyncFolder, kRename, kRemove };
-    static constexpr std::size_t kCalls = 8;
+    enum class Call { kCreate, kOpen, kAppend, kOverwrite, kTruncate, kSync, kSyncFolder, kRename, kRemove };
+    static constexpr std::size_t kCalls = 9;
     struct Fault {
         Call call = Call::kSync;
         std::uint64_t number = 1;  ///< counted from 1
@@ -70,19 +70,30 @@ public:
         for (const auto& [path, file] : names_) files[nameOf(path)] = onTheDisk ? file->durable : file->content;
         return files;
     }
-    /// As a power cut leaves them: what was synced, and with `random` more or less of what was not.
+    /// As a power cut leaves them: what was synced, and with `random` more or less of what was not: some sectors of it
+    /// are there, and others before them are not.
     [[nodiscard]] Files afterPowerCut(Random* random) const {
         const std::scoped_lock lock(mutex_);
         Files files;
         for (const auto& [path, file] : sinceSync_[random ? below(*random, sinceSync_.size()) : 0]) {
             std::string& kept = files[nameOf(path)] = file->durable;
             if (!random || file->lost) continue;
-            if (file->content.starts_with(kept))
-                kept = file->content.substr(0, kept.size() + below(*random, file->content.size() - kept.size() + 1));
-            else if (below(*random, 2) == 0)
+            if (file->content.starts_with(kept)) {
+                const std::size_t synced = kept.size();
+                kept = file->content.substr(0, synced + below(*random, file->content.size() - synced + 1));
+                if (oneIn(*random, 2)) loseSectors(*random, kept, synced);
+            } else if (below(*random, 2) == 0)
                 kept = file->content;
         }
         return files;
+    }
+    static void loseSectors(Random& random, std::string& content, std::size_t from) {
+        constexpr std::size_t kSector = 512;
+        for (std::size_t at = from; at < content.size(); at += kSector - at % kSector)
+            if (oneIn(random, 3)) {
+                const std::size_t bytes = std::min(kSector - at % kSector, content.size() - at);
+                content.replace(at, bytes, bytes, '\0');
+            }
     }
     static void write(const Files& files, const std::string& folder) {
         std::filesystem::remove_all(folder);
@@ -118,6 +129,13 @@ public:
         };
         return call(
             Call::kAppend, [&] { return put(bytes.size()); }, [&] { (void)put(bytes.size() / 2); });
+    }
+    int overwrite(int file, ByteSpan bytes) override {
+        return call(Call::kOverwrite, [&] {
+            const int error = FileSystem::overwrite(file, bytes);
+            if (error == 0) open_[file]->content.replace(0, bytes.size(), asText(bytes));
+            return error;
+        });
     }
     int truncate(int file, std::uint64_t bytes) override {
         return call(Call::kTruncate, [&] {
@@ -195,10 +213,17 @@ private:
     bool failed_ = false, folderLost_ = false, syncedAgain_ = false;
 };
 
-/// For copies that no power cut threatens.
+/// For copies that no power cut threatens. `powerCut`: there was one before, so the machine has been started again.
 class UnsyncedDisk : public FileSystem {
+public:
+    explicit UnsyncedDisk(bool powerCut = false) : powerCut_(powerCut) {}
+
+private:
     int sync(int) override { return 0; }
     int syncFolder(const std::string&) override { return 0; }
+    std::string boot() const override { return powerCut_ ? "after the power cut" : FileSystem::boot(); }
+
+    bool powerCut_;
 };
 
 }  // namespace tessera::test

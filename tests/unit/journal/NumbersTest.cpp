@@ -49,7 +49,7 @@ TEST(JournalNumbers, WhatOthersHaveSeenIsNeverGivenAgain) {
             // (Those that a start needs are let through.)
             if (!oneIn(random, 4))
                 disk->faults = {{.call = ModelDisk::Call::kAppend,
-                                 .number = 6 + below(random, 60),
+                                 .number = 7 + below(random, 60),
                                  .error = ENOSPC,
                                  .forever = true}};
             Expected<Journal::Opened> opened = Journal::open(

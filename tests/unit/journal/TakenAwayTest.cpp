@@ -35,6 +35,7 @@ const std::vector<Theft>& thefts() {
          },
          anyFile},
         {"the lock is removed", [](const std::string& folder) { fs::remove(folder + "/lock"); }, "/lock"},
+        {"the file `last` is removed", [](const std::string& folder) { fs::remove(folder + "/last"); }, "/last"},
         {"the open log is removed", [](const std::string& folder) { fs::remove(folder + "/log-0000000002"); },
          "/log-0000000002"},
         {"the open log is emptied", [](const std::string& folder) { fs::resize_file(folder + "/log-0000000002", 0); },

@@ -1,0 +1,145 @@
+#include "server/sim/journal/LastLog.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/base/Hash.h"
+#include "server/sim/recording/RecordBytes.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kBootBytes = 36;
+
+std::string lineOf(const JournalEnd& end) {
+    const std::string line = fmt::format("log {:<20} written {:<20} synced {:<20} boot {:<36.36} sum ", end.log,
+                                         end.extent->written, end.extent->synced, end.extent->boot);
+    return fmt::format("{}{:016x}\n", line, hash64(asBytes(std::string_view(line))));
+}
+
+/// The number at the beginning of `text`, and what is behind it.
+std::optional<std::uint64_t> takeNumber(std::string_view& text) {
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc()) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return number;
+}
+
+/// Goes on behind `name` and the spaces before it.
+bool skipName(std::string_view& text, std::string_view name) {
+    text.remove_prefix(std::min(text.size(), text.find_first_not_of(' ')));
+    if (!text.starts_with(name)) return false;
+    text.remove_prefix(name.size());
+    return true;
+}
+
+std::optional<JournalEnd> endIn(std::string_view text) {
+    JournalEnd end;
+    std::string_view left = text;
+    if (const auto bare = takeNumber(left)) {
+        end.log = *bare;
+        return left == "\n" ? std::optional(end) : std::nullopt;
+    }
+    const auto number = [&](std::string_view name, std::uint64_t& into) {
+        const auto there = skipName(left, name) ? takeNumber(left) : std::nullopt;
+        into = there.value_or(0);
+        return there.has_value();
+    };
+    JournalEnd::Extent extent;
+    if (!number("log ", end.log) || !number("written ", extent.written) || !number("synced ", extent.synced) ||
+        !skipName(left, "boot "))
+        return std::nullopt;
+    extent.boot = left.substr(0, kBootBytes);
+    extent.boot.resize(extent.boot.find_last_not_of(' ') + 1);
+    end.extent = std::move(extent);
+    return lineOf(end) == text ? std::optional(std::move(end)) : std::nullopt;
+}
+
+}  // namespace
+
+LastLog::~LastLog() {
+    if (file_ >= 0) disk_->calls().close(file_);
+    if (next_ >= 0) disk_->calls().close(next_);
+}
+
+std::string LastLog::unfinished() const {
+    return path_ + ".unfinished";
+}
+
+std::string LastLog::cure(std::uint64_t log) const {
+    return fmt::format("write the number of its newest log into `last`: echo {} > {}", log, path_);
+}
+
+Expected<std::optional<JournalEnd>> LastLog::read() const {
+    const std::scoped_lock lock(mutex_);
+    const Expected<RecordSource> source = RecordSource::open(path_);
+    std::error_code unknown;
+    if (!source && !std::filesystem::exists(path_, unknown)) return std::optional<JournalEnd>();
+    if (!source) return failWith(path_, source.error());
+    constexpr std::uint64_t kMostBytes = 512;
+    const Expected<Bytes> bytes = source->read(0, std::min(source->size(), kMostBytes));
+    if (!bytes) return failWith(path_, bytes.error());
+    std::optional<JournalEnd> end = endIn(asText(*bytes));
+    if (end) return end;
+    return fail(ErrorCode::kBadInput,
+                fmt::format("{}: it is damaged: it names no log. Put back a copy of it; or, to go on with the logs "
+                            "that are there, write the number of the newest one into it: echo NUMBER > {}",
+                            path_, path_));
+}
+
+Expected<void> LastLog::prepare(std::uint64_t log, std::uint64_t bytes) {
+    drop();
+    const std::scoped_lock lock(mutex_);
+    FileSystem& calls = disk_->calls();
+    const std::string line = lineOf({.log = log, .extent = JournalEnd::Extent{bytes, bytes, calls.boot()}});
+    int made = -1;
+    int error = calls.create(unfinished(), made);
+    if (error == 0) error = calls.append(made, asBytes(std::string_view(line)), {});
+    if (error == 0) error = disk_->sync(made);
+    if (made >= 0) calls.close(made);
+    // A file that is opened to be appended to cannot be written over.
+    if (error == 0) error = calls.open(unfinished(), next_);
+    nextLog_ = log;
+    if (error == 0) return {};
+    (void)calls.remove(unfinished());
+    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished(), std::strerror(error)));
+}
+
+void LastLog::taken() {
+    const std::scoped_lock lock(mutex_);
+    if (file_ >= 0) disk_->calls().close(file_);
+    file_ = std::exchange(next_, -1);
+    log_ = nextLog_;
+}
+
+void LastLog::drop() {
+    const std::scoped_lock lock(mutex_);
+    if (next_ < 0) return;
+    disk_->calls().close(std::exchange(next_, -1));
+    (void)disk_->calls().remove(unfinished());
+}
+
+int LastLog::say(std::uint64_t written, std::uint64_t synced) {
+    const std::scoped_lock lock(mutex_);
+    const std::string line =
+        lineOf({.log = log_, .extent = JournalEnd::Extent{written, synced, disk_->calls().boot()}});
+    return disk_->calls().overwrite(file_, asBytes(std::string_view(line)));
+}
+
+int LastLog::sync() {
+    const std::scoped_lock lock(mutex_);
+    return disk_->sync(file_);
+}
+
+bool LastLog::isThere() const {
+    const std::scoped_lock lock(mutex_);
+    return file_ < 0 || standsFor(path_, file_, 0);
+}
+
+}  // namespace tessera
