@@ -97,9 +97,7 @@ Expected<void> FrameLoop::Impl::goOnFromJournal() {
     log.info(fmt::format("journal {}: goes on with frame {} from list {}, state {}; what --scene says is in it already",
                          journal()->folder(), state.nextFrame.value, state.sequence.value,
                          toHex(state.scene.stateHash())));
-    const Expected<CommittedFrame> there = maker.goOnFrom(*opened);
-    if (!there) return tl::unexpected(there.error());
-    snapshots.follow(*there);
+    if (const Expected<void> there = maker.goOnFrom(*opened); !there) return there;
     sceneIsThere();
     if (options.reload) desk.findAgain(state.sceneFiles(), options.placing, state.placing());
     return {};
@@ -211,9 +209,7 @@ Expected<void> FrameLoop::Impl::take(Preparation made) {
     Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(made), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
-    const Expected<CommittedFrame> loaded = maker.load(std::move(**lists));
-    if (!loaded) return tl::unexpected(loaded.error());
-    snapshots.follow(*loaded);
+    if (const Expected<void> loaded = maker.load(std::move(**lists)); !loaded) return loaded;
     for (FileInScene& file : startScene.takeFiles()) desk.remember(std::move(file));
     sceneIsThere();
     return {};
@@ -227,7 +223,7 @@ Expected<void> FrameLoop::Impl::take(const StateCompared& found) {
 /// One serves all who wait: whoever asked after it began orders another one.
 void FrameLoop::Impl::orderSurvey() {
     if (std::exchange(surveying, true)) return;
-    lookBeside([this, at = simulation.sequence()](const Aspect& scene) -> WorkedOut {
+    lookBeside([this](const Aspect& scene, Sequence at) -> WorkedOut {
         return [this, at, bounds = animatedBounds(scene)](TimePoint) {
             surveying = false;
             view.surveyed(bounds, at);
@@ -238,10 +234,8 @@ void FrameLoop::Impl::orderSurvey() {
 }
 
 void FrameLoop::Impl::lookBeside(DeskSurroundings::Look look) {
-    snapshots.look(simulation.sequence(), [this, look = std::move(look)](const Aspect* scene) {
-        TESSERA_CHECK(scene, "the scene of the newest list can be looked at");
-        deliver(BesideDone{look(*scene)});
-    });
+    snapshots.lookAtNewest(
+        [this, look = std::move(look)](const Aspect& scene, Sequence at) { deliver(BesideDone{look(scene, at)}); });
 }
 
 /// A line for the service manager.
@@ -283,8 +277,6 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     FrameResult made = maker.make(number, desk.takeEdits(), desk.takeReplies(), now);
     poses = tracking.poses(number, maker.view());
     steering.wands(poses.wands);
-    snapshots.follow(made.commit);
-    if (std::exchange(surveyWanted, false)) orderSurvey();
     report.frameBegins();
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(maker.begin(number, made), now));

@@ -24,7 +24,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
            .beside = {
                .look =
                    [this](LooksBeside::Look look) {
-                       lookBeside([look](const Aspect& scene) { return withoutWord(look(scene)); });
+                       lookBeside([look](const Aspect& scene, Sequence) { return withoutWord(look(scene)); });
                    },
                .work = [this](LooksBeside::Work work) { workbench.add([work] { return withoutWord(work()); }); }}}),
       report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
@@ -40,6 +40,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .report = report,
              .log = log,
              .journal = journal(),
+             .snapshots = &snapshots,
              .moveHeads = [this] { moveHeads(); },
              .showing = &options.showing,
              .steering = &steering}),
@@ -84,7 +85,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .orderSurvey = [this] { orderSurvey(); },
             .orderCopy =
                 [this](Preparation order) {
-                    lookBeside([this, order = std::move(order)](const Aspect& scene) -> WorkedOut {
+                    lookBeside([this, order = std::move(order)](const Aspect& scene, Sequence) -> WorkedOut {
                         const auto made = std::make_shared<Preparation>(makeCopy(scene, order));
                         return [this, made](TimePoint now) { return desk.prepared(std::move(*made), now); };
                     });
@@ -125,7 +126,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .deliver = [this](StateCompared found) { deliver(std::move(found)); }}) {
     inbox.setRank(kOurselves, Inbox::Rank::kFirst);
     simulation.actWith(actors);
-    view.surveyElsewhere([this] { return surveyWanted = true, simulation.sequence(); });
+    view.surveyElsewhere([this] { return orderSurvey(), simulation.sequence(); });
 }
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {

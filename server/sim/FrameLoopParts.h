@@ -126,7 +126,7 @@ struct FrameLoop::Impl {
     PaceOfFrames pace;  ///< told to the service manager
     StartScene startScene;
     bool sceneReady = false, actorsReady = false;
-    bool surveyWanted = false, surveying = false;
+    bool surveying = false;
     TimePoint loadsSaid = {};
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread

@@ -22,19 +22,23 @@ Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
     return {};
 }
 
-Expected<CommittedFrame> FrameMaker::load(std::vector<ChangeList> lists) {
+void FrameMaker::follow(const CommittedFrame& committed) const {
+    if (around_.snapshots) around_.snapshots->follow(committed);
+}
+
+Expected<void> FrameMaker::load(std::vector<ChangeList> lists) {
     for (ChangeList& list : lists) unify(list, around_.blobs);
     if (recording_) recording_->startScene(lists);
     Expected<CommittedFrame> loaded = around_.simulation.load(std::move(lists));
     if (!loaded) return tl::unexpected(loaded.error());
+    follow(*loaded);
     if (recording_) recording_->started(*loaded);
     if (around_.journal) around_.journal->started(*loaded);
     for (const Blob& blob : loaded->list ? blobsOf(*loaded->list) : std::vector<Blob>()) around_.blobs.add(blob);
-    if (const Expected<void> there = sceneIsThere(); !there) return tl::unexpected(there.error());
-    return loaded;
+    return sceneIsThere();
 }
 
-Expected<CommittedFrame> FrameMaker::goOnFrom(Journal::Opened& opened) {
+Expected<void> FrameMaker::goOnFrom(Journal::Opened& opened) {
     JournalState& state = opened.state;
     if (state.view) around_.view.goOnFrom(*state.view);
     around_.simulation.goOnFrom({.scene = std::move(state.scene),
@@ -43,13 +47,12 @@ Expected<CommittedFrame> FrameMaker::goOnFrom(Journal::Opened& opened) {
                                  .display = std::move(state.display)});
     around_.simulation.skipNumbers(opened.nextId, opened.behind);
     const Aspect& scene = around_.simulation.scene();
-    auto whole = std::make_shared<const ChangeList>(snapshot(scene));
+    const auto whole = std::make_shared<const ChangeList>(snapshot(scene));
+    follow({.sent = share(CommittedList{.sequence = around_.simulation.sequence(), .stateHash = scene.stateHash()}),
+            .list = whole});
     // Whoever joins fetches them by name, those that ranges have made too.
     for (const Blob& blob : blobsOf(*whole)) around_.blobs.add(blob);
-    if (const Expected<void> there = sceneIsThere(); !there) return tl::unexpected(there.error());
-    return CommittedFrame{
-        .sent = share(CommittedList{.sequence = around_.simulation.sequence(), .stateHash = scene.stateHash()}),
-        .list = std::move(whole)};
+    return sceneIsThere();
 }
 
 Expected<void> FrameMaker::sceneIsThere() {
@@ -82,6 +85,7 @@ FrameResult FrameMaker::make(FrameNumber number, std::vector<Edit> edits, const 
     if (recording_) recording_->frameBegins(number, first, edits, replies);
     around_.simulation.forgetLists();  // whoever is told of the last frame has been told, or asks too late
     FrameResult frame = around_.simulation.step(first, std::move(edits), replies);
+    follow(frame.commit);
     for (const std::string& remark : frame.remarks) around_.log.warning(remark);
     if (frame.commit.list) hold(number, *frame.commit.list, frame.unneeded);
     for (const std::string& note : frame.notes) around_.log.info(note);

@@ -13,6 +13,7 @@
 #include "server/sim/journal/Journal.h"
 #include "server/sim/navigation/Steering.h"
 #include "server/sim/recording/RecordingWriter.h"
+#include "server/sim/records/Snapshots.h"
 #include "server/sim/report/Report.h"
 #include "server/sim/view/ViewSource.h"
 
@@ -31,7 +32,8 @@ public:
         BlobStore& blobs;
         Report& report;
         Log& log;
-        Journal* journal = nullptr;  ///< null: none is kept
+        Journal* journal = nullptr;      ///< null: none is kept
+        Snapshots* snapshots = nullptr;  ///< null: nobody joins, and nobody looks at the scene beside the frames
         /// Called in each frame, when nothing but the view is left to be found: heads that are as new as can be. May be
         /// empty.
         std::function<void()> moveHeads = {};
@@ -44,11 +46,10 @@ public:
     [[nodiscard]] Expected<void> record(const std::string& path, unsigned threads);
     /// The scene before the first frame. Fails when a list is refused or the named camera is not there: errors of the
     /// command line, found before anybody draws.
-    [[nodiscard]] Expected<CommittedFrame> load(std::vector<ChangeList> lists);
+    [[nodiscard]] Expected<void> load(std::vector<ChangeList> lists);
 
-    /// The scene that a journal has, instead of loading one; it is returned as one list. Fails where the named camera
-    /// is not there.
-    [[nodiscard]] Expected<CommittedFrame> goOnFrom(Journal::Opened& opened);
+    /// The scene that a journal has, instead of loading one. Fails where the named camera is not there.
+    [[nodiscard]] Expected<void> goOnFrom(Journal::Opened& opened);
 
     /// Once the scene is there, before the first frame: whether all that acts on it is ready to show it as the last
     /// frame will: its programs tried, its films begun. Never waits: asked again and again, it says yes after 10 s
@@ -64,6 +65,9 @@ public:
     [[nodiscard]] message::Begin begin(FrameNumber number, const FrameResult& frame) const;
 
 private:
+    /// Tells what was committed to those who are asked about the newest scene. Called before anything else can ask:
+    /// they know it as soon as the simulation does.
+    void follow(const CommittedFrame& committed) const;
     [[nodiscard]] Expected<void> sceneIsThere();
     /// Whoever is handed a list may ask for the arrays that it names, though a later part of it, or a later frame, has
     /// replaced them in the scene.

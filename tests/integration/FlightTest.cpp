@@ -179,6 +179,25 @@ TEST(Flight, AWallForThePublicTakesNoInput) {
     EXPECT_NE(wall.ctl({"fly"}).exitCode, 0);
 }
 
+/// Its bounds are looked for beside the frames, in the scene of the frame in which the key went down.
+TEST(Flight, TheKeyFShowsAllOfASceneThatMoves) {
+    LiveWallOptions options = oneTile();
+    options.scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct";
+    LiveWall wall(options);
+    wall.startClient("all");
+    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
+    auto application = Application::connect({.address = wall.address(), .name = "pilot", .followScene = false});
+    ASSERT_TRUE(application) << application.error().message;
+    InputState keys;
+    for (const InputAction key : {InputAction::kFitAll, InputAction::kFit, InputAction::kHome, InputAction::kFitAll}) {
+        keys.ask(key);
+        ASSERT_TRUE((*application)->navigate({.input = keys})) << wall.logs();
+        const std::int64_t shown = wall.shownFrame("front-0-0");
+        ASSERT_TRUE(wall.waitForFrame("front-0-0", shown + 5, 60s)) << wall.logs();
+    }
+    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
+}
+
 /// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a
 /// walker who asks the scene in every frame.
 TEST(Flight, ARecordingOfAFlightIsMadeAgain) {

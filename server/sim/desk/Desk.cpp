@@ -39,7 +39,7 @@ std::shared_ptr<const Panel> Desk::panelIn(const std::string& name, const std::s
 
 ServerActions Desk::afterLooking(const Asker& asker, std::size_t bytes, Look look) {
     return looks.ask(asker, bytes, [this, asker, look = std::move(look)] {
-        around.lookBeside([this, asker, look, at = around.simulation.sequence()](const Aspect& scene) -> WorkedOut {
+        around.lookBeside([this, asker, look](const Aspect& scene, Sequence at) -> WorkedOut {
             return [this, connection = asker.connection, then = look(scene, at)](TimePoint now) {
                 looks.done();
                 return applications.contains(connection) ? then(now) : ServerActions();

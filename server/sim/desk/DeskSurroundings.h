@@ -76,9 +76,9 @@ struct DeskSurroundings {
     /// Has `makeCopy` called beside the frames, with the scene as it is now; `RequestDesk::prepared` is told. Empty:
     /// copies are made at once.
     std::function<void(Preparation)> orderCopy = {};
-    /// Has `look` called beside the frames, with the scene as it is now, and then on the frame thread what it returns.
-    /// Empty: all is answered at once, however long it takes. So is `work`, which needs no scene.
-    using Look = std::function<WorkedOut(const Aspect& scene)>;
+    /// Has `look` called beside the frames, with the scene as it is now and its list, and then on the frame thread what
+    /// it returns. Empty: all is answered at once, however long it takes. So is `work`, which needs no scene.
+    using Look = std::function<WorkedOut(const Aspect& scene, Sequence at)>;
     std::function<void(Look look)> lookBeside = {};
     std::function<void(std::function<WorkedOut()> work)> workBeside = {};
     std::function<void(std::function<WorkedOut()> work)> listBeside = {};  ///< as workBeside; waits for disks

@@ -142,12 +142,12 @@ ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
     known.change = std::move(made.change);
     known.files = std::move(made.files);
     if (!known.change) {
-        const auto look = [this, number = made.file, held = made.held](const Aspect& scene) -> WorkedOut {
+        const auto look = [this, number = made.file, held = made.held](const Aspect& scene, Sequence) -> WorkedOut {
             return withoutWord([this, number, held, objects = tessera::findAgain(scene, kRootNode, *held)] {
                 found(number, held, objects);
             });
         };
-        if (!around_.lookBeside) return look(around_.simulation.scene())(now);
+        if (!around_.lookBeside) return look(around_.simulation.scene(), around_.simulation.sequence())(now);
         around_.lookBeside(look);
         return {};
     }
@@ -203,7 +203,7 @@ ServerActions ReloadRequests::plan(std::uint64_t number, TimePoint now) {
         return std::make_shared<Expected<ReloadPlan>>(planReload(scene, *change, below));
     };
     if (!around_.lookBeside) return planned(number, *make(around_.simulation.scene()), now);
-    around_.lookBeside([this, number, make](const Aspect& scene) -> WorkedOut {
+    around_.lookBeside([this, number, make](const Aspect& scene, Sequence) -> WorkedOut {
         return [this, number, plan = make(scene)](TimePoint then) { return planned(number, std::move(*plan), then); };
     });
     return {};

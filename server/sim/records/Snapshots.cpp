@@ -106,6 +106,10 @@ void Snapshots::work() {
             waitingBytes_ -= apply->lists->bytes();
         } else if (const auto* at = std::get_if<LookAt>(&*order)) {
             at->look(!at->sequence || follower.goTo(*at->sequence) ? &follower.scene() : nullptr);
+        } else if (const auto* look = std::get_if<LookAtNewest>(&*order)) {
+            // Lists are orders, too: all that was followed before this is here.
+            follower.catchUp();
+            (*look)(follower.scene(), follower.sequence());
         } else {
             follower.catchUp();
             deliver_(snapshotOf(follower.scene(), follower.sequence()));
@@ -171,16 +175,22 @@ ServerActions Snapshots::wanted(ConnectionId connection, TimePoint now) {
 }
 
 void Snapshots::look(std::optional<Sequence> sequence, Look look) {
+    ask(LookAt{sequence, std::move(look)});
+}
+
+void Snapshots::lookAtNewest(LookAtNewest look) {
+    ask(std::move(look));
+}
+
+void Snapshots::ask(Order order) {
     handOver();
-    late_.emplace_back(LookAt{sequence, std::move(look)});
+    late_.push_back(std::move(order));
     pump(Room::kForAll);
 }
 
 void Snapshots::order() {
     if (std::exchange(ordered_, true)) return;
-    handOver();
-    late_.emplace_back(Make{});
-    pump(Room::kForAll);  // one at a time, and whoever waits for it may be who frames wait for
+    ask(Make{});  // one at a time, and whoever waits for it may be who frames wait for
 }
 
 ServerActions Snapshots::made(SnapshotMade snapshot, TimePoint now) {

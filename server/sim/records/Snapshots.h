@@ -52,11 +52,16 @@ public:
     [[nodiscard]] ServerActions wanted(ConnectionId connection, TimePoint now);
     [[nodiscard]] ServerActions made(SnapshotMade snapshot, TimePoint now);
 
-    /// The scene as a list has left it; null: the thread has gone on from there.
+    /// The scene as the list `at` has left it.
+    using LookAtNewest = std::function<void(const Aspect& scene, Sequence at)>;
+    /// Has `look` called on the thread of its own, with the scene as the newest list that was followed has left it.
+    /// Nothing else is made meanwhile.
+    void lookAtNewest(LookAtNewest look);
+    /// The scene as a list has left it; null: the thread has gone on from there, or has never been there.
     using Look = std::function<void(const Aspect* scene)>;
-    /// Has `look` called on the thread of its own, with the scene as it was at `sequence`, which has been followed;
-    /// none: as the thread has it. Lists of the last second or so can be asked about, unless they are large or merged,
-    /// or somebody has joined since (kTrailing). Nothing else is made meanwhile.
+    /// Has `look` called likewise, with the scene as it was at `sequence`, which anybody may have said; none: as the
+    /// thread has it. Lists of the last second or so can be asked about, unless they are large or merged, or somebody
+    /// has joined or looked at a newer one since (kTrailing).
     void look(std::optional<Sequence> sequence, Look look);
 
     /// Bytes of memory that lists hold because the thread has not taken them.
@@ -73,13 +78,15 @@ private:
         std::optional<Sequence> sequence;
         Look look;
     };
-    using Order = std::variant<Apply, Make, LookAt>;
+    using Order = std::variant<Apply, Make, LookAt, LookAtNewest>;
 
     void work();
     /// Hands over what waits, while there is room, or all of it.
     enum class Room : bool { kAsThereIs, kForAll };
     void pump(Room room);
     void handOver();
+    /// Hands over all that was followed, and then this.
+    void ask(Order order);
     void order();
     [[nodiscard]] ServerActions give(ConnectionId connection, TimePoint now);
     void forgetLast();

@@ -94,7 +94,7 @@ public:
     }
     /// What is made becomes the scene.
     void begin() {
-        const Expected<CommittedFrame> loaded = maker_.load({make.builder.take()});
+        const Expected<void> loaded = maker_.load({make.builder.take()});
         ASSERT_TRUE(loaded) << loaded.error().message;
     }
     FrameResult frame(std::vector<Edit> edits = {}) {

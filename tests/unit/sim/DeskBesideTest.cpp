@@ -62,7 +62,7 @@ protected:
     [[nodiscard]] DeskSurroundings around() {
         DeskSurroundings all = surroundings();
         all.lookBeside = [this](DeskSurroundings::Look look) {
-            besides.push_back([this, look] { return look(simulation.scene()); });
+            besides.push_back([this, look] { return look(simulation.scene(), simulation.sequence()); });
         };
         all.workBeside = [this](std::function<WorkedOut()> one) { besides.push_back(std::move(one)); };
         return all;

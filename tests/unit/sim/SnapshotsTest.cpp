@@ -189,6 +189,26 @@ TEST_F(SnapshotsOfAScene, TheSceneOfAListIsLookedAtAsItWasThen) {
     EXPECT_EQ(lookAt(past.back().first), std::nullopt);
 }
 
+TEST_F(SnapshotsOfAScene, TheNewestListIsTheOneThatWasFollowedLast) {
+    const auto newest = [&] {
+        std::promise<std::pair<Sequence, StateHash>> seen;
+        snapshots.lookAtNewest([&](const Aspect& scene, Sequence at) { seen.set_value({at, scene.stateHash()}); });
+        return seen.get_future().get();
+    };
+    EXPECT_EQ(newest(), std::pair(Sequence(), Aspect().stateHash()));
+    for (int i = 0; i < 100; ++i) {
+        grow(1);
+        if (i % 9 > 0) continue;
+        EXPECT_EQ(newest(), std::pair(committer.sequence(), committer.scene().stateHash()));
+    }
+    const auto followed = newest();
+    test::ListMaker maker;
+    maker.node("unfollowed", kRootNode);
+    ASSERT_TRUE(committer.apply(maker.builder.take()));
+    (void)committer.closeFrame();
+    EXPECT_EQ(newest(), followed) << "of others nobody can ask";
+}
+
 /// The thread makes a snapshot for as long as the wall is busy.
 TEST_F(SnapshotsOfAScene, AThreadThatIsFarBehindHoldsWhatTheListsSetAndNotAllLists) {
     std::promise<void> goOn;
