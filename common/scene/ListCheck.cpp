@@ -11,6 +11,7 @@
 
 #include "common/base/Utf8.h"
 #include "common/math/Types.h"
+#include "common/scene/ColumnShapes.h"
 #include "common/scene/Users.h"
 
 namespace tessera {
@@ -268,21 +269,13 @@ Expected<void> ListCheck::checkColumns() {
     std::unordered_set<std::uint32_t> seen;
     const FieldColumn* rowsChecked = nullptr;
     for (const FieldColumn& column : list_.columns) {
-        const TypeInfo* type = findType(column.type);
-        if (!type) return fail(ErrorCode::kBadInput, fmt::format("set: object type {} is unknown", column.type.value));
-        const FieldEntry* field = findField(*type, column.field);
-        if (!field)
-            return fail(ErrorCode::kBadInput, fmt::format("set: {} has no field {}", type->name, column.field.value));
+        const Expected<const FieldEntry*> shape = fieldOfColumn(column);
+        if (!shape) return tl::unexpected(shape.error());
+        const FieldEntry* const field = *shape;
+        const TypeInfo* const type = findType(column.type);
         if (!seen.insert(std::uint32_t{column.type.value} << 16 | column.field.value).second)
             return fail(ErrorCode::kBadInput,
                         fmt::format("set {}.{}: the list holds this column twice", type->name, field->name));
-        if (column.kind() != field->kind || column.width != field->width)
-            return fail(ErrorCode::kBadInput,
-                        fmt::format("set {}.{}: it holds {} {}, not {} {}", type->name, field->name, field->width,
-                                    nameOf(field->kind), column.width, nameOf(column.kind())));
-        if (column.scalarCount() != column.ids.size() * column.width)
-            return fail(ErrorCode::kBadInput, fmt::format("set {}.{}: {} objects, but {} scalars", type->name,
-                                                          field->name, column.ids.size(), column.scalarCount()));
         // Columns of one type mostly name the same objects: those were found fit already.
         const bool sameRows = rowsChecked && rowsChecked->type == column.type && rowsChecked->ids == column.ids;
         if (!sameRows)

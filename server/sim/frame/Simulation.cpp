@@ -11,6 +11,7 @@
 #include "common/cores/CollisionObject.h"
 #include "common/cores/Transform.h"
 #include "common/scene/Action.h"
+#include "common/scene/ColumnShapes.h"
 #include "common/scene/Edits.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/pipeline/ScenePicker.h"
@@ -41,7 +42,7 @@ Simulation::Simulation(const SimulationOptions& options)
 
 Expected<CommittedFrame> Simulation::load(std::vector<ChangeList> lists) {
     for (std::size_t i = 0; i < lists.size(); ++i) {
-        const Expected<void> received = actors_.receive(scene(), lists[i], {});
+        const Expected<void> received = receive(lists[i], {});
         const Expected<Committer::Applied> applied =
             received ? committer_.apply(std::move(lists[i])) : tl::unexpected(received.error());
         if (!applied) return failWith(fmt::format("scene {}", i + 1), applied.error());
@@ -149,7 +150,9 @@ EditOutcome Simulation::applyEdit(Edit edit, std::size_t index, Wishes& wishes) 
         if (!list) return refused(std::move(list.error()));
         edit.list = std::move(*list);
     }
-    Expected<void> sound = checkHidden(edit);
+    // From here on the values of each column are those of its field: all below reads them, and adds to them.
+    Expected<void> sound = checkColumnShapes(edit.list);
+    if (sound) sound = checkHidden(edit);
     // What the server says itself nobody takes back.
     if (edit.undoable && sound) sound = checkServersFields(scene(), edit.list);
     if (edit.undoable && sound) sound = serversNodes_.check(scene(), edit.list);
@@ -206,7 +209,7 @@ EditOutcome Simulation::applyPart(Edit edit) {
         outcome.result = tl::unexpected(std::move(begun.error()));
         return outcome;
     }
-    Expected<void> wanted = actors_.receive(scene(), edit.list, {.from = fromOf(edit), .own = arriving_->ids});
+    Expected<void> wanted = receive(edit.list, {.from = fromOf(edit), .own = arriving_->ids});
     if (wanted && edit.undoable) wanted = serversNodes_.check(scene(), edit.list);
     Expected<Committer::Applied> applied =
         wanted ? committer_.applyReserved(std::move(edit.list), ObjectId(arriving_->ids.first), arriving_->ids.count,
@@ -229,6 +232,11 @@ EditOutcome Simulation::applyPart(Edit edit) {
     edit.undoable ? history_.partsWhole() : history_.partsKept();
     arriving_.reset();
     return outcome;
+}
+
+Expected<void> Simulation::receive(ChangeList& list, const Actor::Incoming& incoming) const {
+    if (Expected<void> shaped = checkColumnShapes(list); !shaped) return shaped;
+    return actors_.receive(scene(), list, incoming);
 }
 
 Expected<void> Simulation::beginParts(const Edit& edit) {

@@ -150,6 +150,8 @@ private:
                                                     std::span<const ObjectId> moved) const;
     [[nodiscard]] EditOutcome applyPart(Edit edit);
     [[nodiscard]] Expected<void> beginParts(const Edit& edit);
+    /// Has the actors look at a list once its columns are found to be of their fields.
+    [[nodiscard]] Expected<void> receive(ChangeList& list, const Actor::Incoming& incoming) const;
     /// Makes each edit so far a step of the history, by the remainder that collisions have left. An edit of which
     /// nothing has remained is no step. A Transform that several edits of a frame move belongs to the last one. If
     /// their ways add up and it got all the way, each edit has its own way.
