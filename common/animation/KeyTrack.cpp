@@ -221,9 +221,9 @@ double foldedTime(double seconds, double last, std::int64_t mode) {
     if (!(last > 0) || !std::isfinite(seconds)) return 0;
     if (mode == Animation::kOnce) return std::clamp(seconds, 0.0, last);
     const double length = mode == Animation::kPingPong ? 2 * last : last;
-    if (seconds >= 0 && seconds <= length) return seconds;  // a seek to the end shows the end
-    const double phase = std::fmod(seconds, length);
-    return phase < 0 ? phase + length : phase;
+    // A seek to the end shows the end.
+    const double phase = seconds >= 0 && seconds <= length ? seconds : std::fmod(seconds, length);
+    return std::min(phase < 0 ? phase + length : phase, kLatestKeySeconds);
 }
 
 double shownTime(double folded, double last, std::int64_t mode) {

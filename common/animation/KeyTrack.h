@@ -58,7 +58,7 @@ private:
 
 /// An animation's own time folded into what it shows, and what it is kept as: of length `last` (s, not below 0). kOnce
 /// and kLoop: from 0 to `last`; kPingPong: from 0 to 2 `last`, the second half on the way back. A length of 0 is always
-/// at 0.
+/// at 0. Never beyond kLatestKeySeconds, as far as Animation::time goes: a longer way back ends there.
 [[nodiscard]] double foldedTime(double seconds, double last, std::int64_t mode);
 /// The time of the keys that are shown at a folded time.
 [[nodiscard]] double shownTime(double folded, double last, std::int64_t mode);

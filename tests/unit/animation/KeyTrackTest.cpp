@@ -227,6 +227,9 @@ TEST(KeyTrack, TimesFoldIntoOneLengthWhateverTheyAre) {
     EXPECT_EQ(shownTime(foldedTime(2.5, 2, Animation::kPingPong), 2, Animation::kPingPong), 1.5);
     EXPECT_EQ(shownTime(foldedTime(4.5, 2, Animation::kPingPong), 2, Animation::kPingPong), 0.5);
     EXPECT_EQ(shownTime(foldedTime(-0.5, 2, Animation::kPingPong), 2, Animation::kPingPong), 0.5);
+    for (const double late : {1.5e9, -0.5})
+        EXPECT_LE(foldedTime(late, kLatestKeySeconds, Animation::kPingPong), kLatestKeySeconds)
+            << "the field of an Animation holds it";
     forSeeds(200, [](Random& random) {
         const double last = std::exp(uniform(random, -30, 20)),
                      time = uniform(random, -1, 1) * std::exp(uniform(random, -30, 20));
