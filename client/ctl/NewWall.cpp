@@ -312,8 +312,9 @@ Expected<Answer> makeNewWall(const verb::NewWall& wish, const Print& print) {
         "bottom.\n"
         "# A host may name its machine: hosts {{ … machine {{ ssh: \"wall@wall-1\" }} }} (wall-file.md).\n",
         what, screen.lowerLeft.y(), kEyeHeightM);
-    if (Expected<void> written = write(wish, comments + wallText(*wall)); !written)
-        return tl::unexpected(written.error());
+    const Expected<std::string> text = wallText(*wall);
+    if (!text) return failWith("new-wall", text.error());
+    if (Expected<void> written = write(wish, comments + *text); !written) return tl::unexpected(written.error());
     Answer answer;
     answer.text = fmt::format(
         "{}: {}\nthe whole picture: {:.4g} x {:.4g} m, {} x {} pixels; hosts: {}\nsee it in windows here:\n"

@@ -115,6 +115,8 @@ ScreenPixels sizeOf(const Wall& wall, const TileAssignment& tile) {
     return {.width = grid.columnWidthPx(tile.column), .height = grid.rowHeightPx(tile.row)};
 }
 
+}  // namespace
+
 proto::Wall messageOf(const Wall& wall) {
     proto::Wall message;
     message.set_name(wall.name);
@@ -181,8 +183,6 @@ proto::Wall messageOf(const Wall& wall) {
     putTracking(wall, message);
     return message;
 }
-
-}  // namespace
 
 tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles& files) {
     Wall wall;

@@ -24,8 +24,9 @@ inline constexpr std::size_t kMaxWallWireBytes = std::size_t{64} << 20;
 /// screen that let through more than one projector's light are refused (`findBlendExcess`).
 [[nodiscard]] Expected<Wall> loadWall(const std::string& path);
 
-/// A wall file's text. The files that outputs name are to be written by the caller.
-[[nodiscard]] std::string wallText(const Wall& wall);
+/// A wall file's text. The files that outputs name are to be written by the caller. kBadInput: a name, or another text
+/// of the wall, is not UTF-8, and hosts could not be told it.
+[[nodiscard]] Expected<std::string> wallText(const Wall& wall);
 
 [[nodiscard]] Bytes encodeWall(const Wall& wall);
 /// Never crashes whatever the bytes are; the result has passed checkWall.

@@ -9,5 +9,6 @@ namespace tessera {
 
 /// Checked; a fault says which part of the message is meant. `files`: see `outputOf`.
 [[nodiscard]] tl::expected<Wall, WallFault> wallOf(const proto::Wall& message, const WallFiles& files = nullptr);
+[[nodiscard]] proto::Wall messageOf(const Wall& wall);
 
 }  // namespace tessera

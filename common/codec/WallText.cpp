@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "common/base/ShippedFiles.h"
+#include "common/base/Utf8.h"
 #include "common/codec/TextFaults.h"
 #include "common/codec/WallCodec.h"
 #include "common/codec/WallMessage.h"
@@ -22,6 +23,39 @@ namespace {
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::TextFormat;
+
+/// Returns the text with '?' for each byte that is of no character.
+std::string asUtf8(std::string text) {
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = utf8CharacterLength(std::string_view(text).substr(at));
+        if (length == 0) text[at] = '?';
+        at += std::max<std::size_t>(length, 1);
+    }
+    return text;
+}
+
+/// Says which text of a message is not UTF-8: the wire takes no other.
+std::optional<std::string> otherThanUtf8(const google::protobuf::Message& message) {
+    const google::protobuf::Reflection& in = *message.GetReflection();
+    std::vector<const FieldDescriptor*> fields;
+    in.ListFields(message, &fields);
+    for (const FieldDescriptor* field : fields) {
+        const int count = field->is_repeated() ? in.FieldSize(message, field) : 1;
+        for (int i = 0; i < count; ++i) {
+            if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+                std::optional<std::string> wrong = otherThanUtf8(
+                    field->is_repeated() ? in.GetRepeatedMessage(message, field, i) : in.GetMessage(message, field));
+                if (wrong) return wrong;
+            } else if (field->type() == FieldDescriptor::TYPE_STRING) {
+                const std::string text =
+                    field->is_repeated() ? in.GetRepeatedString(message, field, i) : in.GetString(message, field);
+                if (!isUtf8(text))
+                    return fmt::format("{}: \"{}\" is not UTF-8: write it in UTF-8", field->name(), asUtf8(text));
+            }
+        }
+    }
+    return std::nullopt;
+}
 
 TextPlace placeOf(const WallFault& fault, const TextFormat::ParseInfoTree& tree) {
     const Descriptor* wall = proto::Wall::descriptor();
@@ -74,6 +108,7 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
     const bool parsed = parser.ParseFromString(std::string(text), &message);
     if (errors.any()) return fail(ErrorCode::kBadInput, located(fileName, errors.place(), errors.message()));
     if (!parsed) return fail(ErrorCode::kBadInput, located(fileName, {}, "not a wall in protobuf text format"));
+    if (const auto wrong = otherThanUtf8(message)) return fail(ErrorCode::kBadInput, located(fileName, {}, *wrong));
 
     tl::expected<Wall, WallFault> wall = wallOf(message, files);
     if (!wall) return fail(ErrorCode::kBadInput, located(fileName, placeOf(wall.error(), tree), wall.error().message));
@@ -82,7 +117,7 @@ Expected<Wall> readWallText(std::string_view text, std::string_view fileName, co
             .part = WallFault::Part::kTile, .index = excess->host, .tile = excess->tile, .message = {}};
         return fail(ErrorCode::kBadInput, located(fileName, placeOf(fault, tree), excess->message));
     }
-    if (wall->name.empty()) wall->name = std::filesystem::path(fileName).stem().string();
+    if (wall->name.empty()) wall->name = asUtf8(std::filesystem::path(fileName).stem().string());
     return std::move(*wall);
 }
 
@@ -135,10 +170,9 @@ Expected<Wall> parseWall(std::string_view text, std::string_view fileName) {
     return readWallText(text, fileName, nullptr);
 }
 
-std::string wallText(const Wall& wall) {
-    proto::Wall message;
-    const Bytes bytes = encodeWall(wall);
-    TESSERA_CHECK(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())), "what is encoded can be read");
+Expected<std::string> wallText(const Wall& wall) {
+    proto::Wall message = messageOf(wall);
+    if (const auto wrong = otherThanUtf8(message)) return fail(ErrorCode::kBadInput, *wrong);
     for (proto::Wall::Host& host : *message.mutable_hosts()) {
         for (proto::Wall::Tile& tile : *host.mutable_tiles()) {
             if (!tile.has_output()) continue;

@@ -38,7 +38,8 @@ std::optional<Bytes> pngOf(const Image& image, ExportNotes& notes, ObjectId node
         return std::nullopt;
     }
     constexpr std::int64_t kWidestPx = PictureSheet::kMaxSidePx;
-    if (!image.pixels.resident() || !checkImage(image) || image.widthPx > kWidestPx || image.heightPx > kWidestPx) {
+    if (image.pixels.sizeBytes() == 0 || !image.pixels.resident() || !checkImage(image) || image.widthPx > kWidestPx ||
+        image.heightPx > kWidestPx) {
         notes.add("images that are not whole, or have more than 16384 pixels a side, are left out", node);
         return std::nullopt;
     }

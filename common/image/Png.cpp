@@ -85,6 +85,8 @@ struct PngOut {
         info = png ? png_create_info_struct(png) : nullptr;
         TESSERA_CHECK(info, "libpng starts");
         png_set_write_fn(png, &sink, give, nothingToFlush);
+        // Walls are wider than libpng's own limit of a million.
+        png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
         TESSERA_CHECK(widthPx > 0 && heightPx > 0, "a PNG has at least one pixel");
         std::string text = frame ? std::to_string(*frame) : std::string();
         TESSERA_CHECK(writeHead(png, info, widthPx, heightPx, colorType, frame ? text.data() : nullptr), failure.text);

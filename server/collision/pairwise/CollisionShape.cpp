@@ -17,7 +17,8 @@ std::shared_ptr<CollisionShape> CollisionShape::ofTriangles(TriangleMesh mesh, c
 }
 
 std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh, const TreeOptions& trees) {
-    Expected<ConvexHull> hull = ConvexHull::make(mesh);
+    // A hull of n points has fewer than 2 n faces: a mesh may have as many.
+    Expected<ConvexHull> hull = ConvexHull::make(mesh, {.maxPoints = TriangleMeshLimits().maxTriangles / 2});
     if (!hull || hull->dimension() < 3) return nullptr;
     std::vector<double> positions;
     positions.reserve(3 * hull->vertices().size());
@@ -35,7 +36,12 @@ std::shared_ptr<CollisionShape> CollisionShape::ofHull(const TriangleMesh& mesh,
 }
 
 Expected<std::shared_ptr<CollisionShape>> CollisionShape::ofHeightField(const TriangleMesh& mesh,
-                                                                        const TreeOptions& trees) {
+                                                                        const TreeOptions& trees,
+                                                                        const TriangleMeshLimits& limits) {
+    // So that it is a mesh, too: of three corners of its own for each face.
+    if (mesh.faceCount() > limits.maxVertices / 3)
+        return fail(ErrorCode::kLimit, std::to_string(mesh.faceCount()) + " faces, at most " +
+                                           std::to_string(limits.maxVertices / 3) + " in a height field");
     Expected<HeightField> field = HeightField::recognise(mesh);
     if (!field) return tl::unexpected(field.error());
     auto shape = std::shared_ptr<CollisionShape>(new CollisionShape(Representation::kHeightField, nullptr, trees));

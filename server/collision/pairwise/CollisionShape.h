@@ -69,9 +69,10 @@ public:
     [[nodiscard]] static std::shared_ptr<CollisionShape> ofHull(const TriangleMesh& mesh,
                                                                 const TreeOptions& trees = {});
 
-    /// A surface over a regular grid. Says why a mesh is none.
+    /// A surface over a regular grid. Says why a mesh is none. kLimit: more faces than `limits` has corners for.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofHeightField(const TriangleMesh& mesh,
-                                                                                 const TreeOptions& trees = {});
+                                                                                 const TreeOptions& trees = {},
+                                                                                 const TriangleMeshLimits& limits = {});
     /// Solid balls of one radius. As PointSet::make.
     [[nodiscard]] static Expected<std::shared_ptr<CollisionShape>> ofPoints(std::span<const Vec3d> points,
                                                                             double radius,

@@ -59,11 +59,15 @@ Expected<void> saveForeignWall(const ForeignWall& made, const std::string& path)
         return fail(ErrorCode::kFailed, fmt::format("{}: cannot be written: {}", to.string(), reason));
     };
     Wall named = made.wall;
-    for (WallHost& host : named.hosts) {
-        for (TileAssignment& tile : host.tiles) {
-            TileOutput& output = tile.output;
-            for (std::string* name : {&output.warpFile, &output.blendFile})
+    for (WallHost& host : named.hosts)
+        for (TileAssignment& tile : host.tiles)
+            for (std::string* name : {&tile.output.warpFile, &tile.output.blendFile})
                 if (!name->empty()) *name = out.stem().string() + "-" + *name;
+    const Expected<std::string> itself = wallText(named);
+    if (!itself) return failWith(path, itself.error());
+    for (const WallHost& host : named.hosts) {
+        for (const TileAssignment& tile : host.tiles) {
+            const TileOutput& output = tile.output;
             if (output.warp) {
                 const std::string mesh = meshText(*output.warp, static_cast<double>(output.widthPx) / output.heightPx);
                 if (auto ok = write(out.parent_path() / output.warpFile, mesh); !ok) return ok;
@@ -79,7 +83,7 @@ Expected<void> saveForeignWall(const ForeignWall& made, const std::string& path)
             note, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
         text += "# " + note + "\n";
     }
-    return write(out, text + wallText(named));
+    return write(out, text + *itself);
 }
 
 }  // namespace tessera

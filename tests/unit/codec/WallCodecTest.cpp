@@ -231,6 +231,21 @@ TEST(WallText, PointsToThePartThatMakesNoSense) {
                "frame_deadline_ms is");
 }
 
+TEST(WallText, IsUtf8AsHostsAreToldIt) {
+    const Expected<Wall> wall = parseWall(kExample, "some/b\xfftry.wall");
+    ASSERT_TRUE(wall) << wall.error().message;
+    EXPECT_EQ(wall->name, "b?try") << "the file may be called anything";
+    EXPECT_TRUE(decodeWall(encodeWall(*wall)));
+    EXPECT_HAS(errorAfter("hosts { name: \"left\"", "hosts { machine { ssh: \"wall@b\\377d\" } name: \"left\""),
+               "ssh: \"wall@b?d\" is not UTF-8");
+    Wall other = *wall;
+    other.hosts[0].tiles[0].output.warpFile = "b\xff.warp";
+    const Expected<std::string> text = wallText(other);
+    ASSERT_FALSE(text);
+    EXPECT_EQ(text.error().code, ErrorCode::kBadInput);
+    EXPECT_TRUE(parseWall(*wallText(*wall), "try.wall"));
+}
+
 TEST(WallText, RefusesDeepAndLargeText) {
     std::string deep;
     for (int i = 0; i < 100'000; ++i) deep += "hosts{";

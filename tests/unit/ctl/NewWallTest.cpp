@@ -134,7 +134,7 @@ TEST(NewWall, PutsTheWallBeforeTheEyes) {
                   .tiles.size(),
               3u);
     // What a file holds is the wall.
-    EXPECT_EQ(parseWall(wallText(wall), "my.wall")->screens[0].lowerLeft, screen.lowerLeft);
+    EXPECT_EQ(parseWall(*wallText(wall), "my.wall")->screens[0].lowerLeft, screen.lowerLeft);
     const auto large = wallOfPlan(
         planOf({.file = "my.wall",
                 .measures =

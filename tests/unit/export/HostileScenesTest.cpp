@@ -8,6 +8,7 @@
 #include "common/cores/PointLight.h"
 #include "common/cores/Transform.h"
 #include "common/drawable/SceneBounds.h"
+#include "common/export/LeavingPictures.h"
 #include "tests/unit/export/BuiltScene.h"
 #include "tests/unit/export/ExportFixture.h"
 
@@ -338,6 +339,15 @@ TEST(HostileScene, AUsdaOfOursThatSomebodyHasChangedKeepsAllItHas) {
         EXPECT_EQ(box.upper.x(), body.find("translate") == std::string::npos ? 1 : 6);
         EXPECT_EQ(box.lower.x(), body.starts_with("def Xform") ? 5 : 0);
     }
+}
+
+TEST(HostileScene, ImagesThatHaveAnArrayWithoutPixelsAreLeftOut) {
+    Image image;
+    image.widthPx = image.heightPx = 2;
+    image.pixels = Blob::of(std::span<const std::uint8_t>());
+    ExportNotes notes;
+    EXPECT_FALSE(pngOf(image, notes, kRootNode));
+    EXPECT_EQ(notes.lines(Aspect()).size(), 1u);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <random>
 
+#include "common/image/PngRows.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -35,6 +36,19 @@ TEST(Png, BringsEveryPixelAndTheFrameNumberBack) {
     ASSERT_TRUE(decoded) << decoded.error().message;
     EXPECT_EQ(decoded->picture, picture);
     EXPECT_EQ(decoded->frame, 119u);
+}
+
+TEST(Png, IsAsWideAsAllScreensOfTheWidestWallBesideEachOther) {
+    constexpr int kWidthPx = 64 * 65'536;
+    Bytes file;
+    PngRowWriter png(kWidthPx, 1, std::nullopt,
+                     [&](ByteSpan bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); });
+    png.row(std::vector<std::uint8_t>(std::size_t{3} * kWidthPx).data());
+    png.end();
+    constexpr std::size_t kWidthAt = 16;
+    std::uint32_t width = 0;
+    for (std::size_t i = 0; i < 4; ++i) width = width << 8 | std::to_integer<std::uint32_t>(file.at(kWidthAt + i));
+    EXPECT_EQ(width, kWidthPx);
 }
 
 TEST(Png, KeepsTheFrameNumberBesideThePixelsNotInThem) {

@@ -262,6 +262,16 @@ TEST(PairTable, AHeightFieldAnswersAsItsTriangles) {
     EXPECT_GT(met, 20u);
 }
 
+TEST(CollisionShape, AHeightFieldOfMoreFacesThanAMeshHasCornersForIsNone) {
+    Random random(19);
+    const TriangleMesh ground = hills(random, 20, false);
+    const std::size_t corners = 3 * ground.faceCount();
+    EXPECT_TRUE(CollisionShape::ofHeightField(ground, {}, {.maxVertices = corners}));
+    const auto larger = CollisionShape::ofHeightField(ground, {}, {.maxVertices = corners - 1});
+    ASSERT_FALSE(larger);
+    EXPECT_EQ(larger.error().code, ErrorCode::kLimit);
+}
+
 TEST(CollisionShape, AHeightFieldIsMuchSmallerThanItsTree) {
     Random random(19);
     const TriangleMesh ground = hills(random, 100, false);
