@@ -88,8 +88,8 @@ void RigidBodyStage::State::wake(std::vector<SleepingGroup> groups) {
         woken.insert(woken.end(), group.points.begin(), group.points.end());
         for (SleepingGroup::Pair& pair : group.pairs) {
             const std::uint32_t a = frame.findPart(pair.partA), b = frame.findPart(pair.partB);
-            if (a == kNoBody || b == kNoBody || frame.parts[a].body == kNoBody || frame.parts[b].body == kNoBody)
-                continue;
+            // Since they fell asleep they may have become one body, and both may have ceased to be free.
+            if (a == kNoBody || b == kNoBody || !mayMeet(a, b)) continue;
             FrameEncounter e;
             e.partA = a;
             e.partB = b;
@@ -102,6 +102,15 @@ void RigidBodyStage::State::wake(std::vector<SleepingGroup> groups) {
             wokenPairs.push_back(pair.memory);
         }
     }
+}
+
+bool RigidBodyStage::State::wake(std::span<const std::uint64_t> bodies) {
+    std::vector<SleepingGroup> groups;
+    for (const std::uint64_t id : bodies)
+        if (sleepers.asleep(id)) groups.push_back(sleepers.take(id, shapes));
+    const bool any = !groups.empty();
+    wake(std::move(groups));
+    return any;
 }
 
 void RigidBodyStage::State::remember() {

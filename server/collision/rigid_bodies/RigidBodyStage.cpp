@@ -97,12 +97,13 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
     s.narrow.begin(s.frame, {s.gravity, seconds, s.options.slop, s.options.maxTestsPerEncounter, s.workers});
     s.wake(s.sleepers.takeDisturbed(s.frame, s.gravity, s.shapes));
     s.collect(encounters);
-    s.look(work, out);
+    do {
+        s.look(work, out);
+        s.makePoints();
+        s.solve(nullptr);
+    } while (!s.goSafely());
     out.fetched = s.fetched;
     out.motions.resize(bodies.size() + out.fetched.size());
-    s.makePoints();
-    s.solve(nullptr);
-    s.goSafely();
     s.finish(out);
     s.remember();
     s.sleep(out);
@@ -110,6 +111,11 @@ RigidFrame RigidBodyStage::advance(std::span<const RigidBody> bodies, std::span<
     s.lastSeconds = seconds;
     out.contactPoints = s.points.size();
     return out;
+}
+
+bool RigidBodyStage::State::mayMeet(std::uint32_t partA, std::uint32_t partB) const {
+    const std::uint32_t a = frame.parts[partA].body, b = frame.parts[partB].body;
+    return a != kNoBody && b != kNoBody && a != b && (frame.bodies[a].free || frame.bodies[b].free);
 }
 
 void RigidBodyStage::State::collect(std::span<const RigidEncounter> encounters) {
@@ -120,9 +126,7 @@ void RigidBodyStage::State::collect(std::span<const RigidEncounter> encounters) 
         e.partB = frame.partRank[from.partB];
         if (e.partA > e.partB) std::swap(e.partA, e.partB);
         e.law = from.law;
-        const std::uint32_t a = frame.parts[e.partA].body, b = frame.parts[e.partB].body;
-        if (a == kNoBody || b == kNoBody || a == b || !(frame.bodies[a].free || frame.bodies[b].free)) continue;
-        open.push_back(e);
+        if (mayMeet(e.partA, e.partB)) open.push_back(e);
     }
 }
 
@@ -195,10 +199,7 @@ void RigidBodyStage::State::look(QueryWork& work, RigidFrame& out) {
         looked.insert(looked.end(), open.begin(), open.end());
         std::inplace_merge(looked.begin(), looked.begin() + middle, looked.end(), before);
         open.clear();
-        std::vector<SleepingGroup> groups;
-        for (const std::uint64_t id : toWake)
-            if (sleepers.asleep(id)) groups.push_back(sleepers.take(id, shapes));
-        wake(std::move(groups));
+        wake(toWake);
         std::erase_if(idle, [&](const FrameEncounter& e) {
             if (!active(e)) return false;
             open.push_back(e);

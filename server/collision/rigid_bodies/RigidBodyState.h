@@ -60,7 +60,11 @@ struct RigidBodyStage::State {
     std::vector<std::uint64_t> fetched;  // bodies
 
     void collect(std::span<const RigidEncounter> encounters);
+    /// Tells whether the parts are of two bodies and one of them is free: no impulse moves others.
+    [[nodiscard]] bool mayMeet(std::uint32_t partA, std::uint32_t partB) const;
     void wake(std::vector<rigid::SleepingGroup> groups);
+    /// Wakes bodies, and those who sleep with them. False: all were awake.
+    bool wake(std::span<const std::uint64_t> bodies);
     void fetch(std::span<const rigid::SleepingGroup> groups);
     void look(QueryWork& work, RigidFrame& out);
     void recallHints(std::vector<rigid::FrameEncounter>& encounters);
@@ -71,7 +75,9 @@ struct RigidBodyStage::State {
     /// Says whose ways are others now.
     std::vector<bool> solve(const std::vector<bool>* touched);
     void limitReach(std::size_t rank);
-    void goSafely();
+    /// False: something has run into sleepers. They are awake now, and the frame is to be looked at and solved again.
+    [[nodiscard]] bool goSafely();
+    [[nodiscard]] bool wakeWhoIsHit(std::span<const rigid::PathGuard::Hit> hits);
     void makePaths(const std::vector<bool>& of);
     void addPoints(std::span<const rigid::PathGuard::Hit> hits);
     void finish(RigidFrame& out);

@@ -66,8 +66,21 @@ void RigidBodyStage::State::addPoints(std::span<const PathGuard::Hit> hits) {
     }
 }
 
+/// Wakes sleepers that something runs into which does not give way. (Something that does is held by a sleeper, and
+/// wakes it in the next frame, when it presses on it.) False: there are none.
+bool RigidBodyStage::State::wakeWhoIsHit(std::span<const PathGuard::Hit> hits) {
+    std::vector<std::uint64_t> toWake;
+    for (const PathGuard::Hit& hit : hits) {
+        const FrameEncounter& e = looked[hit.encounter];
+        const FrameBody &a = bodyOf(e.partA), &b = bodyOf(e.partB);
+        if (a.asleep && !b.free) toWake.push_back(a.given->id);
+        if (b.asleep && !a.free) toWake.push_back(b.given->id);
+    }
+    return wake(toWake);
+}
+
 /// Nothing gets through anything, also where the points that were foreseen did not hold it.
-void RigidBodyStage::State::goSafely() {
+bool RigidBodyStage::State::goSafely() {
     const std::size_t count = solver.size();
     std::vector<bool> changed(count, true), moves(count), settled(count, false);
     for (std::size_t i = 0; i < count; ++i) {
@@ -84,6 +97,9 @@ void RigidBodyStage::State::goSafely() {
     for (int round = 0;; ++round) {
         std::vector<PathGuard::Hit> hits =
             pathGuard.find(frame, narrow, looked, paths, changed, options.maxTestsPerEncounter, workers);
+        if (round == 0 && wakeWhoIsHit(hits)) return false;
+        // Where neither gives way in this frame there is no island to solve, and no way to cut.
+        std::erase_if(hits, [&](const PathGuard::Hit& hit) { return !anyOf(moves, hit); });
         std::erase_if(left, [&](const PathGuard::Hit& hit) { return anyOf(changed, hit); });
         const auto rest = std::stable_partition(hits.begin(), hits.end(), [&](const PathGuard::Hit& hit) {
             return round < kGuardRounds && !anyOf(settled, hit);
@@ -106,7 +122,7 @@ void RigidBodyStage::State::goSafely() {
         }
         makePaths(changed);
     }
-    if (left.empty()) return;
+    if (left.empty()) return true;
     std::ranges::sort(left, {}, &PathGuard::Hit::encounter);
     pathGuard.cut(frame, narrow, looked, std::move(left), paths, moves, options.maxTestsPerEncounter, workers);
     for (std::size_t i = 0; i < count; ++i)
@@ -114,6 +130,7 @@ void RigidBodyStage::State::goSafely() {
             solver[i].moved = paths[i].moved;
             solver[i].turned = paths[i].turned;
         }
+    return true;
 }
 
 }  // namespace tessera
