@@ -1,0 +1,77 @@
+/// Whatever is done to free bodies, in all pairs of states.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "tests/unit/bodies/Bin.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr std::size_t kEditsOfARun = 1000;
+
+std::size_t runs(std::size_t usual) {
+    const char* const given = std::getenv("TESSERA_RUNS");
+    return given ? std::strtoull(given, nullptr, 10) : usual;
+}
+
+/// Pairs that touch where they stand.
+std::set<std::tuple<ObjectId, ObjectId>> touching(const StepResult& result) {
+    std::set<std::tuple<ObjectId, ObjectId>> out;
+    for (const Contact& contact : result.contacts)
+        if (contact.time == 1) out.emplace(contact.objectA, contact.objectB);
+    return out;
+}
+
+/// Runs of 1000 random edits. Some have a twin of two threads, some a twin that looks at all bodies anew in every
+/// frame: both are one scene, to the bit. In the end a pipeline that sees the scene for the first time finds the same
+/// contacts. The long form has TESSERA_RUNS=300.
+TEST(Bin, LivesThroughRandomEditsInAllPairsOfStates) {
+    std::size_t edits = 0, refused = 0, asleep = 0, frames = 0;
+    Bin::Meetings meetings;
+    std::uint64_t run = 0;
+    forSeeds(runs(2), [&](Random& random) {
+        const std::uint64_t seed = random();
+        Bin bin(seed);
+        std::optional<Bin> twin;
+        if (run % 6 == 1) twin.emplace(seed, BinOptions{.threads = 2});
+        if (run % 6 == 2) twin.emplace(seed, BinOptions{.lookAtAll = true});
+        ++run;
+        for (int frame = 0; bin.edits() < kEditsOfARun; ++frame) {
+            SCOPED_TRACE("frame " + std::to_string(frame));
+            const FrameResult mine = bin.next();
+            bin.expectSound();
+            if (twin) {
+                const FrameResult other = twin->next();
+                EXPECT_EQ(bin.scene().stateHash(), twin->scene().stateHash());
+                EXPECT_EQ(mine.collision.counters.asleep, other.collision.counters.asleep);
+            }
+            if (testing::Test::HasFailure()) return;
+            asleep += mine.collision.counters.asleep > 5;
+            ++frames;
+        }
+        const StepResult now = bin.simulation().step(true, {}).collision;
+        CollisionPipeline fresh;
+        fresh.sceneChanged(bin.scene(), nullptr);
+        EXPECT_EQ(touching(now), touching(fresh.step(bin.scene(), {}, {}, 0)));
+        edits += bin.edits();
+        refused += bin.refused();
+        for (const auto& [pair, count] : bin.meetings()) meetings[pair] += count;
+    });
+    testing::Test::RecordProperty("edits", static_cast<int>(edits));
+    testing::Test::RecordProperty("frames", static_cast<int>(frames));
+    testing::Test::RecordProperty("refused", static_cast<int>(refused));
+    testing::Test::RecordProperty("asleep", static_cast<int>(asleep));
+    testing::Test::RecordProperty("pairs", static_cast<int>(meetings.size()));
+    if (std::getenv("TESSERA_SEED") || testing::Test::HasFailure()) return;
+    EXPECT_LT(3 * refused, edits) << "edits must be made for this to say anything: " << refused << " of " << edits;
+    EXPECT_GT(20 * asleep, frames) << "frames in which bodies sleep";
+    EXPECT_GE(meetings.size() + 4, kBodyStates * (kBodyStates + 1) / 2) << "pairs of states";
+}
+
+}  // namespace
+}  // namespace tessera::test
