@@ -277,23 +277,25 @@ function(tessera_test name folder)
   set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/tests/support/times/measured)
   # What servers leave for their user's programs lies in the build folder.
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
-  set(properties TIMEOUT 200 ENVIRONMENT
-    "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run;TESSERA_NODE_MODULES=${CMAKE_BINARY_DIR}/npm/node_modules")
+  # A list in one property would be taken apart.
+  set(properties TIMEOUT 200 ENVIRONMENT "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run" ENVIRONMENT_MODIFICATION
+    "TESSERA_NODE_MODULES=set:${CMAKE_BINARY_DIR}/npm/node_modules")
   set(discovery TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST)
+  set(alone)
+  if(ARG_SERIAL)
+    set(alone RUN_SERIAL ON)
+  endif()
   if(ARG_PATIENT)
     gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES
       ${properties} RESOURCE_LOCK ${name})
   endif()
   if(ARG_WORLD)
     gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_WORLD}" TEST_LIST ${name}_world PROPERTIES
-      ${properties} LABELS world)
+      ${properties} ${alone} LABELS world)
   endif()
   if(ARG_PATIENT OR ARG_WORLD)
     string(JOIN ":" others ${ARG_PATIENT} ${ARG_WORLD})
     list(APPEND discovery TEST_FILTER "-${others}")
   endif()
-  if(ARG_SERIAL)
-    list(APPEND properties RUN_SERIAL ON)
-  endif()
-  gtest_discover_tests(${name} ${discovery} PROPERTIES ${properties})
+  gtest_discover_tests(${name} ${discovery} PROPERTIES ${properties} ${alone})
 endfunction()

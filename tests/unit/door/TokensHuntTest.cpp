@@ -19,11 +19,11 @@
 #include "common/tls/KeyFolder.h"
 #include "server/door/Gatekeeper.h"
 #include "server/tools/keys/KeyVerbs.h"
+#include "tests/property/Seeds.h"
 
 namespace tessera {
 namespace {
 
-using Random = std::mt19937_64;
 using Hours = std::chrono::duration<double, std::ratio<3600>>;
 
 constexpr std::uint64_t kSome = 40;  ///< histories of a test that has little time
@@ -35,10 +35,6 @@ std::vector<std::uint64_t> seeds() {
     std::vector<std::uint64_t> all(runs ? std::strtoull(runs, nullptr, 10) : kSome);
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i + 1;
     return all;
-}
-
-std::size_t below(Random& random, std::size_t count) {
-    return random() % count;
 }
 
 constexpr std::array kRoles{Role::kViewer, Role::kEditor, Role::kOperator};

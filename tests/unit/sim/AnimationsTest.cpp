@@ -143,6 +143,53 @@ TEST(Animations, PauseSeekSpeedAndModesAreFieldsLikeOthers) {
     EXPECT_LT(placeOf(simulation.scene(), "/crane").x(), 6 * 0.6) << "on the way back";
 }
 
+TEST(Animations, OneThatIsPausedHasTheTimeOfThePictureThatIsShown) {
+    for (const bool byHand : {false, true}) {
+        Simulation simulation = playing(animatedScene(false));
+        frames(simulation, 7);
+        if (byHand) {  // on the lamp, which leaves the crane where the animation has led it
+            ChangeListBuilder bright;
+            setField<&PointLight::intensity>(bright, coreAt(simulation, "/lamp"), 9.0f);
+            (void)simulation.step(false, one(bright.take()));
+        } else {
+            setTake<&Animation::playing>(simulation, false);
+        }
+        ASSERT_FALSE(take(simulation).playing);
+        const double told = take(simulation).time;
+        EXPECT_NEAR(placeOf(simulation.scene(), "/crane").x(), 6 * told, 1e-12) << byHand;
+        EXPECT_NEAR(lamp(simulation), byHand ? 9 : 1 + 2 * told, 1e-6) << "the hand's value stays";
+        frames(simulation, 3);
+        EXPECT_EQ(take(simulation).time, told);
+        EXPECT_NEAR(placeOf(simulation.scene(), "/crane").x(), 6 * told, 1e-12) << byHand;
+        EXPECT_NEAR(lamp(simulation), byHand ? 9 : 1 + 2 * told, 1e-6);
+    }
+}
+
+TEST(Animations, OneThatIsPausedInItsFirstFrameIsShownWhereItIsSought) {
+    Simulation simulation = playing(animatedScene(false));
+    setTake<&Animation::playing>(simulation, false);
+    setTake<&Animation::time>(simulation, 0.0);  // as it was when the pause came
+    frames(simulation, 2);
+    EXPECT_EQ(take(simulation).time, 0);
+    EXPECT_EQ(placeOf(simulation.scene(), "/crane").x(), 0);
+    EXPECT_EQ(lamp(simulation), 1);
+}
+
+TEST(Animations, OneThatIsPausedAndSoughtInOneFrameStandsWhereItWasSought) {
+    for (const bool toWhereItIs : {false, true}) {
+        Simulation simulation = playing(animatedScene(false));
+        frames(simulation, 7);
+        const double wanted = toWhereItIs ? take(simulation).time : 0.75;
+        ChangeListBuilder builder;
+        setField<&Animation::playing>(builder, coreAt(simulation, "/take"), false);
+        setField<&Animation::time>(builder, coreAt(simulation, "/take"), wanted);
+        (void)simulation.step(false, one(builder.take()));
+        frames(simulation, 1);
+        EXPECT_EQ(take(simulation).time, wanted);
+        EXPECT_NEAR(placeOf(simulation.scene(), "/crane").x(), 6 * wanted, 1e-12);
+    }
+}
+
 TEST(Animations, AWayBackThatIsLongerThanTimesGoEndsWhereTheyEnd) {
     ListMaker make;
     const ObjectId place = make.transform(Vec3d::Zero());
