@@ -4,6 +4,8 @@
 #include <csignal>
 #include <filesystem>
 
+#include <fmt/format.h>
+
 #include "tests/unit/journal/KeptShow.h"
 
 namespace tessera {
