@@ -6,9 +6,9 @@
 
 #include <array>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 
+#include "common/base/Channel.h"
 #include "common/base/JournalStream.h"
 #include "common/tls/KeyFolder.h"
 #include "server/panel/Panel.h"
@@ -63,7 +63,6 @@ void Entrance::setFiles(std::shared_ptr<UploadFolder> uploads,
 }
 
 void Entrance::open(const Address& server) {
-    const std::scoped_lock hold(turn_);
     if (console_) openDoor(server);
     std::optional<Address> console = door_ ? std::optional(door_->address()) : std::nullopt;
     if (console) console->host = nearHost(console->host);
@@ -94,7 +93,6 @@ void Entrance::openDoor(const Address& server) {
 }
 
 void Entrance::describe(const std::string& group) const {
-    const std::scoped_lock hold(turn_);
     print();
     if (!group.empty()) fmt::print("token file for the group {}: {}\n", group, tokens_.path());
 }
@@ -113,18 +111,13 @@ void Entrance::print() const {
 
 void Entrance::keepWatch(const std::stop_token& done, FrameLoop& loop) {
     constexpr std::chrono::milliseconds kBetweenLooks{250};
-    std::condition_variable_any clock;
-    std::mutex unused;
-    std::unique_lock waiting(unused);
-    for (std::string fault; !done.stop_requested();) {
-        fault = look(loop, fault);
-        clock.wait_for(waiting, done, kBetweenLooks, [] { return false; });
-    }
+    Channel<bool> end(1);
+    const std::stop_callback wake(done, [&] { end.close(); });
+    for (std::string fault; !end.closed(); (void)end.popFor(kBetweenLooks)) fault = look(loop, fault);
 }
 
 /// Returns what is wrong with what ends tokens, which is said once; empty: nothing.
 std::string Entrance::look(FrameLoop& loop, const std::string& lastFault) {
-    const std::scoped_lock hold(turn_);
     const std::string before = tokens_.tokens().of(Role::kOperator);
     const Expected<bool> looked = tokens_.look();
     const std::string fault = looked ? std::string() : looked.error().message;

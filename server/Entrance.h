@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -13,7 +12,6 @@
 #include "common/access/ServerTokens.h"
 #include "common/base/AccessToken.h"
 #include "common/base/Log.h"
-#include "common/net/Transport.h"
 #include "server/door/Door.h"
 #include "server/door/UploadFolder.h"
 #include "server/sim/FrameLoop.h"
@@ -35,7 +33,7 @@ struct ServedPanel {
 /// The ways into a server on its machine: its tokens, where its user's programs find them, and the console.
 ///
 /// Tokens serve for one protection (`WallProtection`). Where it changes, also while the server runs, all are new.
-/// `keepWatch` may run on a thread of its own beside the other functions.
+/// Not thread-safe. `keepWatch` may have a thread of its own once nobody calls anything else.
 class Entrance {
 public:
     /// `console`: none is wanted.
@@ -63,7 +61,6 @@ private:
 
     std::optional<Address> console_;
     DoorReach reach_;
-    mutable std::mutex turn_;  ///< of what stands below
     std::vector<ServedPanel> panels_;
     std::string wall_;
     std::shared_ptr<UploadFolder> uploads_;

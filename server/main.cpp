@@ -231,10 +231,12 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
     options.access = entrance.tokens();
     options.owner = nameOfUser();
     options.onBound = [&](const Address& bound) { entrance.open(bound); };
+    std::function<void()> keepWatch;
     options.onListening = [&](const Address& bound) {
         fmt::print("tessera-server: listening on {}\n", toString(bound));
         entrance.describe(arguments.group);
         std::fflush(stdout);
+        keepWatch();
         // Hosts may dial in. A long scene still loads: the wall waits, and no unit that needs this one has to.
         arguments.service->ready();
     };
@@ -272,7 +274,8 @@ Expected<void> serve(const Arguments& arguments, const std::string& executable, 
         while (!done.stop_requested())
             if (sigwaitinfo(&signals, nullptr) > 0) loop.stop();
     });
-    const std::jthread keeper([&](const std::stop_token& done) { entrance.keepWatch(done, loop); });
+    std::jthread keeper;
+    keepWatch = [&] { keeper = std::jthread([&](const std::stop_token& done) { entrance.keepWatch(done, loop); }); };
     return loop.run();
 }
 

@@ -136,8 +136,8 @@ class Tunnel(unittest.TestCase):
     def test_a_wrong_token_is_refused_in_the_console_s_words(self):
         with Live() as live:
             link = live.link()
-            with self.assertRaisesRegex(tessera.Refused, "the console at http://[0-9.:]+ refuses: the token is not this "
-                                        "server.s, or has ended"):
+            refused = "the console at http://[0-9.:]+ refuses: the token is not this server.s, or has ended"
+            with self.assertRaisesRegex(tessera.Refused, refused):
                 self.connect(link.rpartition("=")[0] + "=" + WORD)
             with self.assertRaisesRegex(tessera.NetworkError, "is no console of Tessera.*tessera-ctl link"):
                 self.connect(f"http://{live.address}/?token={WORD}")  # where programs dial in without a console

@@ -64,8 +64,9 @@ std::optional<JournalEnd> endIn(std::string_view text) {
 }  // namespace
 
 LastLog::~LastLog() {
-    if (file_ >= 0) disk_->calls().close(file_);
-    if (next_ >= 0) disk_->calls().close(next_);
+    const OpenFiles files = files_.copy();
+    if (files.now >= 0) disk_->calls().close(files.now);
+    if (files.next >= 0) disk_->calls().close(files.next);
 }
 
 std::string LastLog::unfinished() const {
@@ -77,15 +78,21 @@ std::string LastLog::cure(std::uint64_t log) const {
 }
 
 Expected<std::optional<JournalEnd>> LastLog::read() const {
-    const std::scoped_lock lock(mutex_);
-    const Expected<RecordSource> source = RecordSource::open(path_);
-    std::error_code unknown;
-    if (!source && !std::filesystem::exists(path_, unknown)) return std::optional<JournalEnd>();
-    if (!source) return failWith(path_, source.error());
-    constexpr std::uint64_t kMostBytes = 512;
-    const Expected<Bytes> bytes = source->read(0, std::min(source->size(), kMostBytes));
-    if (!bytes) return failWith(path_, bytes.error());
-    std::optional<JournalEnd> end = endIn(asText(*bytes));
+    const auto bytesOf = [&]() -> Expected<std::optional<Bytes>> {
+        const Expected<RecordSource> source = RecordSource::open(path_);
+        std::error_code unknown;
+        if (!source && !std::filesystem::exists(path_, unknown)) return std::optional<Bytes>();
+        if (!source) return failWith(path_, source.error());
+        constexpr std::uint64_t kMostBytes = 512;
+        Expected<Bytes> bytes = source->read(0, std::min(source->size(), kMostBytes));
+        if (!bytes) return failWith(path_, bytes.error());
+        return std::optional(std::move(*bytes));
+    };
+    // Nobody writes over it meanwhile.
+    const Expected<std::optional<Bytes>> bytes = files_.with([&](OpenFiles&) { return bytesOf(); });
+    if (!bytes) return tl::unexpected(bytes.error());
+    if (!*bytes) return std::optional<JournalEnd>();
+    std::optional<JournalEnd> end = endIn(asText(**bytes));
     if (end) return end;
     return fail(ErrorCode::kBadInput,
                 fmt::format("{}: it is damaged: it names no log. Put back a copy of it; or, to go on with the logs "
@@ -94,8 +101,13 @@ Expected<std::optional<JournalEnd>> LastLog::read() const {
 }
 
 Expected<void> LastLog::prepare(std::uint64_t log, std::uint64_t bytes) {
-    drop();
-    const std::scoped_lock lock(mutex_);
+    const int error = files_.with([&](OpenFiles& files) { return make(files, log, bytes); });
+    if (error == 0) return {};
+    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished(), std::strerror(error)));
+}
+
+int LastLog::make(OpenFiles& files, std::uint64_t log, std::uint64_t bytes) {
+    drop(files);
     FileSystem& calls = disk_->calls();
     const std::string line = lineOf({.log = log, .extent = JournalEnd::Extent{bytes, bytes, calls.boot()}});
     int made = -1;
@@ -104,42 +116,44 @@ Expected<void> LastLog::prepare(std::uint64_t log, std::uint64_t bytes) {
     if (error == 0) error = disk_->sync(made);
     if (made >= 0) calls.close(made);
     // A file that is opened to be appended to cannot be written over.
-    if (error == 0) error = calls.open(unfinished(), next_);
-    nextLog_ = log;
-    if (error == 0) return {};
-    (void)calls.remove(unfinished());
-    return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished(), std::strerror(error)));
+    if (error == 0) error = calls.open(unfinished(), files.next);
+    files.nextLog = log;
+    if (error != 0) (void)calls.remove(unfinished());
+    return error;
 }
 
 void LastLog::taken() {
-    const std::scoped_lock lock(mutex_);
-    if (file_ >= 0) disk_->calls().close(file_);
-    file_ = std::exchange(next_, -1);
-    log_ = nextLog_;
+    files_.with([&](OpenFiles& files) {
+        if (files.now >= 0) disk_->calls().close(files.now);
+        files.now = std::exchange(files.next, -1);
+        files.log = files.nextLog;
+    });
 }
 
 void LastLog::drop() {
-    const std::scoped_lock lock(mutex_);
-    if (next_ < 0) return;
-    disk_->calls().close(std::exchange(next_, -1));
+    files_.with([&](OpenFiles& files) { drop(files); });
+}
+
+void LastLog::drop(OpenFiles& files) {
+    if (files.next < 0) return;
+    disk_->calls().close(std::exchange(files.next, -1));
     (void)disk_->calls().remove(unfinished());
 }
 
 int LastLog::say(std::uint64_t written, std::uint64_t synced) {
-    const std::scoped_lock lock(mutex_);
-    const std::string line =
-        lineOf({.log = log_, .extent = JournalEnd::Extent{written, synced, disk_->calls().boot()}});
-    return disk_->calls().overwrite(file_, asBytes(std::string_view(line)));
+    return files_.with([&](const OpenFiles& files) {
+        const std::string line =
+            lineOf({.log = files.log, .extent = JournalEnd::Extent{written, synced, disk_->calls().boot()}});
+        return disk_->calls().overwrite(files.now, asBytes(std::string_view(line)));
+    });
 }
 
 int LastLog::sync() {
-    const std::scoped_lock lock(mutex_);
-    return disk_->sync(file_);
+    return files_.with([&](const OpenFiles& files) { return disk_->sync(files.now); });
 }
 
 bool LastLog::isThere() const {
-    const std::scoped_lock lock(mutex_);
-    return file_ < 0 || standsFor(path_, file_, 0);
+    return files_.with([&](const OpenFiles& files) { return files.now < 0 || standsFor(path_, files.now, 0); });
 }
 
 }  // namespace tessera

@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "common/base/Error.h"
+#include "common/base/Guarded.h"
 #include "server/sim/journal/JournalDisk.h"
 
 namespace tessera {
@@ -58,11 +58,17 @@ public:
     [[nodiscard]] std::string cure(std::uint64_t log) const;
 
 private:
+    /// The file, and the one that is to take its place; -1: none.
+    struct OpenFiles {
+        int now = -1, next = -1;
+        std::uint64_t log = 0, nextLog = 0;
+    };
+    void drop(OpenFiles& files);
+    [[nodiscard]] int make(OpenFiles& files, std::uint64_t log, std::uint64_t bytes);
+
     std::string path_;
     std::shared_ptr<JournalDisk> disk_;
-    mutable std::mutex mutex_;
-    int file_ = -1, next_ = -1;
-    std::uint64_t log_ = 0, nextLog_ = 0;
+    mutable Guarded<OpenFiles> files_;
 };
 
 }  // namespace tessera
