@@ -147,6 +147,7 @@ ROWS = {
     # ------------------------------------------------------------------ programs of tests, by themselves
     "TESSERA_SAY=1 build/bin/unit_geometry --gtest_filter=EarClipping.*": Row(
         "Tests", "TESSERA_SAY=1 $BUILT/bin/unit_geometry --gtest_filter='EarClipping.*'", says=RAN),
+    "TESSERA_RUNS=300 build/bin/unit_bodies": Row("Tests", "TESSERA_RUNS=1 $BUILT/bin/unit_bodies", says=RAN),
     "build/bin/fuzz_lists tests/fuzz/corpus/lists": Row("Tests", "$BUILT/bin/fuzz_lists tests/fuzz/corpus/lists"),
     "TESSERA_SEED=44 ./bin/sim_cluster --gtest_filter=ClusterSimulation.KeepsItsLawsWhereEverybodyWaits": Row(
         "Tests", "cd $BUILT && TESSERA_SEED=44 ./bin/sim_cluster "
