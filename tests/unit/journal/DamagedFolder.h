@@ -135,7 +135,7 @@ public:
             done += fmt::format("{} {} bytes at {} of {}; ", what, bytes, at, name);
             hit.insert(name);
         };
-        switch (below(random, 14)) {
+        switch (below(random, 15)) {
             case 0:
             case 1:
                 say("zeroed");
@@ -188,10 +188,17 @@ public:
                 file.replace(at, file.size() - at, file.size() - at, '\0');
                 return;
             case 11:
-                say("its own sector appended");
-                file += file.substr(at, bytes);
+            case 12: {  // as a kill leaves a record under way
+                const auto newest = std::find_if(files.rbegin(), files.rend(), [](const auto& entry) {
+                    return entry.first.starts_with("log-") && entry.first.find('.') == std::string::npos;
+                });
+                if (newest == files.rend()) return;
+                done += fmt::format("{} of its own bytes at the end of {}; ", sector, newest->first);
+                hit.insert(newest->first);
+                newest->second += newest->second.substr(placeIn(random, newest->second, sector), sector);
                 return;
-            case 12:
+            }
+            case 13:
                 say("removed");
                 files.erase(name);
                 return;
