@@ -1,10 +1,12 @@
 """`tessera-ctl top`, `watch`, `trace` and `view --by` on a wall of several hosts, one of which is killed and comes
 back."""
+import contextlib
 import fcntl
 import json
 import os
 import pathlib
 import pty
+import queue
 import re
 import select
 import signal
@@ -12,6 +14,7 @@ import struct
 import subprocess
 import tempfile
 import termios
+import threading
 import time
 import unittest
 
@@ -88,22 +91,27 @@ class Watching(unittest.TestCase):
 
     def test_watch_tells_what_happens(self):
         watch = self.started("--json", "watch", stdout=subprocess.PIPE)
-        told = []
+        lines = queue.Queue()
+        threading.Thread(target=lambda: [lines.put(json.loads(line)) for line in watch.stdout], daemon=True).start()
 
-        def until(kind, words):
-            while not told or told[-1]["kind"] != kind or words not in told[-1]["text"]:
-                self.assertTrue(select.select([watch.stdout], [], [], PATIENCE)[0], f"{words}: not among {told}")
-                told.append(json.loads(watch.stdout.readline()))
-            return told[-1]
+        def until(kind, words, patience=PATIENCE):
+            while True:
+                told = lines.get(timeout=patience)
+                if told["kind"] == kind and words in told["text"]:
+                    return told
 
         def next_frames():
             for _ in zip(range(3), self.wall.follow("frames", timeout=PATIENCE)):
                 pass
 
-        next_frames()
-        with self.live.connect(name="a guest"):
-            came = until("person", "came")
-            self.assertEqual((came["what"], came["program"], came["role"]), ("came", "a guest", "operator"))
+        # Nothing tells when it has begun to listen: guests come until it tells of one.
+        came, end = None, time.monotonic() + PATIENCE
+        while came is None and time.monotonic() < end:
+            with self.live.connect(name="a guest"):
+                next_frames()
+            with contextlib.suppress(queue.Empty):
+                came = until("person", "came", patience=0.1)
+        self.assertEqual((came["what"], came["program"], came["role"]), ("came", "a guest", "operator"))
         until("person", "went")
         self.wall["/row"].translation = (1, 2, 3)
         edited = until("edit", "row")
