@@ -1,4 +1,4 @@
-/// Who comes in on the server's machine, and by its console.
+/// The ways into a server on its machine: its user's programs, and the console.
 #pragma once
 
 #include <functional>
@@ -42,7 +42,7 @@ public:
 
     /// Before anybody is told of them.
     [[nodiscard]] const AccessTokens& tokens() const { return tokens_.tokens(); }
-    /// Of the console that is opened afterwards.
+    /// Sets the folder of uploads for the console that is opened afterwards.
     void setFiles(std::shared_ptr<UploadFolder> uploads,
                   std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile);
     /// Opens the console, before anybody can dial in: who does finds the tokens. The wall goes on where there is none.

@@ -65,7 +65,7 @@ struct ServerMeant {
 /// not running now (`WallProtection`). Returns the ones that run.
 [[nodiscard]] Expected<std::vector<LocalWall>> endLocalLinks();
 
-/// What a server asks for where it takes its place.
+/// A server's wishes for its place among the walls of this machine.
 struct LocalWallWish {
     std::string wall;
     std::string listen;           ///< as it was said

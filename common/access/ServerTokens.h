@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// What a server's tokens depend on.
+/// The things that a server's tokens depend on.
 struct ServerTokensOptions {
     std::string wall;
     std::string listen;                           ///< as it was said

@@ -117,7 +117,7 @@ TEST_F(LocalLinks, OfAChosenTokenEndWithItsProtection) {
     // Where another server of the wall listens there is another file, which says nothing of it.
     start(keys, kChosen + "2", "0.0.0.0:7000");
     EXPECT_FALSE(mayBeGiven(keys, kChosen));
-    // What has ended stays so, whoever starts in between.
+    // A token that has ended stays so, whoever starts in between.
     start(keys);
     EXPECT_FALSE(mayBeGiven(keys, kChosen));
     EXPECT_FALSE(mayBeGiven(insecure, kChosen));

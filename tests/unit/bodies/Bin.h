@@ -44,7 +44,7 @@ private:
     struct Thing {
         ObjectId object, node, transform;
     };
-    /// What a hand leads from frame to frame.
+    /// The bodies that a hand leads from frame to frame.
     struct Drag {
         ObjectId node;
         NodeMove by;

@@ -1,4 +1,4 @@
-/// Which random edits there are.
+/// The random edits.
 #include <algorithm>
 #include <limits>
 

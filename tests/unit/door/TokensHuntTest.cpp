@@ -331,7 +331,7 @@ private:
         return {.folder = folder, .authority = authorityOf_[folder], .revoked = revokedIn_[folder]};
     }
 
-    /// What a server of the wall that listened there has left.
+    /// Tokens that a server of the wall that listened there has left.
     struct ModelPlace {
         std::optional<ModelProtection> protection;
         int generation = 0, operators = 0;
