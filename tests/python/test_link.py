@@ -120,6 +120,37 @@ class Strangers(unittest.TestCase):
             connection.sendall(data)
         self.refused(damaged, tessera.NetworkError, "checksum is wrong")
 
+    def test_what_a_server_said_last_is_told_where_it_takes_nothing_more(self):
+        for message in ("Request", "Heartbeat"):
+            said, broken = threading.Event(), threading.Event()
+
+            def last_words(connection, said=said):
+                welcome(connection)
+                hear(connection)
+                say(connection, "Refused", code=3, reason="your token has ended")
+                connection.close()
+                said.set()
+
+            with (Stranger(last_words) as stranger,
+                  tessera.connect(stranger.address, timeout=PATIENCE, redial=0) as wall):
+                link = wall._link
+                read, send = link._channel.some, link._send
+
+                def some(into, read=read, broken=broken):
+                    return read(into) if broken.is_set() else None  # it lies unread
+
+                def sent(channel, name, *rest, send=send, message=message, said=said, broken=broken):
+                    if name != message or not said.is_set():
+                        return send(channel, name, *rest)
+                    broken.set()
+                    raise BrokenPipeError("a test")
+
+                with mock.patch.object(link._channel, "some", some), mock.patch.object(link, "_send", sent):
+                    link.say("Heartbeat", {})
+                    self.assertTrue(said.wait(PATIENCE))
+                    with self.assertRaisesRegex(tessera.NetworkError, "ended: your token has ended"):
+                        wall.status()
+
     def test_an_answer_that_does_not_come(self):
         with Stranger(welcome) as stranger, tessera.connect(stranger.address, timeout=0.2) as wall:
             with self.assertRaisesRegex(tessera.Timeout, "did not answer within 0.2 s"):

@@ -143,9 +143,9 @@ class Link:
             except Timeout:
                 channel.abort()  # a message was cut off
                 raise
-            except OSError as error:
+            except OSError:
+                # Why it ended may lie unread: whoever reads comes to the end, and settles the future.
                 channel.abort()
-                raise NetworkError(f"the connection to the server at {self.address} broke: {error}") from None
         finally:
             self._sending.release()
         return future
@@ -389,6 +389,10 @@ class Link:
             now_ns = int(now * 1e9)
             self._send(channel, "Heartbeat", encode_message(self.schema.messages["Heartbeat"], {
                 "sent_at_ns": now_ns, "echo_ns": echo, "held_ns": now_ns - at if echo else 0}), now + self.timeout)
+        except Timeout:
+            raise
+        except OSError:
+            channel.abort()  # and then reads why
         finally:
             self._sending.release()
 
