@@ -224,7 +224,9 @@ TEST_F(NewFileTest, AFolderThatIsLockedOrGoneIsNamed) {
     // No folder is locked for root, who is another user meanwhile.
     constexpr ::uid_t kNobody = 65534;
     const ::uid_t user = ::geteuid();
-    if (user == 0) ASSERT_EQ(::seteuid(kNobody), 0);
+    if (user == 0) {
+        ASSERT_EQ(::seteuid(kNobody), 0);
+    }
     const std::string said = put(path("file"), "x");
     ASSERT_EQ(::seteuid(user), 0);
     ASSERT_EQ(::chmod(path("").c_str(), 0700), 0);

@@ -35,7 +35,7 @@ ObjectId addGeometry(ChangeListBuilder& list, ObjectId id, const Vec3d& size) {
 }  // namespace
 
 Bin::Bin(std::uint64_t seed, BinOptions options)
-    : random_(seed), options_(options), simulation_({.threads = options.threads}) {
+    : random_(seed), options_(options), simulation_({.threads = options.threads, .collision = limits()}) {
     build();
     (void)simulation_.step(true, {});
     quiet_ = oneIn(random_, 4) ? 0 : kSettling;

@@ -27,6 +27,9 @@ class Bin {
 public:
     explicit Bin(std::uint64_t seed, BinOptions options = {});
 
+    /// All contacts of a crowded bin are listed.
+    [[nodiscard]] static CollisionLimits limits() { return {.maxContacts = 1'000'000}; }
+
     /// A frame with some random edits, or with none while the bodies come to rest.
     FrameResult next();
 
