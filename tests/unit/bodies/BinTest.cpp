@@ -27,7 +27,8 @@ std::size_t runs(std::size_t usual) {
 std::set<std::string> touching(const StepResult& result, bool whereTheyStand) {
     std::set<std::string> out;
     for (const Contact& contact : result.contacts)
-        if (contact.time == 1 || !whereTheyStand) out.insert(fmt::format("{} {}", contact.objectA.value, contact.objectB.value));
+        if (contact.time == 1 || !whereTheyStand)
+            out.insert(fmt::format("{} {}", contact.objectA.value, contact.objectB.value));
     return out;
 }
 
@@ -70,7 +71,8 @@ TEST(Bin, LivesThroughRandomEditsInAllPairsOfStates) {
         pipeline.sceneChanged(bin.scene(), nullptr);
         const StepResult fresh = pipeline.step(bin.scene(), {}, {}, 0);
         EXPECT_EQ(now.counters.contactsLeftOut + fresh.counters.contactsLeftOut, 0u);
-        EXPECT_EQ(without(touching(fresh, true), touching(now, false)), "") << "touch in a pipeline that is new to them";
+        EXPECT_EQ(without(touching(fresh, true), touching(now, false)), "")
+            << "touch in a pipeline that is new to them";
         EXPECT_EQ(without(touching(now, true), touching(fresh, true)), "") << "do not touch in a new pipeline";
         edits += bin.edits();
         refused += bin.refused();
