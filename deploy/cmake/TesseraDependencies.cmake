@@ -41,7 +41,7 @@ if(TESSERA_BUILD_TESTS)
   include(GoogleTest)
 endif()
 
-# Boost is used for Asio alone, header-only, and only by common/net. 1.74's coroutines fail under clang 14.
+# Boost, header-only: Asio, Beast and whole numbers (dependencies.md). 1.74's coroutines fail under clang 14.
 set(boost_candidates ${TESSERA_BOOST_INCLUDE} /usr/include)
 foreach(candidate ${boost_candidates})
   if(EXISTS ${candidate}/boost/version.hpp AND NOT TARGET tessera_boost)

@@ -11,7 +11,7 @@ namespace tessera {
 
 struct ExactDescent {
     bool apart = false;
-    /// Not settled in kMaxExactSteps: coordinates out of the range in which the arithmetic is exact.
+    /// Not settled in kMaxExactSteps.
     bool gaveUp = false;
     /// The simplex at the end, affinely independent. Touching: the origin is in it, and is the sum of its points
     /// times these weights. Apart, and the nearest was asked for: the nearest point is in it.
@@ -27,7 +27,8 @@ inline constexpr int kMaxExactSteps = 2'000;
 ///
 /// Each step lowers the distance of the simplex from the origin, strictly, and there are finitely many simplices, so it
 /// ends whatever the points are: in one plane, on one line, equal. The nearest part of a simplex is found by Johnson's
-/// sub-algorithm (Gilbert, Johnson and Keerthi 1988), which in exact arithmetic has none of its troubles.
+/// sub-algorithm (Gilbert, Johnson and Keerthi 1988), which in exact arithmetic has none of its troubles. Any finite
+/// coordinates will do: where products of sums of doubles would underflow, whole numbers of any length are taken.
 [[nodiscard]] ExactDescent descendExactly(std::span<const Vec3d> a, std::span<const Vec3d> b,
                                           std::span<const VertexPair> hints, bool nearest);
 

@@ -81,8 +81,9 @@ private:
         const Vec3d most(ab.y() * ac.z() + ab.z() * ac.y(), ab.z() * ac.x() + ab.x() * ac.z(),
                          ab.x() * ac.y() + ab.y() * ac.x());
         const double origin = -n.dot(a), other = n.dot(d - a);
-        const double doubtOfOrigin = 24 * exact::kRounding * most.dot(size);
-        const double doubtOfOther = 24 * exact::kRounding * most.dot(d.cwiseAbs() + size);
+        constexpr double kTiny = std::numeric_limits<double>::min();  // products may lose all that is smaller
+        const double doubtOfOrigin = 24 * exact::kRounding * most.dot(size) + kTiny;
+        const double doubtOfOther = 24 * exact::kRounding * most.dot(d.cwiseAbs() + size) + kTiny;
         return (origin > doubtOfOrigin && other > doubtOfOther) || (-origin > doubtOfOrigin && -other > doubtOfOther);
     }
 

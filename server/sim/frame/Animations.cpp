@@ -69,6 +69,7 @@ void Animations::update(const Aspect& scene, const ChangeList* list) {
         playing_.clear();
         shownOnce_.clear();
         carriedOn_.clear();
+        held_.clear();
         byTarget_.clear();
         std::vector<ObjectId> animations;
         for (const ObjectId id : scene.ids()) {
@@ -98,6 +99,7 @@ void Animations::update(const Aspect& scene, const ChangeList* list) {
     }
     for (const ObjectId id : animations) lookAt(scene, id);
     for (const ObjectId id : sought) {
+        held_.erase(id);
         if (carriedOn_.erase(id) != 0) continue;
         if (const Animation* animation = scene.get<Animation>(id);
             animation && !animation->playing && !fresh.contains(id))
@@ -154,6 +156,7 @@ void Animations::standStill(ObjectId id, Known& known) {
 void Animations::forget(ObjectId id) {
     frames_.erase(id);
     shownOnce_.erase(id);
+    held_.erase(id);
     const auto found = known_.find(id);
     if (found == known_.end()) return;
     standStill(id, found->second);
@@ -189,6 +192,7 @@ AnimationWishes Animations::advance(const Aspect& scene, double seconds) {
                     transform.animations.push_back(id);
                 continue;
             }
+            if (held_.contains(id)) continue;  // `hear` sets it once nothing is stopped
             // Of an animation that stands and one that plays the later one decides too.
             values.erase({frames.target, track.field().id});
             std::optional<AnimatedValue> value = newValue(target, track.field(), track.valueOf(numbers));
@@ -252,11 +256,38 @@ void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeLis
     for (const AnimationStep& went : steps_) {
         const Animation* now = scene.get<Animation>(went.animation);
         // A hand may have set its time, even to the one that it had.
-        if (!now || now->time != went.from || now->time == went.time || shownOnce_.contains(went.animation) ||
-            outcome.stopped.contains(went.animation))
+        if (!now || now->time != went.from || now->time == went.time || shownOnce_.contains(went.animation)) {
+            held_.erase(went.animation);
             continue;
-        list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
-        if (!now->playing) carriedOn_.insert(went.animation);
+        }
+        if (outcome.stopped.contains(went.animation)) {
+            if (held_.insert(went.animation).second) setValues(scene, went.animation, went.from, went.time, list);
+        } else {
+            if (held_.contains(went.animation)) setValues(scene, went.animation, went.time, went.from, list);
+            list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
+            if (!now->playing) carriedOn_.insert(went.animation);
+        }
+        if (!now->playing || !outcome.stopped.contains(went.animation)) held_.erase(went.animation);
+    }
+}
+
+void Animations::setValues(const Aspect& scene, ObjectId id, double time, double now, ChangeListBuilder& list) const {
+    const Known& known = known_.at(id);
+    const std::int64_t mode = scene.get<Animation>(id)->mode;
+    for (const ObjectId channel : known.channels) {
+        if (!frames_.at(channel).sound) continue;
+        const KeyFrames& frames = *scene.get<KeyFrames>(channel);
+        const Object target = scene.find(frames.target);
+        const KeyTrack track = KeyTrack::ofSound(frames, target.info());
+        if (isPoseOf(track)) continue;
+        const auto valueAt = [&](double at) {
+            return newValue(target, track.field(), track.valueOf(track.at(shownTime(at, known.last, mode))));
+        };
+        if (valueAt(now)) continue;  // somebody else has written it
+        std::optional<AnimatedValue> value = valueAt(time);
+        if (!value) continue;
+        value->object = frames.target;
+        addTo(list, *value);
     }
 }
 

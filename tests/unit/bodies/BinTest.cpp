@@ -23,11 +23,16 @@ std::size_t runs(std::size_t usual) {
     return given ? std::strtoull(given, nullptr, 10) : usual;
 }
 
+/// Whether numbers there tell a body's parts apart: beyond, rounding decides who touches.
+bool isNear(const Contact& contact) {
+    return contact.point.cwiseAbs().maxCoeff() < 1e9;
+}
+
 /// Pairs that touch, all or where they stand: not at what stopped them on their way there.
 std::set<std::string> touching(const StepResult& result, bool whereTheyStand) {
     std::set<std::string> out;
     for (const Contact& contact : result.contacts)
-        if (contact.time == 1 || !whereTheyStand)
+        if (isNear(contact) && (contact.time == 1 || !whereTheyStand))
             out.insert(fmt::format("{} {}", contact.objectA.value, contact.objectB.value));
     return out;
 }

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
 #include "server/collision/convex/ConvexQuery.h"
 #include "tests/unit/convex/ConvexShapes.h"
 #include "tests/unit/convex/IntegerOracle.h"
@@ -87,6 +90,85 @@ TEST(HullsTouching, AgreesWithAllTriplesOfSmallIntegers) {
     EXPECT_LT(met, kTrials * 4 / 5);
     EXPECT_GT(flat, kTrials / 5);
     EXPECT_GT(exact, kTrials / 20) << "cases that rounding could not decide";
+}
+
+/// Axes times powers of two, as different as coordinates may be: that moves no body through another one.
+TEST(HullsTouching, AgreesWithIntegersHoweverFarApartTheAxesAreScaled) {
+    int met = 0, exact = 0;
+    constexpr int kTrials = 6000;
+    for (int seed = 0; seed < kTrials; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(static_cast<std::uint64_t>(seed));
+        const int grid = 1 + seed % 4, most = seed % 2 ? 160 : 60;
+        std::uniform_int_distribution<int> k(0, grid), count(2, 6), shift(-grid / 2, grid / 2), power(-most, most);
+        const auto points = [&] {
+            IntPoints out;
+            for (int i = count(random); i > 0; --i) {
+                const int x = k(random), y = k(random), z = k(random);
+                out.push_back({x, y, z});
+            }
+            return out;
+        };
+        const IntPoints a = points();
+        IntPoints b = points();
+        const int px = power(random), py = power(random), pz = power(random);
+        const auto hull = [&](const IntPoints& of) {
+            Points out;
+            for (const Vec3d& p : convextest::toDouble(of))
+                out.emplace_back(std::ldexp(p.x(), px), std::ldexp(p.y(), py), std::ldexp(p.z(), pz));
+            return convextest::hullOf(out);
+        };
+        const ConvexHull hullA = hull(a), hullB = hull(b);
+        const int dx = shift(random), dy = shift(random), dz = shift(random);
+        for (Point& p : b) p = {p.x + dx, p.y + dy, p.z + dz};
+        const bool truth = convextest::hullsMeet(a, b);
+        const Affine3d a_T_b(Eigen::Translation3d(std::ldexp(dx, px), std::ldexp(dy, py), std::ldexp(dz, pz)));
+        ConvexWork work;
+        ASSERT_EQ(hullsTouching(hullA, hullB, a_T_b, work), truthOf(truth));
+        const HullDistance distance = hullDistance(hullA, hullB, a_T_b, work);
+        ASSERT_TRUE(distance.complete);
+        ASSERT_EQ(distance.distance == 0, truth) << distance.distance;
+        ASSERT_EQ(hullDepth(hullA, hullB, a_T_b, work).touching, truth);
+        met += truth;
+        exact += work.exact > 0;
+    }
+    EXPECT_GT(met, kTrials / 5);
+    EXPECT_GT(exact, kTrials / 5) << "cases that rounding could not decide";
+}
+
+/// Nothing is known of the answers but that there are some, the same for both orders.
+TEST(HullsTouching, AnswersForAnyFiniteNumbers) {
+    constexpr int kTrials = 3000;
+    for (int seed = 0; seed < kTrials; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(static_cast<std::uint64_t>(seed));
+        const int most = std::array{20, 60, 160, 300}[static_cast<std::size_t>(seed % 4)];
+        std::uniform_int_distribution<int> count(1, 8), power(-most, most), kind(0, 5);
+        std::uniform_real_distribution<double> share(-1, 1);
+        const auto number = [&](double largest) {
+            const int which = kind(random);
+            const double value = which == 0 ? 0.0 : std::ldexp(share(random), power(random));
+            return which == 1 ? std::copysign(1.0, value) : std::clamp(value, -largest, largest);
+        };
+        const auto hull = [&] {
+            Points out;
+            for (int i = count(random); i > 0; --i) {
+                const double x = number(1e40), y = number(1e40), z = number(1e40);
+                out.emplace_back(x, y, z);
+            }
+            return convextest::hullOf(out);
+        };
+        const ConvexHull a = hull(), b = hull();
+        Affine3d a_T_b = Affine3d::Identity();
+        if (seed % 3)
+            for (int i = 0; i < 12; ++i) a_T_b.matrix()(i % 3, i / 3) = number(1e40);
+        ConvexWork work;
+        const HullDepth depth = hullDepth(a, b, a_T_b, work);
+        const Touch touch = hullsTouching(a, b, a_T_b, work);
+        EXPECT_NE(touch, Touch::kUnknown);
+        EXPECT_EQ(depth.touching, touch == Touch::kYes);
+        EXPECT_EQ(hullDistance(a, b, a_T_b, work).distance == 0, touch == Touch::kYes);
+    }
 }
 
 /// Bodies on the two sides of a plane that share exactly a corner, an edge or a side of it, or miss it by one unit of

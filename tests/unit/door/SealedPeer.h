@@ -54,6 +54,7 @@ public:
     /// All that has been heard, once `mark` is in it; what is there where it does not come.
     std::string hear(std::string_view mark, std::chrono::milliseconds patience = kPatience) {
         const Clock::time_point until = Clock::now() + patience;
+        take();  // what came with the end of the handshake
         while (heard_.find(mark) == std::string::npos && Clock::now() < until) {
             if (!pull(std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()))) break;
             take();

@@ -247,9 +247,32 @@ TEST(Animations, WhatTheyMoveIsStoppedByAWallAndTheirTimeStands) {
     EXPECT_LE(placeOf(simulation.scene(), "/crane").x(), 3.0);
     EXPECT_GT(placeOf(simulation.scene(), "/crane").x(), 2.98);
     EXPECT_LT(take(simulation).time, 0.52);
+    EXPECT_NEAR(lamp(simulation), 1 + 2 * take(simulation).time, 1e-6) << "as do all its values";
+    const FrameResult held = simulation.step(false, {});
+    EXPECT_FALSE(held.commit.list) << "nothing is sent meanwhile";
     (void)simulation.step(false, one(moveTo(transformAt(simulation.scene(), "/wall"), Vec3d(4, 20, 0))));
-    frames(simulation, 60);
+    for (int i = 0; i < 20; ++i) {
+        frames(simulation, 1);
+        EXPECT_NEAR(lamp(simulation), 1 + 2 * take(simulation).time, 1e-6);
+    }
+    frames(simulation, 40);
     EXPECT_NEAR(placeOf(simulation.scene(), "/crane").x(), 6, 1e-9) << "it goes on when the way is free";
+}
+
+TEST(Animations, OneThatIsPausedOrSoughtAtAWallHasTheValuesOfItsTime) {
+    for (const bool seeks : {false, true}) {
+        Simulation simulation = playing(animatedScene(true));
+        frames(simulation, 45);
+        EXPECT_LT(take(simulation).time, 0.52);
+        if (seeks) {
+            setTake<&Animation::time>(simulation, 0.9);
+            frames(simulation, 1);
+        }
+        setTake<&Animation::playing>(simulation, false);
+        EXPECT_NEAR(lamp(simulation), 1 + 2 * take(simulation).time, 1e-6);
+        frames(simulation, 3);
+        EXPECT_NEAR(lamp(simulation), 1 + 2 * take(simulation).time, 1e-6);
+    }
 }
 
 TEST(Animations, ArraysTravelByTheBytesThatDiffer) {

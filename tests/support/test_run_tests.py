@@ -1,0 +1,22 @@
+#!/usr/bin/env python3
+"""`run-tests` refuses what it does not know before it sets anything up."""
+import pathlib
+import subprocess
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+class Options(unittest.TestCase):
+    def test_what_is_no_option_is_refused(self):
+        for words, said in ((["--bogus"], "unknown option --bogus"), (["--quik"], "unknown option --quik"),
+                            (["-R"], "-R wants a value"), (["--all", "unit_base"], "unknown option unit_base"),
+                            (["--quick", "-R", "x", "--bear"], "unknown option --bear"),
+                            (["--fuzz"], "--fuzz takes a number of seconds")):
+            done = subprocess.run([ROOT / "deploy/run-tests", "--no-install", *words], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), words)
+            self.assertEqual(done.stderr, f"run-tests: {said}\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
