@@ -7,6 +7,12 @@
 #include "server/collision/pipeline/Rollback.h"
 
 namespace tessera {
+namespace {
+
+/// The latest time of what stops a motion: at 1 a contact would be told as one of where things stand.
+constexpr double kBeforeTheEnd = 1 - 0x1p-53;
+
+}  // namespace
 
 void CollisionPipeline::Impl::noteStart(const Mover& mover, Step& step) const {
     handler.forPartsCarried(mover.number,
@@ -102,11 +108,11 @@ void CollisionPipeline::Impl::rollBack(Step& step) {
                             {},
                             {},
                             interestOf(relationOf(pair)),
-                            impact.t});
+                            std::min(impact.t, kBeforeTheEnd)});
     }
     if (!blocked) return;
     for (Touching& touching : hits)
-        if (touching.time == earliest) step.rolledBack.push_back(std::move(touching));
+        if (touching.time == std::min(earliest, kBeforeTheEnd)) step.rolledBack.push_back(std::move(touching));
     for (Mover& mover : step.movers) {
         if (!rollsBack(mover)) continue;
         mover.way.end = mover.way.at(earliest);
@@ -165,7 +171,8 @@ void CollisionPipeline::Impl::settle(const MotionTask& task, Step& step) {
         std::vector<FacePair> faces = hit.faces;
         if (faces.size() > limits.maxContacts) faces.resize(limits.maxContacts);
         stopped.add({state.nodeA, state.nodeB, o.partA, o.partB, std::move(faces), hit.faces.size(), hit.worldA,
-                     hit.worldB, interestOf(relationOf(state)), hit.fraction, nullptr, false, hit.places});
+                     hit.worldB, interestOf(relationOf(state)), std::min(hit.fraction, kBeforeTheEnd), nullptr, false,
+                     hit.places});
     }
     if (resolution.undecided > 0) notLookedAt(mover.wish.transform, {}, NotLookedAt::Reason::kSteps, step);
     result.accepted.push_back(withValue(mover.wish, resolution.accepted));
