@@ -14,11 +14,10 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <utility>
 
+#include "common/access/ChosenTokens.h"
 #include "common/access/WallProtection.h"
-#include "common/base/FileHandle.h"
 #include "common/net/OwnAddress.h"
 
 namespace tessera {
@@ -350,6 +349,7 @@ Expected<std::vector<LocalWall>> endLocalLinks() {
         std::ranges::move(wallsIn(folder, geteuid()), std::back_inserter(walls));
     }
     std::erase_if(walls, [](const LocalWall& wall) { return !wall.authority.empty(); });
+    if (const Expected<void> ended = ChosenTokens::endWithoutKeys(); !ended) return tl::unexpected(ended.error());
     return walls;
 }
 
@@ -364,41 +364,7 @@ std::string lineIn(const std::map<std::string, std::string>& lines, const char* 
     return line == lines.end() ? std::string() : line->second;
 }
 
-std::vector<std::string> tokensIn(const std::map<std::string, std::string>& lines, const char* word) {
-    std::istringstream line(lineIn(lines, word));
-    return {std::istream_iterator<std::string>(line), {}};
-}
-
-/// Adds tokens behind those that are there. Of many the newest stay: a reader takes `kMostBytes`.
-void addTokens(std::vector<std::string>& to, const std::vector<std::string>& tokens) {
-    constexpr std::size_t kMost = 8;
-    for (const std::string& token : tokens) {
-        std::erase(to, token);
-        to.push_back(token);
-    }
-    if (to.size() > kMost) to.erase(to.begin(), to.end() - kMost);
-}
-
-/// Returns whether a server used this operator's token, which a person had chosen, and it has ended there.
-bool hasEndedIn(const std::map<std::string, std::string>& lines, const LocalWallWish& wish) {
-    const auto has = [&](const char* word) { return std::ranges::count(tokensIn(lines, word), wish.given) > 0; };
-    return has("ended") || (has("chosen") && lineIn(lines, "protection") != wish.protection);
-}
-
 }  // namespace
-
-Expected<void> checkGivenToken(const LocalWallWish& wish) {
-    const Expected<std::string> folder = runFolder();
-    if (!folder || wish.given.empty()) return {};
-    for (int place = 1; place <= kMostPlaces; ++place) {
-        const FileHandle file(openOwn(pathOfPlace(*folder, wish.wall, place), O_RDONLY));
-        if (file.get() >= 0 && hasEndedIn(readLines(file.get()), wish))
-            return fail(ErrorCode::kUsage,
-                        "its token has ended: its links were revoked, or the wall used it under another protection; "
-                        "write another one into it, such as $(tr -dc A-Za-z0-9 < /dev/urandom | head -c 43)");
-    }
-    return {};
-}
 
 Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const LocalWallWish& wish) {
     const Expected<std::string> folder = runFolder();
@@ -443,26 +409,20 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const LocalWallWi
 
 /// Takes over what was handed out under this protection, but for a token that a person had chosen then.
 void LocalWallPlace::takeTokens(const std::map<std::string, std::string>& before, const LocalWallWish& wish) {
-    chosen_ = tokensIn(before, "chosen");
-    ended_ = tokensIn(before, "ended");
-    tokens_ = tokensIn(before);
     protection_ = wish.protection;
-    if (lineIn(before, "protection") != protection_) endTokens();
+    tokens_ = lineIn(before, "protection") == protection_ ? tokensIn(before) : AccessTokens::fresh();
+    chosen_ = wish.given;
     std::string& ofOperator = tokens_.of(Role::kOperator);
-    if (std::ranges::count(chosen_, ofOperator) > 0) ofOperator = freshToken();
-    if (wish.given.empty()) return;
-    ofOperator = wish.given;
-    addTokens(chosen_, {wish.given});
-}
-
-void LocalWallPlace::endTokens() {
-    addTokens(ended_, std::exchange(chosen_, {}));
-    tokens_ = AccessTokens::fresh();
+    if (!chosen_.empty())
+        ofOperator = chosen_;
+    else if (lineIn(before, "chosen").find(ofOperator) != std::string::npos)  // earlier versions named several
+        ofOperator = freshToken();
 }
 
 Expected<void> LocalWallPlace::renewFor(const std::string& protection) {
     protection_ = protection;
-    endTokens();
+    chosen_.clear();
+    tokens_ = AccessTokens::fresh();
     return write();
 }
 
@@ -478,8 +438,7 @@ Expected<void> LocalWallPlace::write() const {
     if (console_) text += fmt::format("console {}\n", toString(*console_));
     if (!authority_.empty()) text += fmt::format("authority {}\n", authority_);
     if (!protection_.empty()) text += fmt::format("protection {}\n", protection_);
-    if (!chosen_.empty()) text += fmt::format("chosen {}\n", fmt::join(chosen_, " "));
-    if (!ended_.empty()) text += fmt::format("ended {}\n", fmt::join(ended_, " "));
+    if (!chosen_.empty()) text += fmt::format("chosen {}\n", chosen_);
     for (const Role role : kRoles) text += fmt::format("{} {}\n", wordOf(role), tokens_.of(role));
     text += "end\n";
     if (ftruncate(file_, 0) != 0 || pwrite(file_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size()))

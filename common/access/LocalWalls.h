@@ -62,7 +62,7 @@ struct ServerMeant {
                                                                                         bool sealed);
 
 /// Ends the links and tokens that this user's walls without keys have handed out on this machine, those too that are
-/// not running now (`WallProtection`). Returns the ones that run.
+/// not running now (`WallProtection`), and the tokens that people chose for them. Returns the ones that run.
 [[nodiscard]] Expected<std::vector<LocalWall>> endLocalLinks();
 
 /// A server's wishes for its place among the walls of this machine.
@@ -73,8 +73,6 @@ struct LocalWallWish {
     std::string protection = {};  ///< `WallProtection::text`
     std::string given = {};       ///< an operator's token that a person has chosen (--token-file); empty: none
 };
-/// kUsage: the wall has used the chosen token under another protection, so it has ended.
-[[nodiscard]] Expected<void> checkGivenToken(const LocalWallWish& wish);
 
 /// A server's own place among them: a file of mode 0600, locked as long as it runs.
 ///
@@ -103,12 +101,11 @@ public:
 private:
     LocalWallPlace() = default;
     void takeTokens(const std::map<std::string, std::string>& before, const LocalWallWish& wish);
-    void endTokens();
     [[nodiscard]] Expected<void> write() const;
 
     std::string path_, wall_, listen_, authority_, protection_;
     AccessTokens tokens_;
-    std::vector<std::string> chosen_, ended_;  ///< tokens that people chose: under this protection, and before it
+    std::string chosen_;  ///< the operator's token, where a person chose it; empty: nobody did
     std::optional<Address> server_, console_;
     std::uint16_t lastPort_ = 0;
     int file_ = -1;

@@ -19,8 +19,11 @@ Expected<ServerTokens> ServerTokens::make(ServerTokensOptions options,
     if (!protection) return tl::unexpected(protection.error());
     made.protection_ = *protection;
     wish.protection = protection->text();
-    if (const Expected<void> good = checkGivenToken(wish); !good)
-        return failWith("--token-file " + wanted.tokenFile, good.error());
+    if (!wish.given.empty())
+        if (const Expected<void> used = made.chosen_.use(wish.given, made.server_, *protection); !used)
+            return failWith("--token-file " + wanted.tokenFile, used.error());
+    if (const Expected<void> ended = made.chosen_.endOthers(made.server_, *protection); !ended)
+        warn(ended.error().message);
     Expected<std::unique_ptr<LocalWallPlace>> place = LocalWallPlace::take(wish);
     if (!place && (wish.given.empty() || !wish.group.empty()))
         return fail(place.error().code,
@@ -51,8 +54,9 @@ Expected<WallProtection> ServerTokens::protectionNow() const {
 Expected<bool> ServerTokens::look() {
     const Expected<WallProtection> now = protectionNow();
     if (!now) return tl::unexpected(now.error());
-    if (now->text() == protection_.text()) return false;
+    if (now->text() == protection_.text()) return endChosen();
     protection_ = *now;
+    mustEndChosen_ = true;
     Expected<void> written;
     if (place_) {
         place_->setAuthority(protection_.authority);
@@ -63,6 +67,15 @@ Expected<bool> ServerTokens::look() {
     tokens_.door = ofDoor;
     if (!written) return tl::unexpected(written.error());
     return true;
+}
+
+/// Keeps the end of a token that a person chose, on the look after it ended: a file that is locked delays no end.
+Expected<bool> ServerTokens::endChosen() {
+    if (!mustEndChosen_) return false;
+    if (const Expected<void> ended = chosen_.endOthers(server_, protection_); !ended)
+        return tl::unexpected(ended.error());
+    mustEndChosen_ = false;
+    return false;
 }
 
 Expected<void> ServerTokens::tell(const Address& server, const std::optional<Address>& console) {

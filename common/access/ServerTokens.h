@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "common/access/ChosenTokens.h"
 #include "common/access/LocalWalls.h"
 #include "common/access/WallProtection.h"
 
@@ -27,7 +28,8 @@ struct ServerTokensOptions {
 class ServerTokens {
 public:
     /// kUsage: the file holds no token, or one that has ended. kRefused, kLimit: programs of this user would not find
-    /// the tokens, and nobody has chosen one. `warn` is told where a chosen one is found in its file alone.
+    /// the tokens, and nobody has chosen one; or nothing would keep that the chosen one ends. `warn` is told where a
+    /// chosen one is found in its file alone.
     [[nodiscard]] static Expected<ServerTokens> make(ServerTokensOptions options,
                                                      const std::function<void(const std::string&)>& warn);
 
@@ -44,11 +46,16 @@ public:
     [[nodiscard]] std::string path() const { return place_ ? place_->path() : std::string(); }
 
 private:
-    explicit ServerTokens(ServerTokensOptions options) : options_(std::move(options)) {}
+    explicit ServerTokens(ServerTokensOptions options)
+        : options_(std::move(options)), server_{options_.wall, options_.listen}, chosen_(options_.keysFolder) {}
     [[nodiscard]] Expected<WallProtection> protectionNow() const;
+    [[nodiscard]] Expected<bool> endChosen();
 
     ServerTokensOptions options_;
-    std::string marksFolder_;  ///< where the mark of revoked links lies; empty: nowhere
+    NamedServer server_;
+    ChosenTokens chosen_;
+    bool mustEndChosen_ = false;  ///< a token that ended is not kept as such yet
+    std::string marksFolder_;     ///< where the mark of revoked links lies; empty: nowhere
     WallProtection protection_;
     AccessTokens tokens_;
     std::unique_ptr<LocalWallPlace> place_;

@@ -17,6 +17,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kMostMarkBytes = 256;  ///< of a mark
+constexpr const char *kKeys = "keys ", *kMark = " mark ";
 
 std::string markPath(const std::string& folder) {
     return folder + "/links";
@@ -29,8 +30,17 @@ tl::unexpected<Error> markError(std::string_view what, const std::string& path) 
 }  // namespace
 
 std::string WallProtection::text() const {
-    return fmt::format("{}{}{}{}{}", authority.empty() ? "this-machine" : "keys ", authority,
-                       insecure ? " insecure" : "", mark.empty() ? "" : " mark ", mark);
+    return fmt::format("{}{}{}{}{}", authority.empty() ? "this-machine" : kKeys, authority, insecure ? " insecure" : "",
+                       mark.empty() ? "" : kMark, mark);
+}
+
+bool WallProtection::continues(const std::string& before) const {
+    const bool mayLoseMark = authority.empty() && mark.empty();
+    return before == text() || (mayLoseMark && before.starts_with(text() + kMark));
+}
+
+bool WallProtection::hasKeys(const std::string& text) {
+    return text.starts_with(kKeys);
 }
 
 Expected<std::optional<std::string>> readLinksMark(const std::string& folder) {

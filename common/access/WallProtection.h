@@ -16,6 +16,11 @@ struct WallProtection {
 
     /// Returns one line; two protections are the same where their lines are.
     [[nodiscard]] std::string text() const;
+    /// Returns whether tokens of the protection with this line serve under this one, too. A restart of the machine
+    /// removes the mark of walls without keys, which ends no token.
+    [[nodiscard]] bool continues(const std::string& before) const;
+    /// Returns whether a line is that of a wall with keys.
+    [[nodiscard]] static bool hasKeys(const std::string& text);
 };
 
 /// Returns the mark in the file "links" of a folder of keys, or of a user's run folder; nothing: there is no such file.

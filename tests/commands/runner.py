@@ -94,6 +94,7 @@ class Runner:
             self.environment.pop(name, None)
         self.folder = tempfile.mkdtemp(prefix="tessera-commands-")
         self.environment["XDG_RUNTIME_DIR"] = self.folder  # what servers leave for programs of their user
+        self.environment["XDG_STATE_HOME"] = os.path.join(self.folder, "state")
         self.walls = {}
         self.processes = []
         self.display = None

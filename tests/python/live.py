@@ -22,9 +22,10 @@ YARD = ROOT / "tests/data/scenes/yard.tsct"
 @contextlib.contextmanager
 def run_folder():
     """Within it servers tell of themselves where nobody else looks; programs within are another user's to servers
-    without."""
+    without. Its `state` outlives what a restart of the machine empties."""
     with (tempfile.TemporaryDirectory(prefix="tessera-run-") as folder,
-          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder, "XDG_CONFIG_HOME": folder})):
+          mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": folder, "XDG_CONFIG_HOME": folder,
+                                       "XDG_STATE_HOME": f"{folder}/state"})):
         for name in ("TESSERA_SERVER", "TESSERA_TOKEN", "TESSERA_TOKEN_FILE"):
             os.environ.pop(name, None)
         yield pathlib.Path(folder)

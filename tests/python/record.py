@@ -17,7 +17,7 @@ sys.path[:0] = [str(BUILD / "python"), str(HERE)]
 import numpy as np  # noqa: E402
 
 import tessera  # noqa: E402
-from live import ROOT, Live  # noqa: E402
+from live import ROOT, Live, run_folder  # noqa: E402
 from tessera import _wire  # noqa: E402
 from tessera._schema import schema  # noqa: E402
 
@@ -116,7 +116,8 @@ def main():
     scene.write_text(SCENE)
     word.write_text(f"{TOKEN}\n")
     try:
-        with Live(scene=scene, surface="none", size="64x36", options=["--token-file", str(word)]) as live:
+        with (run_folder(),
+              Live(scene=scene, surface="none", size="64x36", options=["--token-file", str(word)]) as live):
             recorder = Recorder(live.address)
             with tessera.connect(recorder.address, token_file=str(word), name="recorded", timeout=60) as wall:
                 steps(wall, recorder.note)

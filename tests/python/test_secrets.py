@@ -16,8 +16,11 @@ TESTS = {
     "token of the server": [ANOTHER_PROTECTION, REVOKED_LINKS,
                             ("access.test_the_token_is_looked_up_each_time_that_a_server_is_dialled",)],
     "token of `--token-file`": [("LocalLinks.OfAChosenTokenServeAsLongAsItIsNamed",),
-                                ("LocalLinks.OfAChosenTokenEndWithItsProtection", ANOTHER_PROTECTION[1]),
-                                ("tokens.test_a_token_that_a_person_chose_ends_too_and_the_server_says_so",)],
+                                ("ChosenTokensTest.EndWithTheProtectionOfTheirServer", ANOTHER_PROTECTION[1],
+                                 "tokens.test_a_chosen_token_stays_with_its_protection_over_a_restart_of_the_machine"),
+                                ("tokens.test_a_token_that_a_person_chose_ends_too_and_the_server_says_so",
+                                 "tokens.test_a_chosen_token_that_was_revoked_stays_so_over_a_restart_of_the_machine",
+                                 "ChosenTokensTest.ThatEndedAreAllRemembered")],
     "token of `--panel`": [(REVOKED_LINKS[2],), ("SealedDoor.SendsAwayWhoseTokenIsRenewed", REVOKED_LINKS[2])],
     "token of `tessera-keys token`": [("SealedDoor.SendsAwayWhoseTokenEnds", "ServerAccess.AWordThatHasEndedLetsNobody"
                                        "InNorGoOn"),

@@ -10,7 +10,7 @@ import numpy as np
 
 import record
 import tessera
-from live import PATIENCE, Live
+from live import PATIENCE, Live, run_folder
 from test_link import Stranger, hear
 from tessera import _described, _wire
 from tessera._schema import schema
@@ -112,6 +112,7 @@ class Recorded(unittest.TestCase):
                 self.takes(file)
 
     def takes(self, file):
+        self.enterContext(run_folder())
         folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (folder / "token").write_text(record.TOKEN)
         (folder / "thing.tsct").write_text(record.SCENE)

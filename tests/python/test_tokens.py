@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import shutil
 import ssl
 import subprocess
 import time
@@ -173,6 +174,52 @@ class Tokens(unittest.TestCase):
             word.write_text("another-token-that-a-person-chose\n")
             live.start_server()
             self.assertEqual(live.token(), "another-token-that-a-person-chose")
+
+    def refused_after_a_restart_of_the_machine(self, live, options):
+        """The machine empties the run folder. A server that then names the token says that it has ended."""
+        live.server.terminate()
+        live.server.wait(PATIENCE)
+        shutil.rmtree(self.folder / "tessera", ignore_errors=True)
+        live._options = options
+        with self.assertRaisesRegex(RuntimeError, "--token-file .*: its token has ended"):
+            live.start_server()
+
+    def test_a_chosen_token_that_was_revoked_stays_so_over_a_restart_of_the_machine(self):
+        word = self.folder / "word"
+        word.write_text("a-token-that-a-person-chose\n")
+        with SealedWall(options=["--token-file", str(word)]) as live:
+            self.assertEqual(status_of(live, "a-token-that-a-person-chose")[0], 200)
+            live.keys_say("revoke", "--links")
+            until("its end", lambda: status_of(live, "a-token-that-a-person-chose")[0] == 401)
+            self.refused_after_a_restart_of_the_machine(live, live._options)
+            shutil.rmtree(self.folder / "state")
+            self.refused_after_a_restart_of_the_machine(live, live._options)  # the keys' folder remembers it, too
+
+    def test_a_chosen_token_stays_with_its_protection_over_a_restart_of_the_machine(self):
+        word = self.folder / "word"
+        word.write_text("a-token-that-a-person-chose\n")
+        chosen = ["--token-file", str(word)]
+        with Live(options=["--insecure", *chosen]) as live:
+            live.make_keys()
+            self.assertEqual(status_of(live, "a-token-that-a-person-chose")[0], 200)
+            live.server.terminate()
+            live.server.wait(PATIENCE)
+            shutil.rmtree(self.folder / "tessera", ignore_errors=True)
+            self.assertEqual(self.restart(live, ["--insecure", *chosen])["operator"], "a-token-that-a-person-chose")
+            self.refused_after_a_restart_of_the_machine(live, ["--keys", str(live.keys), *chosen])
+
+    def test_no_chosen_token_lets_in_where_its_end_could_not_be_kept(self):
+        word = self.folder / "word"
+        word.write_text("a-token-that-a-person-chose\n")
+        (self.folder / "state").write_text("a file where the folder should be")
+        with Live() as live:
+            with live.connect() as wall:
+                self.assertEqual(wall.whoami().role, "operator", "nobody chose a token")
+            live.server.terminate()
+            live.server.wait(PATIENCE)
+            live._options = ["--token-file", str(word)]
+            with self.assertRaisesRegex(RuntimeError, f"cannot be kept: {self.folder}/state.*set XDG_STATE_HOME"):
+                live.start_server()
 
 
 if __name__ == "__main__":

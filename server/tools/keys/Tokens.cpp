@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "common/access/ChosenTokens.h"
 #include "common/access/LocalWalls.h"
 #include "common/access/WallProtection.h"
 #include "server/panel/Panel.h"
@@ -36,6 +37,7 @@ Expected<std::string> revokeLinksOf(const KeyFolder& folder) {
     const Expected<std::vector<KeptToken>> tokens = folder.tokens();
     if (const Expected<void> written = writer->writeTokens({}); !written) return tl::unexpected(written.error());
     if (const Expected<void> marked = renewLinksMark(folder.path()); !marked) return tl::unexpected(marked.error());
+    if (const Expected<void> ended = ChosenTokens::endIn(folder, *writer); !ended) return tl::unexpected(ended.error());
     return fmt::format("revoked {} of {}, and all links and tokens that a server with these keys has handed out\n",
                        tokens ? countOf(*tokens) : "a damaged list of tokens", folder.path());
 }

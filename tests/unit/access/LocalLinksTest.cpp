@@ -23,8 +23,14 @@ const std::string kChosen = "the-token-that-a-person-has-chosen";
 
 class LocalLinks : public testing::Test {
 protected:
-    LocalLinks() { setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1); }
-    ~LocalLinks() override { unsetenv("XDG_RUNTIME_DIR"); }
+    LocalLinks() {
+        setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);
+        setenv("XDG_STATE_HOME", (folder_ / "state").c_str(), 1);
+    }
+    ~LocalLinks() override {
+        unsetenv("XDG_RUNTIME_DIR");
+        unsetenv("XDG_STATE_HOME");
+    }
     [[nodiscard]] std::string run() const { return folder_.path() + "/tessera"; }
 
     static std::unique_ptr<LocalWallPlace> start(const WallProtection& protection, const std::string& given = {},
@@ -41,10 +47,6 @@ protected:
     static std::size_t shared(const std::array<std::string, 3>& a, const std::array<std::string, 3>& b) {
         return static_cast<std::size_t>(
             std::ranges::count_if(a, [&](const std::string& one) { return std::ranges::find(b, one) != b.end(); }));
-    }
-    static bool mayBeGiven(const WallProtection& protection, const std::string& token) {
-        return checkGivenToken({.wall = "cave", .listen = "", .protection = protection.text(), .given = token})
-            .has_value();
     }
 
     test::TestFolder folder_;
@@ -104,38 +106,6 @@ TEST_F(LocalLinks, OfAChosenTokenServeAsLongAsItIsNamed) {
     EXPECT_EQ(first[2], kChosen);
     EXPECT_EQ(tokensOf({}, kChosen), first);
     EXPECT_NE(tokensOf({})[2], kChosen) << "nobody names it any more";
-    EXPECT_TRUE(mayBeGiven({}, kChosen));
-    EXPECT_FALSE(mayBeGiven({.insecure = true}, kChosen)) << "however long ago it was named";
-}
-
-TEST_F(LocalLinks, OfAChosenTokenEndWithItsProtection) {
-    const WallProtection insecure{.insecure = true}, keys{.authority = kAuthority};
-    start(insecure, kChosen);
-    EXPECT_TRUE(mayBeGiven(insecure, kChosen));
-    EXPECT_FALSE(mayBeGiven(keys, kChosen));
-    EXPECT_TRUE(mayBeGiven(keys, kChosen + "2"));
-    // Where another server of the wall listens there is another file, which says nothing of it.
-    start(keys, kChosen + "2", "0.0.0.0:7000");
-    EXPECT_FALSE(mayBeGiven(keys, kChosen));
-    // A token that has ended stays so, whoever starts in between.
-    start(keys);
-    EXPECT_FALSE(mayBeGiven(keys, kChosen));
-    EXPECT_FALSE(mayBeGiven(insecure, kChosen));
-    const Expected<void> refused =
-        checkGivenToken({.wall = "cave", .listen = "", .protection = keys.text(), .given = kChosen});
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
-    EXPECT_NE(refused.error().message.find("write another one"), std::string::npos) << refused.error().message;
-}
-
-TEST_F(LocalLinks, OfManyChosenTokensTheNewestAreRemembered) {
-    WallProtection protection;
-    for (int i = 0; i < 100; ++i) {
-        protection.mark = "revoked-" + std::to_string(i);
-        ASSERT_TRUE(start(protection, kChosen + std::string(90, 'x') + std::to_string(i)));
-    }
-    EXPECT_FALSE(mayBeGiven(protection, kChosen + std::string(90, 'x') + "98"));
-    EXPECT_LT(std::filesystem::file_size(run() + "/cave-1.wall"), 4096u) << "readers take no more";
 }
 
 TEST_F(LocalLinks, OfWallsWithoutKeysAreEndedTogether) {

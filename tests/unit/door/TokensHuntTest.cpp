@@ -102,6 +102,7 @@ class TokensHistory {
 public:
     explicit TokensHistory(std::uint64_t seed) : random_(seed) {
         setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);
+        setenv("XDG_STATE_HOME", (folder_ / "state").c_str(), 1);
         for (std::size_t i = 0; i < kFolders; ++i)
             std::filesystem::copy(madeKeys() / std::to_string(i), keys(i), std::filesystem::copy_options::recursive);
         for (std::size_t i = 0; i < kChosenTokens; ++i) {
@@ -110,7 +111,10 @@ public:
             held_.push_back({.text = chosen_[i], .kind = HeldToken::Kind::kChosen, .role = Role::kOperator});
         }
     }
-    ~TokensHistory() { unsetenv("XDG_RUNTIME_DIR"); }
+    ~TokensHistory() {
+        unsetenv("XDG_RUNTIME_DIR");
+        unsetenv("XDG_STATE_HOME");
+    }
     TokensHistory(const TokensHistory&) = delete;
     TokensHistory& operator=(const TokensHistory&) = delete;
 
@@ -136,7 +140,7 @@ private:
     }
 
     void step() {
-        switch (below(random_, 16)) {
+        switch (below(random_, 17)) {
             case 0:
             case 1:
             case 2:
@@ -160,6 +164,8 @@ private:
                 return renew();
             case 14:
                 return beginAuthority();
+            case 15:
+                return restartMachine();
             default:
                 story_ += "hours pass; ";
                 hour_ += static_cast<double>(1 + below(random_, 6));
@@ -172,6 +178,14 @@ private:
         tokens_.reset();
         context_.reset();
         running_ = -1;
+    }
+
+    /// Empties the run folder. Tokens that people chose are kept elsewhere, and so are their ends.
+    void restartMachine() {
+        stop();
+        story_ += "the machine starts again; ";
+        std::filesystem::remove_all(folder_ / "tessera");
+        for (ModelPlace& place : places_) place.isEmptied = true;
     }
 
     void start() {
@@ -337,6 +351,7 @@ private:
         int generation = 0, operators = 0;
         std::set<std::string> chosen, ended;
         bool lastChosen = false;  ///< the operator's token was one that a person had chosen
+        bool isEmptied = false;   ///< the server's own tokens are gone
     };
 
     bool modelStarts(int folder, std::size_t listen, const std::string& given) {
@@ -350,6 +365,8 @@ private:
         ModelPlace& place = places_[listen];
         if (place.protection != protection) {
             endPlace(place);
+        } else if (place.isEmptied) {
+            renewPlace(place);
         } else if (place.lastChosen || !given.empty()) {
             place.operators = ++generations_;
         }
@@ -363,7 +380,10 @@ private:
     void endPlace(ModelPlace& place) {
         place.ended.merge(place.chosen);
         place.chosen.clear();
-        place.lastChosen = false;
+        renewPlace(place);
+    }
+    void renewPlace(ModelPlace& place) {
+        place.lastChosen = place.isEmptied = false;
         place.generation = ++generations_;
         place.operators = ++generations_;
     }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/access/ChosenTokens.h"
 #include "common/access/LocalWalls.h"
 #include "common/access/WallProtection.h"
 #include "tests/unit/keys/KeysFixture.h"
@@ -72,9 +73,13 @@ std::string markIn(const std::string& folder) {
 /// In a run folder of the test's own.
 class LinksCommand : public TokensCommand {
 protected:
-    LinksCommand() { setenv("XDG_RUNTIME_DIR", around_.path().c_str(), 1); }
+    LinksCommand() {
+        setenv("XDG_RUNTIME_DIR", around_.path().c_str(), 1);
+        setenv("XDG_STATE_HOME", (around_ / "state").c_str(), 1);
+    }
     ~LinksCommand() override {
         unsetenv("XDG_RUNTIME_DIR");
+        unsetenv("XDG_STATE_HOME");
         std::filesystem::current_path(before_);
     }
     [[nodiscard]] std::string runFolder() const { return around_ / "tessera"; }
@@ -118,6 +123,30 @@ TEST_F(LinksCommand, WithoutAFolderTheWallsWithoutKeysAreMeant) {
     EXPECT_EQ(both.code, 0) << both.err;
     EXPECT_NE(markIn(runFolder()), mark);
     EXPECT_NE(markIn(keys_), "");
+}
+
+/// Where no server runs, too, and whatever the machine empties afterwards.
+TEST_F(LinksCommand, TokensThatPeopleChoseEndForGood) {
+    const std::string word = "a-token-that-a-person-chose", other = word + "-for-a-wall-without-keys";
+    const NamedServer server{"cave", "127.0.0.1:7000"};
+    const WallProtection sealed{.authority = std::string(64, 'a')};
+    const auto serves = [&](const std::string& token, const WallProtection& protection) {
+        return ChosenTokens(protection.authority.empty() ? "" : keys_).use(token, server, protection).has_value();
+    };
+    EXPECT_TRUE(serves(word, sealed));
+    EXPECT_TRUE(serves(other, {}));
+    said({"revoke", "--links"});
+    EXPECT_FALSE(serves(word, sealed));
+    EXPECT_TRUE(serves(other, {})) << "walls without keys are others";
+    std::filesystem::current_path(around_.path());
+    EXPECT_EQ(run({"revoke", "--links"}).code, 0);
+    std::filesystem::remove_all(runFolder());
+    EXPECT_FALSE(serves(other, {}));
+    // What nobody can read ends nothing silently. Links end all the same.
+    const std::string mark = markIn(keys_);
+    std::ofstream(keys_ + "/chosen-tokens", std::ios::trunc) << "rubbish";
+    EXPECT_TRUE(contains(refusal(3, {"revoke", "--links"}), "chosen-tokens:1: is damaged"));
+    EXPECT_NE(markIn(keys_), mark);
 }
 
 TEST_F(LinksCommand, ItsMisuseIsNamed) {
