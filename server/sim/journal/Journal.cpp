@@ -105,7 +105,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
 
     // What a killed server did not finish goes, so that only the very last log may ever be torn; what it had no time to
     // sync is synced before another log stands on it.
-    std::uint64_t last = files->lastLog(), lastBytes = story->wholeBytes;
+    std::uint64_t last = files->lastLog();
     std::string kept;
     if (story->tornBytes > 0) {
         Expected<std::string> path = folder->keepTornEnd(last, story->hollow ? 0 : story->wholeBytes);
@@ -115,14 +115,14 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     for (const std::string& said : endInWords(*story, folder->logPath(last), kept)) log.warning(said);
     if (story->hollow && last > 0) {
         --last;  // its number is given again: were it missing, something would seem to be lost
-        lastBytes = story->bytesBefore;
     } else if (last > 0) {
         if (Expected<void> sealed = folder->sealLog(last, story->wholeBytes); !sealed)
             return tl::unexpected(sealed.error());
     }
     // Beside a log of this version `last` is never missing, whenever a server is killed.
-    if (!files->end || !files->end->extent)
-        if (Expected<void> named = folder->nameLast(last, lastBytes); !named) return tl::unexpected(named.error());
+    if (!files->isNamed(last) || !files->end->extent)
+        if (Expected<void> named = folder->nameLast({last, story->before.opening}, story->before.bytes); !named)
+            return tl::unexpected(named.error());
     for (const std::string& old : files->unfinished) folder->remove(old);
 
     std::unique_ptr<Journal> journal(new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
@@ -141,7 +141,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
                        .lastList = Sequence(numbers.behind.value + journal->limits_.listsAhead),
                        .behind = numbers.behind};
     Expected<JournalFile> file = journal->folder_.beginLog(
-        journal->openingOf(last + 1, lastBytes),
+        journal->openingOf(last + 1, story->before),
         std::array{encodeJournal(journal::Frames{journal->framesTaken_}), encodeJournal(journal->taken_)});
     if (!file) return tl::unexpected(file.error());
     journal->file_ = std::move(*file);
@@ -389,7 +389,7 @@ void Journal::end(const std::string& why, std::string_view whatIsLeft) {
     tell();
 }
 
-journal::Opening Journal::openingOf(std::uint64_t number, std::uint64_t earlierBytes) const {
+journal::Opening Journal::openingOf(std::uint64_t number, const journal::LogBefore& before) const {
     return {.schema = schemaHash(),
             .program = versionText("tessera-server"),
             .number = number,
@@ -397,7 +397,7 @@ journal::Opening Journal::openingOf(std::uint64_t number, std::uint64_t earlierB
             .scenes = scenes_,
             .sequence = sequence_,
             .stateHash = stateHash_,
-            .earlierBytes = earlierBytes};
+            .before = before};
 }
 
 void Journal::rotateIfLong() {
@@ -407,7 +407,8 @@ void Journal::rotateIfLong() {
     // What is before the new log is whole for good, so only the very last log may ever be torn.
     sync();
     if (ended_) return;
-    Expected<JournalFile> next = folder_.beginLog(openingOf(logNumber_ + 1, file_.bytes()));
+    Expected<JournalFile> next =
+        folder_.beginLog(openingOf(logNumber_ + 1, {.bytes = file_.bytes(), .opening = file_.openingHash()}));
     endWhereASyncFailed();
     if (!next) {  // the old one goes on
         if (!ended_ && !std::exchange(saidThatItGrows_, true))

@@ -103,7 +103,7 @@ private:
     void endWhereItWasTakenAway();
     void lookAround();
     void tell();
-    [[nodiscard]] journal::Opening openingOf(std::uint64_t number, std::uint64_t earlierBytes) const;
+    [[nodiscard]] journal::Opening openingOf(std::uint64_t number, const journal::LogBefore& before) const;
     void rotateIfLong();
     void compact();
 

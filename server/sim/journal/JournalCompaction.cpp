@@ -107,7 +107,8 @@ Expected<std::uint64_t> compactJournal(const JournalFolder& folder, std::uint64_
                                                        .epoch = state.epoch,
                                                        .scenes = state.scenes,
                                                        .sequence = {},
-                                                       .stateHash = Aspect().stateHash()});
+                                                       .stateHash = Aspect().stateHash(),
+                                                       .before = {.opening = story->before.opening}});
     if (!file) return tl::unexpected(file.error());
     SnapshotWriter writer(std::move(*file), places, stop);
     Expected<void> written;

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "common/base/SystemRandom.h"
+
 namespace tessera {
 
 JournalFile::JournalFile(JournalFile&& other) noexcept
@@ -29,16 +31,18 @@ JournalFile::~JournalFile() {
 }
 
 Expected<JournalFile> JournalFile::create(std::shared_ptr<JournalDisk> disk, const std::string& path,
-                                          const journal::Opening& opening) {
+                                          journal::Opening opening) {
     JournalFile made;
     made.disk_ = std::move(disk);
     FileSystem& calls = made.disk_->calls();
     int error = calls.create(path, made.file_);
     if (error == 0) error = calls.append(made.file_, asBytes(kJournalMark), {});
     made.bytes_ = kJournalMark.size();
-    const RecordContent first = encodeJournal(opening);
+    opening.unique = systemRandom();
+    const std::uint32_t format = opening.format;
+    const RecordContent first = encodeJournal(std::move(opening));
     if (error == 0) error = made.append(first);
-    made.headers_ = JournalHeaders(opening.format, hash64(first.bytes()));
+    made.headers_ = JournalHeaders(format, hash64(first.bytes()));
     if (error == 0) return made;
     if (made.file_ >= 0) (void)calls.remove(path);
     return fail(ErrorCode::kFailed, fmt::format("{}: the journal cannot be written: {}", path, std::strerror(error)));

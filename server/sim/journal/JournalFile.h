@@ -21,9 +21,9 @@ public:
     JournalFile& operator=(JournalFile&& other) noexcept;
     ~JournalFile();
 
-    /// Makes or empties it, and writes the mark and the opening.
+    /// Makes or empties it, and writes the mark and the opening, which gets a random number.
     [[nodiscard]] static Expected<JournalFile> create(std::shared_ptr<JournalDisk> disk, const std::string& path,
-                                                      const journal::Opening& opening);
+                                                      journal::Opening opening);
     /// A record that cannot be written whole leaves no trace.
     [[nodiscard]] int append(const RecordContent& content);
     /// The same of content that is in memory in pieces only: `piece` gives them in order, from a place in the content
@@ -34,6 +34,7 @@ public:
     /// Whether that name stands for it, with all that is written.
     [[nodiscard]] bool isWhole(const std::string& path) const;
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+    [[nodiscard]] std::uint64_t openingHash() const { return headers_.openingHash(); }
 
 private:
     void cutOff();

@@ -180,7 +180,7 @@ Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening,
         if (error == 0) error = file->append(record);
     if (error == 0) error = file->sync();
     if (error == 0)
-        if (Expected<void> prepared = last_->prepare(opening.number, file->bytes()); !prepared) {
+        if (Expected<void> prepared = last_->prepare({opening.number, file->openingHash()}, file->bytes()); !prepared) {
             remove(unfinished);
             return tl::unexpected(prepared.error());
         }
@@ -201,8 +201,8 @@ Expected<JournalFile> JournalFolder::beginLog(const journal::Opening& opening,
     return notSynced(last_->path(), error);
 }
 
-Expected<void> JournalFolder::nameLast(std::uint64_t number, std::uint64_t bytes) const {
-    if (Expected<void> prepared = last_->prepare(number, bytes); !prepared) return prepared;
+Expected<void> JournalFolder::nameLast(const LogName& log, std::uint64_t bytes) const {
+    if (Expected<void> prepared = last_->prepare(log, bytes); !prepared) return prepared;
     if (const int error = name(last_->unfinished(), last_->path())) {
         last_->drop();
         return notSynced(last_->path(), error);

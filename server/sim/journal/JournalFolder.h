@@ -62,7 +62,7 @@ public:
     /// there are kMostTornEnds already.
     [[nodiscard]] Expected<std::string> keepTornEnd(std::uint64_t number, std::uint64_t wholeBytes) const;
     /// Makes `last` name that log, all of which is synced.
-    [[nodiscard]] Expected<void> nameLast(std::uint64_t number, std::uint64_t bytes) const;
+    [[nodiscard]] Expected<void> nameLast(const LogName& log, std::uint64_t bytes) const;
     /// Cuts a log off where it is whole, and sees to it that the disk has what is left: others are to follow it.
     [[nodiscard]] Expected<void> sealLog(std::uint64_t number, std::uint64_t wholeBytes) const;
     /// To be finished, or dropped with `dropSnapshot`.

@@ -23,6 +23,11 @@ constexpr std::size_t kMaxDisplayIds = 65'536;
 constexpr std::size_t kMaxStepLists = 65'536;
 constexpr std::size_t kFixedParts = 3;  ///< of a frame: its list, its display, its events; the events' lists follow
 
+constexpr std::uint32_t kLinkedFormat = 3;  ///< the first whose openings have a link
+
+struct LinkRecord {
+    std::uint64_t uniqueLow = 0, uniqueHigh = 0, openingBefore = 0;
+};
 struct EventRecord {
     std::uint64_t kind = 0, gestureBy = 0, gesture = 0, madeFirst = 0, madeCount = 0;
 };
@@ -131,8 +136,10 @@ RecordContent encode(const journal::Opening& opening) {
     for (const std::string& scene : opening.scenes) head.add_scenes(scene);
     head.set_sequence(opening.sequence.value);
     head.set_state_hash(opening.stateHash.value);
-    head.set_earlier_bytes(opening.earlierBytes);
-    return contentOf<journal::Opening>(head);
+    head.set_earlier_bytes(opening.before.bytes);
+    if (opening.format < kLinkedFormat) return contentOf<journal::Opening>(head);
+    const std::vector<LinkRecord> link{{opening.unique.low, opening.unique.high, opening.before.opening}};
+    return contentOf<journal::Opening>(head, std::array{recordBytes(link)});
 }
 RecordContent encode(const journal::Array& array) {
     return {.kind = kindOf<journal::Array>(), .content = array.blob};
@@ -233,7 +240,7 @@ RecordContent encode(const journal::State& state) {
 }
 
 Expected<JournalRecord> openingFrom(ByteSpan bytes) {
-    const auto taken = take<wire::Opening>(bytes, 0, 0);
+    const auto taken = take<wire::Opening>(bytes, 0, 1);
     if (!taken) return tl::unexpected(taken.error());
     const wire::Opening& head = taken->head;
     if (head.format() < 1 || head.format() > kJournalFormat)
@@ -247,6 +254,14 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
     if (!isText(head.program(), 256) ||
         !std::ranges::all_of(head.scenes(), [&](const auto& s) { return isText(s, 4096); }))
         return malformed("it names a program or a scene in characters that are no text");
+    const bool isLinked = head.format() >= kLinkedFormat;
+    if (taken->parts.size() != (isLinked ? 1U : 0U)) return malformed("its link to the log before is missing");
+    LinkRecord link;
+    if (isLinked) {
+        const Expected<std::vector<LinkRecord>> links = recordsFrom<LinkRecord>(taken->parts[0], 1);
+        if (!links || links->size() != 1) return malformed("its link to the log before cannot be read");
+        link = links->front();
+    }
     return journal::Opening{.schema = head.schema(),
                             .program = head.program(),
                             .number = head.number(),
@@ -254,7 +269,8 @@ Expected<JournalRecord> openingFrom(ByteSpan bytes) {
                             .scenes = {head.scenes().begin(), head.scenes().end()},
                             .sequence = Sequence(head.sequence()),
                             .stateHash = StateHash(head.state_hash()),
-                            .earlierBytes = head.earlier_bytes(),
+                            .before = {.bytes = head.earlier_bytes(), .opening = link.openingBefore},
+                            .unique = {.low = link.uniqueLow, .high = link.uniqueHigh},
                             .format = head.format()};
 }
 

@@ -7,6 +7,10 @@
 ///     snapshot   Opening (Array* (Step | View))* Numbers Array* State
 ///
 /// Arrays (blobs) stand once in each log that names them, before the first record that does.
+///
+/// Files are linked, so that a file of another journal is told from one of its own. From format 3 on an opening has one
+/// part, of three u64: a random number (low, high), and the hash of the opening of the log before. Snapshot 7 and log 7
+/// both follow log 6. The file `last` holds the hash of the newest log's opening.
 #pragma once
 
 #include <functional>
@@ -16,6 +20,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/Hash.h"
 #include "common/codec/ChangeCodec.h"
 #include "server/sim/frame/Frame.h"
 #include "server/sim/recording/RecordBytes.h"
@@ -25,7 +30,7 @@ namespace tessera {
 
 inline constexpr std::string_view kJournalMark = "tessera journal\n";
 /// Raised whenever an older program would misread a file. Older ones are read: 1 had no Numbers; until 2 headers were
-/// those of recordings (JournalHeaders.h), and nothing told how long a log was.
+/// those of recordings (JournalHeaders.h), nothing told how long a log was, and files were not linked.
 inline constexpr std::uint32_t kJournalFormat = 3;
 
 struct JournalLimits {
@@ -54,6 +59,11 @@ struct JournalLimits {
 
 namespace journal {
 
+/// The log before a file.
+struct LogBefore {
+    std::uint64_t bytes = 0;    ///< 0: there is none, or nobody knows
+    std::uint64_t opening = 0;  ///< hash of its opening; 0: there is none, or the file is of a format before 3
+};
 /// The scene had this state before the file's first record.
 struct Opening {
     std::uint64_t schema = 0;
@@ -63,7 +73,8 @@ struct Opening {
     std::vector<std::string> scenes;  ///< what --scene said when the journal began
     Sequence sequence;
     StateHash stateHash;
-    std::uint64_t earlierBytes = 0;  ///< of the log before it; 0: there is none, or nobody knows
+    LogBefore before;
+    Hash128 unique;  ///< no two files have the same; JournalFile::create draws it
     std::uint32_t format = kJournalFormat;
 };
 /// A blob, before the first record that names it.

@@ -18,6 +18,8 @@ public:
     JournalHeaders() = default;
     /// For the records behind an opening.
     JournalHeaders(std::uint32_t format, std::uint64_t openingHash) : numbered_(format >= 3), seed_(openingHash) {}
+    /// Returns 0 before the opening.
+    [[nodiscard]] std::uint64_t openingHash() const { return seed_; }
 
     [[nodiscard]] RecordHeader make(std::uint64_t kind, std::uint64_t bytes, std::uint64_t contentHash,
                                     std::uint64_t number) const;

@@ -43,6 +43,8 @@ public:
     /// with places.
     [[nodiscard]] const JournalPlace& ranges() const { return ranges_; }
 
+    /// Returns the hash of the opening's content, and 0 before it is read.
+    [[nodiscard]] std::uint64_t openingHash() const { return headers_.openingHash(); }
     /// Bytes of the records read so far: where a torn one begins.
     [[nodiscard]] std::uint64_t wholeBytes() const { return offset_; }
     /// Bytes behind them.

@@ -41,6 +41,7 @@ Expected<void> JournalState::take(journal::Opening opening) {
     program = std::move(opening.program);
     schema = opening.schema;
     format = opening.format;
+    before = opening.before;
     return {};
 }
 

@@ -48,6 +48,7 @@ public:
     std::string program;
     std::uint64_t schema = 0;
     std::uint32_t format = 0;
+    journal::LogBefore before;
 };
 
 }  // namespace tessera

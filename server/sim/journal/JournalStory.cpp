@@ -13,8 +13,10 @@ namespace {
 /// A file of the journal as it is read.
 struct FileInOrder {
     bool isSnapshot = false;
-    std::string before;             ///< the log before it
-    std::uint64_t bytesBefore = 0;  ///< that it has
+    journal::LogBefore before;                   ///< of a log: what it has to follow
+    std::string nameBefore;                      ///< the log before it, or the snapshot
+    std::string nameOfLast, cure;                ///< the file `last`; how to go on without it
+    const JournalEnd::Extent* extent = nullptr;  ///< `last` names this log; null: another one, or nothing more is known
 };
 
 /// Whether a record of this kind stands in such a file.
@@ -26,17 +28,39 @@ bool belongsThere(const JournalRecord& record, bool inSnapshot) {
            (std::holds_alternative<journal::Step>(record) || std::holds_alternative<journal::State>(record));
 }
 
-Expected<void> fitsBehind(const journal::Opening& opening, const FileInOrder& file) {
-    if (opening.earlierBytes == 0 || file.before.empty() || opening.earlierBytes == file.bytesBefore) return {};
+/// Refuses a log of another journal, and one behind or before which such a file stands.
+Expected<void> fits(const journal::Opening& opening, const JournalReader& reader, const FileInOrder& file) {
+    if (file.isSnapshot) return {};
+    constexpr std::string_view kOneOfThem =
+        "one of the two files is of another journal, or of another time. Put back a copy of it";
+    if (opening.format >= 3 && opening.before.opening != file.before.opening && file.nameBefore.empty())
+        return fail(ErrorCode::kBadInput,
+                    reader.where() + ": it was begun behind another log, and it is the first. Put back a copy of it");
+    if (opening.format >= 3 && opening.before.opening != file.before.opening)
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: it was not begun behind {}: {}", reader.where(), file.nameBefore, kOneOfThem));
+    if (file.extent && file.extent->opening != reader.openingHash())
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: {} names another log of this number: {}; or, to go on with the logs that are "
+                                "there, {}",
+                                reader.where(), file.nameOfLast, kOneOfThem, file.cure));
+    if (opening.before.bytes == 0 || file.before.bytes == 0 || opening.before.bytes == file.before.bytes) return {};
     return fail(ErrorCode::kBadInput,
                 fmt::format("{}: it has {} bytes; when the next log was begun, it had {}. Put back a copy of it",
-                            file.before, file.bytesBefore, opening.earlierBytes));
+                            file.nameBefore, file.before.bytes, opening.before.bytes));
 }
 
-/// Reads a file to its end. The reader is left there. `places`: the reader's, or null.
-Expected<void> takeAll(JournalReader& reader, const FileInOrder& file, JournalState& state, JournalPlaces* places,
+/// Whether a new log has this record before `last` names it.
+bool isOfItsBeginning(const JournalRecord& record) {
+    return std::holds_alternative<journal::Opening>(record) || std::holds_alternative<journal::Frames>(record) ||
+           std::holds_alternative<journal::Numbers>(record);
+}
+
+/// Reads a file to its end. The reader is left there. `places`: the reader's, or null. Returns whether there is more
+/// than the beginning of a log.
+Expected<bool> takeAll(JournalReader& reader, const FileInOrder& file, JournalState& state, JournalPlaces* places,
                        const std::atomic<bool>* stop) {
-    bool ended = false;
+    bool ended = false, more = false;
     while (true) {
         if (stop && *stop) return fail(ErrorCode::kFailed, "it was stopped");
         Expected<std::optional<JournalRecord>> record = reader.next();
@@ -47,7 +71,8 @@ Expected<void> takeAll(JournalReader& reader, const FileInOrder& file, JournalSt
                                                           file.isSnapshot ? "snapshot" : "log"));
         ended = std::holds_alternative<journal::State>(**record);
         if (const auto* opening = std::get_if<journal::Opening>(&**record))
-            if (Expected<void> fits = fitsBehind(*opening, file); !fits) return fits;
+            if (const Expected<void> fit = fits(*opening, reader, file); !fit) return tl::unexpected(fit.error());
+        more |= !isOfItsBeginning(**record);
         const auto* frame = places ? std::get_if<journal::Frame>(&**record) : nullptr;
         if (frame && frame->list)
             if (const Expected<void> known = places->comes(*frame->list, state.scene, reader.ranges()); !known)
@@ -56,7 +81,7 @@ Expected<void> takeAll(JournalReader& reader, const FileInOrder& file, JournalSt
             return failWith(reader.where(), taken.error());
         if (places) places->sweep(state.history);
     }
-    if (!file.isSnapshot || (ended && reader.bytesLeft() == 0)) return {};
+    if (!file.isSnapshot || (ended && reader.bytesLeft() == 0)) return more;
     return fail(ErrorCode::kBadInput, reader.where() + ": the snapshot's end is missing. Put back a copy of it");
 }
 
@@ -85,31 +110,37 @@ Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& fil
     if (files.snapshot) {
         Expected<JournalReader> reader = JournalReader::open(folder.snapshotPath(*files.snapshot), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
-        if (Expected<void> taken = takeAll(*reader, {.isSnapshot = true}, story.state, places, stop); !taken)
+        if (const Expected<bool> taken = takeAll(*reader, {.isSnapshot = true}, story.state, places, stop); !taken)
             return tl::unexpected(taken.error());
         story.snapshotBytes = reader->wholeBytes();
         if (story.state.number != *files.snapshot)
             return fail(ErrorCode::kBadInput, reader->name() + ": it is the snapshot of another log");
     }
-    FileInOrder file;
+    FileInOrder file{.nameOfLast = folder.last().path()};
+    if (files.snapshot) {
+        story.before.opening = story.state.before.opening;
+        file.nameBefore = folder.snapshotPath(*files.snapshot);
+    }
     for (const std::uint64_t number : files.logs) {
         if (upTo && number >= *upTo) break;
         Expected<JournalReader> reader = JournalReader::open(folder.logPath(number), kept, limits);
         if (!reader) return tl::unexpected(reader.error());
         const bool isLast = number == files.lastLog();
-        const JournalEnd::Extent* const extent =
-            isLast && files.isNamed(number) && files.end->extent ? &*files.end->extent : nullptr;
+        file.before = story.before;
+        file.extent = files.isNamed(number) && files.end->extent ? &*files.end->extent : nullptr;
+        file.cure = folder.last().cure(files.lastLog());
+        const JournalEnd::Extent* const extent = isLast ? file.extent : nullptr;
         const bool powerWasCut = extent && !extent->isOf(folder.disk().calls().boot());
         if (powerWasCut) reader->mayLackRecordsFrom(extent->synced);
-        if (Expected<void> taken = takeAll(*reader, file, story.state, places, stop); !taken)
-            return tl::unexpected(taken.error());
+        const Expected<bool> more = takeAll(*reader, file, story.state, places, stop);
+        if (!more) return tl::unexpected(more.error());
         story.logBytes += reader->wholeBytes();
-        story.bytesBefore = file.bytesBefore;
         story.wholeBytes = reader->wholeBytes();
         story.tornBytes = reader->bytesLeft();
         story.hollow = story.wholeBytes <= kJournalMark.size();
         if (!story.hollow && story.state.number != number)
             return fail(ErrorCode::kBadInput, fmt::format("{}: it is log {}", reader->name(), story.state.number));
+        if (!story.hollow) story.before = {.bytes = story.wholeBytes, .opening = reader->openingHash()};
         if (isLast) {
             // It is named once its opening is on the disk, and before anything else is in it.
             if (story.hollow && (!files.end || files.isNamed(number)))
@@ -122,14 +153,19 @@ Expected<JournalStory> read(const JournalFolder& folder, const JournalFiles& fil
                                                          folder.last().cure(number));
                     !whole)
                     return tl::unexpected(whole.error());
+            // Nobody builds on a log before it is named: neither edits nor a snapshot.
+            if (files.end && files.end->extent && !extent && (*more || files.snapshot == number))
+                return fail(ErrorCode::kBadInput,
+                            fmt::format("{}: it names log {} as the newest, and {} has been gone on with. Put back "
+                                        "the `last` of this journal; or, to go on with the logs that are there, {}",
+                                        folder.last().path(), files.end->log, reader->name(), file.cure));
             story.afterPowerCut = powerWasCut && story.wholeBytes < extent->written;
             break;
         }
         if (Expected<void> whole = wholeOrRefused(*reader); !whole || story.hollow)
             return whole ? fail(ErrorCode::kBadInput, reader->name() + ": nothing is in it, and other logs follow it")
                          : tl::unexpected(whole.error());
-        file.before = reader->name();
-        file.bytesBefore = story.wholeBytes;
+        file.nameBefore = reader->name();
     }
     // Each start writes one before its log.
     if (!upTo && !files.end && story.state.format >= 3)

@@ -13,13 +13,16 @@ namespace tessera {
 
 /// The files in the folder, read to their end, or before log `upTo`. Nothing in the folder is changed.
 ///
+/// Each file follows the one that was there when it was begun, and `last` names the newest one. So a file that was
+/// exchanged by one of another journal, or of an earlier time, is an error.
+///
 /// A torn end of the very last log is where the story ends, where nothing granted can have been in it: nothing that
 /// `last` tells of is missing, and no later record follows. Behind what was synced before a power cut records may
 /// follow: a disk writes them in any order, and a power cut may cost what was not synced. All else is an error.
 struct JournalStory {
     JournalState state;
     std::uint64_t snapshotBytes = 0, logBytes = 0;
-    std::uint64_t bytesBefore = 0;  ///< of the log before the last one that was read
+    journal::LogBefore before;  ///< the last whole log that was read, which a next file follows
     /// The last log that was read:
     std::uint64_t wholeBytes = 0, tornBytes = 0;
     bool hollow = false;         ///< not even its opening is whole

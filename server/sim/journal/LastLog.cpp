@@ -17,15 +17,16 @@ namespace {
 constexpr std::size_t kBootBytes = 36;
 
 std::string lineOf(const JournalEnd& end) {
-    const std::string line = fmt::format("log {:<20} written {:<20} synced {:<20} boot {:<36.36} sum ", end.log,
-                                         end.extent->written, end.extent->synced, end.extent->boot);
+    const std::string line =
+        fmt::format("log {:<20} opening {:016x} written {:<20} synced {:<20} boot {:<36.36} sum ", end.log,
+                    end.extent->opening, end.extent->written, end.extent->synced, end.extent->boot);
     return fmt::format("{}{:016x}\n", line, hash64(asBytes(std::string_view(line))));
 }
 
-/// The number at the beginning of `text`, and what is behind it.
-std::optional<std::uint64_t> takeNumber(std::string_view& text) {
+/// Returns the number at the beginning of `text`, which is shortened by it.
+std::optional<std::uint64_t> takeNumber(std::string_view& text, int base = 10) {
     std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
     if (error != std::errc()) return std::nullopt;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     return number;
@@ -46,14 +47,14 @@ std::optional<JournalEnd> endIn(std::string_view text) {
         end.log = *bare;
         return left == "\n" ? std::optional(end) : std::nullopt;
     }
-    const auto number = [&](std::string_view name, std::uint64_t& into) {
-        const auto there = skipName(left, name) ? takeNumber(left) : std::nullopt;
+    const auto number = [&](std::string_view name, std::uint64_t& into, int base = 10) {
+        const auto there = skipName(left, name) ? takeNumber(left, base) : std::nullopt;
         into = there.value_or(0);
         return there.has_value();
     };
     JournalEnd::Extent extent;
-    if (!number("log ", end.log) || !number("written ", extent.written) || !number("synced ", extent.synced) ||
-        !skipName(left, "boot "))
+    if (!number("log ", end.log) || !number("opening ", extent.opening, 16) || !number("written ", extent.written) ||
+        !number("synced ", extent.synced) || !skipName(left, "boot "))
         return std::nullopt;
     extent.boot = left.substr(0, kBootBytes);
     extent.boot.resize(extent.boot.find_last_not_of(' ') + 1);
@@ -100,19 +101,25 @@ Expected<std::optional<JournalEnd>> LastLog::read() const {
                             path_, path_));
 }
 
-Expected<void> LastLog::prepare(std::uint64_t log, std::uint64_t bytes) {
+Expected<void> LastLog::prepare(const LogName& log, std::uint64_t bytes) {
     const int error = files_.with([&](OpenFiles& files) { return make(files, log, bytes); });
     if (error == 0) return {};
     return fail(ErrorCode::kFailed, fmt::format("{}: it cannot be written: {}", unfinished(), std::strerror(error)));
 }
 
-int LastLog::make(OpenFiles& files, std::uint64_t log, std::uint64_t bytes) {
+std::string LastLog::line(const LogName& log, std::uint64_t written, std::uint64_t synced) const {
+    return lineOf({.log = log.number,
+                   .extent = JournalEnd::Extent{
+                       .opening = log.opening, .written = written, .synced = synced, .boot = disk_->calls().boot()}});
+}
+
+int LastLog::make(OpenFiles& files, const LogName& log, std::uint64_t bytes) {
     drop(files);
     FileSystem& calls = disk_->calls();
-    const std::string line = lineOf({.log = log, .extent = JournalEnd::Extent{bytes, bytes, calls.boot()}});
+    const std::string text = line(log, bytes, bytes);
     int made = -1;
     int error = calls.create(unfinished(), made);
-    if (error == 0) error = calls.append(made, asBytes(std::string_view(line)), {});
+    if (error == 0) error = calls.append(made, asBytes(std::string_view(text)), {});
     if (error == 0) error = disk_->sync(made);
     if (made >= 0) calls.close(made);
     // A file that is opened to be appended to cannot be written over.
@@ -142,9 +149,8 @@ void LastLog::drop(OpenFiles& files) {
 
 int LastLog::say(std::uint64_t written, std::uint64_t synced) {
     return files_.with([&](const OpenFiles& files) {
-        const std::string line =
-            lineOf({.log = files.log, .extent = JournalEnd::Extent{written, synced, disk_->calls().boot()}});
-        return disk_->calls().overwrite(files.now, asBytes(std::string_view(line)));
+        const std::string text = line(files.log, written, synced);
+        return disk_->calls().overwrite(files.now, asBytes(std::string_view(text)));
     });
 }
 

@@ -12,12 +12,19 @@
 
 namespace tessera {
 
+/// A log of one journal. No other journal has a log with the same opening.
+struct LogName {
+    std::uint64_t number = 0;
+    std::uint64_t opening = 0;  ///< hash of its opening
+};
+
 /// How far a journal goes.
 struct JournalEnd {
-    /// So many bytes of the log are there for certain.
+    /// What is there for certain of the log.
     struct Extent {
-        std::uint64_t written = 0;  ///< while the machine runs on
-        std::uint64_t synced = 0;   ///< after a power cut too
+        std::uint64_t opening = 0;  ///< hash of its opening; 0: there is no log
+        std::uint64_t written = 0;  ///< bytes, while the machine runs on
+        std::uint64_t synced = 0;   ///< bytes, after a power cut too
         std::string boot;           ///< FileSystem::boot of who wrote it
         /// Whether the machine has run on since then.
         [[nodiscard]] bool isOf(const std::string& bootNow) const { return !boot.empty() && boot == bootNow; }
@@ -43,7 +50,7 @@ public:
     [[nodiscard]] Expected<std::optional<JournalEnd>> read() const;
 
     /// Writes it beside, for a log of which all bytes are synced. To be renamed, then `taken`; or `drop`ped.
-    [[nodiscard]] Expected<void> prepare(std::uint64_t log, std::uint64_t bytes);
+    [[nodiscard]] Expected<void> prepare(const LogName& log, std::uint64_t bytes);
     [[nodiscard]] std::string unfinished() const;
     void taken();
     void drop();
@@ -61,10 +68,11 @@ private:
     /// The file, and the one that is to take its place; -1: none.
     struct OpenFiles {
         int now = -1, next = -1;
-        std::uint64_t log = 0, nextLog = 0;
+        LogName log, nextLog;
     };
     void drop(OpenFiles& files);
-    [[nodiscard]] int make(OpenFiles& files, std::uint64_t log, std::uint64_t bytes);
+    [[nodiscard]] int make(OpenFiles& files, const LogName& log, std::uint64_t bytes);
+    [[nodiscard]] std::string line(const LogName& log, std::uint64_t written, std::uint64_t synced) const;
 
     std::string path_;
     std::shared_ptr<JournalDisk> disk_;

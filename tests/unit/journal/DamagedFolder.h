@@ -68,8 +68,9 @@ inline void makeSnapshot(const std::string& folder) {
     ASSERT_TRUE(made) << made.error().message;
 }
 
-/// Several servers of one show. The last one is killed, or ends in order; `snapshot`: one was made before it.
-inline LeftJournal leftJournal(Random& random, int servers, bool killed, bool snapshot) {
+/// Several servers of one show. The last one is killed, or ends in order; `snapshot`: one was made before it. From
+/// equal seeds come equal scenes, and with another `turn` other edits.
+inline LeftJournal leftJournal(Random& random, int servers, bool killed, bool snapshot, std::uint64_t turn = 0) {
     const TestFolder folder;
     ReadableLog words;
     BlobStore arrays;
@@ -87,7 +88,7 @@ inline LeftJournal leftJournal(Random& random, int servers, bool killed, bool sn
         EXPECT_TRUE(opened) << opened.error().message;
         if (!opened) return left;
         if (server == 0)
-            kept.load(*opened->journal);
+            kept.load(*opened->journal), random.discard(turn);
         else
             kept.show.connectAnew();
         for (int part = 0; part < 6; ++part) {

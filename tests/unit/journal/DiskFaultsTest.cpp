@@ -69,11 +69,12 @@ public:
                  std::chrono::steady_clock::now() < end;)
                 std::this_thread::yield();
             journal.ends(kept.next);
-            // (What a frame was told is written is synced a moment later.)
+            // The journal says so a moment after the sync has failed. A sync may also fail while the journal closes.
+            const bool syncFailed = disk->failed() && syncsFail();
             const auto deadline = std::chrono::steady_clock::now() + 2s;
-            while (disk->failed() && syncsFail() && !ended(journal) && std::chrono::steady_clock::now() < deadline)
+            while (syncFailed && !ended(journal) && std::chrono::steady_clock::now() < deadline)
                 std::this_thread::yield();
-            if (disk->failed() && syncsFail()) saidThatItEnded = ended(journal);
+            if (syncFailed) saidThatItEnded = ended(journal);
             stopped = stopped || journal.trouble();
             opened->journal.reset();
             stopped = stopped || (disk->failed() && syncsFail());

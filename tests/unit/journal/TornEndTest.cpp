@@ -197,7 +197,7 @@ TEST_F(JournalTornEnd, OfAnOlderVersionIsCutOffToo) {
 /// Each place might be a header; then each number would have to be tried.
 TEST_F(JournalTornEnd, OfAHostileFileIsGivenUp) {
     std::string old = inFormat2(whole, records);
-    old.replace(records[1], 32, 32, '\1');
+    old.replace(test::recordsIn(old)[1], 32, 32, '\1');
     for (int i = 0; i < 1 << 15; ++i) old += std::string("\3\0\0\0\0\0\0\0", 8);
     write({{kLog, old}});
     const Start start(wall);
